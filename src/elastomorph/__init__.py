@@ -1,0 +1,1 @@
+"""Nonlinear blendshapes that run anywhere linear ones do."""

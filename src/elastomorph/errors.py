@@ -1,0 +1,114 @@
+"""Every exception and warning of elastomorph.
+
+    ElastomorphError
+    ├── FileError             a file is missing, unreadable or cannot be written
+    │   └── FormatError       a file is there, but its content is not what its format allows
+    ├── MeshError             vertices or polygons do not form a mesh
+    │   └── TopologyError     two meshes that must share vertices and polygons do not
+    ├── CurveError            curves do not fit their mesh or each other
+    ├── ParameterError        an argument is out of its range (also a ValueError)
+    │   └── ResonanceError    a material and load at which a time law of the solution is singular
+    ├── BakeError             a path cannot be stored within the tolerance asked for
+    └── MissingExtraError     an optional dependency is not installed
+
+    ElastomorphWarning
+    └── TimeLawWarning        a time law moves backwards or overshoots its target
+
+A message names what was found, what was expected and what to do about it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = [
+    "BakeError",
+    "CurveError",
+    "ElastomorphError",
+    "ElastomorphWarning",
+    "FileError",
+    "FormatError",
+    "MeshError",
+    "MissingExtraError",
+    "ParameterError",
+    "ResonanceError",
+    "TimeLawWarning",
+    "TopologyError",
+]
+
+
+class ElastomorphError(Exception):
+    """Base of every error that elastomorph raises on purpose."""
+
+
+class FileError(ElastomorphError):
+    """A file is missing, unreadable or cannot be written.
+
+    Attributes:
+        path: The file.
+        line: Line number, counted from 1, where one is known.
+    """
+
+    def __init__(self, path: str | Path, problem: str, *, line: int | None = None) -> None:
+        self.path = Path(path)
+        self.line = line
+        place = str(path) if line is None else f"{path}, line {line}"
+        super().__init__(f"{place}: {problem}")
+
+
+class FormatError(FileError):
+    """A file is there, but its content is not what its format allows."""
+
+
+class MeshError(ElastomorphError):
+    """Vertices or polygons do not form a mesh."""
+
+
+class TopologyError(MeshError):
+    """Two meshes that must share their vertices and polygons do not."""
+
+
+class CurveError(ElastomorphError):
+    """Curves do not fit their mesh or each other."""
+
+
+class ParameterError(ElastomorphError, ValueError):
+    """An argument is out of its range."""
+
+
+class ResonanceError(ParameterError):
+    """A material and load at which a time law of the solution is singular.
+
+    Attributes:
+        mode: Number n of the first singular mode; 0 is the mean of the curve.
+        stiffness: B of that mode (0 for the mean).
+        safe_damping: The nearest damping at which every law is well behaved.
+    """
+
+    def __init__(self, problem: str, *, mode: int, stiffness: float, safe_damping: float) -> None:
+        self.mode = mode
+        self.stiffness = stiffness
+        self.safe_damping = safe_damping
+        super().__init__(problem)
+
+
+class BakeError(ElastomorphError):
+    """A path cannot be stored within the tolerance asked for."""
+
+
+class MissingExtraError(ElastomorphError):
+    """An optional dependency is not installed."""
+
+    def __init__(self, package: str, extra: str) -> None:
+        super().__init__(
+            f"this needs the package '{package}', which is not installed: "
+            f"run  pip install 'elastomorph[{extra}]'"
+        )
+
+
+class ElastomorphWarning(UserWarning):
+    """Base of every warning that elastomorph gives."""
+
+
+class TimeLawWarning(ElastomorphWarning):
+    """A time law moves backwards or overshoots its target by more than 1 %."""
