@@ -1,0 +1,110 @@
+"""Bend curves: the scalar weights over time that drive the bends of a morph."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.errors import ParameterError
+
+__all__ = ["BendCurve", "as_times"]
+
+
+@dataclass(frozen=True, eq=False)
+class BendCurve:
+    """A piecewise polynomial b(t) on [0, 1] with b(0) = b(1) = 0.
+
+    Plain numbers, so that it can be stored in a file and turned into weight keys. Outside [0, 1]
+    it continues straight along its end tangents.
+
+    Attributes:
+        breaks: (S + 1,) rising times from 0 to 1 where the S pieces meet.
+        coefficients: (S, N) of 1, s, s², … with s = t - breaks[piece].
+
+    Raises:
+        ParameterError: Breaks do not rise from 0 to 1, shapes do not fit, or an end is not zero.
+    """
+
+    breaks: NDArray[np.float64]
+    coefficients: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        breaks = np.array(self.breaks, dtype=np.float64)
+        coefficients = np.array(self.coefficients, dtype=np.float64)
+        if (
+            breaks.ndim != 1
+            or breaks.size < 2
+            or breaks[0] != 0
+            or breaks[-1] != 1
+            or (np.diff(breaks) <= 0).any()
+        ):
+            raise ParameterError("the breaks of a bend curve must rise from 0 to 1")
+        if coefficients.ndim != 2 or len(coefficients) != breaks.size - 1:
+            raise ParameterError("a bend curve needs one row of coefficients for each piece")
+        if coefficients.shape[1] == 0 or not np.isfinite(coefficients).all():
+            raise ParameterError("the coefficients of a bend curve must be finite numbers")
+        last = np.polynomial.polynomial.polyval(breaks[-1] - breaks[-2], coefficients[-1])
+        if max(abs(coefficients[0, 0]), abs(last)) > 1e-9 * max(1.0, np.abs(coefficients).max()):
+            raise ParameterError("a bend curve must be 0 at t = 0 and at t = 1")
+        for name, array in (("breaks", breaks), ("coefficients", coefficients)):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @classmethod
+    def polynomial(cls, coefficients: ArrayLike) -> BendCurve:
+        """The polynomial with the given coefficients of 1, t, t² and so on."""
+        return cls(np.array([0.0, 1.0]), np.atleast_2d(np.asarray(coefficients, dtype=float)))
+
+    @classmethod
+    def power(cls, exponent: int) -> BendCurve:
+        """The curve t^exponent - t."""
+        coefficients = np.zeros(exponent + 1)
+        coefficients[exponent] = 1.0
+        coefficients[1] -= 1.0
+        return cls.polynomial(coefficients)
+
+    def __call__(self, times: ArrayLike) -> NDArray[np.float64]:
+        """The value at each time, in the shape of ``times``."""
+        t = np.asarray(times, dtype=np.float64)
+        inside = np.clip(t, 0.0, 1.0)
+        value = np.where((inside > 0) & (inside < 1), self._derivative(inside, 0), 0.0)
+        ends = self.end_slopes
+        return value + ends[0] * np.minimum(t, 0.0) + ends[1] * np.maximum(t - 1.0, 0.0)
+
+    def slope(self, times: ArrayLike) -> NDArray[np.float64]:
+        """The derivative db/dt at each time, in the shape of ``times``."""
+        return self._derivative(np.clip(np.asarray(times, dtype=np.float64), 0.0, 1.0), 1)
+
+    @property
+    def end_slopes(self) -> tuple[float, float]:
+        """The derivatives at t = 0 and t = 1."""
+        return float(self.slope(0.0)), float(self.slope(1.0))
+
+    def _derivative(self, t: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+        pieces = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.breaks) - 2)
+        local = t - self.breaks[pieces]
+        rows = np.polynomial.polynomial.polyder(self.coefficients, m=order, axis=1)
+        value = np.zeros_like(t)
+        for column in range(rows.shape[1] - 1, -1, -1):
+            value = value * local + rows[pieces, column]
+        return value
+
+
+def as_times(times: ArrayLike) -> NDArray[np.float64]:
+    """Times as a float64 array of at most one dimension.
+
+    Raises:
+        ParameterError: A time is not a finite number.
+    """
+    try:
+        t = np.asarray(times, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"times must be numbers, found {times!r}") from None
+    if t.ndim > 1:
+        raise ParameterError(f"times must be one number or a list of them, found shape {t.shape}")
+    if not np.isfinite(t).all():
+        bad = np.atleast_1d(t)[~np.isfinite(np.atleast_1d(t))][0]
+        raise ParameterError(f"times must be finite numbers, found {bad}")
+    return t

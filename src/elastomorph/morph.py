@@ -1,0 +1,108 @@
+"""A morph: the path from a neutral to a target, stored as Δ and bends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.bend_curve import BendCurve, as_times
+from elastomorph.errors import MeshError
+from elastomorph.mesh import Mesh, require_same_topology
+
+__all__ = ["Morph"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Morph:
+    """A path V(t) = V₀ + t·Δ + Σ_k b_k(t)·D_k from a neutral (t = 0) to a target (t = 1).
+
+    Δ = V₁ - V₀ is the ordinary morph target. The bends D_k are further morph targets, each driven
+    by a bend curve b_k that is zero at both ends, so software that knows only Δ falls back to
+    linear interpolation. Outside [0, 1] the path continues straight along its end tangents.
+
+    Attributes:
+        neutral: The mesh at t = 0.
+        target: The mesh at t = 1, of the same topology.
+        bends: (K, V, 3) float64, read-only, in the unit of the vertices.
+        bend_curves: K scalar curves.
+        method: How the path was made, for tables and captions.
+        limit_law: The bend curve of Δ that a perfectly stiff material would follow: the law at
+            which no seam can open between curves.
+        bake_error: Largest distance between the stored path and the path it stands for, as a
+            fraction of ``neutral.diameter``; 0 where the storage is exact.
+
+    Raises:
+        TopologyError: Neutral and target differ in vertices or polygons.
+        MeshError: The bends have another shape, or are not finite.
+    """
+
+    neutral: Mesh
+    target: Mesh
+    bends: NDArray[np.float64]
+    bend_curves: tuple[BendCurve, ...]
+    method: str = "linear"
+    limit_law: BendCurve = field(default_factory=lambda: BendCurve.polynomial([0.0]))
+    bake_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_same_topology(self.neutral, self.target)
+        bends = np.asarray(self.bends, dtype=np.float64)
+        expected = (len(self.bend_curves), *self.neutral.vertices.shape)
+        if bends.shape != expected:
+            raise MeshError(f"bends must have shape {expected}, found {bends.shape}")
+        if not np.isfinite(bends).all():
+            raise MeshError("bends must be finite numbers")
+        bends.flags.writeable = False
+        object.__setattr__(self, "bends", bends)
+
+    @cached_property
+    def delta(self) -> NDArray[np.float64]:
+        """(V, 3) Δ = V₁ - V₀, read-only."""
+        delta = self.target.vertices - self.neutral.vertices
+        delta.flags.writeable = False
+        return delta
+
+    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Vertex positions at one time or at several.
+
+        The ends are exact: ``at(0)`` and ``at(1)`` are the vertices of neutral and target to the
+        last bit.
+
+        Args:
+            times: A number, or (T,) numbers; 0 is the neutral, 1 the target.
+
+        Returns:
+            (V, 3) for a number, (T, V, 3) for an array, float64.
+
+        Raises:
+            ParameterError: A time is not a finite number.
+        """
+        t = as_times(times)
+        moments = np.atleast_1d(t)
+        weights = np.zeros((moments.size, len(self.bend_curves)))
+        for column, curve in zip(weights.T, self.bend_curves, strict=True):
+            column[:] = curve(moments)
+        positions = np.empty((moments.size, *self.neutral.vertices.shape))
+        for moment, bend_weights, position in zip(moments, weights, positions, strict=True):
+            self._straight(float(moment), position)
+            if bend_weights.any():
+                position += np.tensordot(bend_weights, self.bends, axes=1)
+        return positions if t.ndim else positions[0]
+
+    def _straight(self, t: float, out: NDArray[np.float64]) -> None:
+        """V₀ + tΔ, counted from the nearer end so that both ends are exact."""
+        if t <= 0.5:
+            np.multiply(self.delta, t, out=out)
+            out += self.neutral.vertices
+        else:
+            np.multiply(self.delta, t - 1.0, out=out)
+            out += self.target.vertices
+
+    def __repr__(self) -> str:
+        return (
+            f"Morph({self.method}, {len(self.neutral.vertices):,} vertices, "
+            f"{len(self.bends)} bends)"
+        )

@@ -1,0 +1,6 @@
+"""Paths from a neutral to a target, one file a method."""
+
+from elastomorph.paths.interpolate import interpolate, prepare
+from elastomorph.paths.method import METHODS, Method
+
+__all__ = ["METHODS", "Method", "interpolate", "prepare"]

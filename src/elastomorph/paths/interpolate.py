@@ -1,0 +1,111 @@
+"""From a neutral and a target to a path, by any method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+
+from numpy.typing import ArrayLike
+
+from elastomorph.curves import CurveNetwork, extract_curves, region_weights
+from elastomorph.errors import MeshError, ParameterError
+from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.morph import Morph
+from elastomorph.paths import beam, cosine, ease, linear
+from elastomorph.paths.method import Method
+from elastomorph.paths.region import as_region, blend_into_rest, curve_edges
+
+__all__ = ["interpolate", "prepare"]
+
+_PREPARE = {
+    "linear": linear.prepare,
+    "cosine": cosine.prepare,
+    "ease": ease.prepare,
+    "beam": beam.prepare,
+}
+
+
+def interpolate(
+    neutral: Mesh,
+    target: Mesh,
+    method: str | Method = "beam",
+    *,
+    curves: CurveNetwork | None = None,
+    region: ArrayLike | None = None,
+    falloff: int = 3,
+    rest: str = "linear",
+    **settings: object,
+) -> Morph:
+    """The path from a neutral to a target.
+
+    Args:
+        neutral: The mesh at t = 0.
+        target: The mesh at t = 1, with the vertices and polygons of the neutral.
+        method: A name (``linear``, ``cosine``, ``ease``, ``beam``), a text such as ``beam:3``, or
+            a `Method`.
+        curves: The curves that beams follow; found by `extract_curves` by default.
+        region: Vertex indices; the method is used there only, on the parts of curves inside.
+        falloff: Rings of edges inside the border of the region over which its path blends into
+            the rest, without a jump.
+        rest: What vertices outside the region do: ``linear`` or ``neutral`` (stay).
+        **settings: Fields of `Method`: ``order``, ``material``, ``closure``, ``load``, ``basis``,
+            ``stiffness``, ``harmonics``.
+
+    Raises:
+        TopologyError: Neutral and target differ in vertices or polygons.
+        MeshError: The neutral has fewer than three vertices.
+        CurveError: The curves belong to another mesh.
+        ParameterError: A setting or a region is not understood.
+        ResonanceError: The material is singular for this load.
+    """
+    require_same_topology(neutral, target)
+    prepared = prepare(
+        neutral, method, curves=curves, region=region, falloff=falloff, rest=rest, **settings
+    )
+    return prepared(target)
+
+
+def prepare(
+    neutral: Mesh,
+    method: str | Method = "beam",
+    *,
+    curves: CurveNetwork | None = None,
+    region: ArrayLike | None = None,
+    falloff: int = 3,
+    rest: str = "linear",
+    **settings: object,
+) -> Callable[[Mesh], Morph]:
+    """A function from target to path, for many targets of one neutral.
+
+    Curves and time laws are found once. Arguments and errors as in `interpolate`.
+    """
+    count = len(neutral.vertices)
+    if count < 3:
+        raise MeshError(f"{neutral.name} has {count} vertices; a face needs at least 3")
+    chosen = _method(method, settings)
+    if region is None:
+        return _PREPARE[chosen.name](neutral, chosen, curves)
+    if not isinstance(falloff, int) or isinstance(falloff, bool) or falloff < 0:
+        raise ParameterError(f"falloff must be a whole number of rings ≥ 0, found {falloff!r}")
+    inside = as_region(region, count)
+    network = extract_curves(neutral) if curves is None else curves
+    edges = neutral.edges if len(neutral.faces) else curve_edges(network)
+    prepared = _PREPARE[chosen.name](neutral, chosen, network.restricted(inside))
+    return blend_into_rest(prepared, region_weights(edges, count, inside, falloff), rest)
+
+
+def _method(method: str | Method, settings: dict[str, object]) -> Method:
+    known = {field.name for field in fields(Method)} - {"name"}
+    for name in settings:
+        if name not in known:
+            raise ParameterError(
+                f"unknown setting {name!r}: a method has {', '.join(sorted(known))}"
+            )
+    given = {name: value for name, value in settings.items() if value is not None}
+    if isinstance(method, Method):
+        if given:
+            raise ParameterError(
+                f"give {', '.join(sorted(given))} within the Method, or the method by its name"
+            )
+        return method
+    return Method.parse(method, **given)

@@ -1,0 +1,124 @@
+"""Refuse materials at which a time law is singular; warn of laws that run backwards or too far."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import ResonanceError, TimeLawWarning
+from elastomorph.physics.load import Load
+from elastomorph.physics.material import Material
+from elastomorph.physics.response import mean_response, modal_response
+
+__all__ = ["excursion", "guard_laws"]
+
+# A law that throws the face ten times past its target is of no use to anybody, and it happens
+# only within a few percent of a singular material.
+RESONANT = 10.0
+WELL_BEHAVED = 0.01
+_TIMES = np.linspace(0.0, 1.0, 129)
+
+
+def excursion(laws: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far each law leaves [0, 1] or runs back while t goes from 0 to 1.
+
+    Args:
+        laws: (…, K) coefficients of t, t², …, t^K.
+
+    Returns:
+        (…) the larger of overshoot and greatest backward run; infinity for a singular law.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        values = laws @ (_TIMES ** np.arange(1, laws.shape[-1] + 1)[:, None])
+        high = np.maximum.accumulate(values, axis=-1)
+        worst = np.maximum((high - values).max(axis=-1), values.max(axis=-1) - 1.0)
+    return np.where(np.isfinite(worst), worst, np.inf)
+
+
+def guard_laws(
+    stiffness: Sequence[tuple[str, NDArray[np.float64]]],
+    closure: str,
+    load: Load,
+    material: Material,
+) -> None:
+    """Raise or warn if a law of these modes is singular or ill behaved.
+
+    Args:
+        stiffness: Kinds of curves ("closed", "open"), each with (…, N) B of its modes n = 1 … N.
+        closure: Closure of the mean, mode 0.
+        load: p(t).
+        material: m and c; k is part of B.
+
+    Raises:
+        ResonanceError: A law leaves [0, 1] by more than ten times the way to the target. Names the
+            mode, its B, and the nearest damping at which every law is well behaved.
+
+    Warns:
+        TimeLawWarning: A law moves backwards or overshoots by more than 1 %, although the load
+            itself does not.
+    """
+    kind, mode, value, worst = _worst(stiffness, closure, load, material)
+    name = "the mean of the curves (mode 0)" if mode == 0 else f"mode {mode} of the {kind} curves"
+    if worst > RESONANT:
+        safe = _nearest_safe_damping(stiffness, closure, load, material)
+        remedy = (
+            f"the nearest safe damping is {safe:.6g}"
+            if np.isfinite(safe)
+            else "no damping helps: change the mass, the rigidity or the closure"
+        )
+        raise ResonanceError(
+            f"{name} (B = {value:.6g}) is resonant at mass {material.mass:g}, damping "
+            f"{material.damping:g}, rigidity {material.rigidity:g} with a load of order "
+            f"{load.order}: {remedy}",
+            mode=mode,
+            stiffness=value,
+            safe_damping=safe,
+        )
+    if worst > _allowed(load):
+        warnings.warn(
+            f"{name} (B = {value:.6g}) moves backwards or overshoots by {worst:.1%} of the way "
+            "to the target; another closure or a smaller damping may avoid it",
+            TimeLawWarning,
+            stacklevel=2,
+        )
+
+
+def _allowed(load: Load) -> float:
+    """The excursion that calls for no warning: 1 %, or what the user's own load asks for."""
+    return max(WELL_BEHAVED, 1.01 * float(excursion(load.limit_law)))
+
+
+def _worst(
+    stiffness: Sequence[tuple[str, NDArray[np.float64]]],
+    closure: str,
+    load: Load,
+    material: Material,
+) -> tuple[str, int, float, float]:
+    """Kind, number, B and excursion of the law that leaves [0, 1] farthest."""
+    mean = float(excursion(mean_response(closure, load, material)))
+    found = ("", 0, 0.0, mean)
+    for kind, values in stiffness:
+        if values.size:
+            excursions = excursion(modal_response(values, load, material))
+            place = np.unravel_index(int(excursions.argmax()), values.shape)
+            if excursions[place] > found[3]:
+                found = (kind, int(place[-1]) + 1, float(values[place]), float(excursions[place]))
+    return found
+
+
+def _nearest_safe_damping(
+    stiffness: Sequence[tuple[str, NDArray[np.float64]]],
+    closure: str,
+    load: Load,
+    material: Material,
+) -> float:
+    for distance in np.geomspace(1.001, 1e6, 500):
+        for factor in (1.0 / distance, distance):
+            damping = material.damping * float(factor)
+            changed = Material(material.mass, damping, material.rigidity)
+            if _worst(stiffness, closure, load, changed)[3] <= _allowed(load):
+                return damping
+    return float("nan")
