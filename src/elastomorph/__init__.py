@@ -1,1 +1,65 @@
-"""Nonlinear blendshapes that run anywhere linear ones do."""
+"""Nonlinear blendshapes that run anywhere linear ones do.
+
+A face rig moves every vertex on a straight line from the neutral face to a target. Here each target
+gets a *path*, stored as a few ordinary morph targets with scalar weight curves.
+"""
+
+from elastomorph.bake import bake
+from elastomorph.bend_curve import BendCurve
+from elastomorph.curves import Curve, CurveNetwork, edge_loops, extract_curves
+from elastomorph.errors import (
+    BakeError,
+    CurveError,
+    ElastomorphError,
+    ElastomorphWarning,
+    FileError,
+    FormatError,
+    MeshError,
+    MissingExtraError,
+    ParameterError,
+    ResonanceError,
+    TimeLawWarning,
+    TopologyError,
+)
+from elastomorph.evaluation import Evaluation, evaluate
+from elastomorph.io import read, read_sequence, write, write_sequence
+from elastomorph.mesh import Mesh
+from elastomorph.morph import Morph
+from elastomorph.paths import Method, interpolate, prepare
+from elastomorph.physics import Load, Material
+from elastomorph.sequence import MeshSequence
+
+__all__ = [
+    "BakeError",
+    "BendCurve",
+    "Curve",
+    "CurveError",
+    "CurveNetwork",
+    "ElastomorphError",
+    "ElastomorphWarning",
+    "Evaluation",
+    "FileError",
+    "FormatError",
+    "Load",
+    "Material",
+    "Mesh",
+    "MeshError",
+    "MeshSequence",
+    "Method",
+    "MissingExtraError",
+    "Morph",
+    "ParameterError",
+    "ResonanceError",
+    "TimeLawWarning",
+    "TopologyError",
+    "bake",
+    "edge_loops",
+    "evaluate",
+    "extract_curves",
+    "interpolate",
+    "prepare",
+    "read",
+    "read_sequence",
+    "write",
+    "write_sequence",
+]

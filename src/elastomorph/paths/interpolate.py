@@ -13,7 +13,7 @@ from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.morph import Morph
 from elastomorph.paths import beam, cosine, ease, linear
 from elastomorph.paths.method import Method
-from elastomorph.paths.region import as_region, blend_into_rest, curve_edges
+from elastomorph.paths.region import blend_into_rest, curve_edges
 
 __all__ = ["interpolate", "prepare"]
 
@@ -32,7 +32,7 @@ def interpolate(
     *,
     curves: CurveNetwork | None = None,
     region: ArrayLike | None = None,
-    falloff: int = 3,
+    falloff: float = 3,
     rest: str = "linear",
     **settings: object,
 ) -> Morph:
@@ -44,7 +44,8 @@ def interpolate(
         method: A name (``linear``, ``cosine``, ``ease``, ``beam``), a text such as ``beam:3``, or
             a `Method`.
         curves: The curves that beams follow; found by `extract_curves` by default.
-        region: Vertex indices; the method is used there only, on the parts of curves inside.
+        region: Vertex indices, or (V,) bool; the method is used there only, on the parts of the
+            curves inside.
         falloff: Rings of edges inside the border of the region over which its path blends into
             the rest, without a jump.
         rest: What vertices outside the region do: ``linear`` or ``neutral`` (stay).
@@ -71,7 +72,7 @@ def prepare(
     *,
     curves: CurveNetwork | None = None,
     region: ArrayLike | None = None,
-    falloff: int = 3,
+    falloff: float = 3,
     rest: str = "linear",
     **settings: object,
 ) -> Callable[[Mesh], Morph]:
@@ -85,13 +86,13 @@ def prepare(
     chosen = _method(method, settings)
     if region is None:
         return _PREPARE[chosen.name](neutral, chosen, curves)
-    if not isinstance(falloff, int) or isinstance(falloff, bool) or falloff < 0:
-        raise ParameterError(f"falloff must be a whole number of rings ≥ 0, found {falloff!r}")
-    inside = as_region(region, count)
     network = extract_curves(neutral) if curves is None else curves
     edges = neutral.edges if len(neutral.faces) else curve_edges(network)
-    prepared = _PREPARE[chosen.name](neutral, chosen, network.restricted(inside))
-    return blend_into_rest(prepared, region_weights(edges, count, inside, falloff), rest)
+    weights = region_weights(edges, count, region, falloff)
+    if not weights.any():
+        raise ParameterError("the region is empty: name at least one vertex")
+    prepared = _PREPARE[chosen.name](neutral, chosen, network.restricted(region))
+    return blend_into_rest(prepared, weights, rest)
 
 
 def _method(method: str | Method, settings: dict[str, object]) -> Method:

@@ -1,0 +1,118 @@
+"""What a mesh is made of, and how a target differs from its neutral: facts for people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from elastomorph.mesh import Mesh, require_same_topology
+
+__all__ = ["Displacement", "MeshFacts", "displacement", "mesh_facts"]
+
+
+@dataclass(frozen=True)
+class MeshFacts:
+    """Counts and sizes of one mesh.
+
+    Attributes:
+        vertices: Number of vertices.
+        polygons: Number of polygons by their number of vertices, such as {3: 548, 4: 25836}.
+        edges: Number of edges.
+        border_edges: Edges with one polygon.
+        non_manifold_edges: Edges with more than two polygons.
+        components: Connected pieces, isolated vertices not counted.
+        isolated_vertices: Vertices on no polygon.
+        poles: Vertices inside the surface with a valence other than 4.
+        diameter: D, the largest distance between two vertices, in the unit of the file.
+        lowest: Smallest x, y, z.
+        highest: Largest x, y, z.
+        materials: Names of materials, in order of use.
+        groups: Names of groups, in order of use.
+    """
+
+    vertices: int
+    polygons: dict[int, int]
+    edges: int
+    border_edges: int
+    non_manifold_edges: int
+    components: int
+    isolated_vertices: int
+    poles: int
+    diameter: float
+    lowest: tuple[float, float, float]
+    highest: tuple[float, float, float]
+    materials: tuple[str, ...]
+    groups: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """How far a target is from its neutral.
+
+    Attributes:
+        moved: Vertices that move at all.
+        largest: Largest distance, as a fraction of D.
+        mean_of_moved: Mean distance of the vertices that move, as a fraction of D.
+        farthest_vertex: The vertex that moves most.
+    """
+
+    moved: int
+    largest: float
+    mean_of_moved: float
+    farthest_vertex: int
+
+
+def mesh_facts(mesh: Mesh) -> MeshFacts:
+    """Count what a mesh is made of."""
+    count = len(mesh.vertices)
+    corners = mesh.faces.indices.astype(np.int64)
+    following = corners[mesh.faces.next_corners] if corners.size else corners
+    keys = np.minimum(corners, following) * count + np.maximum(corners, following)
+    polygons_of_edge = np.unique(keys[corners != following], return_counts=True)[1]
+    edges = mesh.edges
+    used = np.unique(corners)
+    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
+    pieces = connected_components(graph, directed=False)[0]
+    valence = np.bincount(edges.ravel(), minlength=count)
+    on_border = np.zeros(count, dtype=bool)
+    on_border[edges[polygons_of_edge != 2].ravel()] = True
+    inside = np.zeros(count, dtype=bool)
+    inside[used] = True
+    sizes, numbers = np.unique(mesh.faces.sizes, return_counts=True)
+    low, high = mesh.vertices.min(axis=0).tolist(), mesh.vertices.max(axis=0).tolist()
+    return MeshFacts(
+        vertices=count,
+        polygons=dict(zip(sizes.tolist(), numbers.tolist(), strict=True)),
+        edges=len(edges),
+        border_edges=int((polygons_of_edge == 1).sum()),
+        non_manifold_edges=int((polygons_of_edge > 2).sum()),
+        components=int(pieces - (count - used.size)),
+        isolated_vertices=int(count - used.size),
+        poles=int((inside & ~on_border & (valence != 4)).sum()),
+        diameter=mesh.diameter,
+        lowest=(low[0], low[1], low[2]),
+        highest=(high[0], high[1], high[2]),
+        materials=mesh.materials.names if mesh.materials else (),
+        groups=mesh.groups.names if mesh.groups else (),
+    )
+
+
+def displacement(neutral: Mesh, target: Mesh) -> Displacement:
+    """Measure how far a target is from its neutral.
+
+    Raises:
+        TopologyError: They differ in vertices or polygons.
+    """
+    require_same_topology(neutral, target)
+    distance = np.linalg.norm(target.vertices - neutral.vertices, axis=1)
+    scale = neutral.diameter or 1.0
+    moved = distance > 0
+    return Displacement(
+        moved=int(moved.sum()),
+        largest=float(distance.max()) / scale,
+        mean_of_moved=float(distance[moved].mean()) / scale if moved.any() else 0.0,
+        farthest_vertex=int(distance.argmax()),
+    )
