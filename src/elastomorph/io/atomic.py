@@ -1,0 +1,161 @@
+"""Whole files or none: reading with clear errors, and writing that never leaves half a file.
+
+A file is written under a temporary name in the folder it goes to, flushed to the disk, and renamed
+over the old one. Whoever opens the path sees the old file or the new one, nothing between. A
+folder that does not exist is an error, not an invitation: a mistyped path should not grow folders.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO, NoReturn
+
+from elastomorph.errors import FileError
+
+__all__ = ["opened", "read_bytes", "replacing", "replacing_path"]
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """The content of a file.
+
+    Args:
+        path: An ordinary file; devices and pipes are refused, for they may never end.
+
+    Raises:
+        FileError: The file is missing, a folder, not an ordinary file, or may not be read.
+    """
+    with opened(path) as file:
+        return file.read()
+
+
+@contextmanager
+def opened(path: str | Path) -> Iterator[BinaryIO]:
+    """A file open for reading, for formats that jump to and fro in it.
+
+    Raises:
+        FileError: As `read_bytes`.
+    """
+    with ExitStack() as stack:
+        try:
+            mode = Path(path).stat().st_mode
+            if stat.S_ISDIR(mode):
+                raise FileError(path, "this is a folder; name a file in it")
+            if not stat.S_ISREG(mode):
+                raise FileError(path, "this is a device or a pipe; expected an ordinary file")
+            file = stack.enter_context(Path(path).open("rb"))
+        except (OSError, ValueError) as error:
+            _refuse_reading(path, error)
+        try:
+            yield file
+        except OSError as error:
+            _refuse_reading(path, error)
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[BinaryIO]:
+    """A file to write that takes the place of ``path`` once all of it is written.
+
+    On any error or interrupt nothing is left behind and the old file stays.
+
+    Args:
+        path: Where the file goes. Its folder must exist. A link is followed: the file it points
+            to is replaced and the link stays.
+
+    Raises:
+        FileError: The folder is missing, the path is a folder or a write-protected file, or the
+            disk refuses.
+    """
+    with _temporary_beside(path) as temporary, temporary.open("wb") as file:
+        yield file
+        file.flush()
+        os.fsync(file.fileno())
+
+
+@contextmanager
+def replacing_path(path: str | Path) -> Iterator[Path]:
+    """As `replacing`, for libraries that want a name to write to instead of an open file.
+
+    The temporary name lies in the same folder and has the suffix of ``path``. It exists as an
+    empty file when it is handed over.
+
+    Raises:
+        FileError: As `replacing`, or the name was taken away instead of written.
+    """
+    with _temporary_beside(path) as temporary:
+        yield temporary
+
+
+@contextmanager
+def _temporary_beside(path: str | Path) -> Iterator[Path]:
+    try:
+        final = Path(path).resolve()
+        kept_mode = _require_replaceable(path, final)
+        temporary = final.with_name(f".elastomorph-{secrets.token_hex(8)}{final.suffix}")
+    except (OSError, ValueError, RuntimeError) as error:
+        _refuse_writing(path, error)
+    try:
+        # 0o666 is narrowed by the umask, as for any file a user makes; tempfile's 0o600 is not
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        yield temporary
+        if kept_mode is not None:
+            temporary.chmod(kept_mode)
+        temporary.replace(final)
+    except OSError as error:
+        _refuse_writing(path, error)
+    except FileError as error:
+        if error.path != temporary:
+            raise
+        # a writer that was handed the temporary name complains about a file no one knows
+        problem = str(error).removeprefix(f"{temporary}: ")
+        raise type(error)(path, problem, line=error.line) from error
+    finally:
+        with suppress(OSError):  # gone already where the rename succeeded
+            temporary.unlink(missing_ok=True)
+
+
+def _require_replaceable(path: str | Path, final: Path) -> int | None:
+    """Check that ``final`` may be replaced; returns the mode of the old file, if there is one."""
+    if not final.parent.is_dir():
+        raise FileError(
+            path, f"the folder {final.parent} does not exist; create it first or name another"
+        )
+    try:
+        mode = final.stat().st_mode
+    except FileNotFoundError:
+        return None
+    if stat.S_ISDIR(mode):
+        raise FileError(path, "this is a folder; name a file to write in it")
+    if not stat.S_ISREG(mode):
+        raise FileError(path, "this is a device or a pipe; only an ordinary file can be replaced")
+    if not os.access(final, os.W_OK):
+        raise FileError(path, "the file is write-protected; name another or lift the protection")
+    return stat.S_IMODE(mode)
+
+
+def _refuse_reading(path: str | Path, error: OSError | ValueError) -> NoReturn:
+    if isinstance(error, FileNotFoundError):
+        raise FileError(path, _missing(Path(path))) from None
+    if isinstance(error, PermissionError):
+        raise FileError(path, "you have no permission to read this file") from None
+    raise FileError(path, f"the file cannot be read: {_reason(error)}") from error
+
+
+def _missing(path: Path) -> str:
+    if not path.parent.exists():
+        return f"the folder {path.parent} does not exist"
+    return "there is no such file; check the name and the folder it is looked for in"
+
+
+def _refuse_writing(path: str | Path, error: Exception) -> NoReturn:
+    if isinstance(error, PermissionError):
+        raise FileError(path, "you have no permission to write in this folder") from None
+    raise FileError(path, f"the file cannot be written: {_reason(error)}") from error
+
+
+def _reason(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -1,0 +1,210 @@
+"""Which files are the frames of a motion, and which number each has."""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import gcd
+from pathlib import Path
+
+from elastomorph.errors import FileError, FormatError
+
+__all__ = ["FrameFiles", "FramePattern", "find_frames", "frame_pattern"]
+
+_MOST_MISSING = 100_000
+_DIGITS = re.compile(r"([0-9]+)")
+
+
+@dataclass(frozen=True)
+class FramePattern:
+    """A file name with a run of # in place of the frame number, as in ``scan.####.obj``.
+
+    Attributes:
+        folder: Where the files are.
+        before: The name up to the number.
+        width: Digits that a number written by us is filled up to with zeros.
+        after: The name after the number.
+    """
+
+    folder: Path
+    before: str
+    width: int
+    after: str
+
+    def file(self, number: int) -> Path:
+        """The file of one frame."""
+        return self.folder / f"{self.before}{number:0{self.width}d}{self.after}"
+
+    def existing(self) -> dict[Path, int]:
+        """The files that match, whatever the number of their digits, and their frame numbers."""
+        name = re.compile(re.escape(self.before) + "([0-9]+)" + re.escape(self.after))
+        return {
+            self.folder / found.string: int(found[1])
+            for found in map(name.fullmatch, _names_in(self.folder))
+            if found
+        }
+
+
+@dataclass(frozen=True)
+class FrameFiles:
+    """The files of a motion in the order of their frame numbers.
+
+    Attributes:
+        files: The files.
+        numbers: Their frame numbers, rising.
+        missing: Names of the frames that the numbering leaves out.
+    """
+
+    files: tuple[Path, ...]
+    numbers: tuple[int, ...]
+    missing: tuple[str, ...]
+
+
+def frame_pattern(pattern: str | Path) -> FramePattern:
+    """The pattern that a path with a run of # stands for.
+
+    Raises:
+        FileError: The name has no run of #, or several.
+    """
+    path = Path(pattern)
+    runs = re.findall("#+", path.name)
+    if len(runs) != 1:
+        raise FileError(
+            pattern,
+            f"expected one run of # for the frame number, found {len(runs)}; write for example "
+            "'scan.####.obj'",
+        )
+    before, _, after = path.name.partition(runs[0])
+    return FramePattern(path.parent, before, len(runs[0]), after)
+
+
+def find_frames(pattern: str | Path, suffixes: Sequence[str]) -> FrameFiles:
+    """The frames that a pattern, a wildcard or a folder stands for.
+
+    In a wildcard or a folder the frame number is the run of digits in which the names differ, or
+    else the last run of digits. Frames that were taken at equal steps (10, 20, 30) leave nothing
+    out.
+
+    Args:
+        pattern: ``scan.####.obj``, a wildcard with ``*``, ``?`` or ``[…]``, or a folder with mesh
+            files of one suffix.
+        suffixes: The suffixes that mesh files may have.
+
+    Raises:
+        FileError: No files, one file only, files without or with equal numbers, or a folder with
+            mesh files of several suffixes.
+    """
+    path = Path(pattern)
+    if path.is_dir():
+        numbers = _numbered(pattern, _meshes_in(path, suffixes))
+    elif path.exists():
+        raise FileError(
+            pattern,
+            "this is one file; name all frames, for example 'scan.####.obj', 'scan.*.obj' or their "
+            "folder",
+        )
+    elif "#" in path.name:
+        numbers = frame_pattern(path).existing()
+    elif any(wildcard in path.name for wildcard in "*?["):
+        names = fnmatch.filter(_names_in(path.parent), path.name)
+        numbers = _numbered(pattern, [path.parent / name for name in names])
+    else:
+        numbers = {}
+    if len(numbers) < 2:
+        raise FileError(pattern, _too_few(path, list(numbers)))
+    files = sorted(numbers, key=lambda file: (numbers[file], file.name))
+    for one, other in pairwise(files):
+        if numbers[one] == numbers[other]:
+            raise FileError(
+                pattern,
+                f"{one.name} and {other.name} both have the frame number {numbers[one]}; keep the "
+                "frames of one take together and name only those",
+            )
+    return FrameFiles(
+        tuple(files),
+        tuple(numbers[file] for file in files),
+        _missing(pattern, files, [numbers[file] for file in files]),
+    )
+
+
+def _meshes_in(folder: Path, suffixes: Sequence[str]) -> list[Path]:
+    files = [folder / name for name in _names_in(folder) if Path(name).suffix.lower() in suffixes]
+    found = sorted({file.suffix.lower() for file in files})
+    if len(found) > 1:
+        raise FormatError(
+            folder,
+            f"this folder has mesh files of several formats ({', '.join(found)}); name the ones "
+            f"you mean, for example '{folder / ('*' + found[0])}'",
+        )
+    return files
+
+
+def _numbered(pattern: str | Path, files: list[Path]) -> dict[Path, int]:
+    parts = {file: _DIGITS.split(file.stem) for file in files}
+    without = [file.name for file in files if len(parts[file]) < 3]
+    if without:
+        raise FileError(
+            pattern,
+            f"{without[0]} has no frame number in its name"
+            + (f", and {len(without) - 1} more have none" if len(without) > 1 else "")
+            + "; number the frames or name only those that are numbered",
+        )
+    column = -2
+    if len({tuple(own[::2]) for own in parts.values()}) == 1:
+        runs = list(zip(*(own[1::2] for own in parts.values()), strict=True))
+        differing = [i for i, run in enumerate(runs) if len(set(map(int, run))) > 1]
+        column = 2 * differing[-1] + 1 if differing else -2
+    return {file: int(own[column]) for file, own in parts.items()}
+
+
+def _missing(pattern: str | Path, files: list[Path], numbers: list[int]) -> tuple[str, ...]:
+    step = gcd(*(number - numbers[0] for number in numbers))
+    span = (numbers[-1] - numbers[0]) // step + 1
+    if span - len(numbers) > _MOST_MISSING:
+        raise FileError(
+            pattern,
+            f"the frame numbers go from {numbers[0]} to {numbers[-1]}, but there are only "
+            f"{len(numbers)} files; check whether files of another take are among them",
+        )
+    present = set(numbers)
+    absent = [n for n in range(numbers[0], numbers[-1], step) if n not in present]
+    return tuple(_renumbered(files[0].name, numbers[0], number) for number in absent)
+
+
+def _renumbered(name: str, own: int, number: int) -> str:
+    """The name of another frame: the last run of digits that is this frame's number, replaced."""
+    for run in reversed(list(_DIGITS.finditer(name))):
+        if int(run[0]) == own:
+            return f"{name[: run.start()]}{number:0{len(run[0])}d}{name[run.end() :]}"
+    return str(number)
+
+
+def _names_in(folder: Path) -> list[str]:
+    """Names of the files in a folder, without hidden ones, such as a writer's temporary files."""
+    try:
+        return sorted(
+            entry.name
+            for entry in folder.iterdir()
+            if not entry.name.startswith(".") and not entry.is_dir()
+        )
+    except FileNotFoundError:
+        raise FileError(folder, "this folder does not exist") from None
+    except (OSError, ValueError) as error:
+        raise FileError(folder, f"this folder cannot be listed: {error}") from error
+
+
+def _too_few(path: Path, found: list[Path]) -> str:
+    if found:
+        return f"a motion needs at least 2 frames, found only {found[0].name}"
+    folder = path if path.is_dir() else path.parent
+    there = _names_in(folder) if folder.is_dir() else None
+    if there is None:
+        return f"no frames found: the folder {folder} does not exist"
+    shown = ", ".join(there[:5]) + (", …" if len(there) > 5 else "")
+    what = "mesh files" if path.is_dir() else f"files called '{path.name}'"
+    return f"no {what} in {folder}, which holds " + (
+        f"{len(there):,} files: {shown}" if there else "no files"
+    )

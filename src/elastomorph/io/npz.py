@@ -1,0 +1,171 @@
+"""NumPy archives (.npz): meshes and recorded motion, complete and bit for bit.
+
+A mesh is stored as ``vertices`` (V, 3), ``face_indices`` (C,) and ``face_offsets`` (F + 1,), and
+where it has them ``uv_coordinates`` (T, 2 or 3) and ``uv_corners`` (C,), ``material_names`` and
+``material_of_face`` (F,), ``group_names`` and ``group_of_face`` (F,), ``material_library``. A
+sequence has ``frames`` (T, V, 3), ``times`` (T,), ``names`` and ``missing`` in place of
+``vertices``. Polygons may be left out, and a sequence may leave out all but its frames.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FormatError
+from elastomorph.io.checked import naming_file
+from elastomorph.io.npz_members import NpzMembers, open_npz, write_arrays
+from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.polygons import Polygons
+from elastomorph.sequence import MeshSequence
+
+__all__ = ["read_npz", "read_npz_sequence", "write_npz", "write_npz_sequence"]
+
+
+def read_npz(path: str | Path) -> Mesh:
+    """The mesh in an archive.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: It is no archive, or its arrays are not those of a mesh.
+    """
+    with open_npz(path) as members:
+        if "vertices" not in members.names and "frames" in members.names:
+            raise FormatError(
+                path, "this holds a recorded motion, not one mesh; read it with read_sequence"
+            )
+        vertices = members.array("vertices", "fiu", (None, 3))
+        return _mesh(path, members, vertices)
+
+
+def write_npz(path: str | Path, mesh: Mesh) -> None:
+    """Write a mesh with all that belongs to it.
+
+    Args:
+        path: The file; its folder must exist. A file that is there is replaced at once.
+        mesh: The mesh.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    write_arrays(path, {"vertices": mesh.vertices, **_surface(mesh)})
+
+
+def read_npz_sequence(path: str | Path) -> MeshSequence:
+    """The recorded motion in an archive.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: It is no archive, or its arrays are not those of a sequence.
+    """
+    with open_npz(path) as members:
+        if "frames" not in members.names and "vertices" in members.names:
+            raise FormatError(path, "this holds one mesh, not a recorded motion; read it with read")
+        frames = members.array("frames", "fiu", (None, None, 3))
+        count = len(frames)
+        if count < 2:
+            raise FormatError(path, f"a motion needs at least 2 frames, found {count}")
+        times = members.array("times", "fiu", (count,)) if "times" in members.names else None
+        names = _names(members, "names", count) if "names" in members.names else []
+        missing = _names(members, "missing", None) if "missing" in members.names else []
+        mesh = _mesh(path, members, frames[0])
+    with naming_file(path):
+        return MeshSequence(mesh, frames, times, names, missing)
+
+
+def write_npz_sequence(path: str | Path, sequence: MeshSequence) -> None:
+    """Write a recorded motion with the mesh it moves.
+
+    Args:
+        path: The file; its folder must exist. A file that is there is replaced at once.
+        sequence: The motion.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    motion = {
+        "frames": sequence.frames,
+        "times": sequence.times,
+        "names": np.array(sequence.names, dtype=np.str_),
+        "missing": np.array(sequence.missing, dtype=np.str_),
+    }
+    write_arrays(path, {**motion, **_surface(sequence.mesh)})
+
+
+def _surface(mesh: Mesh) -> dict[str, NDArray[Any]]:
+    """The arrays of all but the positions."""
+    arrays: dict[str, NDArray[Any]] = {
+        "face_indices": mesh.faces.indices,
+        "face_offsets": mesh.faces.offsets,
+    }
+    if mesh.uv is not None:
+        arrays |= {"uv_coordinates": mesh.uv.coordinates, "uv_corners": mesh.uv.corners}
+    for kind, labels in (("material", mesh.materials), ("group", mesh.groups)):
+        if labels is not None:
+            arrays[f"{kind}_names"] = np.array(labels.names, dtype=np.str_)
+            arrays[f"{kind}_of_face"] = labels.of_face
+    if mesh.material_library is not None:
+        arrays["material_library"] = np.array(mesh.material_library)
+    return arrays
+
+
+def _mesh(path: str | Path, members: NpzMembers, vertices: NDArray[Any]) -> Mesh:
+    faces = Polygons([], [0])
+    if "face_indices" in members.names or "face_offsets" in members.names:
+        indices = members.array("face_indices", "iu", (None,))
+        offsets = members.array("face_offsets", "iu", (None,))
+        _require_between(path, "face_indices", indices, 0, len(vertices) - 1)
+        _require_between(path, "face_offsets", offsets, 0, len(indices))
+        with naming_file(path):
+            faces = Polygons(indices, offsets)
+    uv = None
+    if "uv_coordinates" in members.names or "uv_corners" in members.names:
+        corners = members.array("uv_corners", "iu", (len(faces.indices),))
+        coordinates = members.array("uv_coordinates", "fiu", (None, None))
+        if coordinates.shape[1] not in (2, 3) or not np.isfinite(coordinates).all():
+            raise FormatError(
+                path, "the array 'uv_coordinates' must be (T, 2) or (T, 3) finite numbers"
+            )
+        _require_between(path, "uv_corners", corners, -1, len(coordinates) - 1)
+        uv = UVMap(coordinates.astype(np.float64), corners.astype(np.int32))
+    library = None
+    if "material_library" in members.names:
+        library = str(members.array("material_library", "U", ()))
+    with naming_file(path):
+        return Mesh(
+            vertices,
+            faces,
+            uv=uv,
+            materials=_labels(path, members, "material", len(faces)),
+            groups=_labels(path, members, "group", len(faces)),
+            material_library=library,
+            source=Source(str(path)),
+        )
+
+
+def _labels(path: str | Path, members: NpzMembers, kind: str, faces: int) -> FaceLabels | None:
+    if f"{kind}_of_face" not in members.names:
+        return None
+    names = _names(members, f"{kind}_names", None)
+    of_face = members.array(f"{kind}_of_face", "iu", (faces,))
+    _require_between(path, f"{kind}_of_face", of_face, -1, len(names) - 1)
+    return FaceLabels(tuple(names), of_face.astype(np.int32))
+
+
+def _names(members: NpzMembers, name: str, count: int | None) -> list[str]:
+    names: list[str] = members.array(name, "U", (count,)).tolist()
+    return names
+
+
+def _require_between(
+    path: str | Path, name: str, values: NDArray[Any], lowest: int, highest: int
+) -> None:
+    if values.size and (int(values.min()) < lowest or int(values.max()) > highest):
+        raise FormatError(
+            path,
+            f"the array '{name}' goes from {int(values.min()):,} to {int(values.max()):,}, "
+            f"expected {lowest:,} to {highest:,}",
+        )

@@ -1,0 +1,233 @@
+"""Reads the text of an OBJ file one line at a time, and says what is wrong with it and where.
+
+This is the reader that decides what an OBJ file may hold; `obj_table` is quicker and must agree.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FormatError
+from elastomorph.io.obj_statements import (
+    IGNORED,
+    NAMING,
+    VERTEX_COLUMNS,
+    Naming,
+    ObjStatements,
+    name_in,
+    without_comment,
+)
+
+__all__ = ["read_lines"]
+
+_NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_INDEX = re.compile(rb"[+-]?[0-9]+")
+_LARGEST_INDEX = int(np.iinfo(np.int32).max)
+
+
+def read_lines(path: str | Path, text: bytes) -> ObjStatements:
+    """The statements of an OBJ file.
+
+    Args:
+        path: The file as the user named it, for messages.
+        text: Its content, with lines that end in LF.
+
+    Raises:
+        FormatError: A statement is not what the format allows; the message names its line.
+    """
+    vertices: list[list[float]] = []
+    texture: list[list[float]] = []
+    corners: list[int] = []
+    texture_corners: list[int] = []
+    sizes: list[int] = []
+    face_lines: list[int] = []
+    materials: list[Naming] = []
+    groups: list[Naming] = []
+    libraries: list[str] = []
+    for line, keyword, statement in _statements(text):
+        try:
+            if keyword == b"v":
+                vertices.append(_vertex(statement.split()[1:]))
+            elif keyword == b"vt":
+                texture.append(_texture(statement.split()[1:]))
+            elif keyword in (b"f", b"fo"):
+                words = statement.split()[1:]
+                for word in words:
+                    vertex, coordinate = _corner(word, len(vertices), len(texture))
+                    corners.append(vertex)
+                    texture_corners.append(coordinate)
+                if len(words) < 3:
+                    raise _StatementError(
+                        f"a polygon needs at least 3 vertices, found {len(words)}; "
+                        "complete or delete it"
+                    )
+                sizes.append(len(words))
+                face_lines.append(line)
+            elif keyword in NAMING:
+                name = _name(statement)
+                if keyword == b"usemtl":
+                    materials.append(Naming(line, name))
+                elif keyword != b"mtllib":
+                    groups.append(Naming(line, name))
+                else:
+                    libraries.append(name)
+            elif keyword not in IGNORED:
+                raise _StatementError(_unknown(keyword))
+        except _StatementError as problem:
+            raise FormatError(path, str(problem), line=line) from None
+    if not vertices:
+        raise FormatError(path, "there are no vertices; expected lines such as 'v 0.5 1.25 -3'")
+    found = ObjStatements(
+        vertices=np.array(vertices, dtype=np.float64),
+        texture=_padded(texture),
+        corners=np.array(corners, dtype=np.int64),
+        texture_corners=np.array(texture_corners, dtype=np.int64),
+        sizes=np.array(sizes, dtype=np.int64),
+        face_lines=np.array(face_lines, dtype=np.int64),
+        materials=materials,
+        groups=groups,
+        libraries=libraries,
+    )
+    _require_existing(path, found, found.corners, len(vertices), "vertex", "vertices")
+    _require_existing(path, found, found.texture_corners, len(texture), "vt", "vt lines")
+    return found
+
+
+class _StatementError(ValueError):
+    """What is wrong with a statement; a FormatError as soon as its line is known."""
+
+
+def _statements(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
+    """Line number, keyword and text of each statement, without comments and continuations."""
+    lines = enumerate(text.split(b"\n"), start=1)
+    for number, line in lines:
+        words = line.split(None, 1)
+        if not words or words[0].startswith(b"#"):
+            continue
+        keyword = words[0].removesuffix(b"\\")
+        last = line
+        parts = [without_comment(last, keyword)]
+        while last.endswith(b"\\") and parts[-1] == last:  # a comment is not continued
+            parts[-1] = last[:-1]
+            last = next(lines, (0, b""))[1]
+            parts.append(without_comment(last, keyword))
+        yield number, keyword, b" ".join(parts)
+
+
+def _name(statement: bytes) -> str:
+    try:
+        return name_in(statement)
+    except UnicodeDecodeError:
+        raise _StatementError(
+            f"the name in '{_shown(statement)}' is not UTF-8 text; save the file as UTF-8"
+        ) from None
+
+
+def _vertex(words: list[bytes]) -> list[float]:
+    if len(words) not in VERTEX_COLUMNS:
+        raise _StatementError(
+            "expected 'v x y z', optionally followed by a weight, a colour r g b or both, found "
+            f"{len(words)} numbers"
+        )
+    return [_number(word) for word in words][:3]
+
+
+def _texture(words: list[bytes]) -> list[float]:
+    if not 1 <= len(words) <= 3:
+        raise _StatementError(
+            f"expected 'vt u', 'vt u v' or 'vt u v w', found {len(words)} numbers"
+        )
+    return [_number(word) for word in words]
+
+
+def _number(word: bytes) -> float:
+    if not _NUMBER.fullmatch(word):
+        advice = ""
+        if b"," in word and _NUMBER.fullmatch(word.replace(b",", b".")):
+            advice = "; write decimals with a point"
+        raise _StatementError(f"expected a finite decimal number, found '{_shown(word)}'{advice}")
+    value = float(word)
+    if not math.isfinite(value):
+        raise _StatementError(f"the number '{_shown(word)}' is larger than a 64-bit float can hold")
+    return value
+
+
+def _corner(word: bytes, vertices: int, coordinates: int) -> tuple[int, int]:
+    """Vertex and vt of one polygon corner, both counted from 0, -1 for no vt.
+
+    The index of a normal must be a whole number; as normals are not kept, it may be any.
+    """
+    parts = word.split(b"/")
+    well_formed = 1 <= len(parts) <= 3 and _INDEX.fullmatch(parts[0])
+    if not well_formed or not all(not part or _INDEX.fullmatch(part) for part in parts[1:]):
+        raise _StatementError(
+            "expected the corners of a polygon as 'v', 'v/vt', 'v//vn' or 'v/vt/vn' with whole "
+            f"numbers, found '{_shown(word)}'"
+        )
+    vertex = _index(parts[0], vertices, "vertices")
+    if len(parts) == 1 or not parts[1]:
+        return vertex, -1
+    return vertex, _index(parts[1], coordinates, "vt lines")
+
+
+def _index(word: bytes, so_far: int, what: str) -> int:
+    if len(word.lstrip(b"+-0")) > 10 or abs(int(word)) > _LARGEST_INDEX:
+        raise _StatementError(f"the index '{_shown(word)}' is far beyond the {what} of any file")
+    number = int(word)
+    if number == 0:
+        raise _StatementError(f"the index 0 is not allowed: {what} are counted from 1")
+    if number > 0:
+        return number - 1
+    if -number > so_far:
+        raise _StatementError(
+            f"the relative index {number} counts back beyond the first of the {so_far:,} {what} "
+            "above this line"
+        )
+    return so_far + number
+
+
+def _padded(texture: list[list[float]]) -> NDArray[np.float64]:
+    columns = 3 if any(len(row) == 3 for row in texture) else 2
+    padded = [row + [0.0] * (columns - len(row)) for row in texture]
+    return np.array(padded, dtype=np.float64).reshape(-1, columns)
+
+
+def _require_existing(
+    path: str | Path,
+    found: ObjStatements,
+    indices: NDArray[np.int64],
+    count: int,
+    one: str,
+    many: str,
+) -> None:
+    beyond = indices >= count
+    if beyond.any():
+        corner = int(np.argmax(beyond))
+        face = int(np.searchsorted(np.cumsum(found.sizes), corner, side="right"))
+        raise FormatError(
+            path,
+            f"the polygon names {one} {int(indices[corner]) + 1:,}, but the file has {count:,} "
+            f"{many}; it may have been cut off or put together from two files",
+            line=int(found.face_lines[face]),
+        )
+
+
+def _unknown(keyword: bytes) -> str:
+    if keyword in (b"call", b"csh"):
+        return f"'{_shown(keyword)}' draws in other files, which is not supported; merge them first"
+    return (
+        f"unknown keyword '{_shown(keyword)}'; expected v, vt, vn, f, g, o, s, usemtl, mtllib, "
+        "another keyword of the OBJ format, or # before a comment"
+    )
+
+
+def _shown(word: bytes) -> str:
+    shown = word.decode("ascii", "backslashreplace")
+    printable = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in shown)
+    return printable if len(printable) <= 40 else printable[:37] + "..."

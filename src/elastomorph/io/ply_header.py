@@ -1,0 +1,143 @@
+"""The header of a PLY file: which elements follow, how many, and what each is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from elastomorph.errors import FormatError
+
+__all__ = ["ENCODINGS", "Element", "PlyHeader", "Property", "read_header"]
+
+ENCODINGS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+"""Name of each encoding, and the byte order NumPy knows it by."""
+
+_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
+    "short": "i2", "int16": "i2", "ushort": "u2", "uint16": "u2",
+    "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+}  # fmt: skip
+_LONGEST_HEADER = 1 << 20
+
+
+@dataclass(frozen=True)
+class Property:
+    """One property of an element: a number, or a list of numbers with its length before it.
+
+    Attributes:
+        name: Its name.
+        kind: The type of its numbers, with the byte order of the file.
+        count: The type of its length; None if it is a single number.
+    """
+
+    name: str
+    kind: np.dtype[np.generic]
+    count: np.dtype[np.generic] | None = None
+
+
+@dataclass(frozen=True)
+class Element:
+    """A table of the file: ``length`` rows, each with the same properties."""
+
+    name: str
+    length: int
+    properties: tuple[Property, ...]
+
+    @property
+    def smallest_row(self) -> int:
+        """Bytes of a binary row whose lists are all empty."""
+        return sum((p.kind if p.count is None else p.count).itemsize for p in self.properties)
+
+
+@dataclass(frozen=True)
+class PlyHeader:
+    """What the header says.
+
+    Attributes:
+        encoding: A key of `ENCODINGS`.
+        elements: The elements in the order of the file.
+        size: Bytes of the header; the elements begin there.
+        lines: Lines of the header.
+    """
+
+    encoding: str
+    elements: tuple[Element, ...]
+    size: int
+    lines: int
+
+
+def read_header(path: str | Path, content: bytes) -> PlyHeader:
+    """The header of a PLY file.
+
+    Args:
+        path: The file as the user named it, for messages.
+        content: The whole file, or its beginning.
+
+    Raises:
+        FormatError: This is no PLY file, or a line of its header is not understood.
+    """
+    newline = next((n for n in (b"\r\n", b"\n", b"\r") if content.startswith(b"ply" + n)), None)
+    if newline is None:
+        raise FormatError(path, "this is not a PLY file: it does not begin with the line 'ply'")
+    encoding = ""
+    elements: list[Element] = []
+    line, position = 1, len(b"ply" + newline)
+    while True:
+        line += 1
+        end = content.find(newline, position, _LONGEST_HEADER)
+        if end < 0:
+            raise FormatError(path, "the header has no line 'end_header'; the file was cut off")
+        words = content[position:end].decode("ascii", "backslashreplace").split()
+        position = end + len(newline)
+        if words == ["end_header"]:
+            break
+        try:
+            if not words or words[0] in ("comment", "obj_info"):
+                continue
+            if words[0] == "format":
+                encoding = _encoding(words)
+            elif words[0] == "element":
+                elements.append(_element(words))
+            elif words[0] == "property" and elements and encoding:
+                own = (*elements[-1].properties, _property(words, ENCODINGS[encoding]))
+                elements[-1] = replace(elements[-1], properties=own)
+            else:
+                raise _LineError("expected format, then element and property, then end_header")
+        except _LineError as problem:
+            shown = " ".join(words)[:80]
+            raise FormatError(path, f"{problem}, found '{shown}'", line=line) from None
+    if not encoding:
+        raise FormatError(path, "the header has no line 'format'")
+    return PlyHeader(encoding, tuple(elements), position, line)
+
+
+class _LineError(ValueError):
+    """What was expected of a header line; a FormatError as soon as its number is known."""
+
+
+def _encoding(words: list[str]) -> str:
+    if len(words) != 3 or words[1] not in ENCODINGS or words[2] != "1.0":
+        raise _LineError(f"expected 'format', one of {', '.join(ENCODINGS)}, and version 1.0")
+    return words[1]
+
+
+def _element(words: list[str]) -> Element:
+    if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18:
+        raise _LineError("expected 'element', a name and how many there are")
+    return Element(words[1], int(words[2]), ())
+
+
+def _property(words: list[str], order: str) -> Property:
+    if len(words) == 3 and words[1] in _TYPES:
+        return Property(words[2], np.dtype(order + _TYPES[words[1]]))
+    if len(words) == 5 and words[1] == "list" and words[2] in _TYPES and words[3] in _TYPES:
+        count, kind = (np.dtype(order + _TYPES[word]) for word in words[2:4])
+        if count.kind in "iu":
+            return Property(words[4], kind, count)
+    raise _LineError(
+        "expected 'property TYPE NAME' or 'property list INTEGER-TYPE TYPE NAME' with types out "
+        f"of {', '.join(_TYPES)}"
+    )

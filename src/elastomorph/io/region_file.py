@@ -1,0 +1,57 @@
+"""Read a region: the vertices of part of a face."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import read_bytes
+
+__all__ = ["read_region"]
+
+
+def read_region(region: str | Path) -> NDArray[np.int64]:
+    """Vertex indices from a file or from ranges.
+
+    Args:
+        region: A JSON file with a list of indices, ``[3, 4, 5]`` or ``{"vertices": [3, 4, 5]}``;
+            or ranges in plain text, ``0-9408,11248``.
+
+    Raises:
+        FileError: The file cannot be read.
+        FormatError: The file is not a list of indices.
+        ParameterError: The ranges are not understood.
+    """
+    text = str(region)
+    if not text.lower().endswith(".json"):
+        return _ranges(text)
+    try:
+        content = json.loads(read_bytes(region))
+    except (ValueError, RecursionError) as error:
+        raise FormatError(region, f"not JSON: {error}") from None
+    if isinstance(content, dict):
+        content = content.get("vertices")
+    if not isinstance(content, list) or not all(
+        isinstance(i, int) and not isinstance(i, bool) and 0 <= i < 2**31 for i in content
+    ):
+        raise FormatError(region, "expected a list of vertex indices, such as [3, 4, 5]")
+    return np.array(content, dtype=np.int64)
+
+
+def _ranges(text: str) -> NDArray[np.int64]:
+    parts: list[NDArray[np.int64]] = []
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not first.isdecimal() or not first.isascii() or (dash and not last.isdecimal()):
+            raise ParameterError(
+                f"region {text!r}: expected a .json file or ranges such as 0-9408,11248"
+            )
+        start, stop = int(first), int(last) if dash else int(first)
+        if stop < start or stop >= 2**31:
+            raise ParameterError(f"region {text!r}: the range {part.strip()} is empty or too large")
+        parts.append(np.arange(start, stop + 1))
+    return np.concatenate(parts)

@@ -1,0 +1,109 @@
+"""Recorded motion: numbered mesh files, one a frame, or a single .npz archive."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FileError, ParameterError
+from elastomorph.io.atomic import replacing_path
+from elastomorph.io.checked import naming_file
+from elastomorph.io.frame_names import find_frames, frame_pattern
+from elastomorph.io.npz import read_npz_sequence, write_npz_sequence
+from elastomorph.io.registry import MESH_FORMATS, format_of, known_suffixes, read
+from elastomorph.mesh import require_same_topology
+from elastomorph.sequence import MeshSequence
+
+__all__ = ["read_sequence", "write_sequence"]
+
+_FINEST_GRID = 10_000
+
+
+def read_sequence(pattern: str | Path) -> MeshSequence:
+    """A recorded motion, its frames in the order of their numbers.
+
+    Times follow the frame numbers: without frame 3, frame 4 still comes at its own time. Frames
+    that the numbering leaves out are named in ``missing``.
+
+    Args:
+        pattern: ``scan.####.obj`` (a run of # stands for a number of any width), a wildcard such
+            as ``scan.*.obj``, a folder with mesh files of one suffix, or one ``.npz`` archive.
+
+    Raises:
+        FileError: There are no such files, or fewer than two, or their numbers are not clear.
+        FormatError: A file is not what its format allows.
+        TopologyError: A frame has other vertices or polygons than the first one.
+    """
+    path = Path(pattern)
+    if path.suffix.lower() == ".npz" and path.is_file():
+        return read_npz_sequence(pattern)
+    found = find_frames(pattern, known_suffixes(MESH_FORMATS))
+    first = read(found.files[0])
+    frames = np.empty((len(found.files), *first.vertices.shape))
+    frames[0] = first.vertices
+    for i, file in enumerate(found.files[1:], start=1):
+        mesh = read(file)
+        require_same_topology(first, mesh)
+        frames[i] = mesh.vertices
+    numbers = [float(number - found.numbers[0]) for number in found.numbers]
+    with naming_file(pattern):
+        return MeshSequence(
+            first, frames, numbers, [file.name for file in found.files], found.missing
+        )
+
+
+def write_sequence(pattern: str | Path, sequence: MeshSequence) -> None:
+    """Write a recorded motion, all frames or none.
+
+    All frames are written under temporary names and only then renamed. Frames are numbered from 1
+    by their times, so that a motion with a gap is read back with that gap.
+
+    Args:
+        pattern: ``scan.####.obj``, with as many # as numbers should have digits, or one ``.npz``
+            archive, which keeps times and names as they are. The folder must exist.
+        sequence: The motion.
+
+    Raises:
+        FileError: A file cannot be written, or files of another motion match the pattern and
+            would mix with this one.
+        FormatError: The suffix is unknown.
+        ParameterError: The times lie on no even grid of frames; only an archive can hold them.
+    """
+    if not isinstance(sequence, MeshSequence):
+        raise ParameterError(f"expected a MeshSequence, found {type(sequence).__name__}")
+    path = Path(pattern)
+    if path.suffix.lower() == ".npz" and "#" not in path.name:
+        write_npz_sequence(pattern, sequence)
+        return
+    frames = frame_pattern(pattern)
+    write = format_of(pattern, MESH_FORMATS).write
+    files = [frames.file(number) for number in _frame_numbers(sequence.times)]
+    if frames.folder.is_dir():
+        others = sorted(set(frames.existing()) - set(files))
+        if others:
+            raise FileError(
+                pattern,
+                f"{others[0].name} is already there and not among the {len(files)} frames to "
+                f"write ({len(others)} such files); delete them or choose another name",
+            )
+    with ExitStack() as renames:
+        for file, mesh in zip(files, sequence, strict=True):
+            write(renames.enter_context(replacing_path(file)), mesh)
+
+
+def _frame_numbers(times: NDArray[np.float64]) -> list[int]:
+    """Whole numbers from 1 with the distances of the times, as small as possible."""
+    gaps = np.diff(times)
+    for steps in range(len(times) - 1, _FINEST_GRID + 1):
+        if gaps.min() * steps < 0.5:
+            continue
+        numbers = np.rint(times * steps)
+        if np.abs(times * steps - numbers).max() < 1e-6:
+            return [int(number) + 1 for number in numbers]
+    raise ParameterError(
+        f"the {len(times)} times lie on no even grid of up to {_FINEST_GRID:,} frames, as numbered "
+        "files need; write an .npz archive, which keeps them"
+    )

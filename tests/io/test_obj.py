@@ -1,0 +1,221 @@
+"""OBJ files are read as they are: vertex order, polygons and labels as the author gave them."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mesh_samples import assert_same_mesh, label_names
+
+from elastomorph.errors import ElastomorphError, FormatError
+from elastomorph.io.obj import read_obj
+from elastomorph.mesh import Mesh
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+def read_text(folder: Path, text: str | bytes) -> Mesh:
+    path = folder / "mesh.obj"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_obj(path)
+
+
+def test_vertices_keep_their_order_and_polygons_their_size(tmp_path: Path) -> None:
+    """Unused and doubled vertices stay; a triangle, a quad and a pentagon stay what they are."""
+    mesh = read_text(
+        tmp_path,
+        "v 9 9 9\nv 0 0 0\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+        "f 2 4 5\nf 3 4 5 6\nf 2 3 4 5 6\nf 5 4 2\n",
+    )
+    assert mesh.vertices.tolist() == [
+        [9, 9, 9], [0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0],
+    ]  # fmt: skip
+    assert [face.tolist() for face in mesh.faces] == [
+        [1, 3, 4], [2, 3, 4, 5], [1, 2, 3, 4, 5], [4, 3, 1],
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        "1 2 3",
+        "1/1 2/2 3/3",
+        "1//1 2//1 3//1",
+        "1/1/1 2/2/1 3/3/1",
+        "1/1/1 2//1 3/3",
+        "1/ 2// 3",
+        "+1 +2 +3",
+        "-4 -3 -2",
+        "-4/-3/-1 2/-2/1 -2/3/9",
+        "1\t2   3 ",
+        "1 2 \\\n3",
+        "\\\n1 2\\\n3\\\n",
+        "1 2 3 # a corner",
+        "1 2 3#comment \\",
+    ],
+)
+def test_every_way_to_write_the_corners_gives_the_same_polygon(
+    tmp_path: Path, corners: str
+) -> None:
+    mesh = read_text(
+        tmp_path, SQUARE + "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n" + f"f {corners}\nf 2 3 4"
+    )
+    assert [face.tolist() for face in mesh.faces] == [[0, 1, 2], [1, 2, 3]]
+
+
+def test_relative_indices_count_back_from_their_own_line(tmp_path: Path) -> None:
+    mesh = read_text(
+        tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\nf -4 -3 -1\nvt 0 0\nf -1 -2 -3\n"
+    )
+    assert [face.tolist() for face in mesh.faces] == [[0, 1, 2], [0, 1, 3], [3, 2, 1]]
+
+
+def test_polygons_may_come_before_their_vertices(tmp_path: Path) -> None:
+    mesh = read_text(tmp_path, "f 1 2 3\n" + SQUARE)
+    assert mesh.faces[0].tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("last", [True, False])
+def test_lines_may_end_in_any_way(tmp_path: Path, newline: str, last: bool) -> None:
+    text = "# head\n\n" + SQUARE + "usemtl skin\nf 1 2 \\\n3\nf 1 3 4" + "\n" * last
+    mesh = read_text(tmp_path, text.replace("\n", newline).encode())
+    assert [face.tolist() for face in mesh.faces] == [[0, 1, 2], [0, 2, 3]]
+    assert mesh.source is not None
+    assert mesh.source.face_lines is not None
+    assert mesh.source.face_lines.tolist() == [8, 10]
+    assert label_names(mesh.materials) == ["skin", "skin"]
+
+
+@pytest.mark.parametrize("columns", ["", " 1", " 0.5 0.5 0.5", " 1 .1 .2 .3"])
+def test_weight_and_colour_are_passed_over(tmp_path: Path, columns: str) -> None:
+    text = "\n".join(line + columns for line in SQUARE.splitlines())
+    assert_same_mesh(read_text(tmp_path, text), read_text(tmp_path, SQUARE))
+
+
+def test_only_some_vertices_may_have_colours(tmp_path: Path) -> None:
+    mesh = read_text(tmp_path, "v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 1\n")
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        *("1", "-1", "+1", "1.", ".5", "-.5", "1e3", "1E-3", "1.5e+3", "0.1", "00012", "-0"),
+        *("123456789.123456789", "9007199254740993", "0.30000000000000004", "1e-400", "5e-324"),
+        *("2.2250738585072011e-308", "1.7976931348623157e308"),
+    ],
+)
+def test_numbers_are_read_as_python_reads_them(tmp_path: Path, number: str) -> None:
+    mesh = read_text(tmp_path, f"v {number} 0 0\nv 0 {number} 1e0\n")
+    expected = np.array([[float(number), 0, 0], [0, float(number), 1]])
+    assert mesh.vertices.tobytes() == expected.tobytes()
+
+
+def test_materials_and_groups_label_the_polygons_below_them(tmp_path: Path) -> None:
+    mesh = read_text(
+        tmp_path,
+        "mtllib a.mtl\n" + SQUARE + "f 1 2 3\nusemtl skin\ng left cheek\nf 1 2 3\nusemtl unused\n"
+        "usemtl Material #25\nf 1 2 3\no Teeth # upper\nf 1 2 3\ng\nusemtl skin\nf 1 2 3\n"
+        "mtllib b.mtl\nmtllib a.mtl\n",
+    )
+    assert mesh.materials is not None
+    assert mesh.materials.names == ("skin", "Material #25")
+    assert label_names(mesh.materials) == [None, "skin", "Material #25", "Material #25", "skin"]
+    assert label_names(mesh.groups) == [None, "left cheek", "left cheek", "Teeth", None]
+    assert mesh.material_library == "a.mtl b.mtl"
+
+
+def test_a_mesh_without_labels_has_none(tmp_path: Path) -> None:
+    mesh = read_text(tmp_path, SQUARE + "f 1 2 3 4\nusemtl later\n")
+    assert mesh.materials is mesh.groups is mesh.uv is mesh.material_library is None
+
+
+def test_names_may_have_letters_of_any_script(tmp_path: Path) -> None:
+    mesh = read_text(tmp_path, SQUARE + "usemtl Haut_weiß\ng 頬\nf 1 2 3\n")
+    assert label_names(mesh.materials) == ["Haut_weiß"]
+    assert label_names(mesh.groups) == ["頬"]
+
+
+def test_a_comment_may_have_any_bytes_and_end_in_a_backslash(tmp_path: Path) -> None:
+    """A comment is not continued: what follows a folder's name is a statement of its own."""
+    mesh = read_text(tmp_path, b"\xef\xbb\xbf# from C:\\faces\\\nv 1 2 3 # M\xfcller \\\nv 4 5 6\n")
+    assert mesh.vertices.tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+def test_texture_coordinates_have_two_columns_or_three(tmp_path: Path) -> None:
+    face = "f 1/1 2/2 3\n"
+    for rows, expected in (
+        ("vt 0.5\nvt 1\n", [[0.5, 0], [1, 0]]),
+        ("vt 0.5 1\nvt 1 2\n", [[0.5, 1], [1, 2]]),
+        ("vt 0.5 1 2\nvt 1 2 3\n", [[0.5, 1, 2], [1, 2, 3]]),
+        ("vt 0.5\nvt 1 2 3\n", [[0.5, 0, 0], [1, 2, 3]]),
+    ):
+        uv = read_text(tmp_path, SQUARE + rows + face).uv
+        assert uv is not None
+        assert uv.coordinates.tolist() == expected
+        assert uv.corners.tolist() == [0, 1, -1]
+
+
+def test_statements_that_are_not_polygons_are_passed_over(tmp_path: Path) -> None:
+    mesh = read_text(
+        tmp_path,
+        SQUARE + "vn nan nan nan\nvp 1 2\ns off\ns 1\nl 1 2 3\np 1\nlod 2\nmg 1 0.5\n"
+        "cstype bspline\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1\nend\n  f 1 2 3\n",
+    )
+    assert len(mesh.vertices) == 4
+    assert [face.tolist() for face in mesh.faces] == [[0, 1, 2]]
+
+
+def test_points_without_polygons_are_a_mesh(tmp_path: Path) -> None:
+    assert len(read_text(tmp_path, SQUARE).faces) == 0
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_other_encodings_are_refused_with_advice(tmp_path: Path, encoding: str) -> None:
+    with pytest.raises(FormatError, match="UTF-8"):
+        read_text(tmp_path, (SQUARE + "f 1 2 3\n").encode(encoding))
+
+
+def test_a_nul_byte_is_refused_where_it_stands(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match=r"mesh\.obj, line 5: a NUL byte"):
+        read_text(tmp_path, SQUARE + "# \0\n")
+
+
+@pytest.mark.realdata
+def test_a_production_mesh_has_the_polygons_a_plain_count_finds(data_dir: Path) -> None:
+    path = data_dir / "ict-facekit" / "generic_neutral_mesh.obj"
+    mesh = read_obj(path)
+    lines = path.read_text().splitlines()
+    positions = [list(map(float, line.split()[1:])) for line in lines if line.startswith("v ")]
+    polygons = [
+        [int(corner.split("/")[0]) - 1 for corner in line.split()[1:]]
+        for line in lines
+        if line.startswith("f ")
+    ]
+    assert mesh.vertices.tolist() == positions
+    assert [face.tolist() for face in mesh.faces] == polygons
+    assert sorted(set(mesh.faces.sizes.tolist())) == [3, 4]
+    assert mesh.source is not None
+    assert mesh.source.face_lines is not None
+    assert all(lines[line - 1].startswith("f ") for line in mesh.source.face_lines)
+    assert mesh.materials is not None
+    assert mesh.materials.names[0] == "M_Face"
+
+
+@pytest.mark.realdata
+def test_damaged_files_load_or_are_refused_by_line_within_two_seconds(data_dir: Path) -> None:
+    files = sorted((data_dir / "malformed" / "obj").iterdir())
+    assert len(files) == 255
+    complaints = {}
+    for file in files:
+        start = time.perf_counter()
+        try:
+            read_obj(file)
+        except ElastomorphError as error:
+            complaints[file.name] = str(error)
+        assert time.perf_counter() - start < 2, file.name
+    assert len(complaints) > 200
+    assert all(name in complaint for name, complaint in complaints.items())
