@@ -1,0 +1,261 @@
+"""Interpolation judged against real faces: onsets and offsets of two optical marker takes.
+
+    python benchmarks/real_capture.py [--data FOLDER] [--each]
+
+Reads ``animface/jaw.npz`` and ``animface/eyebrows.npz`` (41 named markers at 60 frames a second)
+from the folder of real data: ``--data``, or ``ELASTOMORPH_DATA``, or ``../shared/data`` beside
+the checkout. How a movement is cut out of a take matters, so the last table shows what becomes of
+the errors when less or more of the rest and of the apex belongs to it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from elastomorph.curves import Curve, CurveNetwork
+from elastomorph.errors import ElastomorphWarning
+from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, MethodResult, evaluate
+from elastomorph.evaluation.segments import Movement, find_movements
+from elastomorph.evaluation.summary import mean_summaries, same
+from elastomorph.evaluation.table import method_table
+from elastomorph.mesh import Mesh
+from elastomorph.sequence import MeshSequence
+
+TAKES = ("jaw", "eyebrows")
+METHODS = (*DEFAULT_METHODS, "beam:2:compatible", "beam:2:unforced")
+EASE, BEAM = "ease R=2", "beam R=2"
+EDGE = 0.05
+EDGES = (0.0, 0.02, EDGE, 0.1, 0.2)
+
+# Every marker on one curve; True for a closed one.
+CURVES: Mapping[str, tuple[bool, tuple[str, ...]]] = {
+    "forehead": (False, ("ForeHead_R", "ForeHead_M", "ForeHead_L")),
+    "brows": (
+        False,
+        (
+            "Reyebrow_Outside",
+            "Reyebrow_M",
+            "Reyebrow_Inside",
+            "Eyebrow_Center",
+            "Leyebrow_Inside",
+            "Leyebrow_M",
+            "Leyebrow_Outside",
+        ),
+    ),
+    "right lids": (True, ("Reye_Outside", "Reye_Up", "Reye_Inside", "Reye_Down")),
+    "left lids": (True, ("Leye_Inside", "Leye_Up", "Leye_Outside", "Leye_Down")),
+    "nose": (True, ("NoseTop", "NoseHead_L", "NoseHead", "NoseHead_R")),
+    "right cheek": (False, ("Rcheek_Up", "Rcheek_Outside", "Rcheek_Down")),
+    "left cheek": (False, ("Lcheek_Up", "Lcheek_Outside", "Lcheek_Down")),
+    "lips": (
+        True,
+        (
+            "Mouth_Rend",
+            "Mouth_UpR1",
+            "Mouth_Up",
+            "Mouth_UpL1",
+            "Mouth_Lend",
+            "Mouth_DownL",
+            "Mouth_Down",
+            "Mouth_DownR",
+        ),
+    ),
+    "jaw": (False, ("Chin_R2", "Chin_R1", "Chin", "Chin_L1", "Chin_L2")),
+}
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One movement and how the methods did on it."""
+
+    take: str
+    movement: Movement
+    evaluation: Evaluation
+
+    @property
+    def name(self) -> str:
+        """Take and frames, as in "jaw 331-366"."""
+        return f"{self.take} {self.movement.start}-{self.movement.stop}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--data", type=Path, default=None, help="folder of the real data")
+    parser.add_argument("--each", action="store_true", help="print the full table of each movement")
+    options = parser.parse_args()
+    folder = options.data or _data_folder()
+    missing = [take for take in TAKES if not (folder / "animface" / f"{take}.npz").is_file()]
+    if missing:
+        print(
+            f"{folder} has no animface/{missing[0]}.npz: name the folder of the real data with "
+            "--data or ELASTOMORPH_DATA",
+            file=sys.stderr,
+        )
+        return 1
+
+    console = Console(width=None if sys.stdout.isatty() else 120)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ElastomorphWarning)
+        takes = [folder / "animface" / f"{take}.npz" for take in TAKES]
+        judged = [one for take in takes for one in judge(take)]
+        cuts = {
+            edge: [one for take in takes for one in judge(take, edge, ("linear", "ease:2"))]
+            for edge in EDGES
+        }
+    for message in dict.fromkeys(str(warning.message) for warning in caught):
+        console.print(Text(f"Warning: {message}", style="yellow"))
+
+    if options.each:
+        for one in judged:
+            console.print(Text(f"\n{one.name}, {one.movement.kind}", style="bold"))
+            console.print(one.evaluation.table())
+    console.print(movement_table(judged, "LME of each movement", lambda result: result.lme))
+    console.print(
+        movement_table(
+            judged, "LME of each movement with free timing", lambda result: result.path_lme
+        )
+    )
+    kinds = {
+        "onsets": [one for one in judged if one.movement.kind == "onset"],
+        "offsets": [one for one in judged if one.movement.kind == "offset"],
+        "movements": judged,
+    }
+    for kind, group in kinds.items():
+        means = mean_summaries([one.evaluation for one in group])
+        console.print(method_table(means, f"Mean over {len(group)} {kind}", shape=False))
+    console.print(cut_table(cuts))
+    console.print(Text(conclusion(kinds)))
+    return 0
+
+
+def judge(path: Path, edge: float = EDGE, methods: Sequence[str] = METHODS) -> list[Judged]:
+    """Find the movements of a take and evaluate every method on each."""
+    with np.load(path, allow_pickle=False) as file:
+        frames = file["stab"].astype(np.float64)
+        names = [str(name) for name in file["names"]]
+    take = MeshSequence(Mesh(frames[0]), frames)
+    curves = marker_curves(names)
+    return [
+        Judged(path.stem, move, evaluate(take.part(move.start, move.stop), methods, curves))
+        for move in find_movements(frames, edge=edge)
+    ]
+
+
+def marker_curves(names: Sequence[str]) -> CurveNetwork:
+    """The curves through markers of these names."""
+    number = {name: i for i, name in enumerate(names)}
+    curves = [
+        Curve([number[marker] for marker in markers], closed, name)
+        for name, (closed, markers) in CURVES.items()
+    ]
+    return CurveNetwork(curves, len(names))
+
+
+def movement_table(
+    judged: Sequence[Judged], title: str, measured: Callable[[MethodResult], float]
+) -> Table:
+    """One row a movement, one column a method, in % of D."""
+    table = Table(title=title, title_justify="left", caption="% of D", caption_justify="left")
+    table.add_column("movement", no_wrap=True)
+    table.add_column("kind")
+    for result in judged[0].evaluation.results:
+        table.add_column(result.label.replace(" ", "\n"), justify="right")
+    for one in judged:
+        values = [f"{100 * measured(result):.2f}" for result in one.evaluation.results]
+        best = min(values, key=float)
+        cells = [Text(value, style="bold" if value == best else "") for value in values]
+        table.add_row(one.name, one.movement.kind, *cells)
+    return table
+
+
+def cut_table(cuts: Mapping[float, Sequence[Judged]]) -> Table:
+    """Mean LME by how much of the rise is cut off at both ends of a movement."""
+    table = Table(
+        title="Mean LME by where movements are cut",
+        title_justify="left",
+        caption="% of D. cut: share of the rise left out at either end",
+        caption_justify="left",
+    )
+    for header in ("cut", "kind", "movements", "frames", "linear", EASE, "free timing"):
+        table.add_column(header, justify="left" if header == "kind" else "right")
+    table.add_column(f"{EASE} loses", justify="right")
+    for edge, judged in cuts.items():
+        for kind in ("onset", "offset"):
+            group = [one for one in judged if one.movement.kind == kind]
+            linear = [one.evaluation["linear"] for one in group]
+            ease = [one.evaluation[EASE] for one in group]
+            table.add_row(
+                f"{edge:.0%}",
+                kind,
+                str(len(group)),
+                f"{np.mean([len(one.evaluation.truth) for one in group]):.0f}",
+                f"{100 * np.mean([result.lme for result in linear]):.2f}",
+                f"{100 * np.mean([result.lme for result in ease]):.2f}",
+                f"{100 * np.mean([result.path_lme for result in linear]):.2f}",
+                str(sum(e.lme > s.lme for e, s in zip(ease, linear, strict=True))),
+            )
+    return table
+
+
+def conclusion(kinds: Mapping[str, Sequence[Judged]]) -> str:
+    """What the numbers show, in one paragraph computed from them."""
+    said = []
+    for kind in ("onsets", "offsets"):
+        group = kinds[kind]
+        means = {line.label: line.lme for line in mean_summaries([o.evaluation for o in group])}
+        best = min(means, key=lambda label: means[label])
+        lost = sum(one.evaluation[BEAM].lme > one.evaluation["linear"].lme for one in group)
+        against = "" if best == "linear" else f" against {means['linear']:.2%} for linear"
+        said.append(
+            f"On {len(group)} {kind} {best} has the smallest mean LME, {means[best]:.2%} of "
+            f"D{against}; {BEAM} has {means[BEAM]:.2%} and loses to linear on {lost}."
+        )
+    everything = kinds["movements"]
+    for label in (BEAM, f"{BEAM} compatible"):
+        pairs = [(one.evaluation[label].lme, one.evaluation[EASE].lme) for one in everything]
+        apart = [abs(ours - ease) for ours, ease in pairs]
+        share = [abs(ours - ease) / ease for ours, ease in pairs]
+        said.append(
+            f"{label} differs from {EASE} in LME by {np.mean(apart):.3%} of D on average and "
+            f"{max(apart):.3%} at most ({np.mean(share):.2%} and {max(share):.2%} of the LME)."
+        )
+    lines = {line.label: line for line in mean_summaries([o.evaluation for o in everything])}
+    linear = lines["linear"]
+    said.append(
+        f"One free timing brings the mean LME of linear from {linear.lme:.2%} to "
+        f"{linear.path_lme:.2%} of D, {linear.lme / linear.path_lme:.2f} times less."
+    )
+    closest = min(lines.values(), key=lambda line: line.path_lme)
+    if same(closest.path_lme, linear.path_lme):
+        said.append("With it no method's path is closer than the straight line by 1 % or more.")
+    else:
+        said.append(f"With it {closest.label} has the closest path, {closest.path_lme:.2%}.")
+    halfway = [
+        float(np.interp(0.5, one.evaluation.truth.times, one.evaluation["linear"].path_times))
+        for one in everything
+    ]
+    said.append(
+        f"Half the time into a movement the face is between {min(halfway):.0%} and "
+        f"{max(halfway):.0%} of the way: no one law of time fits them all."
+    )
+    return " ".join(said)
+
+
+def _data_folder() -> Path:
+    named = os.environ.get("ELASTOMORPH_DATA")
+    return Path(named) if named else Path(__file__).parents[2] / "shared" / "data"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

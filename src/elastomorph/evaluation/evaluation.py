@@ -1,0 +1,162 @@
+"""Compare ways to interpolate with a recorded motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from elastomorph.curves import CurveNetwork, extract_curves
+from elastomorph.errors import CurveError, MeshError, ParameterError
+from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
+from elastomorph.evaluation.results import Evaluation, MethodResult
+from elastomorph.evaluation.shape import Shape, ShapeProbe
+from elastomorph.evaluation.timing import free_timing
+from elastomorph.mesh import require_same_topology
+from elastomorph.morph import Morph
+from elastomorph.paths import Method, interpolate
+from elastomorph.physics import Material
+from elastomorph.sequence import MeshSequence
+
+__all__ = ["DEFAULT_METHODS", "evaluate"]
+
+DEFAULT_METHODS = ("linear", "cosine", "ease:2", "ease:3", "beam:1", "beam:2", "beam:3")
+
+# A morph read from a file of 32-bit numbers starts and ends this close to the captured frames.
+_END_TOLERANCE = 1e-5
+
+AnyMethod = str | Method | Morph
+
+
+def evaluate(
+    truth: MeshSequence,
+    methods: Sequence[AnyMethod] | Mapping[str, AnyMethod] | AnyMethod = DEFAULT_METHODS,
+    curves: CurveNetwork | None = None,
+    *,
+    material: Material | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Evaluation:
+    """Interpolate between the first and the last frame of a motion and compare with the rest.
+
+    Every method is measured twice: at the times of the frames, and with free timing, where each
+    frame picks its own moment of the path. What vanishes with free timing was a matter of timing.
+
+    Args:
+        truth: The recorded motion; its frames carry times from 0 to 1.
+        methods: Texts such as ``beam:2``, `Method` objects, or finished morphs from the first
+            frame to the last; a mapping gives them labels of your own.
+        curves: The curves along which errors are measured and which beams follow; found by
+            `extract_curves` by default. A mesh without polygons needs them.
+        material: m, c, k of methods given as text; by default 1, 1, 1.
+        progress: Called with the label of each method before it is evaluated.
+
+    Raises:
+        CurveError: The curves belong to another mesh, or there are none.
+        MeshError: A morph does not lead from the first frame to the last, or D is 0.
+        TopologyError: A morph has other vertices or polygons.
+        ParameterError: A method is not understood, there is none, or two have one label.
+        ResonanceError: A material is singular for its load.
+    """
+    chosen = _labelled(methods, material)
+    if curves is None:
+        curves = extract_curves(truth.mesh)
+    if curves.vertex_count != len(truth.mesh.vertices):
+        raise CurveError(
+            f"the curves belong to a mesh of {curves.vertex_count:,} vertices, the motion has "
+            f"{len(truth.mesh.vertices):,}: extract them from its first frame"
+        )
+    along = CurveVertices.of(curves, len(truth.mesh.vertices))
+    target = truth.target
+    probe = ShapeProbe.of(truth.mesh, target, curves.curve_of)
+    results = []
+    for number, (label, method) in enumerate(chosen.items(), start=1):
+        if progress is not None:
+            progress(f"{label} ({number} of {len(chosen)})")
+        if isinstance(method, Morph):
+            morph = method
+            _require_ends(morph, truth, label)
+        else:
+            morph = interpolate(truth.mesh, target, method, curves=curves)
+        results.append(_measure(label, morph, truth, along, probe))
+    return Evaluation(truth, curves, tuple(results))
+
+
+def _measure(
+    label: str, morph: Morph, truth: MeshSequence, along: CurveVertices, probe: ShapeProbe
+) -> MethodResult:
+    """Frame by frame, so that memory holds one in-between at a time."""
+    errors = np.empty((4, len(along.counts), len(truth)))
+    average, maximum, path_average, path_maximum = errors
+    path_times = free_timing(morph, truth.frames, along.indices)
+    worst = Shape()
+    for i, (time, path_time) in enumerate(zip(truth.times, path_times, strict=True)):
+        positions = morph.at(float(time))
+        captured = truth.frames[i]
+        average[:, i], maximum[:, i] = curve_errors(positions, captured, along, probe.diameter)
+        worst = worst.worst(probe.at(morph, float(time), positions))
+        path_average[:, i], path_maximum[:, i] = curve_errors(
+            morph.at(float(path_time)), captured, along, probe.diameter
+        )
+    return MethodResult(
+        label,
+        morph,
+        average,
+        maximum,
+        path_times,
+        path_average,
+        path_maximum,
+        worst.seam,
+        worst.flips,
+        worst.stretch,
+    )
+
+
+def _labelled(
+    methods: Sequence[AnyMethod] | Mapping[str, AnyMethod] | AnyMethod, material: Material | None
+) -> dict[str, Method | Morph]:
+    """The methods by their labels, in order."""
+    if isinstance(methods, AnyMethod):
+        methods = [methods]
+    pairs: list[tuple[str | None, AnyMethod]] = (
+        list(methods.items())
+        if isinstance(methods, Mapping)
+        else [(None, method) for method in methods]
+    )
+    if not pairs:
+        raise ParameterError("there is no method to evaluate")
+    found: dict[str, Method | Morph] = {}
+    for label, method in pairs:
+        if isinstance(method, str):
+            method = Method.parse(method)
+            if material is not None:
+                method = method.with_material(material)
+        if not isinstance(method, Method | Morph):
+            raise ParameterError(
+                f"a method is a text such as 'beam:2', a Method or a Morph, found {method!r}"
+            )
+        own = method.method if isinstance(method, Morph) else method.label
+        name = own if label is None else str(label)
+        if name in found:
+            raise ParameterError(
+                f"two methods are called {name!r}: give a mapping from labels of your own to "
+                "methods"
+            )
+        found[name] = method
+    return found
+
+
+def _require_ends(morph: Morph, truth: MeshSequence, label: str) -> None:
+    """Check that a finished path leads from the first frame to the last."""
+    require_same_topology(truth.mesh, morph.neutral)
+    allowed = _END_TOLERANCE * truth.mesh.diameter
+    for mesh, frame, where in (
+        (morph.neutral, truth.frames[0], "start at the first"),
+        (morph.target, truth.frames[-1], "end at the last"),
+    ):
+        gap = float(np.linalg.norm(mesh.vertices - frame, axis=1).max())
+        if gap > allowed:
+            raise MeshError(
+                f"the path {label!r} must {where} frame of the motion, but is {gap:.3g} away "
+                f"from it (D is {truth.mesh.diameter:.3g}): build it from truth.neutral to "
+                "truth.target"
+            )

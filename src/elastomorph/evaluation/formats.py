@@ -1,0 +1,97 @@
+"""An evaluation as CSV and JSON text; writing files is the caller's business."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any
+
+from elastomorph.evaluation.results import Evaluation
+from elastomorph.evaluation.summary import conclusions, summaries
+
+__all__ = ["evaluation_json", "long_csv", "summary_csv"]
+
+
+def summary_csv(evaluation: Evaluation) -> str:
+    """One line a method. Errors and seam are fractions of D, in full precision."""
+    rows = [asdict(line) for line in summaries(evaluation)]
+    return _csv([list(rows[0]), *(list(row.values()) for row in rows)])
+
+
+def long_csv(evaluation: Evaluation) -> str:
+    """One line for each method, curve and frame: E_A and E_M at the time and with free timing."""
+    header = [
+        "method",
+        "curve",
+        "frame",
+        "time",
+        "average",
+        "maximum",
+        "path_time",
+        "path_average",
+        "path_maximum",
+    ]
+    truth = evaluation.truth
+    times = truth.times.tolist()
+    rows: list[list[Any]] = [header]
+    for result in evaluation.results:
+        path_times = result.path_times.tolist()
+        for number, name in enumerate(_curve_names(evaluation)):
+            columns = zip(
+                truth.names,
+                times,
+                result.average[number].tolist(),
+                result.maximum[number].tolist(),
+                path_times,
+                result.path_average[number].tolist(),
+                result.path_maximum[number].tolist(),
+                strict=True,
+            )
+            rows += [[result.label, name, *values] for values in columns]
+    return _csv(rows)
+
+
+def evaluation_json(evaluation: Evaluation) -> str:
+    """Everything measured, as strict JSON (an infinite stretch becomes null).
+
+    Errors and seam are fractions of ``diameter``. ``average``, ``maximum``, ``path_average`` and
+    ``path_maximum`` hold one row a curve and one column a frame.
+    """
+    lines = summaries(evaluation)
+    methods = []
+    for line, result in zip(lines, evaluation.results, strict=True):
+        entry = {
+            name: value if isinstance(value, str) or math.isfinite(value) else None
+            for name, value in asdict(line).items()
+        }
+        for name in ("path_times", "average", "maximum", "path_average", "path_maximum"):
+            entry[name] = getattr(result, name).tolist()
+        methods.append(entry)
+    page = {
+        "unit": "fraction of diameter",
+        "diameter": evaluation.diameter,
+        "frames": list(evaluation.truth.names),
+        "times": evaluation.truth.times.tolist(),
+        "curves": [
+            {"name": name, "vertices": len(curve.vertices), "closed": bool(curve.closed)}
+            for name, curve in zip(_curve_names(evaluation), evaluation.curves, strict=True)
+        ],
+        "methods": methods,
+        "conclusions": conclusions(lines),
+    }
+    return json.dumps(page, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _curve_names(evaluation: Evaluation) -> list[str]:
+    """The name of each curve, or its number where it has none."""
+    return [curve.name or str(number) for number, curve in enumerate(evaluation.curves)]
+
+
+def _csv(rows: Iterable[list[Any]]) -> str:
+    page = io.StringIO()
+    csv.writer(page, lineterminator="\n").writerows(rows)
+    return page.getvalue()

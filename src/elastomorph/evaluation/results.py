@@ -1,0 +1,186 @@
+"""What an evaluation found: one result a method, and ways to print, store and draw them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.curves import CurveNetwork
+from elastomorph.errors import ParameterError
+from elastomorph.morph import Morph
+from elastomorph.sequence import MeshSequence
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+__all__ = ["Evaluation", "MethodResult"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MethodResult:
+    """How one method did. All errors are fractions of D, the diameter of the neutral.
+
+    Free timing lowers the squared error over all curves; where one curve disagrees with the rest
+    of the face, the largest error may rise.
+
+    Attributes:
+        label: Name of the method.
+        morph: Its path.
+        average: (C, T) E_A of each curve in each frame (Eq. 35 with the norm).
+        maximum: (C, T) E_M of each curve in each frame.
+        path_times: (T,) the moment of the path each frame picks for itself, see `free_timing`.
+        path_average: (C, T) E_A at these moments.
+        path_maximum: (C, T) E_M at these moments.
+        seam: Largest jump between two curves, over the frames; see `Shape`.
+        flips: Polygons turned over in the worst frame.
+        stretch: Largest ratio of edge lengths, over the frames.
+    """
+
+    label: str
+    morph: Morph
+    average: NDArray[np.float64]
+    maximum: NDArray[np.float64]
+    path_times: NDArray[np.float64]
+    path_average: NDArray[np.float64]
+    path_maximum: NDArray[np.float64]
+    seam: float
+    flips: int
+    stretch: float
+
+    @property
+    def lme(self) -> float:
+        """Largest maximum error over curves and times (Table 1)."""
+        return float(self.maximum.max())
+
+    @property
+    def lae(self) -> float:
+        """Largest average error over curves and times (Table 1)."""
+        return float(self.average.max())
+
+    @property
+    def mean_lme(self) -> float:
+        """Mean over the inner times of the largest maximum error over curves."""
+        return _inner_mean(self.maximum)
+
+    @property
+    def mean_lae(self) -> float:
+        """Mean over the inner times of the largest average error over curves."""
+        return _inner_mean(self.average)
+
+    @property
+    def path_lme(self) -> float:
+        """Largest maximum error over curves and times with free timing."""
+        return float(self.path_maximum.max())
+
+    @property
+    def path_lae(self) -> float:
+        """Largest average error over curves and times with free timing."""
+        return float(self.path_average.max())
+
+    @property
+    def path_mean_lme(self) -> float:
+        """Mean over the inner times of the largest maximum error with free timing."""
+        return _inner_mean(self.path_maximum)
+
+    @property
+    def path_mean_lae(self) -> float:
+        """Mean over the inner times of the largest average error with free timing."""
+        return _inner_mean(self.path_average)
+
+    def __repr__(self) -> str:
+        return (
+            f"MethodResult({self.label}: LME {self.lme:.3%}, LAE {self.lae:.3%}, "
+            f"with free timing {self.path_lme:.3%}, {self.path_lae:.3%} of D)"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Evaluation:
+    """Methods compared with one recorded motion.
+
+    Attributes:
+        truth: The motion.
+        curves: The curves along which errors are measured.
+        results: One for each method, in the order they were given.
+    """
+
+    truth: MeshSequence
+    curves: CurveNetwork
+    results: tuple[MethodResult, ...]
+
+    @property
+    def diameter(self) -> float:
+        """D, in the unit of the vertices."""
+        return self.truth.mesh.diameter
+
+    def __getitem__(self, label: str) -> MethodResult:
+        """The result of the method with this label.
+
+        Raises:
+            ParameterError: There is none.
+        """
+        for result in self.results:
+            if result.label == label:
+                return result
+        known = ", ".join(result.label for result in self.results)
+        raise ParameterError(f"no method {label!r} was evaluated; there are: {known}")
+
+    def table(self) -> Group:
+        """The table of the methods and what it shows, to print with rich."""
+        from elastomorph.evaluation.table import evaluation_table
+
+        return evaluation_table(self)
+
+    def to_csv(self) -> str:
+        """One line a method, errors as fractions of D."""
+        from elastomorph.evaluation.formats import summary_csv
+
+        return summary_csv(self)
+
+    def to_long_csv(self) -> str:
+        """One line for each method, curve and frame, errors as fractions of D."""
+        from elastomorph.evaluation.formats import long_csv
+
+        return long_csv(self)
+
+    def to_json(self) -> str:
+        """Everything measured, as strict JSON."""
+        from elastomorph.evaluation.formats import evaluation_json
+
+        return evaluation_json(self)
+
+    def plot(self, path: str | Path) -> None:
+        """Draw the error of each method over curves and over time.
+
+        Args:
+            path: Picture to write; its suffix chooses the format.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        # The one upward import of this package: figures belong to report, and a user with an
+        # evaluation in hand looks for its plot here.
+        from elastomorph.report.graphs import error_graphs
+
+        error_graphs(self, path)
+
+    def __str__(self) -> str:
+        from elastomorph.evaluation.table import plain_text
+
+        return plain_text(self.table())
+
+    def __repr__(self) -> str:
+        return (
+            f"Evaluation({len(self.results)} methods, {len(self.curves)} curves, "
+            f"{len(self.truth)} frames)"
+        )
+
+
+def _inner_mean(errors: NDArray[np.float64]) -> float:
+    """Mean over the inner times of the largest of all curves; 0 where there is no inner time."""
+    inner = errors[:, 1:-1]
+    return float(inner.max(axis=0).mean()) if inner.size else 0.0

@@ -1,0 +1,159 @@
+"""What the eye sees in an in-between without a ground truth: seams, flips and stretch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.mesh import Mesh
+from elastomorph.morph import Morph
+from elastomorph.polygons import Polygons
+
+__all__ = ["Shape", "ShapeProbe", "polygon_normals"]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The worst of an in-between, or of several.
+
+    Attributes:
+        seam: Largest jump between two curves that share an edge, as a fraction of D: by how much
+            more the two ends of the edge part than they do when the whole face follows the limit
+            law.
+        flips: Polygons whose normal turns against that of the neutral and that of the target.
+        stretch: Largest ratio, at least 1, by which an edge is longer than at both ends or shorter
+            than at both ends; infinite where an edge collapses to a point.
+    """
+
+    seam: float = 0.0
+    flips: int = 0
+    stretch: float = 1.0
+
+    def worst(self, other: Shape) -> Shape:
+        """The worse of two, number by number."""
+        return Shape(
+            max(self.seam, other.seam),
+            max(self.flips, other.flips),
+            max(self.stretch, other.stretch),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeProbe:
+    """What in-betweens are compared with: edges and normals of neutral and target, found once.
+
+    Attributes:
+        faces: The polygons.
+        edges: (E, 2) edges whose length is above 0 at one end at least.
+        shorter: (E,) length of each edge at the end where it is shorter.
+        longer: (E,) length at the end where it is longer.
+        seam_edges: (S, 2) edges between vertices of different curves, or of a curve and of none.
+        neutral_normals: (F, 3) area-weighted normals.
+        target_normals: (F, 3) area-weighted normals.
+        diameter: D.
+    """
+
+    faces: Polygons
+    edges: NDArray[np.int32]
+    shorter: NDArray[np.float64]
+    longer: NDArray[np.float64]
+    seam_edges: NDArray[np.int32]
+    neutral_normals: NDArray[np.float64]
+    target_normals: NDArray[np.float64]
+    diameter: float
+
+    @classmethod
+    def of(cls, neutral: Mesh, target: Mesh, curve_of: NDArray[np.integer]) -> ShapeProbe:
+        """Prepare for the in-betweens of two meshes.
+
+        Args:
+            neutral: Mesh at t = 0.
+            target: Mesh at t = 1, of the same topology.
+            curve_of: (V,) curve of each vertex, -1 for none.
+        """
+        edges = neutral.edges
+        lengths = np.stack(
+            [_edge_lengths(mesh.vertices, edges) for mesh in (neutral, target)], axis=0
+        )
+        real = lengths.max(axis=0) > 0
+        ends = np.asarray(curve_of)[edges]
+        return cls(
+            neutral.faces,
+            edges[real],
+            lengths.min(axis=0)[real],
+            lengths.max(axis=0)[real],
+            edges[ends[:, 0] != ends[:, 1]],
+            polygon_normals(neutral.vertices, neutral.faces),
+            polygon_normals(target.vertices, target.faces),
+            neutral.diameter,
+        )
+
+    def at(self, morph: Morph, time: float, positions: NDArray[np.float64]) -> Shape:
+        """Measure one in-between.
+
+        Args:
+            morph: The path.
+            time: t.
+            positions: (V, 3) ``morph.at(time)``.
+        """
+        return Shape(self.seam(morph, time), self.flips(positions), self.stretch(positions))
+
+    def seam(self, morph: Morph, time: float) -> float:
+        """max ‖e_i - e_j‖/D over the seam edges, with e = V(t) - (V₀ + (t + limit law(t))Δ)."""
+        if not len(self.seam_edges):
+            return 0.0
+        # e without V₀ + tΔ, which cancels: a path that is the limit law has e = 0 exactly.
+        weights = np.array([float(curve(time)) for curve in morph.bend_curves])
+        offset = np.tensordot(weights, morph.bends, axes=1)
+        offset -= float(morph.limit_law(time)) * morph.delta
+        return float(_edge_lengths(offset, self.seam_edges).max()) / self.diameter
+
+    def flips(self, positions: NDArray[np.float64]) -> int:
+        """The number of polygons with n·n₀ < 0 and n·n₁ < 0."""
+        normals = polygon_normals(positions, self.faces)
+        against_neutral = np.einsum("fi,fi->f", normals, self.neutral_normals) < 0
+        against_target = np.einsum("fi,fi->f", normals, self.target_normals) < 0
+        return int(np.count_nonzero(against_neutral & against_target))
+
+    def stretch(self, positions: NDArray[np.float64]) -> float:
+        """max over the edges of l/max(l₀, l₁) and min(l₀, l₁)/l."""
+        if not len(self.edges):
+            return 1.0
+        lengths = _edge_lengths(positions, self.edges)
+        # An edge that is a point at one end has min = 0, and cannot be shorter than that.
+        with np.errstate(divide="ignore"):
+            shrunk = np.divide(
+                self.shorter, lengths, out=np.zeros_like(lengths), where=self.shorter > 0
+            )
+        return max(1.0, float((lengths / self.longer).max()), float(shrunk.max()))
+
+
+def polygon_normals(vertices: NDArray[np.float64], faces: Polygons) -> NDArray[np.float64]:
+    """Area-weighted normals: n = ½ Σ_c p_c × p_{c+1} over the corners c (Newell).
+
+    Args:
+        vertices: (V, 3) positions.
+        faces: Polygons of three or more vertices, flat or not.
+
+    Returns:
+        (F, 3) normals, as long as the area of the polygon projected along them.
+    """
+    if not len(faces):
+        return np.zeros((0, 3))
+    corners = vertices[faces.indices]
+    # Counted from a corner of the polygon, so that a face far from the origin loses no digits.
+    corners -= corners[faces.offsets[:-1]][faces.corner_faces]
+    x, y, z = corners.T
+    x1, y1, z1 = corners[faces.next_corners].T
+    crossed = np.stack([y * z1 - z * y1, z * x1 - x * z1, x * y1 - y * x1], axis=1)
+    return 0.5 * np.add.reduceat(crossed, faces.offsets[:-1], axis=0)
+
+
+def _edge_lengths(
+    positions: NDArray[np.float64], edges: NDArray[np.integer]
+) -> NDArray[np.float64]:
+    along = positions[edges[:, 1]] - positions[edges[:, 0]]
+    squared: NDArray[np.float64] = np.einsum("ei,ei->e", along, along)
+    return np.sqrt(squared)

@@ -1,0 +1,117 @@
+"""One line a method: the numbers of a table, and what they amount to in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from elastomorph.evaluation.results import Evaluation
+
+__all__ = ["SAME", "MethodSummary", "conclusions", "mean_summaries", "same", "summaries"]
+
+# Two errors are called the same when they differ by less than one part in a hundred, or by less
+# than 0.001 % of D, the last digit of the table.
+SAME = 0.01
+_LAST_DIGIT = 1e-5
+
+
+@dataclass(frozen=True)
+class MethodSummary:
+    """The line of one method; errors and seam are fractions of D."""
+
+    label: str
+    lme: float
+    lae: float
+    mean_lme: float
+    mean_lae: float
+    path_lme: float
+    path_lae: float
+    path_mean_lme: float
+    path_mean_lae: float
+    seam: float
+    flips: float
+    stretch: float
+
+
+_NUMBERS = tuple(field.name for field in fields(MethodSummary) if field.name != "label")
+
+
+def summaries(evaluation: Evaluation) -> list[MethodSummary]:
+    """The lines of one evaluation, in the order of its methods."""
+    return [
+        MethodSummary(result.label, **{name: getattr(result, name) for name in _NUMBERS})
+        for result in evaluation.results
+    ]
+
+
+def mean_summaries(evaluations: Sequence[Evaluation]) -> list[MethodSummary]:
+    """The mean of each number over several motions that were evaluated with the same methods."""
+    every = [summaries(evaluation) for evaluation in evaluations]
+    return [
+        MethodSummary(
+            lines[0].label,
+            **{name: float(np.mean([getattr(line, name) for line in lines])) for name in _NUMBERS},
+        )
+        for lines in zip(*every, strict=True)
+    ]
+
+
+def same(first: float, second: float) -> bool:
+    """Whether two errors are the same for all that a table shows."""
+    return abs(first - second) <= max(SAME * max(first, second), _LAST_DIGIT)
+
+
+def conclusions(lines: Sequence[MethodSummary]) -> list[str]:
+    """What a table shows, in sentences computed from its numbers.
+
+    The method of smallest LME is compared with the one labelled ``linear``. Its win is one of
+    timing alone if its path, with free timing, is no closer to the motion than the straight line.
+    """
+    linear = next((line for line in lines if line.label == "linear"), None)
+    best = min(lines, key=lambda line: line.lme)
+    if linear is None or len(lines) == 1:
+        return [f"Smallest LME: {best.label}, {best.lme:.3%} of D."]
+    if linear.path_lme < linear.lme and not same(linear.path_lme, linear.lme):
+        said = [
+            f"Free timing brings linear from {linear.lme:.3%} to {linear.path_lme:.3%} of D "
+            "(LME): that much is a matter of when, not where."
+        ]
+    else:
+        said = [
+            f"Free timing does not bring linear closer ({linear.lme:.3%} at the captured times, "
+            f"{linear.path_lme:.3%} with it, LME): its error is one of path."
+        ]
+    if best is linear or same(best.lme, linear.lme):
+        return ["No method is closer than linear at the captured times (LME).", *said]
+    sharing = [
+        line.label
+        for line in lines
+        if line.label.startswith("ease") and line is not best and same(line.lme, best.lme)
+    ]
+    shared = f" As close at the captured times: {', '.join(sharing)}." if sharing else ""
+    win = (
+        f"{best.label} has the smallest LME, {best.lme:.3%} of D against {linear.lme:.3%} for "
+        "linear"
+    )
+    closer = [
+        name
+        for name, ours, theirs in (
+            ("LME", best.path_lme, linear.path_lme),
+            ("LAE", best.path_lae, linear.path_lae),
+        )
+        if ours < theirs and not same(ours, theirs)
+    ]
+    if not closer:
+        reason = (
+            "with free timing its path is no closer than the straight line "
+            f"({best.path_lme:.3%} against {linear.path_lme:.3%})"
+        )
+        return [f"{win}: a win of timing alone, for {reason}.{shared}", *said]
+    path = (
+        "; with free timing its path too is closer than the straight line in "
+        f"{' and '.join(closer)} (LME {best.path_lme:.3%} against {linear.path_lme:.3%}, "
+        f"LAE {best.path_lae:.3%} against {linear.path_lae:.3%})"
+    )
+    return [f"{win}{path}.{shared}", *said]

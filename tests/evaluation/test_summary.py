@@ -1,0 +1,116 @@
+"""What a table says in words must follow from its numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastomorph.curves import CurveNetwork
+from elastomorph.evaluation import evaluate
+from elastomorph.evaluation.summary import (
+    MethodSummary,
+    conclusions,
+    mean_summaries,
+    summaries,
+)
+from elastomorph.morph import Morph
+from elastomorph.paths import interpolate
+from elastomorph.sequence import MeshSequence
+
+LINEAR = MethodSummary("linear", 0.04, 0.02, 0.03, 0.015, 0.02, 0.01, 0.015, 0.008, 0.0, 0, 1.0)
+
+
+def line(label: str, lme: float, path_lme: float, path_lae: float) -> MethodSummary:
+    return replace(LINEAR, label=label, lme=lme, path_lme=path_lme, path_lae=path_lae)
+
+
+def test_a_win_with_the_path_of_the_straight_line_is_timing_alone() -> None:
+    """And an ease of nearly the same error is said to share it."""
+    lines = [LINEAR, line("ease R=2", 0.0301, 0.02, 0.01), line("beam R=2", 0.03, 0.02001, 0.01)]
+    first, second = conclusions(lines)
+    assert first.startswith("beam R=2 has the smallest LME, 3.000% of D against 4.000% for linear")
+    assert "a win of timing alone" in first
+    assert first.endswith("As close at the captured times: ease R=2.")
+    assert "from 4.000% to 2.000%" in second
+
+
+def test_a_path_that_is_worse_is_no_win_of_path() -> None:
+    """A smaller error in time with a path farther away was timing."""
+    first, _ = conclusions([LINEAR, line("beam R=3", 0.03, 0.025, 0.012)])
+    assert "a win of timing alone" in first
+
+
+def test_a_closer_path_is_said_to_be_one() -> None:
+    """Half the path error of linear cannot be timing."""
+    first, _ = conclusions([LINEAR, line("curved", 0.01, 0.01, 0.005)])
+    assert "timing alone" not in first
+    assert "its path too is closer" in first
+
+
+def test_less_than_one_part_in_a_hundred_is_no_closer_path() -> None:
+    """Both path errors smaller by half a percent: still timing alone."""
+    first, _ = conclusions([LINEAR, line("beam R=2", 0.03, 0.0199, 0.00995)])
+    assert "a win of timing alone" in first
+
+
+@pytest.mark.parametrize(
+    ("path_lme", "path_lae", "where"),
+    [(0.01, 0.01, "LME ("), (0.02, 0.005, "LAE ("), (0.01, 0.005, "LME and LAE (")],
+)
+def test_where_a_path_is_closer_is_named(path_lme: float, path_lae: float, where: str) -> None:
+    """In the largest of the maxima, the largest of the averages, or both."""
+    first, _ = conclusions([LINEAR, line("curved", 0.03, path_lme, path_lae)])
+    assert "timing alone" not in first
+    assert f"closer than the straight line in {where}" in first
+
+
+@pytest.mark.parametrize("lme", [0.05, 0.04, 0.0398])
+def test_no_win_is_claimed_where_there_is_none(lme: float) -> None:
+    """A method that is worse, equal, or better by less than one part in a hundred."""
+    first, _ = conclusions([LINEAR, line("beam R=2", lme, 0.02, 0.01)])
+    assert first.startswith("No method is closer than linear")
+
+
+@pytest.mark.parametrize("path_lme", [0.0398, 0.04, 0.045])
+def test_an_error_that_timing_does_not_lower_is_one_of_path(path_lme: float) -> None:
+    """Free timing lowers squared errors, and may even raise the largest."""
+    linear = replace(LINEAR, path_lme=path_lme)
+    said = conclusions([linear, line("beam R=2", 0.05, 0.02, 0.01)])
+    assert said[-1].startswith("Free timing does not bring linear closer")
+
+
+def test_without_linear_nothing_is_compared() -> None:
+    """Only the smallest error is named."""
+    said = conclusions([line("ease R=2", 0.03, 0.02, 0.01), line("beam R=2", 0.02, 0.02, 0.01)])
+    assert said == ["Smallest LME: beam R=2, 2.000% of D."]
+
+
+def test_computed_on_motions_whose_nature_is_known(curved: Morph, rows: CurveNetwork) -> None:
+    """An ease is won by timing alone; a curved path is not."""
+    times = np.linspace(0, 1, 7)
+    eased = interpolate(curved.neutral, curved.target, "ease:2")
+    own = {"linear": "linear", "ease R=2": "ease:2", "curved": curved}
+    for morph, timing_alone in ((eased, True), (curved, False)):
+        truth = MeshSequence(curved.neutral, morph.at(times))
+        first, _ = conclusions(summaries(evaluate(truth, own, rows)))
+        assert ("timing alone" in first) is timing_alone
+        assert first.startswith("ease R=2" if timing_alone else "curved")
+
+
+def test_means_over_motions(curved: Morph, rows: CurveNetwork) -> None:
+    """Each number is averaged for each method."""
+    both = []
+    for power in (1, 2):
+        frames = curved.at(np.linspace(0, 1, 6) ** power)
+        truth = MeshSequence(curved.neutral, frames)
+        both.append(evaluate(truth, ["linear", "beam:2"], rows))
+    means = mean_summaries(both)
+    for number, mean in enumerate(means):
+        own = [evaluation.results[number] for evaluation in both]
+        assert mean.label == own[0].label
+        assert mean.lme == pytest.approx((own[0].lme + own[1].lme) / 2)
+        assert mean.path_mean_lae == pytest.approx(
+            (own[0].path_mean_lae + own[1].path_mean_lae) / 2
+        )
