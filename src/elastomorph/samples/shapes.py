@@ -1,0 +1,94 @@
+"""Blendshapes and expressions of the built-in head."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+import numpy as np
+
+from elastomorph.mesh import Mesh
+from elastomorph.samples.assembly import build
+from elastomorph.samples.implicit import Points
+from elastomorph.samples.muscles import movements
+from elastomorph.samples.turns import keep_off_eyes, turn_lids
+
+__all__ = ["EXPRESSIONS", "expressions", "pose", "shapes"]
+
+# How far the upper and the lower lid close with each shape.
+_LIDS = {
+    "eyeBlink": (0.86, 0.14),
+    "eyeSquint": (0.14, 0.34),
+    "eyeWide": (-0.24, -0.06),
+    "cheekSquint": (0.05, 0.32),
+    "browDown": (0.08, 0.0),
+    "mouthSmile": (0.02, 0.10),
+}
+
+EXPRESSIONS: dict[str, dict[str, float]] = {
+    "sad": {"mouthFrown": 1.0, "browInnerUp": 1.0, "mouthShrugLower": 0.4},
+    "angry": {"browDown": 1.0, "noseSneer": 0.8, "mouthPress": 0.6, "eyeSquint": 0.5},
+    "confused": {"browOuterUp_L": 1.0, "browDown_R": 0.8, "mouthLeft": 0.6},
+    "grinning": {"mouthSmile": 1.0, "cheekSquint": 0.7, "mouthUpperUp": 0.4},
+    "puff": {"cheekPuff": 1.0, "mouthPress": 0.5},
+}
+"""The five expressions as weights of shapes; a name without a side stands for both."""
+
+
+def pose(weights: Mapping[str, float]) -> Points:
+    """Positions of all vertices when several shapes act at once.
+
+    Displacements of the skin add up; the lids' turns add up as angles.
+
+    Args:
+        weights: How far each shape goes; a name without its side stands for both sides.
+    """
+    moves = movements()
+    points = build().mesh.vertices.copy()
+    closing = {"L": np.zeros(2), "R": np.zeros(2)}
+    for name, weight in weights.items():
+        for full in _sided(name):
+            if full in moves:
+                points += moves[full](weight)
+            base, _, side = full.rpartition("_")
+            if base in _LIDS:
+                closing[side] += weight * np.array(_LIDS[base])
+    turned = turn_lids(points, {s: (float(c[0]), float(c[1])) for s, c in closing.items()})
+    return keep_off_eyes(turned)
+
+
+def _sided(name: str) -> list[str]:
+    """The full names that a name stands for."""
+    if name in movements() or name.endswith(("_L", "_R")):
+        return [name]
+    return [f"{name}_L", f"{name}_R"]
+
+
+@cache
+def _shapes() -> dict[str, Mesh]:
+    names = sorted({*movements(), *(f"{lid}_{side}" for lid in _LIDS for side in "LR")})
+    neutral = build().mesh
+    return {name: neutral.with_vertices(pose({name: 1.0})) for name in names}
+
+
+@cache
+def _expressions() -> dict[str, Mesh]:
+    neutral = build().mesh
+    return {name: neutral.with_vertices(pose(parts)) for name, parts in EXPRESSIONS.items()}
+
+
+def shapes() -> dict[str, Mesh]:
+    """The head's single blendshapes, each at full strength, by their ARKit names.
+
+    "_L" is the character's left, +x.
+    """
+    return dict(_shapes())
+
+
+def expressions() -> dict[str, Mesh]:
+    """The five expressions of the paper on the built-in head.
+
+    Returns:
+        "sad", "angry", "confused", "grinning" and "puff", with the topology of ``head()``.
+    """
+    return dict(_expressions())

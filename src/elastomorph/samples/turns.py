@@ -1,0 +1,86 @@
+"""Joints and lids: true rotations of the jaw about its hinge and of the lids about the eyeballs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.samples import lids
+from elastomorph.samples.anatomy import EYE_CENTRE, EYE_RADIUS, JAW_AXIS, LID_THICKNESS
+from elastomorph.samples.assembly import build
+from elastomorph.samples.implicit import Points
+from elastomorph.samples.weights import jaw_weights
+
+__all__ = ["keep_off_eyes", "turn_jaw", "turn_lids"]
+
+# How much of a lid's turn each ring around the eye makes, from the outline inwards.
+_LID_SHARES = np.array([0.0, 0.0, 0.0, 0.04, 0.22, 0.62, 1.0, 1.0, 1.0, 1.0])
+_LID_SHARES.flags.writeable = False
+
+
+def turn_jaw(points: Points, degrees: float, glide: tuple[float, float] = (0.0, 0.0)) -> Points:
+    """Points after the jaw has turned about the joints near the ears.
+
+    Args:
+        points: (V, 3) positions of the head's vertices.
+        degrees: How far the jaw opens; each vertex turns by its share of it.
+        glide: How far the joint has slid forwards and down, in cm.
+    """
+    share = jaw_weights()
+    angle = np.radians(degrees) * share
+    y, z = points[:, 1] - JAW_AXIS[1], points[:, 2] - JAW_AXIS[2]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    out = points.copy()
+    moved = share > 0.0
+    out[moved, 1] = (JAW_AXIS[1] + y * cosine - z * sine - glide[1] * share)[moved]
+    out[moved, 2] = (JAW_AXIS[2] + y * sine + z * cosine + glide[0] * share)[moved]
+    return out
+
+
+def turn_lids(points: Points, closing: dict[str, tuple[float, float]]) -> Points:
+    """Points after the lids have swept over the eyeballs.
+
+    A lid's vertex turns about the axis along x through the centre of its eyeball, so that its
+    distance from the centre stays what it was.
+
+    Args:
+        points: (V, 3) positions of the head's vertices.
+        closing: For "L" and "R", how far the upper and the lower lid go: 1 and 0 close the eye
+            with the upper lid alone; negative opens it wider.
+    """
+    head = build()
+    out = points.copy()
+    for side, (upper, lower) in closing.items():
+        rings = head.lay.eye if side == "L" else head.partner[head.lay.eye]
+        centre = EYE_CENTRE * [1.0 if side == "L" else -1.0, 1.0, 1.0]
+        edge = head.mesh.vertices[rings[lids.MARGIN + 1]] - centre
+        height = np.arctan2(edge[:, 1], edge[:, 2])
+        for above, amount in ((True, upper), (False, lower)):
+            for step in range(1, lids.STEPS):
+                here, there = lids.place(step, above), lids.place(step, not above)
+                gap = height[there] - height[here]
+                angle = amount * gap * _LID_SHARES
+                column = rings[:, here]
+                out[column] = centre + _turned(out[column] - centre, angle)
+    return out
+
+
+def _turned(offsets: Points, angle: NDArray[np.float64]) -> Points:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    x, y, z = offsets.T
+    return np.stack([x, y * cosine + z * sine, z * cosine - y * sine], axis=1)
+
+
+def keep_off_eyes(points: Points) -> Points:
+    """Points with the skin around the eyes pushed out of the eyeballs and their lids."""
+    head = build()
+    out = points.copy()
+    least = EYE_RADIUS + LID_THICKNESS - 0.02
+    for rings, sign in ((head.lay.eye, 1.0), (head.partner[head.lay.eye], -1.0)):
+        near = rings[: lids.CREASE + 1].ravel()
+        centre = EYE_CENTRE * [sign, 1.0, 1.0]
+        offset = out[near] - centre
+        distance = np.linalg.norm(offset, axis=1)
+        inside = distance < least
+        out[near[inside]] = centre + offset[inside] * (least / distance[inside])[:, None]
+    return out
