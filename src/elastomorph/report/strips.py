@@ -1,0 +1,229 @@
+"""The paper's strips of faces: methods over time and at one moment, expressions over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from elastomorph.errors import ParameterError
+from elastomorph.evaluation import Evaluation, MethodResult
+from elastomorph.morph import Morph
+from elastomorph.report.face_strip import face_strip
+from elastomorph.report.framing import View, camera_for
+from elastomorph.report.grid import ColourScale, picture_grid
+from elastomorph.report.heat import COLOUR_MAP, heat_colours, round_up
+from elastomorph.report.pictures import write_picture
+from elastomorph.report.stage import Image, Stage
+
+__all__ = ["error_strip", "expression_strip", "method_strip", "side_by_side"]
+
+TRUTH = "recorded"
+TIMES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+
+
+def method_strip(
+    evaluation: Evaluation,
+    path: str | Path | None = None,
+    *,
+    labels: Sequence[str] | None = None,
+    count: int = 11,
+    face: tuple[int, int] = (176, 220),
+    view: View = "front",
+    title: str = "",
+) -> Image:
+    """Recorded faces and those of each method over time (Fig. 6).
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        path: Picture to write, if any; the suffix chooses the format.
+        labels: The methods to show; all by default.
+        count: Most columns; where there are more frames, evenly spread ones are shown.
+        face: Width and height of one face in pixels.
+        view: As for `camera_for`.
+        title: Above the strip.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: No such method, or fewer than two columns.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    if count < 2:
+        raise ParameterError(f"a strip needs at least 2 columns, found {count}")
+    truth = evaluation.truth
+    frames = np.rint(np.linspace(0, len(truth) - 1, min(count, len(truth)))).astype(int)
+    times = truth.times[frames]
+    rows = {TRUTH: (truth.mesh, truth.frames[frames])}
+    names = [result.label for result in evaluation.results] if labels is None else labels
+    for label in names:
+        rows[label] = (truth.mesh, evaluation[label].morph.at(times))
+    return face_strip(rows, times, path, face=face, view=view, title=title)
+
+
+def expression_strip(
+    morphs: Mapping[str, Morph],
+    path: str | Path | None = None,
+    *,
+    times: Sequence[float] = TIMES,
+    face: tuple[int, int] = (240, 300),
+    view: View = "front",
+    title: str = "",
+) -> Image:
+    """Expressions growing out of the neutral (Fig. 9).
+
+    Args:
+        morphs: Name of each expression and its path; all of one mesh.
+        path: Picture to write, if any; the suffix chooses the format.
+        times: The columns.
+        face: Width and height of one face in pixels.
+        view: As for `camera_for`.
+        title: Above the strip.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: No expressions or no times.
+        TopologyError: The morphs belong to different meshes.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    when = np.asarray(times, dtype=np.float64)
+    rows = {name: (morph.neutral, morph.at(when)) for name, morph in morphs.items()}
+    return face_strip(rows, when, path, face=face, view=view, title=title)
+
+
+def side_by_side(
+    evaluation: Evaluation,
+    path: str | Path | None = None,
+    *,
+    labels: Sequence[str] = ("beam R=2", "linear"),
+    time: float = 0.7,
+    face: tuple[int, int] = (560, 700),
+    view: View = "front",
+    title: str = "",
+) -> Image:
+    """The recorded face beside those of methods at one moment, large (Fig. 7).
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        path: Picture to write, if any; the suffix chooses the format.
+        labels: The methods to show.
+        time: The recorded frame nearest to this time is shown.
+        face: Width and height of one face in pixels.
+        view: As for `camera_for`.
+        title: Above the faces.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: No such method.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    truth = evaluation.truth
+    frame = _nearest_frame(evaluation, time)
+    chosen = [evaluation[label] for label in labels]
+    camera = camera_for(truth.mesh, view, poses=truth.frames, size=face)
+    with Stage(truth.mesh, camera, size=face) as stage:
+        faces = [stage.picture(truth.frames[frame])]
+        captions = [f"t = {truth.times[frame]:.2g}"]
+        for result in chosen:
+            faces.append(stage.picture(result.morph.at(float(truth.times[frame]))))
+            captions.append(
+                f"largest error {result.maximum[:, frame].max():.2%} of D\n"
+                f"largest average of a curve {result.average[:, frame].max():.2%}"
+            )
+    names = [TRUTH, *(result.label for result in chosen)]
+    image = picture_grid([faces], column_labels=names, captions=[captions], title=title)
+    return _written(image, path)
+
+
+def error_strip(
+    evaluation: Evaluation,
+    path: str | Path | None = None,
+    *,
+    labels: Sequence[str] | None = None,
+    time: float = 0.5,
+    highest: float | None = None,
+    columns: int = 4,
+    face: tuple[int, int] = (320, 400),
+    view: View = "front",
+    unit: str = "",
+    colour_map: str = COLOUR_MAP,
+    title: str = "",
+) -> Image:
+    """Where each method errs at one moment, on one scale of colours.
+
+    The distance of every vertex from the recorded one is drawn on the face of the method.
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        path: Picture to write, if any; the suffix chooses the format.
+        labels: The methods to show; all by default.
+        time: The recorded frame nearest to this time is shown.
+        highest: Error of the last colour, as a fraction of D; the largest error of all faces,
+            rounded up, by default.
+        columns: Faces in a row.
+        face: Width and height of one face in pixels.
+        view: As for `camera_for`.
+        unit: Unit of the vertices, to be named in the legend.
+        colour_map: A colour map of matplotlib.
+        title: Above the faces.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: No such method, no columns, or ``highest`` is not above 0.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    if columns < 1:
+        raise ParameterError(f"a row needs at least 1 column, found {columns}")
+    truth = evaluation.truth
+    frame = _nearest_frame(evaluation, time)
+    chosen: Sequence[MethodResult] = (
+        evaluation.results if labels is None else [evaluation[label] for label in labels]
+    )
+    moment = float(truth.times[frame])
+    poses = [result.morph.at(moment) for result in chosen]
+    errors = [
+        100 * np.linalg.norm(pose - truth.frames[frame], axis=1) / evaluation.diameter
+        for pose in poses
+    ]
+    largest = max((float(error.max()) for error in errors), default=0.0)
+    top = round_up(largest) if highest is None else 100 * highest
+    camera = camera_for(truth.mesh, view, poses=truth.frames, size=face)
+    with Stage(truth.mesh, camera, size=face) as stage:
+        faces = [
+            stage.picture(pose, colours=heat_colours(error, top, colour_map=colour_map))
+            for pose, error in zip(poses, errors, strict=True)
+        ]
+    captions = [
+        f"{result.label}\nmax {error.max():.2f} %, mean {error.mean():.2f} %"
+        for result, error in zip(chosen, errors, strict=True)
+    ]
+    words = (
+        f"distance from the recorded face at t = {moment:.2g}, % of D   "
+        f"(D = {evaluation.diameter:.4g}{' ' * bool(unit)}{unit})"
+    )
+    starts = range(0, len(faces), columns)
+    image = picture_grid(
+        [faces[start : start + columns] for start in starts],
+        captions=[captions[start : start + columns] for start in starts],
+        title=title,
+        scale=ColourScale(top, words, colour_map),
+    )
+    return _written(image, path)
+
+
+def _nearest_frame(evaluation: Evaluation, time: float) -> int:
+    return int(np.abs(evaluation.truth.times - time).argmin())
+
+
+def _written(image: Image, path: str | Path | None) -> Image:
+    if path is not None:
+        write_picture(image, path)
+    return image
