@@ -154,7 +154,9 @@ class Mesh:
         start = self.faces.indices.astype(np.int64)
         end = start[self.faces.next_corners] if start.size else start
         low, high = np.minimum(start, end), np.maximum(start, end)
-        keys = np.unique((low * len(self.vertices) + high)[low != high])
+        # Sorting and comparing neighbours is several times faster than np.unique on large meshes.
+        keys = np.sort((low * len(self.vertices) + high)[low != high])
+        keys = keys[np.append(True, keys[1:] != keys[:-1])] if keys.size else keys
         return np.stack(np.divmod(keys, len(self.vertices)), axis=1).astype(np.int32)
 
     @cached_property

@@ -1,0 +1,8 @@
+"""A face mesh as curves: edge loops traced, chosen and mended until each vertex is on one."""
+
+from elastomorph.curves.cover import extract_curves
+from elastomorph.curves.loops import edge_loops
+from elastomorph.curves.network import Curve, CurveNetwork
+from elastomorph.curves.region import region_weights
+
+__all__ = ["Curve", "CurveNetwork", "edge_loops", "extract_curves", "region_weights"]

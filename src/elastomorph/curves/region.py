@@ -1,0 +1,76 @@
+"""Parts of a mesh, and weights that fade out towards their boundary."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.errors import CurveError, ParameterError
+
+__all__ = ["as_region", "region_weights"]
+
+
+def as_region(region: ArrayLike, vertex_count: int) -> NDArray[np.bool_]:
+    """Which vertices a region holds, as (V,) bool.
+
+    Args:
+        region: (N,) vertex indices in any order, repeats allowed, or (V,) bool.
+        vertex_count: Number of vertices V.
+
+    Raises:
+        CurveError: Neither form, or a vertex that does not exist.
+    """
+    given = np.asarray(list(region) if isinstance(region, set | frozenset | range) else region)
+    if given.dtype == np.bool_ and given.shape == (vertex_count,):
+        return np.array(given)
+    if given.ndim != 1 or (given.size and given.dtype.kind not in "iu"):
+        raise CurveError(
+            f"a region must be a list of vertex indices, or ({vertex_count:,},) bool; "
+            f"found {given.dtype} {given.shape}"
+        )
+    outside = (given < 0) | (given >= vertex_count)
+    if outside.any():
+        raise CurveError(
+            f"the region names vertex {given[outside][0]}, but the mesh has {vertex_count:,} "
+            f"vertices (0 to {vertex_count - 1:,})"
+        )
+    inside = np.zeros(vertex_count, dtype=np.bool_)
+    inside[given.astype(np.int64)] = True
+    return inside
+
+
+def region_weights(
+    edges: NDArray[np.int32], vertex_count: int, region: ArrayLike, falloff: float = 3
+) -> NDArray[np.float64]:
+    """Weights that take a local region smoothly into the rest of the mesh.
+
+    With d the number of edges from a vertex to the nearest one outside the region, the weight is
+    3 s² − 2 s³ with s = min(d / falloff, 1): 0 outside, 1 from ``falloff`` edges inwards. A region
+    without boundary (a whole component) has weight 1 throughout.
+
+    Args:
+        edges: (E, 2) int32, as ``Mesh.edges``.
+        vertex_count: Number of vertices V.
+        region: (N,) vertex indices, or (V,) bool.
+        falloff: Width of the transition in edges, at least 0. Up to 1, it is sharp.
+
+    Returns:
+        (V,) float64 in [0, 1].
+
+    Raises:
+        CurveError: The region names a vertex that does not exist.
+        ParameterError: The falloff is negative or not finite.
+    """
+    if not (np.isfinite(falloff) and falloff >= 0):
+        raise ParameterError(f"falloff must be a number of edges from 0, found {falloff}")
+    inside = as_region(region, vertex_count)
+    distance = np.where(inside, np.inf, 0.0)
+    ends = np.concatenate([edges, edges[:, ::-1]])
+    for ring in range(1, int(np.ceil(falloff))):
+        ends = ends[~np.isfinite(distance[ends[:, 1]])]
+        reached = ends[distance[ends[:, 0]] == ring - 1, 1]
+        if reached.size == 0:
+            break
+        distance[reached] = ring
+    s = np.minimum(distance / max(falloff, 1.0), 1.0)
+    return np.asarray(s * s * (3.0 - 2.0 * s), dtype=np.float64)

@@ -1,0 +1,222 @@
+"""Curve files: artists' curves and extracted networks as JSON.
+
+Two forms are read. The full form names what it holds::
+
+    {"vertex_count": 26719,
+     "curves": [{"vertices": [4, 8, 15], "closed": true, "name": "upper lip"}]}
+
+The bare form is a list of vertex lists, ``[[4, 8, 15, 4], [16, 23]]``, in which a curve is closed
+when its last vertex repeats its first. Vertices are indices from 0, or the names of markers.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from elastomorph.curves import Curve, CurveNetwork
+from elastomorph.errors import FormatError
+from elastomorph.io.atomic import read_bytes, replacing
+
+__all__ = ["read_curves", "write_curves"]
+
+_EXPECTED = (
+    'expected {"curves": [{"vertices": [0, 1, 2], "closed": false, "name": "brow"}, ...]} '
+    "or a list of vertex lists [[0, 1, 2], ...]"
+)
+_SHOWN = 40
+
+
+def read_curves(
+    path: str | Path, vertex_count: int, vertex_names: Sequence[str] | None = None
+) -> tuple[Curve, ...]:
+    """The curves in a file, checked against the mesh they are for.
+
+    Args:
+        path: A JSON file in either form.
+        vertex_count: Number of vertices V of the mesh.
+        vertex_names: Name of each vertex, for files that name markers instead of counting them.
+
+    Returns:
+        The curves in the order of the file; no vertex lies on two.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: It is not such a file, or names a vertex that does not exist or lies on a
+            curve already. The message names the curve and the vertex.
+    """
+    content = _parsed(path)
+    entries = content
+    if isinstance(content, dict):
+        entries = content.get("curves")
+        meant = content.get("vertex_count", vertex_count)
+        if meant != vertex_count or isinstance(meant, bool):
+            raise FormatError(
+                path,
+                f"these curves are for a mesh of {_shown(meant)} vertices, this mesh has "
+                f"{vertex_count}; extract or draw the curves on this mesh",
+            )
+    if not isinstance(entries, list):
+        raise FormatError(path, f"this is no list of curves: {_EXPECTED}")
+    if not entries:
+        raise FormatError(path, f"the file holds no curves: {_EXPECTED}")
+    indices = _indices_by_name(vertex_names)
+    curves: list[Curve] = []
+    curve_of: dict[int, str] = {}
+    for number, entry in enumerate(entries):
+        reader = _EntryReader(path, number, entry, vertex_count, indices)
+        curve = reader.curve()
+        for vertex in curve.vertices.tolist():
+            if vertex in curve_of:
+                reader.refuse(
+                    f"vertex {reader.named(vertex)} lies on {curve_of[vertex]} already; a vertex "
+                    "can lie on one curve only"
+                )
+            curve_of[vertex] = reader.title
+        curves.append(curve)
+    return tuple(curves)
+
+
+def write_curves(path: str | Path, network: CurveNetwork) -> None:
+    """Write curves in the full form, one to a line.
+
+    Args:
+        path: The JSON file to write; replaced as a whole or not at all.
+        network: The curves.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    lines = []
+    for curve in network:
+        entry: dict[str, Any] = {"vertices": curve.vertices.tolist(), "closed": curve.closed}
+        if curve.name:
+            entry["name"] = curve.name
+        lines.append(json.dumps(entry, ensure_ascii=False))
+    text = (
+        f'{{"vertex_count": {network.vertex_count},\n "curves": [\n' + ",\n".join(lines) + "\n]}\n"
+    )
+    with replacing(path) as file:
+        file.write(text.encode("utf-8", "surrogatepass"))
+
+
+def _parsed(path: str | Path) -> Any:
+    raw = read_bytes(path)
+    if not raw.strip():
+        raise FormatError(path, f"the file is empty: {_EXPECTED}")
+
+    def refuse_constant(name: str) -> NoReturn:
+        raise FormatError(path, f"found {name}; vertices are whole numbers from 0")
+
+    try:
+        return json.loads(raw, parse_constant=refuse_constant)
+    except json.JSONDecodeError as error:
+        raise FormatError(path, f"not JSON: {error.msg}", line=error.lineno) from None
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise FormatError(path, "not JSON: the text is not UTF-8", line=line) from None
+    except RecursionError:
+        raise FormatError(path, f"lists are nested too deeply: {_EXPECTED}") from None
+    except ValueError:
+        raise FormatError(path, "a number in the file has too many digits") from None
+
+
+def _indices_by_name(vertex_names: Sequence[str] | None) -> dict[str, int] | None:
+    """The vertex of each name; -1 for a name that several vertices have."""
+    if vertex_names is None:
+        return None
+    indices: dict[str, int] = {}
+    for vertex, name in enumerate(vertex_names):
+        indices[name] = -1 if name in indices else vertex
+    return indices
+
+
+class _EntryReader:
+    """Reads one curve, and knows how to name it in a complaint."""
+
+    def __init__(
+        self,
+        path: str | Path,
+        number: int,
+        entry: Any,
+        vertex_count: int,
+        indices: Mapping[str, int] | None,
+    ) -> None:
+        self.path = path
+        self.title = f"curve {number}"
+        self.vertex_count = vertex_count
+        self.indices = indices
+        self.fields: dict[str, Any] = entry if isinstance(entry, dict) else {"vertices": entry}
+        name = self.fields.get("name", "")
+        if not isinstance(name, str):
+            self.refuse(f"its name must be text, found {_shown(name)}")
+        if name:
+            self.title += f" ({_shown(name)})"
+
+    def refuse(self, problem: str) -> NoReturn:
+        raise FormatError(self.path, f"{self.title}: {problem}")
+
+    def named(self, vertex: int) -> str:
+        """A vertex as the file may have written it."""
+        for name, index in (self.indices or {}).items():
+            if index == vertex:
+                return f"{vertex} ({_shown(name)})"
+        return str(vertex)
+
+    def curve(self) -> Curve:
+        for key in self.fields:
+            if key not in ("vertices", "closed", "name"):
+                self.refuse(f"unknown key {_shown(key)}; a curve has vertices, closed and name")
+        given = self.fields.get("vertices")
+        if not isinstance(given, list):
+            self.refuse(f"its vertices must be a list of indices, found {_shown(given)}")
+        vertices = [self._vertex(item) for item in given]
+        closed = self.fields.get("closed")
+        if closed is None:
+            closed = len(vertices) > 1 and vertices[0] == vertices[-1]
+            vertices = vertices[:-1] if closed else vertices
+        if not isinstance(closed, bool):
+            self.refuse(f'"closed" must be true or false, found {_shown(closed)}')
+        if not vertices:
+            self.refuse("it has no vertices; a curve needs at least one")
+        seen: set[int] = set()
+        for vertex in vertices:
+            if vertex in seen:
+                self.refuse(f"it passes through vertex {self.named(vertex)} twice")
+            seen.add(vertex)
+        if closed and len(vertices) < 3:
+            self.refuse(f"it is closed but has {len(vertices)} vertices; it needs at least 3")
+        return Curve(vertices, closed, self.fields.get("name", ""))
+
+    def _vertex(self, item: Any) -> int:
+        if isinstance(item, str):
+            if self.indices is None:
+                self.refuse(
+                    f"vertex {_shown(item)} is a name, but the vertices of this mesh have none; "
+                    f"use indices from 0 to {self.vertex_count - 1}"
+                )
+            if item not in self.indices:
+                self.refuse(f"vertex {_shown(item)} does not exist among the names of this mesh")
+            if self.indices[item] < 0:
+                self.refuse(f"vertex {_shown(item)} is the name of several vertices; use indices")
+            return self.indices[item]
+        if isinstance(item, bool) or not isinstance(item, int):
+            self.refuse(f"vertex {_shown(item)} is not a whole number")
+        if not 0 <= item < self.vertex_count:
+            self.refuse(
+                f"vertex {_shown(item)} does not exist; the mesh has {self.vertex_count} "
+                f"vertices (0 to {self.vertex_count - 1})"
+            )
+        return item
+
+
+def _shown(value: Any) -> str:
+    """A value from the file, short enough for a message."""
+    if isinstance(value, int) and abs(value) >= 10**_SHOWN:
+        return "a number too large to show"
+    if isinstance(value, list | dict):
+        return "a list" if isinstance(value, list) else "an object"
+    text = json.dumps(value, ensure_ascii=True)
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "…"
