@@ -88,8 +88,9 @@ class Morph:
         positions = np.empty((moments.size, *self.neutral.vertices.shape))
         for moment, bend_weights, position in zip(moments, weights, positions, strict=True):
             self._straight(float(moment), position)
-            if bend_weights.any():
-                position += np.tensordot(bend_weights, self.bends, axes=1)
+            for weight, bend in zip(bend_weights, self.bends, strict=True):
+                if weight:
+                    position += weight * bend
         return positions if t.ndim else positions[0]
 
     def _straight(self, t: float, out: NDArray[np.float64]) -> None:

@@ -112,4 +112,4 @@ def mean_response(closure: str, load: Load, material: Material) -> NDArray[np.fl
 def _gram(size: int) -> NDArray[np.float64]:
     """(size, size) inner products of t, t², … on [0, 1]."""
     powers = np.arange(1, size + 1)
-    return 1.0 / (powers[:, None] + powers[None, :] + 1.0)
+    return np.asarray(1.0 / (powers[:, None] + powers[None, :] + 1.0), dtype=np.float64)

@@ -1,0 +1,65 @@
+"""``elastomorph curves``: turn a face into curves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from elastomorph.cli import options
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(curves)
+
+
+def curves(
+    face: Annotated[Path, typer.Argument(help="A mesh file (OBJ, PLY, NPZ).")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Curve file, JSON.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="A picture (PNG) of the curves, one colour each.")
+    ] = None,
+    keep: options.CurveFile = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Trace the edge loops of a face and choose curves that cover every vertex once.
+
+    Example: elastomorph curves face.obj -o curves.json --picture curves.png
+    """
+    from elastomorph.io import read
+    from elastomorph.io.curve_file import write_curves
+
+    with options.progress(as_json) as say:
+        say(f"reading {face}")
+        mesh = read(face)
+        say("tracing edge loops")
+        network = options.network(mesh, keep)
+        if output is not None:
+            write_curves(output, network)
+        if picture is not None:
+            from elastomorph.report.curves_picture import curves_picture
+
+            say("drawing")
+            curves_picture(mesh, network, picture)
+    sizes = sorted((len(curve.vertices) for curve in network), reverse=True)
+    facts = {
+        "file": str(face),
+        "vertices": len(mesh.vertices),
+        "curves": len(network),
+        "closed": sum(curve.closed for curve in network),
+        "longest": sizes[0],
+        "median": sizes[len(sizes) // 2],
+        "of one or two vertices": sum(size <= 2 for size in sizes),
+    }
+    if as_json:
+        options.print_json(facts)
+        return
+    for name, value in facts.items():
+        typer.echo(f"{name:>22}  {value:,}" if isinstance(value, int) else f"{name:>22}  {value}")
+    for path in (output, picture):
+        if path is not None:
+            typer.echo(f"{'written':>22}  {path}")

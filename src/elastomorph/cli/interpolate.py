@@ -1,0 +1,120 @@
+"""``elastomorph interpolate``: in-betweens of a neutral and a target."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from elastomorph.cli import options
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(interpolate)
+
+
+def interpolate(
+    neutral: Annotated[Path, typer.Argument(help="The face at t = 0.")],
+    target: Annotated[Path, typer.Argument(help="The face at t = 1, same topology.")],
+    output: Annotated[
+        str,
+        typer.Option(
+            "--output", "-o", help="A mesh file for one time, a pattern half.####.obj for several."
+        ),
+    ],
+    method: Annotated[
+        str, typer.Option(help="linear, cosine, ease:R, beam:R or beam:R:closure.")
+    ] = "beam:2",
+    time: Annotated[
+        list[float] | None, typer.Option("--time", "-t", help="A time; may be given repeatedly.")
+    ] = None,
+    frames: Annotated[
+        int | None, typer.Option(help="Equal steps from t = 0 to t = 1, ends included.", min=2)
+    ] = None,
+    mass: options.Mass = 1.0,
+    damping: options.Damping = 1.0,
+    rigidity: options.Rigidity = 1.0,
+    harmonics: Annotated[
+        int | None, typer.Option(help="Modes above this number follow the limit law.")
+    ] = None,
+    basis: Annotated[str, typer.Option(help="Modes of open curves: cosine or fourier.")] = "cosine",
+    stiffness: Annotated[
+        str, typer.Option(help="uniform, or length: short curves are stiffer.")
+    ] = "uniform",
+    keep: options.CurveFile = None,
+    region: Annotated[
+        str | None, typer.Option(help="Vertices to restrict it to: a .json list, or 0-9408,11248.")
+    ] = None,
+    falloff: Annotated[int, typer.Option(help="Edge rings of blending inside the region.")] = 3,
+    rest: Annotated[
+        str, typer.Option(help="Vertices outside the region: linear, or neutral (stay).")
+    ] = "linear",
+    picture: Annotated[
+        Path | None, typer.Option(help="A picture (PNG) of the in-betweens side by side.")
+    ] = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Interpolate between two known shapes by the closed-form solution.
+
+    Example: elastomorph interpolate neutral.obj jawOpen.obj --frames 11 -o half.####.obj
+    """
+    import numpy as np
+
+    from elastomorph.errors import ParameterError
+    from elastomorph.io import read, write, write_sequence
+    from elastomorph.io.region_file import read_region
+    from elastomorph.paths import Method
+    from elastomorph.paths import interpolate as find_path
+    from elastomorph.sequence import MeshSequence
+
+    if time and frames:
+        raise ParameterError("give --time or --frames, not both")
+    times = np.linspace(0, 1, frames) if frames else np.array(sorted(set(time or [0.5])))
+    chosen = Method.parse(
+        method,
+        material=options.material(mass, damping, rigidity),
+        harmonics=harmonics,
+        basis=basis,
+        stiffness=stiffness,
+    )
+    with options.progress(as_json) as say:
+        say("reading")
+        start, end = read(neutral), read(target)
+        say("solving")
+        morph = find_path(
+            start,
+            end,
+            chosen,
+            curves=options.network(start, keep),
+            region=None if region is None else read_region(region),
+            falloff=falloff,
+            rest=rest,
+        )
+        positions = morph.at(times)
+        say("writing")
+        if len(times) == 1:
+            write(output, start.with_vertices(positions[0]))
+        else:
+            names = [f"t = {t:g}" for t in times]
+            write_sequence(output, MeshSequence(start, positions, names=names))
+        if picture is not None:
+            from elastomorph.report.strips import expression_strip
+
+            say("drawing")
+            expression_strip({morph.method: morph}, picture, times=times.tolist())
+    if as_json:
+        options.print_json(
+            {
+                "method": morph.method,
+                "vertices": len(start.vertices),
+                "bends": len(morph.bends),
+                "times": times.tolist(),
+                "output": output,
+            }
+        )
+    else:
+        typer.echo(f"{morph.method}: {len(times)} shapes, {len(morph.bends)} bends → {output}")
