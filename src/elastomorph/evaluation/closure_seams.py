@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from elastomorph.curves import CurveNetwork
@@ -36,7 +37,7 @@ def closure_seams(
     target: Mesh,
     curves: CurveNetwork,
     *,
-    closures: tuple[str, ...] = CLOSURES,
+    closures: Sequence[str] = CLOSURES,
     time: float = 0.5,
     order: int = 2,
     material: Material | None = None,
