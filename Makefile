@@ -18,7 +18,7 @@ check: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -q tests/test_documentation.py
+	$(BIN)/python -m pytest tests/test_documentation.py
 
 format: $(READY)
 	$(BIN)/ruff check --fix .

@@ -37,6 +37,14 @@ def test_piecewise_curve_takes_the_right_piece() -> None:
     np.testing.assert_allclose(curve.slope([0.1, 0.5]), [1.0, -1 / 3])
 
 
+@given(st.floats(-2, 3))
+def test_one_time_is_the_same_as_many(t: float) -> None:
+    tent = BendCurve(np.array([0, 0.25, 1]), np.array([[0, 1.0], [0.25, -1 / 3]]))
+    for curve in (BendCurve.power(3), tent):
+        assert curve.at(t) == curve(t)
+        assert curve.at(t) == curve([0.5, t])[1]
+
+
 @pytest.mark.parametrize(
     ("breaks", "coefficients"),
     [

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -69,23 +71,42 @@ class BendCurve:
         """The value at each time, in the shape of ``times``."""
         t = np.asarray(times, dtype=np.float64)
         inside = np.clip(t, 0.0, 1.0)
-        value = np.where((inside > 0) & (inside < 1), self._derivative(inside, 0), 0.0)
-        ends = self.end_slopes
-        return value + ends[0] * np.minimum(t, 0.0) + ends[1] * np.maximum(t - 1.0, 0.0)
+        value = np.where((inside > 0) & (inside < 1), self._horner(self.coefficients, inside), 0.0)
+        first, last = self.end_slopes
+        return value + first * np.minimum(t, 0.0) + last * np.maximum(t - 1.0, 0.0)
+
+    def at(self, time: float) -> float:
+        """The value at one time, without the cost of an array: for posing a rig."""
+        if 0.0 < time < 1.0:
+            piece = bisect_right(self._break_list, time) - 1
+            local, value = time - self._break_list[piece], 0.0
+            for coefficient in self._descending[piece]:
+                value = value * local + coefficient
+            return value
+        first, last = self.end_slopes
+        return first * min(time, 0.0) + last * max(time - 1.0, 0.0)
 
     def slope(self, times: ArrayLike) -> NDArray[np.float64]:
         """The derivative db/dt at each time, in the shape of ``times``."""
-        return self._derivative(np.clip(np.asarray(times, dtype=np.float64), 0.0, 1.0), 1)
+        t = np.clip(np.asarray(times, dtype=np.float64), 0.0, 1.0)
+        return self._horner(np.polynomial.polynomial.polyder(self.coefficients, axis=1), t)
 
-    @property
+    @cached_property
     def end_slopes(self) -> tuple[float, float]:
         """The derivatives at t = 0 and t = 1."""
         return float(self.slope(0.0)), float(self.slope(1.0))
 
-    def _derivative(self, t: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+    @cached_property
+    def _break_list(self) -> list[float]:
+        return [float(time) for time in self.breaks]
+
+    @cached_property
+    def _descending(self) -> list[list[float]]:
+        return [[float(c) for c in row[::-1]] for row in self.coefficients]
+
+    def _horner(self, rows: NDArray[np.float64], t: NDArray[np.float64]) -> NDArray[np.float64]:
         pieces = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.breaks) - 2)
         local = t - self.breaks[pieces]
-        rows = np.polynomial.polynomial.polyder(self.coefficients, m=order, axis=1)
         value = np.zeros_like(t)
         for column in range(rows.shape[1] - 1, -1, -1):
             value = value * local + rows[pieces, column]

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from elastomorph.mesh import require_same_topology
+from elastomorph.paper_expressions import EXPRESSIONS
 from elastomorph.samples import expressions, groups, lips, shapes
 from elastomorph.samples.anatomy import EYE_CENTRE, EYE_RADIUS
 from elastomorph.samples.layout import MOUTH
-from elastomorph.samples.shapes import EXPRESSIONS, pose
+from elastomorph.samples.shapes import pose
 from elastomorph.samples.weights import jaw_weights
 
 MIRROR = np.array([-1.0, 1.0, 1.0])

@@ -10,7 +10,7 @@ from elastomorph.errors import FileError
 from elastomorph.evaluation.rigid_parts import RigidParts, find_rigid_parts
 from elastomorph.io import read
 from elastomorph.mesh import Mesh, require_same_topology
-from elastomorph.samples.shapes import EXPRESSIONS
+from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
 from elastomorph.sequence import MeshSequence
 
 __all__ = ["Subject", "built_in_subject", "rig_subject"]
@@ -84,7 +84,7 @@ def rig_subject(folder: str | Path, say: Callable[[str], None] = lambda _: None)
         place.name,
         neutral,
         targets,
-        _composed(neutral, targets),
+        compose_expressions(neutral, targets) or dict(list(targets.items())[: len(EXPRESSIONS)]),
         jaw,
         rigid_parts=find_rigid_parts(neutral, targets[jaw]),
     )
@@ -92,20 +92,3 @@ def rig_subject(folder: str | Path, say: Callable[[str], None] = lambda _: None)
 
 def _farthest(neutral: Mesh, targets: dict[str, Mesh]) -> str:
     return max(targets, key=lambda name: abs(targets[name].vertices - neutral.vertices).max())
-
-
-def _composed(neutral: Mesh, targets: dict[str, Mesh]) -> dict[str, Mesh]:
-    """The five expressions as sums of weighted deltas; shapes the rig lacks are left out.
-
-    A rig with other names shows its first targets instead.
-    """
-    expressions: dict[str, Mesh] = {}
-    for name, recipe in EXPRESSIONS.items():
-        vertices = neutral.vertices.copy()
-        for shape, weight in recipe.items():
-            for target in (shape, f"{shape}_L", f"{shape}_R"):
-                if target in targets:
-                    vertices += weight * (targets[target].vertices - neutral.vertices)
-        if (vertices != neutral.vertices).any():
-            expressions[name] = neutral.with_vertices(vertices)
-    return expressions or dict(list(targets.items())[: len(EXPRESSIONS)])

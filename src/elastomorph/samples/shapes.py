@@ -8,12 +8,13 @@ from functools import cache
 import numpy as np
 
 from elastomorph.mesh import Mesh
+from elastomorph.paper_expressions import EXPRESSIONS
 from elastomorph.samples.assembly import build
 from elastomorph.samples.implicit import Points
 from elastomorph.samples.muscles import movements
 from elastomorph.samples.turns import keep_off_eyes, turn_lids
 
-__all__ = ["EXPRESSIONS", "expressions", "pose", "shapes"]
+__all__ = ["expressions", "pose", "shapes"]
 
 # How far the upper and the lower lid close with each shape.
 _LIDS = {
@@ -24,15 +25,6 @@ _LIDS = {
     "browDown": (0.08, 0.0),
     "mouthSmile": (0.02, 0.10),
 }
-
-EXPRESSIONS: dict[str, dict[str, float]] = {
-    "sad": {"mouthFrown": 1.0, "browInnerUp": 1.0, "mouthShrugLower": 0.4},
-    "angry": {"browDown": 1.0, "noseSneer": 0.8, "mouthPress": 0.6, "eyeSquint": 0.5},
-    "confused": {"browOuterUp_L": 1.0, "browDown_R": 0.8, "mouthLeft": 0.6},
-    "grinning": {"mouthSmile": 1.0, "cheekSquint": 0.7, "mouthUpperUp": 0.4},
-    "puff": {"cheekPuff": 1.0, "mouthPress": 0.5},
-}
-"""The five expressions as weights of shapes; a name without a side stands for both."""
 
 
 def pose(weights: Mapping[str, float]) -> Points:

@@ -1,0 +1,149 @@
+"""How fast faces come: the rig beside the paper's own figure and what bounds any method."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.curves import extract_curves
+from elastomorph.mesh import Mesh
+from elastomorph.paths import Method, prepare
+from elastomorph.physics import mean_response, modal_response
+from elastomorph.physics.transform import ModeTransform
+from elastomorph.rig import Rig
+from elastomorph.rig.combinations import weight_combinations
+
+__all__ = ["PAPER_MILLISECONDS", "BenchRow", "DirectBlend", "bench_faces"]
+
+PAPER_MILLISECONDS = 72.748e3 / 7775
+"""The paper's time for a face of 5071 vertices: 72.748 s for 7775 faces (Sec. 5)."""
+
+_DIRECT_FACES = 40
+
+
+@dataclass(frozen=True)
+class BenchRow:
+    """One way to make faces.
+
+    Attributes:
+        name: What is timed.
+        seconds_a_face: Shortest time of several runs, over the number of faces.
+        note: How it was measured.
+    """
+
+    name: str
+    seconds_a_face: float
+    note: str = ""
+
+
+class DirectBlend:
+    """Eqs. 39 and 40 face by face: blend the constants of every mode, then sum the series.
+
+    Args:
+        neutral: The face at rest.
+        targets: The expressions.
+        method: A beam.
+    """
+
+    def __init__(self, neutral: Mesh, targets: Sequence[Mesh], method: Method) -> None:
+        curves = extract_curves(neutral)
+        members: dict[tuple[bool, int], list[NDArray[np.int32]]] = {}
+        for curve in curves:
+            members.setdefault((curve.closed, len(curve)), []).append(curve.vertices)
+        shapes = np.stack([mesh.vertices for mesh in targets])
+        load, material = method.external_load, method.material
+        self._count = len(neutral.vertices)
+        self._groups = []
+        for (closed, size), vertices in members.items():
+            transform = ModeTransform(size, closed)
+            indices = np.stack(vertices)
+            laws = np.zeros((transform.count, load.order + 1))
+            laws[0] = mean_response(method.closure, load, material)
+            stiffness = transform.stiffness(material.rigidity)[1:]
+            laws[1:, : load.order] = modal_response(stiffness, load, material)
+            start = transform.forward(neutral.vertices[indices])
+            change = transform.forward(shapes[:, indices] - neutral.vertices[indices])
+            self._groups.append((indices, transform, laws, start, change))
+
+    def face(self, weights: NDArray[np.float64], t: float) -> NDArray[np.float64]:
+        """(V, 3) one face: V₀ + Σ ζ_j (w^j(t) - V₀)."""
+        positions = np.empty((self._count, 3))
+        for indices, transform, laws, start, change in self._groups:
+            law = laws @ t ** np.arange(1, laws.shape[1] + 1)
+            modes = start + law[:, None] * np.tensordot(weights, change, axes=1)
+            positions[indices] = transform.inverse(modes)
+        return positions
+
+
+def bench_faces(
+    neutral: Mesh,
+    targets: Sequence[Mesh],
+    *,
+    method: str = "beam:3",
+    levels: int = 6,
+    t: float = 0.5,
+    repeats: int = 5,
+    say: Callable[[str], None] = lambda _: None,
+) -> tuple[int, list[BenchRow]]:
+    """Time the paper's experiment: every combination of weights of some expressions.
+
+    Args:
+        neutral: The face at rest.
+        targets: The expressions.
+        method: Of their paths.
+        levels: Values of each weight.
+        t: The common time; bends count at any but 0 and 1.
+        repeats: Runs of each measurement; the shortest counts.
+        say: Told what is being measured.
+
+    Returns:
+        How many faces were made, and a row for each way.
+    """
+    to = prepare(neutral, method)
+    rig = Rig(neutral, {str(number): to(mesh) for number, mesh in enumerate(targets)})
+    rows = weight_combinations(len(targets), levels)
+    out = np.empty((len(rows), *neutral.vertices.shape), dtype=np.float32)
+    other = np.zeros_like(out)
+
+    def best(name: str, task: Callable[[], object]) -> float:
+        say(name)
+        times = []
+        for _ in range(repeats):
+            start = time.perf_counter()
+            task()
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+    count = len(rows)
+    found = [BenchRow("the paper", PAPER_MILLISECONDS / 1e3, "5,071 vertices, its own laptop")]
+    direct = DirectBlend(neutral, targets, Method.parse(method))
+    seconds = best("Eq. 39 face by face", lambda: [direct.face(w, t) for w in rows[:_DIRECT_FACES]])
+    note = f"float64, {_DIRECT_FACES} faces"
+    found.append(BenchRow("Eq. 39 face by face", seconds / min(_DIRECT_FACES, count), note))
+    bends = sum(len(morph.bends) for morph in rig.morphs.values())
+    note = f"float32, {len(targets)} targets and {bends} bends"
+    seconds = best("rig.batch", lambda: rig.batch(rows, t, out))
+    found.append(BenchRow("rig.batch", seconds / count, note))
+    if _has_torch():
+        seconds = best("torch", lambda: rig.batch(rows, t, out, backend="torch"))
+        found.append(BenchRow("rig.batch, PyTorch", seconds / count, note))
+    matrix, flat = rig.fields.matrix(np.float32), out.reshape(count, -1)
+    coefficients = np.full((count, len(matrix)), 0.1, dtype=np.float32)
+    seconds = best("bare product", lambda: np.matmul(coefficients, matrix, out=flat))
+    found.append(BenchRow("bare numpy.matmul", seconds / count, "the same shapes"))
+    linear = Rig(neutral, {str(i): prepare(neutral, "linear")(m) for i, m in enumerate(targets)})
+    seconds = best("linear blendshapes", lambda: linear.batch(rows, t, out))
+    found.append(BenchRow("linear blendshapes", seconds / count, "rig.batch without bends"))
+    seconds = best("memory copy", lambda: np.copyto(out, other))
+    found.append(BenchRow("memory copy", seconds / count, "of the same output"))
+    return count, found
+
+
+def _has_torch() -> bool:
+    from importlib.util import find_spec
+
+    return find_spec("torch") is not None

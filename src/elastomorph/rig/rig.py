@@ -1,0 +1,298 @@
+"""The rig: named morphs on one neutral (Eqs. 36-40)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from elastomorph.errors import ParameterError
+from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.morph import Morph
+from elastomorph.rig.fields import MorphFields, RigFields
+from elastomorph.rig.product import BLOCK, FieldProduct, checked_output
+from elastomorph.rig.sliders import Sliders
+
+__all__ = ["Rig"]
+
+Times = float | Mapping[str, float]
+
+
+class Rig:
+    """Named morphs on one neutral. Immutable.
+
+    Args:
+        neutral: The face at rest.
+        morphs: Path of each expression by name, all from this neutral.
+        correctives: Drivers of each combination shape: its weight is the product of theirs. Name
+            the corrective itself among them if it has a slider of its own, as ``mouthClose`` on
+            top of ``jawOpen``: ``{"mouthClose": ("jawOpen", "mouthClose")}``.
+        groups: Names of groups and the morphs in each.
+
+    Attributes:
+        neutral: The face at rest.
+        morphs: Path of each expression, read-only.
+        sliders: Names, correctives and groups.
+
+    Raises:
+        TopologyError: A morph belongs to another mesh.
+        ParameterError: A morph starts at another neutral, or a name is unknown.
+    """
+
+    def __init__(
+        self,
+        neutral: Mesh,
+        morphs: Mapping[str, Morph],
+        *,
+        correctives: Mapping[str, Sequence[str]] | None = None,
+        groups: Mapping[str, Sequence[str]] | None = None,
+    ) -> None:
+        for name, morph in morphs.items():
+            require_same_topology(neutral, morph.neutral)
+            if not np.array_equal(neutral.vertices, morph.neutral.vertices):
+                raise ParameterError(
+                    f"the morph {name!r} starts at another neutral than that of the rig"
+                )
+        self.neutral = neutral
+        self.morphs: Mapping[str, Morph] = MappingProxyType(dict(morphs))
+        self.sliders = Sliders(
+            tuple(self.morphs),
+            {name: tuple(drivers) for name, drivers in (correctives or {}).items()},
+            {name: tuple(members) for name, members in (groups or {}).items()},
+        )
+        self._products: dict[np.dtype[np.floating], FieldProduct] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the sliders, the columns of `batch`."""
+        return self.sliders.names
+
+    @cached_property
+    def fields(self) -> RigFields:
+        """Δ and bends of all morphs, only where they move anything."""
+        return RigFields(
+            self.neutral.vertices, tuple(MorphFields.of(m) for m in self.morphs.values())
+        )
+
+    def only(self, names: Sequence[str]) -> Rig:
+        """A rig of some of the morphs, in the order of the names, without correctives.
+
+        Raises:
+            ParameterError: An unknown name.
+        """
+        for name in names:
+            self.sliders.require(name, self.sliders.morphs)
+        return Rig(self.neutral, {name: self.morphs[name] for name in names})
+
+    def pose(self, weights: Mapping[str, float]) -> NDArray[np.float64]:
+        """Positions under slider weights, as an animator sets them.
+
+        The weight of a morph is the parameter t of its path: V = V₀ + Σ_j (w^j(t_j) - V₀). Only
+        morphs that are not at 0, and only their vertices, are computed.
+
+        Args:
+            weights: Weight of each slider by name; those left out are 0.
+
+        Returns:
+            (V, 3) float64.
+
+        Raises:
+            ParameterError: An unknown name, or a weight that is not a finite number.
+        """
+        times = self.sliders.drive(self.sliders.row(weights)[None])[0]
+        return self._sum((times != 0).astype(float), times)
+
+    def blend(
+        self, weights: Mapping[str, float], t: Times = 1.0, *, normalize: bool = False
+    ) -> NDArray[np.float64]:
+        """Positions under blend weights ζ at one common time: V₀ + Σ ζ_j (w^j(t) - V₀).
+
+        For Σζ = 1 this is Eq. 38; otherwise Eq. 38 would scale the neutral.
+
+        Args:
+            weights: ζ of each slider by name; those left out are 0.
+            t: The time, or one for each slider by name (1 where left out).
+            normalize: Divide the weights by their sum, as the paper does.
+
+        Returns:
+            (V, 3) float64.
+
+        Raises:
+            ParameterError: An unknown name, or a number that is not finite.
+        """
+        zeta, times = self._blended(weights, t, normalize)
+        return self._sum(zeta, times)
+
+    def velocity(
+        self,
+        weights: Mapping[str, float],
+        rates: Mapping[str, float],
+    ) -> NDArray[np.float64]:
+        """How fast the vertices of a pose move while sliders move.
+
+        Args:
+            weights: Weight of each slider, as for `pose`.
+            rates: How fast each weight changes, per unit of time; 0 where left out.
+
+        Returns:
+            (V, 3) float64, unit of length per the same unit of time.
+
+        Raises:
+            ParameterError: An unknown name, or a number that is not finite.
+        """
+        at, rate = self.sliders.row(weights), self.sliders.row(rates)
+        # The product rule over the drivers of correctives, by a complex step: exact to rounding.
+        step = 1e-100
+        driven = self.sliders.drive((at + 1j * step * rate)[None])[0]
+        times, speeds = driven.real, driven.imag / step
+        moving = np.zeros_like(self.neutral.vertices)
+        for fields, time, speed in zip(self.fields.morphs, times, speeds, strict=True):
+            if speed:
+                fields.add_to(moving, (speed * fields.slopes(np.array(time))).tolist())
+        return moving
+
+    def batch(
+        self,
+        weights: ArrayLike,
+        times: ArrayLike | None = None,
+        out: NDArray[np.floating] | None = None,
+        *,
+        normalize: bool = False,
+        dtype: DTypeLike = np.float32,
+        backend: str = "numpy",
+    ) -> NDArray[np.floating]:
+        """Many faces by one matrix product.
+
+        Args:
+            weights: (S, J) one row a face, one column for each slider in the order of `names`.
+            times: (S,) one time a face, (S, J) one for each slider, or one number: the weights
+                are ζ of `blend`. None: the weights are those of `pose`.
+            out: (S, V, 3) C-contiguous float32 or float64 array to write into.
+            normalize: Divide the weights of each face by their sum.
+            dtype: Of the result where `out` is not given, float32 or float64.
+            backend: ``numpy``, or ``torch``, which is faster on many processors. For a GPU see
+                `elastomorph.rig.torch_module.RigModule`.
+
+        Returns:
+            (S, V, 3), `out` where it was given.
+
+        Raises:
+            ParameterError: Shapes that do not fit, numbers that are not finite, or a buffer of
+                another type or layout.
+            MissingExtraError: PyTorch was asked for and is not installed.
+        """
+        zeta, moments = self._driven(weights, times, normalize)
+        shape = (len(zeta), *self.neutral.vertices.shape)
+        out = np.empty(shape, dtype=_real(dtype)) if out is None else checked_output(out, shape)
+        flat = out.reshape(len(out), shape[1] * 3)
+        self._product(out.dtype).into(zeta, moments, flat, backend)
+        return out
+
+    def stream(
+        self,
+        weights: ArrayLike,
+        times: ArrayLike | None = None,
+        *,
+        normalize: bool = False,
+        dtype: DTypeLike = np.float32,
+        block: int | None = None,
+    ) -> Iterator[NDArray[np.floating]]:
+        """Many faces in blocks of fixed memory.
+
+        Args:
+            weights: As for `batch`.
+            times: As for `batch`.
+            normalize: As for `batch`.
+            dtype: float32 or float64.
+            block: Faces in a block; as many as fit 64 MiB by default.
+
+        Yields:
+            (s, V, 3) arrays, one after another; each is overwritten by the next, so copy what
+            you keep.
+
+        Raises:
+            ParameterError: As for `batch`.
+        """
+        table = self.sliders.table(weights)
+        real = _real(dtype)
+        size = self.neutral.vertices.size * real.itemsize
+        length = max(1, BLOCK // size) if block is None else block
+        if not isinstance(length, int) or length < 1:
+            raise ParameterError(f"a block must hold at least one face, found {block!r}")
+        when = None if times is None else np.asarray(times, dtype=np.float64)
+        buffer = np.empty((min(length, max(len(table), 1)), *self.neutral.vertices.shape), real)
+        for start in range(0, len(table), length):
+            part = table[start : start + length]
+            now = when if when is None or when.ndim == 0 else when[start : start + length]
+            yield self.batch(part, now, buffer[: len(part)], normalize=normalize)
+
+    def _sum(self, zeta: NDArray[np.float64], times: NDArray[np.float64]) -> NDArray[np.float64]:
+        positions = self.neutral.vertices.copy()
+        moments = zip(self.fields.morphs, zeta.tolist(), times.tolist(), strict=True)
+        for fields, weight, time in moments:
+            if weight:
+                fields.add_to(positions, [weight * f for f in fields.factors_at(time)])
+        return positions
+
+    def _blended(
+        self, weights: Mapping[str, float], t: Times, normalize: bool
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        row = self.sliders.row(weights)[None]
+        moments = np.ones((1, len(self.names)))
+        if isinstance(t, Mapping):
+            given = self.sliders.row(t)
+            chosen = [name in t for name in self.names]
+            moments[0, chosen] = given[chosen]
+        else:
+            moments[:] = self.sliders.table(np.full((1, len(self.names)), t), "times")
+        zeta = _normalized(row) if normalize else row
+        return self.sliders.drive(zeta)[0], self.sliders.spread(moments)[0]
+
+    def _driven(
+        self, weights: ArrayLike, times: ArrayLike | None, normalize: bool
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(S, morphs) ζ and times from what a caller of `batch` gave."""
+        table = self.sliders.table(weights)
+        if times is None:
+            driven = self.sliders.drive(table)
+            return (driven != 0).astype(float), driven
+        try:
+            moments = np.asarray(times, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ParameterError("times must be numbers") from None
+        if moments.shape == (len(table),):
+            moments = moments[:, None]
+        elif moments.shape not in ((), table.shape):
+            raise ParameterError(
+                f"times must be one number, ({len(table)},) or {table.shape}, found {moments.shape}"
+            )
+        moments = self.sliders.table(np.broadcast_to(moments, table.shape), "times")
+        zeta = _normalized(table) if normalize else table
+        return self.sliders.drive(zeta), self.sliders.spread(moments)
+
+    def _product(self, dtype: np.dtype[np.floating]) -> FieldProduct:
+        if dtype not in self._products:
+            self._products[dtype] = FieldProduct(self.fields, self.fields.matrix(dtype))
+        return self._products[dtype]
+
+    def __len__(self) -> int:
+        return len(self.morphs)
+
+    def __repr__(self) -> str:
+        bends = sum(len(morph.bends) for morph in self.morphs.values())
+        return f"Rig({len(self)} morphs, {bends} bends, {len(self.neutral.vertices):,} vertices)"
+
+
+def _normalized(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    total = weights.sum(axis=1, keepdims=True)
+    return weights / np.where(total == 0, 1.0, total)
+
+
+def _real(dtype: DTypeLike) -> np.dtype[np.floating]:
+    for real in (np.dtype(np.float32), np.dtype(np.float64)):
+        if np.dtype(dtype) == real:
+            return real
+    raise ParameterError(f"faces are float32 or float64, not {np.dtype(dtype)}")

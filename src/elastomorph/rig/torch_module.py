@@ -1,0 +1,100 @@
+"""The rig as a differentiable PyTorch module, on any device.
+
+For fitting faces to images and for batches on a GPU. PyTorch is optional: importing this module
+without it raises `MissingExtraError`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from elastomorph.bend_curve import BendCurve
+from elastomorph.errors import MissingExtraError, ParameterError
+from elastomorph.rig.rig import Rig
+
+try:
+    import torch
+except ImportError:
+    raise MissingExtraError("torch", "torch") from None
+
+__all__ = ["RigModule"]
+
+
+class RigModule(torch.nn.Module):
+    """Faces from slider weights, differentiable with respect to weights and times.
+
+    The neutral and the fields are buffers: ``module.to("cuda")`` moves them, and they are not
+    trained unless you make them parameters.
+
+    Args:
+        rig: The rig.
+        dtype: torch.float32 or torch.float64.
+    """
+
+    def __init__(self, rig: Rig, dtype: torch.dtype = torch.float32) -> None:
+        super().__init__()
+        self.names = rig.names
+        self._drivers = rig.sliders.driver_columns()
+        self._first_driver = [columns[0] for columns in self._drivers]
+        matrix = rig.fields.matrix(np.float64)
+        self.register_buffer("neutral", torch.from_numpy(matrix[0]).to(dtype))
+        self.register_buffer("fields", torch.from_numpy(matrix[1:]).to(dtype))
+        self._curves: list[list[int]] = []
+        curves: list[BendCurve] = []
+        for fields in rig.fields.morphs:
+            self._curves.append(list(range(len(curves), len(curves) + len(fields.bend_curves))))
+            curves += fields.bend_curves
+        for number, curve in enumerate(curves):
+            self.register_buffer(f"breaks{number}", torch.tensor(curve.breaks, dtype=dtype))
+            rows = torch.tensor(curve.coefficients, dtype=dtype)
+            self.register_buffer(f"coefficients{number}", rows)
+        self._slopes = [curve.end_slopes for curve in curves]
+
+    def forward(self, weights: torch.Tensor, times: torch.Tensor | None = None) -> torch.Tensor:
+        """Positions of many faces.
+
+        Args:
+            weights: (S, J) one column for each slider in the order of ``names``.
+            times: None: weights are path parameters, as `Rig.pose`. Otherwise (S, J) or anything
+                that broadcasts to it: weights are ζ at these times, as `Rig.blend`.
+
+        Returns:
+            (S, V, 3) of the module's type, on its device.
+
+        Raises:
+            ParameterError: Weights of another shape.
+        """
+        if weights.ndim != 2 or weights.shape[1] != len(self.names):
+            raise ParameterError(
+                f"weights must have shape (S, {len(self.names)}), found {tuple(weights.shape)}"
+            )
+        driven = torch.stack([weights[:, c].prod(dim=1) for c in self._drivers], dim=1)
+        if times is None:
+            zeta, moments = torch.ones_like(driven), driven
+        else:
+            zeta = driven
+            moments = torch.broadcast_to(times, weights.shape)[:, self._first_driver]
+        columns = []
+        for number, curves in enumerate(self._curves):
+            t = moments[:, number]
+            factors = [t, *(self._bend(curve, t) for curve in curves)]
+            columns += [zeta[:, number] * factor for factor in factors]
+        faces = self.neutral + torch.stack(columns, dim=1) @ self.fields
+        return faces.reshape(len(weights), -1, 3)
+
+    def _bend(self, number: int, t: torch.Tensor) -> torch.Tensor:
+        """A bend curve at times t: pieces inside [0, 1], end tangents beyond."""
+        breaks: Any = getattr(self, f"breaks{number}")
+        rows: Any = getattr(self, f"coefficients{number}")
+        inside = t.clamp(0.0, 1.0)
+        pieces = (torch.searchsorted(breaks, inside.detach(), right=True) - 1).clamp(
+            0, len(breaks) - 2
+        )
+        local = inside - breaks[pieces]
+        value = torch.zeros_like(t)
+        for column in range(rows.shape[1] - 1, -1, -1):
+            value = value * local + rows[pieces, column]
+        first, last = self._slopes[number]
+        return value + first * t.clamp(max=0.0) + last * (t - 1.0).clamp(min=0.0)

@@ -1,0 +1,42 @@
+"""What the bench times makes the faces it says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import elastomorph as em
+from elastomorph.report.bench import PAPER_MILLISECONDS, DirectBlend, bench_faces
+from elastomorph.rig import Rig
+
+
+def strip() -> tuple[em.Mesh, list[em.Mesh]]:
+    x = np.arange(12.0)
+    points = np.concatenate([np.stack([x, 0 * x + row, 0 * x], axis=1) for row in range(3)])
+    faces = [[r * 12 + i, r * 12 + i + 1, r * 12 + i + 13, r * 12 + i + 12]
+             for r in range(2) for i in range(11)]  # fmt: skip
+    neutral = em.Mesh(points, faces)
+    random = np.random.default_rng(0)
+    return neutral, [
+        neutral.with_vertices(points + random.normal(size=points.shape)) for _ in range(3)
+    ]
+
+
+def test_direct_blend_is_the_rig() -> None:
+    neutral, targets = strip()
+    direct = DirectBlend(neutral, targets, em.Method.parse("beam:3:rest"))
+    to = em.prepare(neutral, "beam:3:rest")
+    rig = Rig(neutral, {str(i): to(mesh) for i, mesh in enumerate(targets)})
+    weights = np.array([0.2, 0.7, 0.4])
+    expected = rig.batch(weights[None], 0.6, dtype=np.float64)[0]
+    np.testing.assert_allclose(direct.face(weights, 0.6), expected, atol=1e-12)
+
+
+def test_every_row_is_timed() -> None:
+    neutral, targets = strip()
+    count, rows = bench_faces(neutral, targets, levels=3, repeats=1)
+    assert count == 26
+    names = [row.name for row in rows]
+    assert {"the paper", "rig.batch", "bare numpy.matmul", "memory copy"} <= set(names)
+    assert all(row.seconds_a_face > 0 for row in rows)
+    assert abs(rows[0].seconds_a_face - PAPER_MILLISECONDS / 1e3) < 1e-12
+    assert round(PAPER_MILLISECONDS, 2) == 9.36
