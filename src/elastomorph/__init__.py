@@ -22,11 +22,12 @@ from elastomorph.errors import (
     TopologyError,
 )
 from elastomorph.evaluation import Evaluation, evaluate
-from elastomorph.io import read, read_sequence, write, write_sequence
+from elastomorph.io import read, read_rig, read_sequence, write, write_sequence
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
 from elastomorph.physics import Load, Material
+from elastomorph.rig import Rig
 from elastomorph.sequence import MeshSequence
 
 __all__ = [
@@ -50,6 +51,7 @@ __all__ = [
     "Morph",
     "ParameterError",
     "ResonanceError",
+    "Rig",
     "TimeLawWarning",
     "TopologyError",
     "bake",
@@ -59,6 +61,7 @@ __all__ = [
     "interpolate",
     "prepare",
     "read",
+    "read_rig",
     "read_sequence",
     "write",
     "write_sequence",

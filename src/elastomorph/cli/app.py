@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from elastomorph.cli import curves, demo, evaluate, inspect, interpolate
+from elastomorph.cli import bench, blend, curves, demo, evaluate, export, inspect, interpolate
 from elastomorph.errors import ElastomorphError
 
 __all__ = ["app", "main"]
@@ -18,7 +18,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (demo, inspect, curves, interpolate, evaluate):
+for verb in (demo, inspect, curves, interpolate, evaluate, blend, export, bench):
     verb.add_to(app)
 
 

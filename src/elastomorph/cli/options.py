@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
     from elastomorph.mesh import Mesh
     from elastomorph.physics import Material
+    from elastomorph.rig import Rig
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 CurveFile = Annotated[
@@ -32,6 +33,15 @@ Closure = Annotated[
     str,
     typer.Option(help="Time law of a curve's mean: limit, compatible, rest, unforced, linear."),
 ]
+
+OptionalRig = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="[RIG]",
+        help="A rig: .glb, .usd, .fbx, .npz, or a folder of meshes. Default: the built-in head.",
+    ),
+]
+MethodText = Annotated[str, typer.Option(help="linear, cosine, ease:R, beam:R or beam:R:closure.")]
 
 
 def material(mass: float, damping: float, rigidity: float) -> Material:
@@ -48,6 +58,67 @@ def network(mesh: Mesh, file: Path | None, names: tuple[str, ...] = ()) -> Curve
 
     keep = () if file is None else read_curves(file, len(mesh.vertices), names or None)
     return extract_curves(mesh, keep)
+
+
+def named_numbers(texts: list[str], option: str) -> dict[str, float]:
+    """Numbers by name from ``name=0.4`` texts.
+
+    Raises:
+        ParameterError: A text is not understood, or a name comes twice.
+    """
+    from elastomorph.errors import ParameterError
+
+    found: dict[str, float] = {}
+    for text in texts:
+        name, equals, number = text.partition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = float("nan")
+        if not equals or value != value or name in found:
+            raise ParameterError(f"{option} {text!r}: expected name=number, each name once")
+        found[name] = value
+    return found
+
+
+def full_rig(path: Path | None, method: str, say: Callable[[str], None]) -> Rig:
+    """A rig from a file or folder, or the built-in head with its shapes and expressions.
+
+    The method makes the paths where there are only shapes; rig files have paths of their own.
+    """
+    from elastomorph.io import read_rig
+    from elastomorph.paths import prepare
+    from elastomorph.rig import Rig
+
+    if path is None:
+        from elastomorph.samples import expressions, head, shapes
+
+        say("building the head")
+        to = prepare(head(), method)
+        return Rig(head(), {n: to(mesh) for n, mesh in {**shapes(), **expressions()}.items()})
+    say(f"reading {path}")
+    return read_rig(path, method=method) if path.is_dir() else read_rig(path)
+
+
+def expression_rig(
+    path: Path | None, names: str | None, method: str, say: Callable[[str], None]
+) -> Rig:
+    """A rig of the expressions named, or of the paper's five, composed where it has none."""
+    from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
+    from elastomorph.paths import prepare
+    from elastomorph.rig import Rig
+
+    rig = full_rig(path, method, say)
+    if names is not None:
+        return rig.only([name.strip() for name in names.split(",")])
+    if all(name in rig.morphs for name in EXPRESSIONS):
+        return rig.only(list(EXPRESSIONS))
+    targets = {name: morph.target for name, morph in rig.morphs.items()}
+    composed = compose_expressions(rig.neutral, targets)
+    if not composed:
+        return rig.only(list(rig.morphs)[: len(EXPRESSIONS)])
+    to = prepare(rig.neutral, method)
+    return Rig(rig.neutral, {name: to(mesh) for name, mesh in composed.items()})
 
 
 def print_json(value: Any) -> None:

@@ -1,8 +1,8 @@
-"""Files: meshes and recorded motion, one module a format, found by suffix."""
+"""Files: meshes, rigs and recorded motion, one module a format, found by suffix."""
 
 from __future__ import annotations
 
-from elastomorph.io.registry import read, write
+from elastomorph.io.registry import read, read_rig, write
 from elastomorph.io.sequences import read_sequence, write_sequence
 
-__all__ = ["read", "read_sequence", "write", "write_sequence"]
+__all__ = ["read", "read_rig", "read_sequence", "write", "write_sequence"]

@@ -14,9 +14,19 @@ from typing import Any, Generic, TypeVar
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.mesh import Mesh
-from elastomorph.sequence import MeshSequence
+from elastomorph.rig import Rig
 
-__all__ = ["MESH_FORMATS", "Format", "format_of", "known_suffixes", "read", "write"]
+__all__ = [
+    "MESH_FORMATS",
+    "RIG_FORMATS",
+    "Format",
+    "format_of",
+    "known_suffixes",
+    "read",
+    "read_rig",
+    "write",
+    "writer_of",
+]
 
 T = TypeVar("T")
 
@@ -29,18 +39,20 @@ class Format(Generic[T]):
         name: What people call the format.
         suffixes: The suffixes its files have, in lower case, with the dot.
         read: Path to thing.
-        write: Path and thing to nothing, through `atomic.replacing`.
+        write: Path, thing and options of the format, through `atomic.replacing`; None where the
+            format is only read.
     """
 
     name: str
     suffixes: tuple[str, ...]
-    read: Callable[[str | Path], T]
-    write: Callable[[str | Path, T], None]
+    read: Callable[..., T]
+    write: Callable[..., Any] | None
 
 
 def _later(module: str, function: str) -> Callable[..., Any]:
-    def call(*arguments: Any) -> Any:
-        return getattr(import_module(f"elastomorph.io.{module}"), function)(*arguments)
+    def call(*arguments: Any, **options: Any) -> Any:
+        found = getattr(import_module(f"elastomorph.io.{module}"), function)
+        return found(*arguments, **options)
 
     return call
 
@@ -49,6 +61,21 @@ MESH_FORMATS: tuple[Format[Mesh], ...] = (
     Format("Wavefront OBJ", (".obj",), _later("obj", "read_obj"), _later("obj", "write_obj")),
     Format("Stanford PLY", (".ply",), _later("ply", "read_ply"), _later("ply", "write_ply")),
     Format("NumPy archive", (".npz",), _later("npz", "read_npz"), _later("npz", "write_npz")),
+)
+
+RIG_FORMATS: tuple[Format[Rig], ...] = (
+    Format("glTF binary", (".glb",), _later("gltf", "read_glb"), _later("gltf", "write_glb")),
+    Format("glTF", (".gltf",), _later("gltf", "read_glb"), None),
+    Format(
+        "USD", (".usd", ".usda", ".usdc"), _later("usd", "read_usd"), _later("usd", "write_usd")
+    ),
+    Format("Autodesk FBX", (".fbx",), _later("fbx", "read_fbx"), None),
+    Format(
+        "NumPy archive",
+        (".npz",),
+        _later("rig_npz", "read_rig_npz"),
+        _later("rig_npz", "write_rig_npz"),
+    ),
 )
 
 
@@ -85,20 +112,65 @@ def read(path: str | Path) -> Mesh:
     return format_of(path, MESH_FORMATS).read(path)
 
 
-def write(path: str | Path, mesh: Mesh) -> None:
-    """Write a mesh, whole or not at all; positions come back bit for bit.
+def read_rig(path: str | Path, **options: Any) -> Rig:
+    """The rig in a file or a folder.
+
+    Args:
+        path: A file (.glb, .gltf, .usd, .usda, .usdc, .fbx, .npz), or a folder of mesh files, one
+            of them with ``neutral`` in its name.
+        **options: Of `elastomorph.io.rig_folder.read_rig_folder`, for a folder.
+
+    Raises:
+        FileError: The file or folder is missing or cannot be read.
+        FormatError: The suffix is unknown, or the content is not what the format allows.
+        TopologyError: A target of a folder has other vertices or polygons than the neutral.
+        MissingExtraError: The format needs a package that is not installed.
+    """
+    if Path(path).is_dir():
+        from elastomorph.io.rig_folder import read_rig_folder
+
+        return read_rig_folder(path, **options)
+    return format_of(path, RIG_FORMATS).read(path, **options)
+
+
+def write(path: str | Path, thing: Mesh | Rig, **options: Any) -> Any:
+    """Write a mesh or a rig, whole or not at all.
 
     Args:
         path: The file; its suffix names the format and its folder must exist.
-        mesh: The mesh. PLY keeps vertices and polygons; OBJ and NPZ keep everything.
+        thing: A mesh (.obj, .ply, .npz): positions come back bit for bit; PLY keeps vertices and
+            polygons, OBJ and NPZ everything. Or a rig (.glb, .usd, .usda, .usdc, .npz).
+        **options: Of the format, see its writer.
+
+    Returns:
+        What the writer reports: sizes and errors for .glb and USD, otherwise nothing.
 
     Raises:
-        FormatError: The suffix is unknown, or the format cannot hold this mesh.
+        FormatError: The suffix is unknown, or the format cannot hold this thing.
         FileError: The file cannot be written.
-        ParameterError: Not a mesh.
+        ParameterError: Neither a mesh nor a rig.
+        MissingExtraError: The format needs a package that is not installed.
     """
-    if isinstance(mesh, MeshSequence):
-        raise ParameterError("this is a sequence of frames; write it with write_sequence")
-    if not isinstance(mesh, Mesh):
-        raise ParameterError(f"expected a Mesh to write, found {type(mesh).__name__}")
-    format_of(path, MESH_FORMATS).write(path, mesh)
+    if isinstance(thing, Rig):
+        return writer_of(path, RIG_FORMATS)(path, thing, **options)
+    if isinstance(thing, Mesh):
+        return writer_of(path, MESH_FORMATS)(path, thing, **options)
+    raise ParameterError(
+        f"expected a Mesh or a Rig to write, found {type(thing).__name__}; a MeshSequence is "
+        "written with write_sequence"
+    )
+
+
+def writer_of(path: str | Path, formats: tuple[Format[Any], ...]) -> Callable[..., Any]:
+    """The function that writes the format a path names.
+
+    Raises:
+        FormatError: The suffix is unknown, or the format is only read.
+    """
+    write = format_of(path, formats).write
+    if write is None:
+        writable = known_suffixes(tuple(known for known in formats if known.write is not None))
+        raise FormatError(
+            path, f"this format is only read; write one of {', '.join(writable)} instead"
+        )
+    return write

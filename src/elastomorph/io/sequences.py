@@ -13,7 +13,7 @@ from elastomorph.io.atomic import replacing_path
 from elastomorph.io.checked import naming_file
 from elastomorph.io.frame_names import find_frames, frame_pattern
 from elastomorph.io.npz import read_npz_sequence, write_npz_sequence
-from elastomorph.io.registry import MESH_FORMATS, format_of, known_suffixes, read
+from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read, writer_of
 from elastomorph.mesh import require_same_topology
 from elastomorph.sequence import MeshSequence
 
@@ -79,7 +79,7 @@ def write_sequence(pattern: str | Path, sequence: MeshSequence) -> None:
         write_npz_sequence(pattern, sequence)
         return
     frames = frame_pattern(pattern)
-    write = format_of(pattern, MESH_FORMATS).write
+    write = writer_of(pattern, MESH_FORMATS)
     files = [frames.file(number) for number in _frame_numbers(sequence.times)]
     if frames.folder.is_dir():
         others = sorted(set(frames.existing()) - set(files))

@@ -1,0 +1,56 @@
+"""``elastomorph bench``: how fast faces come on this machine."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from elastomorph.cli import options
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(bench)
+
+
+def bench(
+    rig: options.OptionalRig = None,
+    expressions: Annotated[
+        str | None, typer.Option(help="Names separated by commas; the paper's five by default.")
+    ] = None,
+    method: options.MethodText = "beam:3",
+    levels: Annotated[int, typer.Option(help="Values of each weight.", min=2)] = 6,
+    t: Annotated[float, typer.Option("--time", "-t", help="Common time of all faces.")] = 0.5,
+    repeats: Annotated[int, typer.Option(help="Runs; the shortest counts.", min=1)] = 5,
+    as_json: options.AsJson = False,
+) -> None:
+    """Time the paper's experiment, all combinations of five expressions, beside its bounds.
+
+    Example: elastomorph bench path/to/rig --levels 4
+    """
+    from elastomorph.report.bench import PAPER_MILLISECONDS, bench_faces
+
+    with options.progress(as_json) as say:
+        face_rig = options.expression_rig(rig, expressions, method, say)
+        targets = [morph.target for morph in face_rig.morphs.values()]
+        count, rows = bench_faces(
+            face_rig.neutral, targets, method=method, levels=levels, t=t, repeats=repeats, say=say
+        )
+    vertices = len(face_rig.neutral.vertices)
+    if as_json:
+        table = {row.name: {"us_per_face": 1e6 * row.seconds_a_face} for row in rows}
+        options.print_json({"faces": count, "vertices": vertices, "rows": table})
+        return
+    typer.echo(f"{count:,} faces of {vertices:,} vertices, {method}, t = {t:g}\n")
+    typer.echo(f"{'':<22}{'faces/s':>10}{'µs/face':>11}{'ns/vertex':>11}{'paper ÷ it':>12}")
+    for row in rows:
+        size = 5071 if row.name == "the paper" else vertices
+        microseconds = 1e6 * row.seconds_a_face
+        typer.echo(
+            f"{row.name:<22}{1e6 / microseconds:>10,.0f}{microseconds:>11,.1f}"
+            f"{1e3 * microseconds / size:>11,.2f}{1e3 * PAPER_MILLISECONDS / microseconds:>12,.0f}"
+            f"   {row.note}"
+        )

@@ -1,0 +1,137 @@
+"""``elastomorph blend``: one face from weights, or all combinations of weights at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastomorph.cli import options
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from elastomorph.rig import Rig
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(blend)
+
+
+def blend(
+    rig: options.OptionalRig = None,
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output", "-o", help="Faces: .npy, .npz (with weights), or face.####.obj; one: .obj."
+        ),
+    ] = None,
+    weight: Annotated[
+        list[str] | None,
+        typer.Option("--weight", "-w", help="name=0.4, repeated: one face instead of all."),
+    ] = None,
+    t: Annotated[float, typer.Option("--time", "-t", help="Common time of all paths.")] = 1.0,
+    levels: Annotated[int, typer.Option(help="Values from 0 to 1 in combinations.", min=2)] = 6,
+    expressions: Annotated[
+        str | None, typer.Option(help="Names separated by commas; the paper's five by default.")
+    ] = None,
+    normalize: Annotated[
+        bool, typer.Option(help="Divide the weights of a face by their sum, as the paper does.")
+    ] = True,
+    method: options.MethodText = "beam:2",
+    sheet: Annotated[Path | None, typer.Option(help="A contact sheet of 50 faces (PNG).")] = None,
+    grid: Annotated[
+        Path | None, typer.Option(help="Neutral to expression, one row each (PNG).")
+    ] = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Blend expressions: 7775 faces from five of them, or one face from weights.
+
+    Examples:
+      elastomorph blend -o faces.npy --sheet sheet.png
+      elastomorph blend rig.glb -w jawOpen=0.4 -w mouthSmile_L=1 -o face.obj
+    """
+    with options.progress(as_json) as say:
+        if weight:
+            face_rig = options.full_rig(rig, method, say)
+            found = _one(face_rig, weight, t, output)
+        else:
+            face_rig = options.expression_rig(rig, expressions, method, say)
+            found = _all(face_rig, levels, t, normalize, output, sheet, say)
+        if grid is not None:
+            from elastomorph.report import expression_strip
+
+            say("drawing expressions")
+            expression_strip(dict(face_rig.morphs), grid)
+            found["grid"] = str(grid)
+    if as_json:
+        options.print_json(found)
+    else:
+        for name, value in found.items():
+            typer.echo(
+                f"{name:>12}  {value:,}" if isinstance(value, int) else f"{name:>12}  {value}"
+            )
+
+
+def _one(rig: Rig, weight: list[str], t: float, output: str | None) -> dict[str, object]:
+    from elastomorph.errors import ParameterError
+    from elastomorph.io import write
+
+    weights = options.named_numbers(weight, "--weight")
+    positions = rig.blend(weights, t)
+    if output is None:
+        raise ParameterError("say where to write the face: -o face.obj")
+    write(output, rig.neutral.with_vertices(positions))
+    return {"faces": 1, "written": output}
+
+
+def _all(
+    rig: Rig,
+    levels: int,
+    t: float,
+    normalize: bool,
+    output: str | None,
+    sheet: Path | None,
+    say: Callable[[str], None],
+) -> dict[str, object]:
+    from elastomorph.rig.combinations import spread_rows, weight_combinations
+
+    rows = weight_combinations(len(rig.names), levels)
+    found: dict[str, object] = {
+        "faces": len(rows),
+        "expressions": ", ".join(rig.names),
+        "vertices": len(rig.neutral.vertices),
+    }
+    if output is not None:
+        say(f"blending {len(rows):,} faces")
+        _write_faces(rig, rows, t, normalize, output)
+        found["written"] = output
+    if sheet is not None:
+        from elastomorph.report.contact_sheet import contact_sheet
+
+        say("drawing the contact sheet")
+        chosen = rows[spread_rows(len(rows), 50)]
+        contact_sheet(rig, chosen, t, sheet, normalize=normalize, title=", ".join(rig.names))
+        found["sheet"] = str(sheet)
+    return found
+
+
+def _write_faces(
+    rig: Rig, rows: NDArray[np.float64], t: float, normalize: bool, output: str
+) -> None:
+    from elastomorph.io.face_array import write_face_array
+    from elastomorph.io.face_files import write_face_files
+
+    blocks = rig.stream(rows, t, normalize=normalize)
+    if "#" in Path(output).name:
+        write_face_files(output, rig.neutral, blocks)
+        return
+    shape = (len(rows), len(rig.neutral.vertices), 3)
+    write_face_array(output, blocks, shape, beside={"weights": rows})
