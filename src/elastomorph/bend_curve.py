@@ -89,7 +89,8 @@ class BendCurve:
     def slope(self, times: ArrayLike) -> NDArray[np.float64]:
         """The derivative db/dt at each time, in the shape of ``times``."""
         t = np.clip(np.asarray(times, dtype=np.float64), 0.0, 1.0)
-        return self._horner(np.polynomial.polynomial.polyder(self.coefficients, axis=1), t)
+        rows = np.polynomial.polynomial.polyder(self.coefficients, axis=1)
+        return self._horner(np.asarray(rows, dtype=np.float64), t)
 
     @cached_property
     def end_slopes(self) -> tuple[float, float]:

@@ -6,7 +6,17 @@ import sys
 
 import typer
 
-from elastomorph.cli import bench, blend, curves, demo, evaluate, export, inspect, interpolate
+from elastomorph.cli import (
+    animate,
+    bench,
+    blend,
+    curves,
+    demo,
+    evaluate,
+    export,
+    inspect,
+    interpolate,
+)
 from elastomorph.errors import ElastomorphError
 
 __all__ = ["app", "main"]
@@ -18,7 +28,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (demo, inspect, curves, interpolate, evaluate, blend, export, bench):
+for verb in (demo, inspect, curves, interpolate, evaluate, blend, export, animate, bench):
     verb.add_to(app)
 
 

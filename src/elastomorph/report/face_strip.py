@@ -65,7 +65,7 @@ def face_strip(
     image = picture_grid(
         faces,
         row_labels=[_in_lines(label) for label in rows],
-        column_labels=[f"t = {float(time):.2g}" for time in times],
+        column_labels=[f"t = {float(time):.3g}" for time in times],
         title=title,
     )
     if path is not None:

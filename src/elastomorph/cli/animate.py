@@ -1,0 +1,143 @@
+"""``elastomorph animate``: a recorded performance on a rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from elastomorph.cli import options
+
+if TYPE_CHECKING:
+    from elastomorph.performance import Match, Performance
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(animate)
+
+
+def animate(
+    rig: Annotated[
+        str, typer.Argument(help="A rig: .glb, .usd, .fbx, .npz, a folder; 'built-in' for ours.")
+    ],
+    performance: Annotated[
+        Path,
+        typer.Argument(help="A take of Live Link Face (.csv), or columns time,jawOpen,… (.csv)."),
+    ],
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="take.glb, .usd (weights); .mdd, .pc2, .npz, folder/, frame.####.obj (positions).",
+        ),
+    ] = None,
+    rate: Annotated[
+        float | None,
+        typer.Option(help="Frames a second; as recorded by default, made even for positions."),
+    ] = None,
+    start: Annotated[float | None, typer.Option(help="First second of the take.")] = None,
+    stop: Annotated[float | None, typer.Option(help="Last second of the take.")] = None,
+    clip: Annotated[bool, typer.Option(help="Keep weights within 0 and 1.")] = False,
+    timecode_rate: Annotated[
+        float | None,
+        typer.Option(help="What the timecodes count, such as 29.97, if they do not show it."),
+    ] = None,
+    only_list: Annotated[
+        bool, typer.Option("--list", help="Only say which weights drive which sliders.")
+    ] = False,
+    method: options.MethodText = "beam:2",
+    as_json: options.AsJson = False,
+) -> None:
+    """Play a recorded performance on a rig and write it for other programs.
+
+    Example: elastomorph animate rig.glb take.csv -o take.glb --start 10 --stop 20
+    """
+    from elastomorph.errors import ParameterError
+    from elastomorph.io.performance_csv import read_performance
+    from elastomorph.io.takes import holds_positions, write_take
+    from elastomorph.performance import match
+
+    if output is None and not only_list:
+        raise ParameterError("say where to write the take (-o take.glb), or ask for --list")
+    positions = output is not None and holds_positions(output)
+    with options.progress(as_json) as say:
+        say(f"reading {performance}")
+        take = read_performance(performance, timecode_rate)
+        if start is not None or stop is not None:
+            take = take.part(
+                float("-inf") if start is None else start, float("inf") if stop is None else stop
+            )
+        face_rig = options.full_rig(None if rig == "built-in" else Path(rig), method, say)
+        found = match(take.names, face_rig.names)
+    written = take
+    if output is not None and not only_list:
+        if not found.drives:
+            raise ParameterError(
+                f"no weight of {performance} drives a slider of the rig ({len(face_rig.names)} "
+                "sliders); see --list for the names of both"
+            )
+        if rate is not None or positions:
+            written = take.resampled(take.rate if rate is None else rate)
+        with _counting(as_json, len(written) if positions else None) as watch:
+            write_take(output, face_rig, written, found, clip=clip, watch=watch)
+    facts = _facts(take, written, found, None if only_list else output)
+    if as_json:
+        options.print_json(facts)
+    else:
+        _tell(take, written, found, facts["written"])
+
+
+@contextmanager
+def _counting(quiet: bool, count: int | None) -> Iterator[Callable[[Iterator[Any]], Iterable[Any]]]:
+    """A bar on the terminal that counts frames, where they come one by one."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    if count is None or quiet or not console.is_terminal:
+        with options.progress(quiet) as say:
+            say("writing")
+            yield lambda frames: frames
+        return
+    with Progress(console=console, transient=True) as bar:
+        yield lambda frames: bar.track(frames, total=count, description="writing frames")
+
+
+def _facts(
+    take: Performance, written: Performance, found: Match, output: str | None
+) -> dict[str, Any]:
+    return {
+        "frames": len(written),
+        "rate": written.rate,
+        "seconds": written.duration,
+        "recorded_frames": len(take),
+        "recorded_rate": take.rate,
+        "dropped": list(take.dropped),
+        "duplicates": list(take.duplicates),
+        "drives": {
+            slider: dict(zip(drive.names, drive.factors, strict=True))
+            for slider, drive in found.drives.items()
+        },
+        "unmatched_weights": list(found.unmatched_weights),
+        "unmatched_sliders": list(found.unmatched_sliders),
+        "rotations": list(found.rotations),
+        "written": output,
+    }
+
+
+def _tell(take: Performance, written: Performance, found: Match, output: str | None) -> None:
+    typer.echo(f"{take.source}: {len(take):,} frames at {take.rate:.5g} fps, {take.duration:.2f} s")
+    for what, names in (("dropped", take.dropped), ("came twice", take.duplicates)):
+        if names:
+            shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+            typer.echo(f"{what}: {len(names):,} ({shown})")
+    typer.echo(found.text())
+    if output is not None:
+        typer.echo(f"{len(written):,} frames at {written.rate:.5g} fps → {output}")

@@ -1,0 +1,139 @@
+"""Tables of numbers as comma-separated text, read strictly: a header, and equal rows below it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FormatError
+from elastomorph.io.atomic import read_bytes
+
+__all__ = ["CsvTable", "numbers", "read_table"]
+
+_SHOWN = 40
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """The cells of a file.
+
+    Attributes:
+        path: The file.
+        header: Names of the columns, each there once, without blanks around them.
+        rows: Cells of each row, as many as the header or fewer; empty lines are left out.
+        lines: Line number of each row.
+    """
+
+    path: str | Path
+    header: tuple[str, ...]
+    rows: tuple[Sequence[str], ...]
+    lines: tuple[int, ...]
+
+
+def read_table(path: str | Path) -> CsvTable:
+    """The cells of a comma-separated file in UTF-8.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: It is empty or no such text, or its header has no names or one twice.
+    """
+    text = _decoded(path, read_bytes(path))
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    try:
+        for row in reader:
+            if row:
+                rows.append(row)
+                lines.append(reader.line_num)
+    except csv.Error as error:
+        raise FormatError(
+            path, f"this is not comma-separated text: {error}", line=reader.line_num
+        ) from None
+    if not rows:
+        raise FormatError(path, "the file is empty; expected a header and a row for each frame")
+    header = tuple(name.strip() for name in rows[0])
+    if len(header) == 1:
+        other = next((mark for mark in (";", "\t") if mark in header[0]), None)
+        if other is not None:
+            found = "semicolons" if other == ";" else "tabs"
+            raise FormatError(
+                path, f"columns are separated by {found}; save it with commas", line=lines[0]
+            )
+    for i, name in enumerate(header):
+        if not name:
+            raise FormatError(path, f"column {i + 1} of the header has no name", line=lines[0])
+        if name in header[:i]:
+            raise FormatError(path, f"the header names {_shown(name)} twice", line=lines[0])
+    return CsvTable(path, header, tuple(rows[1:]), tuple(lines[1:]))
+
+
+def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDArray[np.float64]:
+    """(len(rows), len(columns)) finite numbers.
+
+    Args:
+        table: The cells.
+        columns: Indices of the columns.
+        rows: Indices of the rows.
+
+    Raises:
+        FormatError: A row is longer or shorter than the header, or a cell is no finite number.
+    """
+    width = len(table.header)
+    cells: list[str] = []
+    for row in rows:
+        own = table.rows[row]
+        if len(own) != width:
+            raise FormatError(
+                table.path,
+                f"expected {width} columns as in the header, found {len(own)}",
+                line=table.lines[row],
+            )
+        cells += [own[column] for column in columns]
+    values = _floats(cells)
+    if values is None:
+        for i, cell in enumerate(cells):
+            if _floats([cell]) is None:
+                raise FormatError(
+                    table.path,
+                    f"{table.header[columns[i % len(columns)]]} is {_shown(cell)}, expected a "
+                    "finite number",
+                    line=table.lines[rows[i // len(columns)]],
+                )
+    return np.array(values).reshape(len(rows), len(columns))
+
+
+def _floats(cells: list[str]) -> NDArray[np.float64] | None:
+    """The numbers in cells, or None if one has none; float alone would take 1_000 and ١."""
+    text = ",".join(cells)
+    if "_" in text or not text.isascii():
+        return None
+    try:
+        values = np.array(list(map(float, cells)), dtype=np.float64)
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None
+
+
+def _decoded(path: str | Path, content: bytes) -> str:
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise FormatError(path, "the text is UTF-16; save it as UTF-8", line=1)
+    nul = content.find(b"\0")
+    if nul >= 0:
+        line = content.count(b"\n", 0, nul) + 1
+        raise FormatError(path, "this is not text: there is a zero byte", line=line)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise FormatError(path, "the text is not UTF-8; save it as UTF-8", line=line) from None
+
+
+def _shown(cell: str) -> str:
+    return repr(cell if len(cell) <= _SHOWN else cell[:_SHOWN] + "…")

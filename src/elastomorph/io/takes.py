@@ -1,0 +1,141 @@
+"""A performance on a rig as a file: an animated rig, a point cache, or a mesh file a frame.
+
+Animated rigs (.glb, .usd) keep the weights as they were recorded. Point caches (.mdd, .pc2, .npz)
+and numbered mesh files keep positions, and are written in fixed memory however long the take is.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FileError, FormatError
+from elastomorph.io.frame_names import frame_pattern
+from elastomorph.performance import Match, Performance, play, slider_weights
+from elastomorph.rig import Rig
+
+__all__ = ["holds_positions", "write_take"]
+
+Frames = Iterator[NDArray[np.floating]]
+
+_RIGS = (".glb", ".usd", ".usda", ".usdc")
+_CACHES = (".mdd", ".pc2", ".npz")
+_MESHES = (".obj", ".ply")
+_LEAST_DIGITS = 4
+
+
+def holds_positions(path: str | Path) -> bool:
+    """Whether a take written there is positions, one row a frame, and not an animated rig.
+
+    Raises:
+        FormatError: The suffix is none of those that a take can have.
+    """
+    name = Path(path).name
+    suffix = Path(path).suffix.lower()
+    if _is_folder(path) or ("#" in name and suffix in _MESHES) or suffix in _CACHES:
+        return True
+    if suffix in _RIGS and "#" not in name:
+        return False
+    raise FormatError(
+        path,
+        f"a take goes into {', '.join(_RIGS + _CACHES)}, a folder/, or numbered files such as "
+        "frame.####.obj",
+    )
+
+
+def write_take(
+    path: str | Path,
+    rig: Rig,
+    performance: Performance,
+    by: Match | None = None,
+    *,
+    clip: bool = False,
+    watch: Callable[[Frames], Iterable[NDArray[np.floating]]] = lambda frames: frames,
+) -> None:
+    """Write a performance on a rig. The first frame comes at 0 s and has the number 1.
+
+    A single file is written whole or not at all. Of numbered files each is, so that an interrupted
+    take leaves the frames it had.
+
+    Args:
+        path: ``.glb``, ``.usd``, ``.usda``, ``.usdc``: the rig with its weights animated.
+            ``.mdd``, ``.pc2``, ``.npz``: positions. ``frame.####.obj`` or ``.ply``: a file a frame,
+            in a folder that exists. A folder, or a name that ends in ``/``: OBJ files in it; it is
+            made where it is missing.
+        rig: The rig.
+        performance: The weights; for positions, of an even rate (see `Performance.resampled`).
+        by: Which weights drive which sliders; found by name where it is left out.
+        clip: Keep the weights within 0 and 1.
+        watch: Given the frames of a take of positions, gives them on, to count them.
+
+    Raises:
+        FormatError: The suffix is unknown, or the format cannot hold the rig.
+        FileError: A file cannot be written, or frames of another take are in the way.
+        ParameterError: The match belongs to another recording or rig.
+        MissingExtraError: The format needs a package that is not installed.
+    """
+    suffix = Path(path).suffix.lower()
+    name = Path(performance.source).stem or "take"
+    seconds = performance.times - performance.times[0]
+    if not holds_positions(path):
+        weights = slider_weights(rig, performance, by, clip=clip)
+        animation = (seconds, weights, name)
+        if suffix == ".glb":
+            from elastomorph.io.gltf import write_glb
+
+            write_glb(path, rig, animation=animation)
+        else:
+            from elastomorph.io.usd import write_usd
+
+            write_usd(path, rig, animation=animation, fps=performance.rate)
+        return
+    in_files = _is_folder(path) or "#" in Path(path).name
+    kind = np.float64 if in_files else np.float32
+    frames = watch(play(rig, performance, by, clip=clip, dtype=kind))
+    if in_files:
+        _write_files(path, rig, frames, len(performance))
+    elif suffix == ".npz":
+        from elastomorph.io.take_npz import write_npz_take
+
+        write_npz_take(path, rig.neutral, frames, seconds)
+    else:
+        from elastomorph.io.point_cache import write_mdd, write_pc2
+
+        if suffix == ".mdd":
+            write_mdd(path, frames, count=len(performance), rate=performance.rate)
+        else:
+            write_pc2(path, frames, count=len(performance))  # it counts frames, not seconds
+
+
+def _write_files(
+    path: str | Path, rig: Rig, frames: Iterable[NDArray[np.floating]], count: int
+) -> None:
+    from elastomorph.io.face_files import write_face_files
+
+    pattern = Path(path)
+    if _is_folder(path):
+        try:
+            pattern.mkdir(exist_ok=True)
+        except OSError as error:
+            raise FileError(
+                path, f"the folder cannot be made: {error.strerror or error}"
+            ) from error
+        pattern /= f"frame.{'#' * max(_LEAST_DIGITS, len(str(count)))}.obj"
+    named = frame_pattern(pattern)
+    if named.folder.is_dir():
+        others = set(named.existing()) - {named.file(number) for number in range(1, count + 1)}
+        if others:
+            raise FileError(
+                path,
+                f"{min(others).name} is already there and not among the {count:,} frames to write "
+                f"({len(others):,} such files); delete them or choose another name",
+            )
+    write_face_files(pattern, rig.neutral, (frame[None] for frame in frames))
+
+
+def _is_folder(path: str | Path) -> bool:
+    return str(path).endswith(("/", os.sep)) or Path(path).is_dir()
