@@ -1,0 +1,215 @@
+"""Opens .glb and .gltf files: the JSON document and its buffers, nothing fetched.
+
+A file may bring its bytes along, hold them in data URIs, or name files beside it. Names that lead
+out of the folder of the file, and addresses of any kind, are refused.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import struct
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, NoReturn
+from urllib.parse import unquote
+
+from elastomorph.errors import FormatError
+from elastomorph.io.atomic import read_bytes
+
+__all__ = ["GltfFile", "open_gltf"]
+
+_MAGIC = b"glTF"
+_JSON, _BIN = 0x4E4F534A, 0x004E4942
+
+
+class GltfFile:
+    """An open document whose parts are checked as they are asked for.
+
+    Attributes:
+        path: The file as the user named it.
+        document: The JSON document.
+        size: Bytes of the file and of the buffers read from elsewhere so far.
+    """
+
+    def __init__(self, path: str | Path, document: dict[str, Any], blob: bytes, size: int) -> None:
+        self.path = path
+        self.document = document
+        self.size = size
+        self._blob = blob
+        self.buffer: Callable[[int], bytes] = cache(self._buffer)
+
+    def refuse(self, problem: str) -> NoReturn:
+        """Refuse the file.
+
+        Raises:
+            FormatError: Always.
+        """
+        raise FormatError(self.path, problem)
+
+    def items(self, key: str) -> list[Any]:
+        """A list of the document, empty where it is left out."""
+        return self.list_in(self.document, key, "the document")
+
+    def item(self, key: str, number: Any, of: str) -> dict[str, Any]:
+        """An object of a list of the document, by a number that the file gives."""
+        items = self.items(key)
+        if (
+            not isinstance(number, int)
+            or isinstance(number, bool)
+            or number not in range(len(items))
+        ):
+            self.refuse(f"{of} names number {_shown(number)} of {len(items)} {key}")
+        if not isinstance(items[number], dict):
+            self.refuse(f"number {number} of {key} is no object")
+        found: dict[str, Any] = items[number]
+        return found
+
+    def list_in(self, holder: dict[str, Any], key: str, of: str) -> list[Any]:
+        """A list in an object, empty where it is left out."""
+        found = holder.get(key, [])
+        if not isinstance(found, list):
+            self.refuse(f"'{key}' of {of} is no list")
+        return found
+
+    def object_in(self, holder: dict[str, Any], key: str, of: str) -> dict[str, Any]:
+        """An object in an object, empty where it is left out."""
+        found = holder.get(key, {})
+        if not isinstance(found, dict):
+            self.refuse(f"'{key}' of {of} is no object")
+        return found
+
+    def whole_in(
+        self, holder: dict[str, Any], key: str, of: str, *, default: int | None = None
+    ) -> int:
+        """A whole number from 0 in an object; required where there is no default."""
+        found = holder.get(key, default)
+        if isinstance(found, float) and found.is_integer():  # 12.0 is whole in JSON
+            found = int(found)
+        if not isinstance(found, int) or isinstance(found, bool) or found < 0:
+            self.refuse(f"'{key}' of {of} is {_shown(found)}; expected a whole number from 0")
+        return found
+
+    def _buffer(self, number: int) -> bytes:
+        """The bytes of a buffer, as many as it announces."""
+        entry = self.item("buffers", number, "a buffer view")
+        length = self.whole_in(entry, "byteLength", f"buffer {number}")
+        uri = entry.get("uri")
+        if uri is None:
+            content = self._blob if number == 0 else b""
+        elif not isinstance(uri, str):
+            self.refuse(f"the URI of buffer {number} is no text")
+        elif uri.startswith("data:"):
+            content = self._from_data_uri(uri, number)
+        else:
+            content = read_bytes(self._beside(uri))
+        if uri is not None:
+            self.size += len(content)
+        if len(content) < length:
+            self.refuse(
+                f"buffer {number} announces {length:,} bytes, but there are {len(content):,}; "
+                "the file is cut off or a part of it is missing"
+            )
+        return content[:length]
+
+    def _from_data_uri(self, uri: str, number: int) -> bytes:
+        head, comma, content = uri.partition(",")
+        if not comma or not head.endswith(";base64"):
+            self.refuse(f"the data URI of buffer {number} is not in base64")
+        try:
+            return base64.b64decode(unquote(content), validate=True)
+        except (binascii.Error, ValueError):
+            self.refuse(f"the data URI of buffer {number} is damaged")
+
+    def _beside(self, uri: str) -> Path:
+        """A file in the folder of this file, or in a folder in it."""
+        name = unquote(uri)
+        parts = name.replace("\\", "/").split("/")
+        if ":" in name or name.startswith(("/", "\\")) or ".." in parts or "\0" in name:
+            self.refuse(
+                f"it refers to {_shown(uri)}; only files in its own folder are read. Put the file "
+                "there, or export again as .glb with everything inside"
+            )
+        folder = Path(self.path).parent
+        try:
+            inside = (folder / name).resolve().is_relative_to(folder.resolve())
+        except (OSError, RuntimeError, ValueError):
+            inside = False
+        if not inside:
+            self.refuse(f"it refers to {_shown(uri)}, which lies outside its own folder")
+        return folder / name
+
+
+def open_gltf(path: str | Path) -> GltfFile:
+    """Open a .glb or .gltf file; which of them it is, its first bytes tell.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: It is no glTF 2.0 file.
+    """
+    content = read_bytes(path)
+    text, blob = _chunks(path, content) if content.startswith(_MAGIC) else (content, b"")
+    document = _parsed(path, text)
+    file = GltfFile(path, document, blob, len(content))
+    version = file.object_in(document, "asset", "the document").get("version")
+    if not isinstance(version, str) or not version.startswith("2."):
+        file.refuse(f"glTF version {_shown(version)}; only glTF 2.0 is read. Export it again")
+    return file
+
+
+def _chunks(path: str | Path, content: bytes) -> tuple[bytes, bytes]:
+    """The JSON and the binary chunk of a GLB container."""
+    if len(content) < 20:
+        raise FormatError(path, "this GLB file is cut off before its first chunk")
+    version, length = struct.unpack_from("<II", content, 4)
+    if version != 2:
+        raise FormatError(path, f"GLB version {version}; only version 2 is read. Export it again")
+    if length > len(content):
+        raise FormatError(
+            path,
+            f"this GLB file announces {length:,} bytes, but has {len(content):,}: it is cut off",
+        )
+    found: dict[int, bytes] = {}
+    place = 12
+    while place + 8 <= length:
+        size, kind = struct.unpack_from("<II", content, place)
+        if place + 8 + size > length:
+            raise FormatError(path, f"the chunk at byte {place} is longer than this GLB file")
+        if not found and kind != _JSON:
+            break
+        found.setdefault(kind, content[place + 8 : place + 8 + size])
+        place += 8 + size
+    if _JSON not in found:
+        raise FormatError(path, "the first chunk of this GLB file is not the JSON document")
+    return found[_JSON], found.get(_BIN, b"")
+
+
+def _parsed(path: str | Path, text: bytes) -> dict[str, Any]:
+    def refuse_constant(name: str) -> NoReturn:
+        raise FormatError(path, f"the document contains {name}, which is not allowed in JSON")
+
+    problem = "it is not an object"
+    try:
+        document = json.loads(text.removeprefix(b"\xef\xbb\xbf"), parse_constant=refuse_constant)
+    except json.JSONDecodeError as error:
+        raise FormatError(path, f"this is no glTF file: {error.msg}", line=error.lineno) from None
+    except UnicodeDecodeError:
+        problem = "the text is not UTF-8"
+    except RecursionError:
+        problem = "it is nested too deeply"
+    except ValueError:
+        problem = "a number in it has too many digits"
+    else:
+        if isinstance(document, dict):
+            return document
+    raise FormatError(path, f"this is no glTF file: its JSON document cannot be read: {problem}")
+
+
+def _shown(value: Any) -> str:
+    """A value from the file, short enough for a message."""
+    if isinstance(value, int) and abs(value) >= 10**40:
+        return "a number too large to show"
+    text = json.dumps(value, ensure_ascii=True, default=str)
+    return text if len(text) <= 60 else text[:60] + "…"

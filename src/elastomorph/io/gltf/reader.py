@@ -1,0 +1,159 @@
+"""Reads a rig from .glb and .gltf files: our own as they were, others as they are."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import ElastomorphWarning
+from elastomorph.io.checked import naming_file
+from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
+from elastomorph.io.gltf.scene import PlacedMesh, placed_meshes
+from elastomorph.io.gltf.scene_surface import SceneSurface
+from elastomorph.io.gltf.surface_extras import restored_surface
+from elastomorph.io.gltf.surfaces import read_surface
+from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.morph import Morph
+from elastomorph.polygons import Polygons
+from elastomorph.rig import Rig
+
+__all__ = ["read_glb"]
+
+_HARMLESS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "MSFT_texture_")
+_READ = ("KHR_mesh_quantization",)
+
+
+def read_glb(path: str | Path) -> Rig:
+    """The rig in a .glb or .gltf file.
+
+    A file of `write_glb` comes back with its polygons, vertex order, texture coordinates, labels,
+    bends and bend curves; positions in single precision. If another program has changed it so
+    that these no longer fit, a warning says so and it is read as any other file:
+
+    - All meshes of the scene become one, in the order of the scene and placed by their nodes.
+      Vertices are neither merged nor reordered; triangles stay triangles.
+    - Morph targets of the same name in several meshes are one morph, on a straight path. Targets
+      without names are called ``target_0`` and so on.
+    - Materials become material labels; nodes become group labels where several have a mesh.
+    - Skins, animations, default weights and textures are passed over.
+
+    Args:
+        path: The file. Buffers in other files are read only from its own folder.
+
+    Raises:
+        FileError: A file is missing or cannot be read.
+        FormatError: It is damaged, compressed, or needs an extension that is not read.
+    """
+    file = open_gltf(path)
+    _require_extensions(file)
+    with naming_file(path), np.errstate(all="ignore"):
+        placed = placed_meshes(file)
+        surface = read_surface(file, placed)
+        extras = _own_extras(file, placed)
+        return _rig(_neutral(file, surface, extras), _description(file, surface, extras), surface)
+
+
+def _require_extensions(file: GltfFile) -> None:
+    for name in file.items("extensionsRequired"):
+        if not isinstance(name, str):
+            file.refuse("a required extension has no name")
+        if "draco" in name.lower() or "meshopt" in name.lower():
+            file.refuse(
+                f"it is compressed ({name}), which is not read. Export it again without compression"
+            )
+        if name not in _READ and not name.startswith(_HARMLESS):
+            file.refuse(
+                f"it cannot be read without the extension {name}. Export it again without it"
+            )
+
+
+def _own_extras(file: GltfFile, placed: list[PlacedMesh]) -> Any:
+    """What `write_glb` left in the mesh, if the scene shows that mesh alone and once."""
+    if len(placed) != 1:
+        return None
+    extras = file.item("meshes", placed[0].number, "a node").get("extras")
+    return extras.get("elastomorph") if isinstance(extras, dict) else None
+
+
+def _neutral(file: GltfFile, surface: SceneSurface, extras: Any) -> Mesh:
+    vertices, texture = surface.vertices(), surface.texture()
+    source = Source(str(file.path))
+    stored = extras.get("surface") if isinstance(extras, dict) else None
+    if isinstance(stored, dict) and len(surface.sheets) == 1:
+        parts = [piece.triangles for piece in surface.pieces if len(piece.triangles)]
+        try:
+            own = restored_surface(stored, parts, vertices, texture)
+        except ValueError as problem:
+            _warn(file, "read with triangles for polygons", problem)
+        else:
+            return Mesh(vertices[: stored["vertices"]], **own, source=source)
+    corners = np.concatenate([piece.triangles for piece in surface.pieces])
+    return Mesh(
+        vertices,
+        Polygons.of(corners),
+        uv=_uv(texture, corners),
+        materials=_labels(surface, "material"),
+        groups=_labels(surface, "group") if len({p.group for p in surface.pieces}) > 1 else None,
+        source=source,
+    )
+
+
+def _uv(texture: NDArray[np.float64] | None, triangles: NDArray[np.int32]) -> UVMap | None:
+    if texture is None:
+        return None
+    corners = triangles.reshape(-1)
+    shown = np.asarray(np.isfinite(texture).all(axis=1))
+    coordinates = np.where(shown[:, None], texture * [1, -1] + [0, 1], 0.0)
+    return UVMap(coordinates, np.where(shown[corners], corners, -1).astype(np.int32))
+
+
+def _labels(surface: SceneSurface, kind: str) -> FaceLabels | None:
+    labels: list[str | None] = [getattr(piece, kind) for piece in surface.pieces]
+    names = tuple(dict.fromkeys(label for label in labels if label is not None))
+    if not names:
+        return None
+    places = [-1 if label is None else names.index(label) for label in labels]
+    counts = [len(piece.triangles) for piece in surface.pieces]
+    return FaceLabels(names, np.repeat(np.array(places, dtype=np.int32), counts))
+
+
+def _description(file: GltfFile, surface: SceneSurface, extras: Any) -> StoredRig:
+    """The morphs, as the file describes them or as its morph targets are."""
+    if extras is not None:
+        try:
+            return stored_rig(extras, surface.targets)
+        except ValueError as problem:
+            _warn(file, "each morph target read as a slider of its own", problem)
+    return StoredRig(tuple(StoredMorph.straight(name) for name in surface.targets), {}, {})
+
+
+def _rig(neutral: Mesh, description: StoredRig, surface: SceneSurface) -> Rig:
+    count = len(neutral.vertices)
+    morphs = {}
+    for stored in description.morphs:
+        delta = surface.displacement(stored.target)[:count]
+        bends = [surface.displacement(target)[:count] for target, _ in stored.bends]
+        morphs[stored.name] = Morph(
+            neutral,
+            neutral.with_vertices(neutral.vertices + delta),
+            np.stack(bends) if bends else np.zeros((0, count, 3)),
+            tuple(curve for _, curve in stored.bends),
+            method=stored.method,
+            limit_law=stored.limit_law,
+            bake_error=stored.bake_error,
+        )
+    return Rig(neutral, morphs, correctives=description.correctives, groups=description.groups)
+
+
+def _warn(file: GltfFile, instead: str, problem: Exception) -> None:
+    warnings.warn(
+        f"{file.path}: what elastomorph stored beside the mesh no longer fits it ({problem}); "
+        f"{instead}",
+        ElastomorphWarning,
+        stacklevel=4,
+    )

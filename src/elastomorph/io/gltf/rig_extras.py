@@ -1,0 +1,201 @@
+"""How the morph targets of a file make up the morphs of a rig, as plain JSON.
+
+::
+
+    {"version": 1,
+     "morphs": [{"name": "jawOpen", "target": "jawOpen", "method": "beam", "bake_error": 0.0,
+                 "limit_law": {"breaks": [0, 1], "coefficients": [[0, -1, 1]]},
+                 "bends": [{"target": "jawOpen.bend1",
+                            "curve": {"breaks": …, "coefficients": …}}]}],
+     "correctives": [{"name": "mouthClose", "drivers": ["jawOpen", "mouthClose"]}],
+     "groups": [{"name": "jaw", "members": ["jawOpen"]}],
+     "surface": {…}}
+
+Targets are named as in ``targetNames``. A weight t of a morph is the weight t of its target and
+the weight b_k(t) of the target of each bend. The curves are piecewise polynomials: between breaks
+i and i + 1 the value is Σ_n coefficients[i][n] (t - breaks[i])^n.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from elastomorph.bend_curve import BendCurve
+from elastomorph.errors import ParameterError
+from elastomorph.io.gltf.targets import MorphTargets
+from elastomorph.rig import Rig
+from elastomorph.rig.sliders import Sliders
+
+__all__ = ["VERSION", "StoredMorph", "StoredRig", "rig_extras", "stored_rig"]
+
+VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class StoredMorph:
+    """A morph as the file describes it.
+
+    Attributes:
+        name: Its name.
+        target: Name of the morph target with Δ.
+        bends: Name of the morph target of each bend, and its curve.
+        method: How the path was made.
+        limit_law: The law of a perfectly stiff material.
+        bake_error: Largest distance from the path it stands for, fraction of D.
+    """
+
+    name: str
+    target: str
+    bends: tuple[tuple[str, BendCurve], ...]
+    method: str
+    limit_law: BendCurve
+    bake_error: float
+
+    @classmethod
+    def straight(cls, name: str) -> StoredMorph:
+        """A morph target of which nothing more is known: a straight path of its name."""
+        return cls(name, name, (), "linear", BendCurve.polynomial([0.0]), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class StoredRig:
+    """A rig as the file describes it.
+
+    Attributes:
+        morphs: Its morphs in order.
+        correctives: Name and drivers of each combination shape.
+        groups: Name and members of each group.
+    """
+
+    morphs: tuple[StoredMorph, ...]
+    correctives: dict[str, list[str]]
+    groups: dict[str, list[str]]
+
+
+def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
+    """The description of a rig whose Δ and bends are the given targets."""
+    morphs = []
+    for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True):
+        morphs.append(
+            {
+                "name": name,
+                "target": targets.names[kept.first],
+                "method": morph.method,
+                "bake_error": float(morph.bake_error + kept.dropped_error),
+                "limit_law": _curve(morph.limit_law),
+                "bends": [
+                    {"target": target, "curve": _curve(morph.bend_curves[k])}
+                    for target, k in zip(targets.names[kept.first + 1 :], kept.bends, strict=False)
+                ],
+            }
+        )
+    return {
+        "version": VERSION,
+        "morphs": morphs,
+        "correctives": [
+            {"name": name, "drivers": list(drivers)}
+            for name, drivers in rig.sliders.correctives.items()
+        ],
+        "groups": [
+            {"name": name, "members": list(members)} for name, members in rig.sliders.groups.items()
+        ],
+    }
+
+
+def stored_rig(stored: Any, targets: Sequence[str]) -> StoredRig:
+    """The description of a rig in a file.
+
+    Args:
+        stored: ``extras.elastomorph`` of a mesh.
+        targets: Names of the morph targets of the mesh.
+
+    Returns:
+        The rig; morph targets that it does not name are morphs of their own, at its end.
+
+    Raises:
+        ValueError: It is damaged, of a later version, or does not fit the morph targets.
+    """
+    if not isinstance(stored, dict) or not isinstance(stored.get("version"), int):
+        raise ParameterError("it has no version")
+    if stored["version"] > VERSION:
+        raise ParameterError(
+            f"it has version {stored['version']}, this program reads up to {VERSION}; update "
+            "elastomorph"
+        )
+    morphs = [_morph(entry) for entry in _list(stored, "morphs")]
+    used = [target for m in morphs for target in (m.target, *(bend for bend, _ in m.bends))]
+    missing = set(used).difference(targets)
+    if missing:
+        raise ParameterError(f"it names the morph target {min(missing)!r}, which does not exist")
+    morphs += [StoredMorph.straight(name) for name in targets if name not in set(used)]
+    names = [morph.name for morph in morphs]
+    if len(set(used)) != len(used) or len(set(names)) != len(names):
+        raise ParameterError("it uses a morph target or a name twice")
+    found = StoredRig(
+        tuple(morphs), _lists(stored, "correctives", "drivers"), _lists(stored, "groups", "members")
+    )
+    Sliders(
+        tuple(names),
+        {name: tuple(drivers) for name, drivers in found.correctives.items()},
+        {name: tuple(members) for name, members in found.groups.items()},
+    )
+    return found
+
+
+def _morph(entry: Any) -> StoredMorph:
+    if not isinstance(entry, dict):
+        raise ParameterError("a morph is no object")
+    bends = []
+    for bend in _list(entry, "bends"):
+        if not isinstance(bend, dict):
+            raise ParameterError("a bend is no object")
+        bends.append((_text(bend, "target"), _restored_curve(bend.get("curve"))))
+    error = entry.get("bake_error", 0.0)
+    if not isinstance(error, int | float) or isinstance(error, bool) or not 0 <= error < 1e300:
+        raise ParameterError("the bake error of a morph is no number from 0")
+    return StoredMorph(
+        name=_text(entry, "name"),
+        target=_text(entry, "target"),
+        bends=tuple(bends),
+        method=_text(entry, "method"),
+        limit_law=_restored_curve(entry.get("limit_law")),
+        bake_error=float(error),
+    )
+
+
+def _text(entry: dict[str, Any], key: str) -> str:
+    value = entry.get(key, "")
+    if not isinstance(value, str):
+        raise ParameterError(f"'{key}' of a morph is no text")
+    return value
+
+
+def _list(entry: dict[str, Any], key: str) -> list[Any]:
+    # An empty list may have been left out: many programs write no empty lists.
+    value = entry.get(key, [])
+    if not isinstance(value, list):
+        raise ParameterError(f"'{key}' is no list")
+    return value
+
+
+def _lists(stored: dict[str, Any], key: str, inner: str) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for entry in _list(stored, key):
+        members: Sequence[Any] = _list(entry, inner) if isinstance(entry, dict) else [None]
+        if not all(isinstance(member, str) for member in members):
+            raise ParameterError(f"'{key}' are no lists of names")
+        found[_text(entry, "name")] = list(members)
+    return found
+
+
+def _curve(curve: BendCurve) -> dict[str, Any]:
+    return {"breaks": curve.breaks.tolist(), "coefficients": curve.coefficients.tolist()}
+
+
+def _restored_curve(stored: Any) -> BendCurve:
+    try:
+        return BendCurve(stored["breaks"], stored["coefficients"])
+    except (TypeError, KeyError, ValueError, OverflowError):
+        raise ParameterError("a bend curve is damaged") from None

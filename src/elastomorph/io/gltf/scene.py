@@ -1,0 +1,118 @@
+"""Which meshes a document shows, and where: nodes, their order and their transforms."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.io.gltf.container import GltfFile
+
+__all__ = ["PlacedMesh", "placed_meshes"]
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedMesh:
+    """A mesh as a node shows it.
+
+    Attributes:
+        number: Number of the mesh.
+        name: Name of the node, or else of the mesh.
+        linear: (3, 3) what directions and displacements are multiplied with, from the left.
+        offset: (3,) what positions are then moved by.
+    """
+
+    number: int
+    name: str
+    linear: NDArray[np.float64]
+    offset: NDArray[np.float64]
+
+
+def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
+    """The meshes of the scene a viewer shows, depth first.
+
+    A mesh with a skin stays where its vertices are: glTF lets its joints place it, and these are
+    not read. A document without scenes, or without nodes that show a mesh, gives all its meshes.
+    """
+    found: list[PlacedMesh] = []
+    unit = np.eye(4)
+    waiting = [(node, unit) for node in reversed(_roots(file))]
+    seen: set[int] = set()
+    while waiting:
+        number, above = waiting.pop()
+        node = file.item("nodes", number, "the scene")
+        if number in seen:
+            file.refuse(f"node {number} appears twice in the scene")
+        seen.add(number)
+        world = above @ _transform(file, node, number)
+        if "mesh" in node:
+            found.append(_placed(file, node, unit if "skin" in node else world))
+        children = file.list_in(node, "children", f"node {number}")
+        waiting += [(child, world) for child in reversed(children)]
+    if found:
+        return found
+    return [_placed(file, {"mesh": number}, unit) for number in range(len(file.items("meshes")))]
+
+
+def _placed(file: GltfFile, node: dict[str, Any], world: NDArray[np.float64]) -> PlacedMesh:
+    mesh = file.item("meshes", node["mesh"], "a node")
+    names = (holder.get("name") for holder in (node, mesh))
+    name = next((name for name in names if isinstance(name, str)), f"mesh {node['mesh']}")
+    return PlacedMesh(node["mesh"], name, world[:3, :3], world[:3, 3])
+
+
+def _roots(file: GltfFile) -> list[Any]:
+    scenes = file.items("scenes")
+    if scenes:
+        scene = file.item("scenes", file.document.get("scene", 0), "the document")
+        return file.list_in(scene, "nodes", "the scene")
+    nodes = file.items("nodes")
+    children = {
+        child
+        for number, node in enumerate(nodes)
+        if isinstance(node, dict)
+        for child in file.list_in(node, "children", f"node {number}")
+        if isinstance(child, int)
+    }
+    return [number for number in range(len(nodes)) if number not in children]
+
+
+def _transform(file: GltfFile, node: dict[str, Any], number: int) -> NDArray[np.float64]:
+    """(4, 4) of a node."""
+    of = f"node {number}"
+    if "matrix" in node:
+        return np.array(_numbers(file, node, "matrix", 16, of)).reshape(4, 4).T
+    x, y, z, w = _numbers(file, node, "rotation", 4, of, (0, 0, 0, 1))
+    matrix = np.eye(4)
+    matrix[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    matrix[:3, :3] *= _numbers(file, node, "scale", 3, of, (1, 1, 1))
+    matrix[:3, 3] = _numbers(file, node, "translation", 3, of, (0, 0, 0))
+    return matrix
+
+
+def _numbers(
+    file: GltfFile,
+    node: dict[str, Any],
+    key: str,
+    count: int,
+    of: str,
+    default: tuple[float, ...] = (),
+) -> list[float]:
+    values = file.list_in(node, key, of) if key in node else list(default)
+    if len(values) != count or not all(_is_real(value) for value in values):
+        file.refuse(f"'{key}' of {of} must be {count} finite numbers")
+    return [float(value) for value in values]
+
+
+def _is_real(value: Any) -> bool:
+    try:
+        return isinstance(value, int | float) and math.isfinite(value)
+    except OverflowError:
+        return False

@@ -1,0 +1,210 @@
+"""The polygons, texture coordinates and labels of a mesh, kept beside its triangles.
+
+What the triangles of the file say already is not repeated. On reading, everything is checked
+against the triangles: a file that another program has rewritten (welded, reordered, simplified)
+no longer fits, and is then read as the triangles it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.io.gltf.layout import Layout
+from elastomorph.io.gltf.packing import packed, packed_bytes, unpacked, unpacked_bytes
+from elastomorph.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.polygons import Polygons
+
+__all__ = ["Surface", "restored_surface", "surface_extras"]
+
+_DECIMALS = range(8)
+_FREE_ENTRIES = 1 << 20
+
+Surface = dict[str, Any]
+"""The arguments of `Mesh` but its vertices."""
+
+
+def surface_extras(mesh: Mesh, layout: Layout) -> dict[str, Any]:
+    """What the triangles of a layout do not tell of a mesh, as JSON."""
+    count = len(mesh.vertices)
+    found: dict[str, Any] = {
+        "vertices": count,
+        "copies": packed(layout.vertex_of[count:]),
+        "polygons": len(mesh.faces),
+        "sizes": packed(mesh.faces.sizes),
+        "parts": [part.label for part in layout.parts],
+    }
+    for kind, labels in (("materials", mesh.materials), ("groups", mesh.groups)):
+        if labels is not None:
+            found[kind] = {"names": list(labels.names), "of_polygon": packed(labels.of_face)}
+    if mesh.material_library is not None:
+        found["material_library"] = mesh.material_library
+    if mesh.uv is not None:
+        found["uv"] = _uv_extras(mesh.uv, layout)
+    return found
+
+
+def restored_surface(
+    stored: Mapping[str, Any],
+    parts: Sequence[NDArray[np.int32]],
+    vertices: NDArray[np.float64],
+    texture: NDArray[np.float64] | None,
+) -> Surface:
+    """The polygons, texture coordinates and labels that were stored.
+
+    Args:
+        stored: What `surface_extras` wrote.
+        parts: Triangles (T, 3) of each primitive of the file.
+        vertices: (N, 3) positions of the vertices of the file.
+        texture: (N, 2) texture coordinates of the file, v from the top.
+
+    Returns:
+        The arguments of `Mesh` but its vertices, which are the first ``stored["vertices"]``.
+
+    Raises:
+        ValueError: They do not fit the triangles, or are damaged.
+    """
+    count = _whole(stored, "vertices", 1, len(vertices))
+    copies = unpacked(stored.get("copies"), len(vertices) - count)
+    _require(_within(copies, 0, count - 1), "a copy of a vertex that does not exist")
+    vertex_of = np.concatenate([np.arange(count, dtype=np.int32), copies])
+    _require(np.array_equal(vertices[count:], vertices[copies]), "copies lie elsewhere")
+    polygons = _whole(stored, "polygons", 0, sum(map(len, parts)))
+    sizes = unpacked(stored.get("sizes"), polygons).astype(np.int64)
+    _require(_within(sizes, 3, np.iinfo(np.int32).max), "a polygon of fewer than 3 vertices")
+    materials, groups = (_labels(stored.get(kind), polygons) for kind in ("materials", "groups"))
+    corners = _corners(parts, stored.get("parts", []), sizes, materials)
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    library = stored.get("material_library")
+    _require(library is None or isinstance(library, str), "the material library is no text")
+    uv = stored.get("uv")
+    return {
+        "faces": Polygons(vertex_of[corners], offsets),
+        "uv": None if uv is None else _restored_uv(uv, corners, texture, len(vertices)),
+        "materials": materials,
+        "groups": groups,
+        "material_library": library,
+    }
+
+
+def _corners(
+    parts: Sequence[NDArray[np.int32]],
+    labels: Any,
+    sizes: NDArray[np.int64],
+    materials: FaceLabels | None,
+) -> NDArray[np.int32]:
+    """(C,) vertex of the file at each polygon corner, from the fans of the parts."""
+    of_polygon = np.full(len(sizes), -1) if materials is None else materials.of_face
+    _require(isinstance(labels, list) and len(labels) == len(parts), "other parts")
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    corners = np.full(int(offsets[-1]), -1, dtype=np.int32)
+    for label, triangles in zip(labels, parts, strict=True):
+        _require(isinstance(label, int), "a part without a label")
+        mine = np.flatnonzero(of_polygon == label)
+        _require(int((sizes[mine] - 2).sum()) == len(triangles), "another number of triangles")
+        ends = np.cumsum(sizes[mine] - 2)
+        starts = ends - (sizes[mine] - 2)
+        inner = np.setdiff1d(np.arange(len(triangles)), starts, assume_unique=True)
+        fans = (triangles[inner, 0] == triangles[inner - 1, 0]) & (
+            triangles[inner, 1] == triangles[inner - 1, 2]
+        )
+        _require(bool(fans.all()), "triangles that are no fans of the polygons")
+        corners[offsets[mine]] = triangles[starts, 0]
+        corners[offsets[mine] + 1] = triangles[starts, 1]
+        step = np.arange(len(triangles)) - np.repeat(starts, sizes[mine] - 2)
+        corners[np.repeat(offsets[mine], sizes[mine] - 2) + 2 + step] = triangles[:, 2]
+    _require(bool((corners >= 0).all()), "polygons without triangles")
+    return corners
+
+
+def _labels(stored: Any, polygons: int) -> FaceLabels | None:
+    if stored is None:
+        return None
+    _require(isinstance(stored, dict), "labels that are no object")
+    names = stored.get("names", [])
+    _require(
+        isinstance(names, list) and all(isinstance(name, str) for name in names),
+        "names of labels that are no texts",
+    )
+    of_polygon = unpacked(stored.get("of_polygon"), polygons)
+    _require(_within(of_polygon, -1, len(names) - 1), "a label that does not exist")
+    return FaceLabels(tuple(names), of_polygon)
+
+
+def _uv_extras(uv: UVMap, layout: Layout) -> dict[str, Any]:
+    """The table of texture coordinates, as far as the vertices of the file do not show it."""
+    found: dict[str, Any] = {
+        "count": len(uv.coordinates),
+        "width": uv.coordinates.shape[1],
+        "of_vertex": packed(layout.uv_of),
+    }
+    others = uv.corners.astype(np.int64) - layout.uv_of[layout.corners]
+    if others.any():  # two entries of the table with the same coordinates
+        found["other_corners"] = packed(others)
+    coordinates = np.ascontiguousarray(uv.coordinates, dtype=np.float64)
+    if layout.texture is not None:
+        shown = layout.texture[layout.corners].astype(np.float64)
+        for decimals in _DECIMALS:
+            table = _table(shown, uv.corners, len(coordinates), decimals)
+            if table.tobytes() == coordinates.tobytes():
+                return found | {"decimals": decimals}
+    return found | {"coordinates": packed_bytes(coordinates.astype("<f8").tobytes())}
+
+
+def _restored_uv(
+    stored: Any, corners: NDArray[np.int32], texture: NDArray[np.float64] | None, vertices: int
+) -> UVMap:
+    _require(isinstance(stored, dict), "texture coordinates that are no object")
+    used = unpacked(stored.get("of_vertex"), vertices)[corners]
+    if "other_corners" in stored:
+        used = used + unpacked(stored["other_corners"], len(corners))
+    width = _whole(stored, "width", 2, 3)
+    # Entries that no corner uses may be there too; a small text must not unpack to gigabytes.
+    text = stored.get("coordinates")
+    count = _whole(stored, "count", 0, max(_FREE_ENTRIES, len(corners), len(str(text))))
+    _require(_within(used, -1, count - 1), "a texture coordinate that does not exist")
+    if text is not None:
+        content = unpacked_bytes(text, 8 * width * count)
+        table = np.frombuffer(content, dtype="<f8").reshape(count, width).astype(np.float64)
+        return UVMap(table, used)
+    decimals = _whole(stored, "decimals", min(_DECIMALS), max(_DECIMALS))
+    if texture is None:
+        raise ValueError("no texture coordinates in the file")
+    return UVMap(_table(texture[corners], used, count, decimals), used)
+
+
+def _table(
+    shown: NDArray[np.float64], corners: NDArray[np.int32], count: int, decimals: int
+) -> NDArray[np.float64]:
+    """(T, 2) table of decimal fractions from their single-precision values at corners.
+
+    Args:
+        shown: (C, 2) texture coordinates, v from the top.
+        corners: (C,) place in the table of each, -1 for none.
+        count: Number of entries T; those that no corner has are zero.
+        decimals: Digits after the point.
+    """
+    table = np.zeros((count, 2))
+    has = corners >= 0
+    table[corners[has], 0] = shown[has, 0]
+    table[corners[has], 1] = 1.0 - shown[has, 1]
+    return np.asarray(np.round(table, decimals) + 0.0)
+
+
+def _whole(stored: Mapping[str, Any], key: str, least: int, most: int) -> int:
+    value = stored.get(key)
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+        raise ValueError(f"'{key}' is no whole number from {least} to {most}")
+    return value
+
+
+def _within(values: NDArray[Any], least: int, most: int) -> bool:
+    return not values.size or bool(values.min() >= least and values.max() <= most)
+
+
+def _require(holds: bool, otherwise: str) -> None:
+    if not holds:
+        raise ValueError(otherwise)

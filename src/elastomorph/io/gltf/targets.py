@@ -1,0 +1,109 @@
+"""Which Δ and bends of a rig become morph targets, what they are called, and what is lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.bend_curve import BendCurve
+from elastomorph.morph import Morph
+from elastomorph.rig import Rig
+
+__all__ = ["KeptMorph", "MorphTargets"]
+
+
+@dataclass(frozen=True, eq=False)
+class KeptMorph:
+    """The targets of one morph: Δ, then its bends.
+
+    Attributes:
+        first: Number of the target with Δ.
+        bends: The bends k that became targets.
+        displacements: (V, 3) float64 of each of these bends, zero where it hardly moves.
+        dropped_error: How far what was left out can move a vertex, fraction of D.
+        rounding_error: How far single precision can move a vertex, fraction of D.
+    """
+
+    first: int
+    bends: tuple[int, ...]
+    displacements: tuple[NDArray[np.float64], ...]
+    dropped_error: float
+    rounding_error: float
+
+    @classmethod
+    def of(cls, morph: Morph, first: int, tolerance: float) -> KeptMorph:
+        """The targets of a morph from number ``first`` on; the tolerance is a fraction of D."""
+        scale = morph.neutral.diameter or 1.0
+        kept: dict[int, NDArray[np.float64]] = {}
+        dropped, rounded = 0.0, _rounding(morph.neutral.vertices) + _rounding(morph.delta)
+        for k, (curve, bend) in enumerate(zip(morph.bend_curves, morph.bends, strict=True)):
+            moves = _peak(curve) / scale * np.linalg.norm(bend, axis=1)
+            small = (moves < tolerance) | (moves == 0)
+            dropped += float(moves[small].max(initial=0.0))
+            if not small.all():
+                kept[k] = np.where(small[:, None], 0.0, bend)
+                rounded += _peak(curve) * _rounding(bend)
+        return cls(first, tuple(kept), tuple(kept.values()), dropped, rounded / scale)
+
+
+@dataclass(frozen=True, eq=False)
+class MorphTargets:
+    """The morph targets of a rig.
+
+    Attributes:
+        names: One a target.
+        morphs: The targets of each morph, in the order of the rig.
+        dropped: Names of the bends left out.
+    """
+
+    names: tuple[str, ...]
+    morphs: tuple[KeptMorph, ...]
+    dropped: tuple[str, ...]
+
+    @classmethod
+    def of(cls, rig: Rig, tolerance: float) -> MorphTargets:
+        """All Δ, and of the bends what moves vertices farther than a fraction of D.
+
+        Args:
+            rig: The rig.
+            tolerance: Where max|b_k(t)|·|D_k| is below this fraction of D, the bend is left out.
+        """
+        names: list[str] = []
+        dropped: list[str] = []
+        morphs: list[KeptMorph] = []
+        taken = set(rig.morphs)
+        for name, morph in rig.morphs.items():
+            morphs.append(KeptMorph.of(morph, len(names), tolerance))
+            names.append(name)
+            for k in range(len(morph.bends)):
+                title = f"{name}.bend{k + 1}"
+                while title in taken:
+                    title += "_"
+                taken.add(title)
+                (names if k in morphs[-1].bends else dropped).append(title)
+        return cls(tuple(names), tuple(morphs), tuple(dropped))
+
+    @property
+    def dropped_error(self) -> float:
+        """The largest of the morphs, fraction of D."""
+        return max((kept.dropped_error for kept in self.morphs), default=0.0)
+
+    @property
+    def rounding_error(self) -> float:
+        """The largest of the morphs, fraction of D."""
+        return max((kept.rounding_error for kept in self.morphs), default=0.0)
+
+
+def _peak(curve: BendCurve) -> float:
+    """The largest |b(t)| on [0, 1], to within a thousandth."""
+    pieces = np.linspace(0, 1, 65)[:, None]
+    times = curve.breaks[:-1] + pieces * np.diff(curve.breaks)
+    return float(np.abs(curve(times)).max())
+
+
+def _rounding(values: NDArray[np.float64]) -> float:
+    """The farthest that single precision moves one of (V, 3) vectors."""
+    away = values.astype(np.float32) - values
+    return float(np.sqrt(np.einsum("vi,vi->v", away, away).max(initial=0.0)))

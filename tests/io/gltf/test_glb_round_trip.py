@@ -1,0 +1,203 @@
+"""A rig that was written comes back: everything exact, positions in single precision."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from glb_samples import chunks_of, glb, rigs, seamed_mesh, triangle_rig
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from elastomorph.errors import ElastomorphWarning
+from elastomorph.io.gltf import read_glb, write_glb
+from elastomorph.mesh import FaceLabels, Mesh
+from elastomorph.morph import Morph
+from elastomorph.rig import Rig
+
+
+def assert_same_labels(one: FaceLabels | None, other: FaceLabels | None) -> None:
+    assert (one is None) == (other is None)
+    if one is not None and other is not None:
+        assert one.names == other.names
+        assert np.array_equal(one.of_face, other.of_face)
+
+
+def assert_same_rig(one: Rig, other: Rig) -> None:
+    scale = one.neutral.diameter or 1.0
+    mesh, back = one.neutral, other.neutral
+    assert back.faces == mesh.faces
+    assert back.vertices.shape == mesh.vertices.shape
+    assert (mesh.uv is None) == (back.uv is None)
+    if mesh.uv is not None and back.uv is not None:
+        assert mesh.uv.coordinates.tobytes() == back.uv.coordinates.tobytes()
+        assert np.array_equal(mesh.uv.corners, back.uv.corners)
+    assert_same_labels(mesh.materials, back.materials)
+    assert_same_labels(mesh.groups, back.groups)
+    assert mesh.material_library == back.material_library
+    assert list(other.morphs) == list(one.morphs)
+    assert other.sliders == one.sliders
+    for name, morph in one.morphs.items():
+        again = other.morphs[name]
+        assert again.method == morph.method
+        assert again.bake_error == morph.bake_error
+        curves = [morph.limit_law, *kept_curves(morph)]
+        for mine, theirs in zip(curves, [again.limit_law, *again.bend_curves], strict=True):
+            assert np.array_equal(mine.breaks, theirs.breaks)
+            assert np.array_equal(mine.coefficients, theirs.coefficients)
+        away = again.at([0, 0.3, 1, 1.2]) - morph.at([0, 0.3, 1, 1.2])
+        assert np.linalg.norm(away, axis=2).max() <= 3e-5 * scale
+
+
+def kept_curves(morph: Morph) -> list[Any]:
+    """The curves of the bends that move anything: the others are not written."""
+    moments = np.linspace(0, 1, 65)[:, None]
+    kept = []
+    for curve, bend in zip(morph.bend_curves, morph.bends, strict=True):
+        times = curve.breaks[:-1] + moments * np.diff(curve.breaks)
+        if np.abs(curve(times)).max() * np.abs(bend).max() > 0:
+            kept.append(curve)
+    return kept
+
+
+@given(rig=rigs(), normals=st.sampled_from(["delta", "none"]), sparse=st.booleans())
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_a_rig_comes_back(
+    tmp_path_factory: pytest.TempPathFactory, rig: Rig, normals: Any, sparse: bool
+) -> None:
+    """Quads, seams, unused and repeated texture coordinates, labels, bends, correctives, groups."""
+    path = tmp_path_factory.getbasetemp() / "rig.glb"
+    report = write_glb(path, rig, normals=normals, sparse=sparse, tolerance=0)
+    back = read_glb(path)
+    assert_same_rig(rig, back)
+    for name, morph in rig.morphs.items():
+        away = back.morphs[name].at(0.4) - morph.at(0.4)
+        most = np.linalg.norm(away, axis=1).max() / (rig.neutral.diameter or 1)
+        assert most <= report.rounding_error + 1e-15
+    again = path.with_name("again.glb")
+    write_glb(again, back, normals=normals, sparse=sparse, tolerance=0)
+    assert_same_rig(back, read_glb(again))
+
+
+def rig_on(mesh: Mesh) -> Rig:
+    target = mesh.with_vertices(mesh.vertices * [1, 1, 2] + [0, 0.25, 0])
+    return Rig(mesh, {"m": Morph(mesh, target, np.zeros((0, *mesh.vertices.shape)), ())})
+
+
+def test_markers_without_polygons_come_back(tmp_path: Path) -> None:
+    rig = rig_on(Mesh(np.arange(15.0).reshape(5, 3)))
+    write_glb(tmp_path / "a.glb", rig)
+    assert_same_rig(rig, read_glb(tmp_path / "a.glb"))
+
+
+def test_vertices_outside_all_polygons_keep_their_place(tmp_path: Path) -> None:
+    rig = rig_on(Mesh(np.arange(18.0).reshape(6, 3), [[4, 1, 3]]))
+    write_glb(tmp_path / "a.glb", rig)
+    assert_same_rig(rig, read_glb(tmp_path / "a.glb"))
+
+
+def test_more_vertices_than_short_indices_can_name(tmp_path: Path) -> None:
+    count = 70_000
+    vertices = np.random.default_rng(0).normal(size=(count, 3))
+    faces = np.arange(count - count % 4).reshape(-1, 4)[::-1]
+    bends = np.zeros((0, count, 3))
+    mesh = Mesh(vertices, faces)
+    up = vertices.copy()
+    up[-5:] += 1
+    rig = Rig(mesh, {"m": Morph(mesh, mesh.with_vertices(up), bends, ())})
+    write_glb(tmp_path / "a.glb", rig)
+    back = read_glb(tmp_path / "a.glb")
+    assert back.neutral.faces == mesh.faces
+    np.testing.assert_allclose(back.morphs["m"].delta, rig.morphs["m"].delta, atol=1e-6)
+
+
+def test_the_same_rig_gives_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_glb(tmp_path / f"{name}.glb", triangle_rig())
+    assert (tmp_path / "a.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
+
+
+def rewritten(path: Path, change: Any) -> Path:
+    """The file after another program has changed its document."""
+    document, blob = chunks_of(path)
+    change(document)
+    json.dumps(document)
+    path.write_bytes(glb(document, blob))
+    return path
+
+
+def test_a_file_whose_triangles_were_reordered_is_read_as_triangles(tmp_path: Path) -> None:
+    write_glb(tmp_path / "a.glb", rig_on(seamed_mesh()))
+
+    def reorder(document: dict[str, Any]) -> None:
+        document["meshes"][0]["primitives"].reverse()
+
+    with pytest.warns(ElastomorphWarning, match="triangles for polygons"):
+        rig = read_glb(rewritten(tmp_path / "a.glb", reorder))
+    assert len(rig.neutral.vertices) == 9
+    assert set(rig.neutral.faces.sizes.tolist()) == {3}
+    assert rig.neutral.materials is not None
+    assert rig.neutral.materials.names == ("unnamed", "teeth", "skin")
+    assert rig.names == ("m",)
+
+
+def test_morph_targets_in_another_order_keep_their_bends(tmp_path: Path) -> None:
+    """They are known by name."""
+    rig = triangle_rig()
+    write_glb(tmp_path / "a.glb", rig)
+
+    def swap(document: dict[str, Any]) -> None:
+        mesh = document["meshes"][0]
+        mesh["primitives"][0]["targets"].reverse()
+        mesh["extras"]["targetNames"].reverse()
+
+    assert_same_rig(rig, read_glb(rewritten(tmp_path / "a.glb", swap)))
+
+
+STRAIGHT = {"breaks": [0, 1], "coefficients": [[0]]}
+
+
+@pytest.mark.parametrize(
+    ("where", "what", "reason"),
+    [
+        ("version", 2, "update elastomorph"),
+        ("version", "1", "no version"),
+        ("morphs", {}, "no list"),
+        ("morphs", [3], "no object"),
+        ("morphs", [{"name": "m", "target": "gone", "limit_law": STRAIGHT}], "does not exist"),
+        ("morphs", [{"name": "m", "target": "lift"}], "curve is damaged"),
+        ("morphs", [{"name": n, "target": "lift", "limit_law": STRAIGHT} for n in "ab"], "twice"),
+        ("correctives", [{"name": "x", "drivers": ["lift"]}], "no slider"),
+        ("groups", [{"name": "x", "members": [1]}], "no lists of names"),
+    ],
+)
+def test_damaged_extras_do_not_keep_the_face_from_being_read(
+    tmp_path: Path, where: str, what: Any, reason: str
+) -> None:
+    write_glb(tmp_path / "a.glb", triangle_rig())
+
+    def damage(document: dict[str, Any]) -> None:
+        document["meshes"][0]["extras"]["elastomorph"][where] = what
+
+    with pytest.warns(ElastomorphWarning, match=reason):
+        rig = read_glb(rewritten(tmp_path / "a.glb", damage))
+    assert rig.names == ("lift", "lift.bend1")
+
+
+def test_a_target_added_by_another_program_is_a_morph_of_its_own(tmp_path: Path) -> None:
+    write_glb(tmp_path / "a.glb", triangle_rig())
+
+    def add(document: dict[str, Any]) -> None:
+        mesh = document["meshes"][0]
+        mesh["primitives"][0]["targets"].append(mesh["primitives"][0]["targets"][0])
+        mesh["extras"]["targetNames"].append("extra")
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        rig = read_glb(rewritten(tmp_path / "a.glb", add))
+    assert rig.names == ("lift", "extra")
+    np.testing.assert_array_equal(rig.morphs["extra"].delta, rig.morphs["lift"].delta)
