@@ -38,7 +38,7 @@ def read_npz(path: str | Path) -> Mesh:
                 path, "this holds a recorded motion, not one mesh; read it with read_sequence"
             )
         vertices = members.array("vertices", "fiu", (None, 3))
-        return _mesh(path, members, vertices)
+        return mesh_of(path, members, vertices)
 
 
 def write_npz(path: str | Path, mesh: Mesh) -> None:
@@ -51,7 +51,7 @@ def write_npz(path: str | Path, mesh: Mesh) -> None:
     Raises:
         FileError: The file cannot be written.
     """
-    write_arrays(path, {"vertices": mesh.vertices, **_surface(mesh)})
+    write_arrays(path, {"vertices": mesh.vertices, **surface_arrays(mesh)})
 
 
 def read_npz_sequence(path: str | Path) -> MeshSequence:
@@ -71,7 +71,7 @@ def read_npz_sequence(path: str | Path) -> MeshSequence:
         times = members.array("times", "fiu", (count,)) if "times" in members.names else None
         names = _names(members, "names", count) if "names" in members.names else []
         missing = _names(members, "missing", None) if "missing" in members.names else []
-        mesh = _mesh(path, members, frames[0])
+        mesh = mesh_of(path, members, frames[0])
     with naming_file(path):
         return MeshSequence(mesh, frames, times, names, missing)
 
@@ -92,10 +92,10 @@ def write_npz_sequence(path: str | Path, sequence: MeshSequence) -> None:
         "names": np.array(sequence.names, dtype=np.str_),
         "missing": np.array(sequence.missing, dtype=np.str_),
     }
-    write_arrays(path, {**motion, **_surface(sequence.mesh)})
+    write_arrays(path, {**motion, **surface_arrays(sequence.mesh)})
 
 
-def _surface(mesh: Mesh) -> dict[str, NDArray[Any]]:
+def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:
     """The arrays of all but the positions."""
     arrays: dict[str, NDArray[Any]] = {
         "face_indices": mesh.faces.indices,
@@ -112,7 +112,12 @@ def _surface(mesh: Mesh) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def _mesh(path: str | Path, members: NpzMembers, vertices: NDArray[Any]) -> Mesh:
+def mesh_of(path: str | Path, members: NpzMembers, vertices: NDArray[Any]) -> Mesh:
+    """The mesh of these positions and the polygons and labels of an archive.
+
+    Raises:
+        FormatError: An array is missing or does not fit the others.
+    """
     faces = Polygons([], [0])
     if "face_indices" in members.names or "face_offsets" in members.names:
         indices = members.array("face_indices", "iu", (None,))

@@ -6,10 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elastomorph.errors import FileError
 from elastomorph.evaluation.rigid_parts import RigidParts, find_rigid_parts
-from elastomorph.io import read
-from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.io.rig_folder import read_rig_folder
+from elastomorph.mesh import Mesh
 from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
 from elastomorph.sequence import MeshSequence
 
@@ -60,25 +59,9 @@ def rig_subject(folder: str | Path, say: Callable[[str], None] = lambda _: None)
     place = Path(folder)
     if (place / "ict-facekit").is_dir():
         place = place / "ict-facekit"
-    if not place.is_dir():
-        raise FileError(folder, "there is no such folder; name one with a neutral and its targets")
-    files = sorted(f for f in place.iterdir() if f.suffix.lower() in (".obj", ".ply"))
-    neutrals = [f for f in files if "neutral" in f.stem.lower()]
-    if len(neutrals) != 1 or len(files) < 2:
-        found = ", ".join(f.name for f in neutrals) or "none"
-        raise FileError(
-            place,
-            "expected mesh files (.obj, .ply), exactly one of them with 'neutral' in its name; "
-            f"{len(files)} mesh files, neutrals: {found}",
-        )
-    neutral = read(neutrals[0])
-    targets: dict[str, Mesh] = {}
-    for file in files:
-        if file != neutrals[0]:
-            say(f"reading {file.name}")
-            mesh = read(file)
-            require_same_topology(neutral, mesh)
-            targets[file.stem] = neutral.with_vertices(mesh.vertices)
+    rig = read_rig_folder(place, say=say)
+    neutral = rig.neutral
+    targets = {name: morph.target for name, morph in rig.morphs.items()}
     jaw = "jawOpen" if "jawOpen" in targets else _farthest(neutral, targets)
     return Subject(
         place.name,

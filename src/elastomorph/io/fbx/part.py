@@ -1,0 +1,146 @@
+"""One mesh of an FBX file with its blend shapes, checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FormatError
+from elastomorph.io.npz_members import NpzMembers
+
+__all__ = ["Channel", "FbxPart", "read_axes", "read_parts"]
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """A blend shape channel: what one slider does to one mesh.
+
+    Attributes:
+        weights: (K,) weight at which each shape is reached in full; 1 is a slider at 100 %.
+        vertices: K arrays (N,) of the vertices that each shape moves.
+        offsets: K arrays (N, 3) of how far, from the neutral.
+    """
+
+    weights: tuple[float, ...]
+    vertices: tuple[NDArray[np.int64], ...]
+    offsets: tuple[NDArray[np.float64], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class FbxPart:
+    """A mesh as the file stores it.
+
+    Attributes:
+        name: Name of its node, which is what people see in an outliner.
+        shown: Whether its author sees it.
+        matrix: (4, 3) from geometry to world: what x, y and z become, and the origin.
+        vertices: (V, 3) control points in the order of the file.
+        indices: (C,) control point of each polygon corner.
+        offsets: (F + 1,) where each polygon starts.
+        uv: (T, 2) texture coordinates and (C,) which one each corner uses, if any.
+        materials: Names of the materials, and (F,) which one each polygon has, if any.
+        channels: Blend shape channels by the names of their sliders.
+    """
+
+    name: str
+    shown: bool
+    matrix: NDArray[np.float64]
+    vertices: NDArray[np.float64]
+    indices: NDArray[np.int64]
+    offsets: NDArray[np.int64]
+    uv: tuple[NDArray[np.float64], NDArray[np.int64]] | None
+    materials: tuple[list[str], NDArray[np.int64]] | None
+    channels: dict[str, Channel]
+
+
+def read_axes(members: NpzMembers) -> NDArray[np.float64]:
+    """(3, 3) rows: the directions that the file calls right, up and front.
+
+    A file that does not say gets +X, +Y and +Z.
+    """
+    axes: NDArray[np.float64] = members.array("axes", "f", (3, 3))
+    proper = np.array_equal(axes @ axes.T, np.eye(3))
+    return axes if proper else np.eye(3)
+
+
+def read_parts(path: str | Path, members: NpzMembers) -> list[FbxPart]:
+    """The meshes in what the worker took from a file.
+
+    Args:
+        path: The FBX file, for messages.
+        members: The arrays of the worker.
+
+    Raises:
+        FormatError: The content of a mesh contradicts itself.
+    """
+    names = members.array("mesh_names", "U", (None,)).tolist()
+    shown = members.array("mesh_shown", "i", (len(names),)).tolist()
+    return [
+        _part(path, members, number, name, bool(own))
+        for number, (name, own) in enumerate(zip(names, shown, strict=True))
+    ]
+
+
+def _part(path: str | Path, members: NpzMembers, number: int, name: str, shown: bool) -> FbxPart:
+    def array(key: str, kinds: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
+        return members.array(f"{number}_{key}", kinds, shape)
+
+    def require(holds: bool, problem: str) -> None:
+        if not holds:
+            raise FormatError(path, f"the mesh '{name}' {problem}; the file is damaged")
+
+    vertices = array("vertices", "f", (None, 3))
+    offsets = array("face_offsets", "i", (None,))
+    indices = array("face_indices", "i", (None,))
+    require(_within(indices, 0, len(vertices)), "has polygons of points that do not exist")
+    matrix = array("matrix", "f", (4, 3))
+    require(bool(np.isfinite(matrix).all()), "stands at no place: its transform is not finite")
+    uv = None
+    if f"{number}_uv_corners" in members.names:
+        coordinates = array("uv_coordinates", "f", (None, 2))
+        corners = array("uv_corners", "i", (len(indices),))
+        # Texture coordinates are dispensable: a face should not be lost for them.
+        if _within(corners, 0, len(coordinates)) and np.isfinite(coordinates).all():
+            uv = (coordinates, corners)
+    materials = None
+    if f"{number}_material_of_face" in members.names:
+        labels = array("material_names", "U", (None,)).tolist()
+        of_face = array("material_of_face", "i", (len(offsets) - 1,))
+        if _within(of_face, -1, len(labels)):
+            materials = (labels, of_face)
+    channel_names = array("channel_names", "U", (None,)).tolist()
+    counts = array("key_counts", "i", (len(channel_names),)).tolist()
+    weights = array("key_weights", "f", (sum(counts),)).tolist()
+    sizes = array("key_sizes", "i", (sum(counts),)).tolist()
+    moved = array("key_vertices", "i", (sum(sizes),))
+    by = array("key_offsets", "f", (sum(sizes), 3))
+    require(_within(moved, 0, len(vertices)), "has shapes of points that do not exist")
+    ends = np.cumsum(sizes, dtype=np.int64)[:-1] if sizes else np.empty(0, dtype=np.int64)
+    vertices_of = np.split(moved, ends)
+    offsets_of = np.split(by, ends)
+    channels: dict[str, Channel] = {}
+    first = 0
+    for channel, count in zip(channel_names, counts, strict=True):
+        own = slice(first, first + count)
+        first += count
+        channels[_unused(channel, channels)] = Channel(
+            tuple(weights[own]), tuple(vertices_of[own]), tuple(offsets_of[own])
+        )
+    return FbxPart(name, shown, matrix, vertices, indices, offsets, uv, materials, channels)
+
+
+def _unused(name: str, taken: dict[str, Channel]) -> str:
+    """The name, with a number behind it where another channel of the mesh has it too."""
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name}_{number}"
+    return free
+
+
+def _within(indices: NDArray[np.int64], lowest: int, count: int) -> bool:
+    return not indices.size or (int(indices.min()) >= lowest and int(indices.max()) < count)

@@ -1,0 +1,203 @@
+"""Rigs as folders of mesh files: a neutral, and a target in each other file.
+
+Files are read one after another: on two cores, threads save nothing, as parsing holds the
+interpreter, and processes save no more than they cost to start (``benchmarks/rig_loading.py``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from elastomorph.curves import CurveNetwork
+from elastomorph.errors import FileError
+from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read
+from elastomorph.io.rig_cache import RigCache
+from elastomorph.io.rig_key import content_digests
+from elastomorph.mesh import require_same_topology
+from elastomorph.morph import Morph
+from elastomorph.paths import Method, prepare
+from elastomorph.rig import Rig
+
+__all__ = ["RigFiles", "find_rig_files", "read_rig_folder"]
+
+_WORD = "neutral"
+
+
+@dataclass(frozen=True)
+class RigFiles:
+    """The files of a rig.
+
+    Attributes:
+        neutral: The file of the neutral.
+        targets: The file of each target by its name, which is that of the file without suffix.
+    """
+
+    neutral: Path
+    targets: dict[str, Path]
+
+    @property
+    def all(self) -> tuple[Path, ...]:
+        """The neutral and the targets in the order of their names."""
+        return (self.neutral, *self.targets.values())
+
+
+def read_rig_folder(
+    folder: str | Path,
+    *,
+    neutral: str | Path | None = None,
+    method: str | Method = "linear",
+    curves: CurveNetwork | None = None,
+    cache: bool | str | Path | None = True,
+    say: Callable[[str], None] = lambda _: None,
+    **settings: object,
+) -> Rig:
+    """The rig in a folder of mesh files.
+
+    Args:
+        folder: Where the files are. Hidden files and those of other formats are left alone.
+        neutral: File of the neutral, by its name in the folder (with or without suffix) or by its
+            path; by default the one with "neutral" in its name.
+        method: The path from the neutral to every target, as for `elastomorph.interpolate`.
+        curves: The curves that beams follow; found on the neutral by default.
+        cache: Where the finished rig is kept to be read faster next time: True for the user's
+            cache folder, a folder, None for nowhere. A cache that was not made from exactly these
+            files, this method and this version of the package is not used.
+        say: Told what is being done.
+        **settings: Further settings of the method.
+
+    Returns:
+        The rig; its morphs in the order of their names, capitals first.
+
+    Raises:
+        FileError: No such folder, no neutral or several, no targets, or two of one name.
+        FormatError: A file is not what its format allows.
+        TopologyError: A target has other vertices or polygons than the neutral.
+        ParameterError: A setting of the method is not understood.
+    """
+    files = find_rig_files(folder, neutral)
+    place = RigCache.of(
+        cache, Path(folder), [files.neutral.name, method, curves, sorted(settings.items())]
+    )
+    contents: tuple[str, ...] = ()
+    if place is not None:
+        contents = _contents(files)
+        known = place.read(contents, files.neutral)
+        if known is not None:
+            say(f"{len(known)} targets of {folder} read from {place.file}")
+            return known
+    rig = _built(files, method, curves, settings, say)
+    # A file that changed while it was read must not be remembered under its content before.
+    if place is not None and _contents(files) == contents:
+        place.write(contents, rig)
+    return rig
+
+
+def find_rig_files(folder: str | Path, neutral: str | Path | None = None) -> RigFiles:
+    """Which file of a folder is the neutral of a rig, and which are its targets.
+
+    Args:
+        folder: Where the files are.
+        neutral: File of the neutral, by its name in the folder (with or without suffix) or by its
+            path; by default the one that is called "neutral", or the only one with that word in
+            its name.
+
+    Raises:
+        FileError: No such folder, no neutral or several, no targets, or two of one name.
+    """
+    place = Path(folder)
+    suffixes = known_suffixes(MESH_FORMATS)
+    files = _meshes_in(place, suffixes)
+    chosen = _only_neutral(place, files) if neutral is None else _named(place, files, neutral)
+    targets: dict[str, Path] = {}
+    for file in files:
+        if file == chosen:
+            continue
+        if file.stem in targets:
+            raise FileError(
+                folder,
+                f"{targets[file.stem].name} and {file.name} are both called '{file.stem}'; keep "
+                "one file for each target",
+            )
+        targets[file.stem] = file
+    if not targets:
+        raise FileError(
+            folder,
+            f"there are no targets beside the neutral {chosen.name}; expected a mesh file "
+            f"({', '.join(suffixes)}) for each",
+        )
+    return RigFiles(chosen, targets)
+
+
+def _built(
+    files: RigFiles,
+    method: str | Method,
+    curves: CurveNetwork | None,
+    settings: dict[str, object],
+    say: Callable[[str], None],
+) -> Rig:
+    say(f"reading {files.neutral.name}")
+    neutral = read(files.neutral)
+    to = prepare(neutral, method, curves=curves, **settings)  # type: ignore[arg-type]
+    morphs: dict[str, Morph] = {}
+    for name, file in files.targets.items():
+        say(f"reading {file.name}, {len(morphs) + 1} of {len(files.targets)}")
+        target = read(file)
+        require_same_topology(neutral, target)
+        # Polygons and labels are the same, so all morphs share those of the neutral.
+        morphs[name] = to(neutral.with_vertices(target.vertices))
+    return Rig(neutral, morphs)
+
+
+def _contents(files: RigFiles) -> tuple[str, ...]:
+    """Name and digest of every file."""
+    digests = content_digests(files.all)
+    return tuple(f"{file.name}:{own}" for file, own in zip(files.all, digests, strict=True))
+
+
+def _meshes_in(place: Path, suffixes: tuple[str, ...]) -> list[Path]:
+    if not place.is_dir():
+        what = "this is a file" if place.exists() else "there is no such folder"
+        raise FileError(place, f"{what}; name a folder with a neutral and its targets")
+    try:
+        return sorted(
+            file
+            for file in place.iterdir()
+            if file.suffix.lower() in suffixes
+            and not file.name.startswith(".")
+            and not file.is_dir()
+        )
+    except OSError as error:
+        raise FileError(place, f"this folder cannot be listed: {error.strerror}") from error
+
+
+def _only_neutral(place: Path, files: list[Path]) -> Path:
+    called = [file for file in files if _WORD in file.stem.lower()]
+    exactly = [file for file in called if file.stem.lower() == _WORD]
+    found = exactly if len(exactly) == 1 else called
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(file.name for file in found) or "none"
+    raise FileError(
+        place,
+        f"expected one mesh file with '{_WORD}' in its name among the {len(files)} there, found "
+        f"{names}; rename it or say which file is the neutral",
+    )
+
+
+def _named(place: Path, files: list[Path], neutral: str | Path) -> Path:
+    for file in files:
+        if str(neutral) in (file.name, file.stem):
+            return file
+    path = Path(neutral)
+    for file in files:
+        if path.is_file() and path.samefile(file):
+            return file
+    if path.is_file():
+        return path
+    raise FileError(
+        place,
+        f"there is no neutral '{neutral}', neither among the {len(files)} mesh files of this "
+        "folder nor as a path; check the name",
+    )
