@@ -52,6 +52,9 @@ def animate(
     only_list: Annotated[
         bool, typer.Option("--list", help="Only say which weights drive which sliders.")
     ] = False,
+    picture: Annotated[
+        Path | None, typer.Option(help="A picture (PNG) of five frames of the take.")
+    ] = None,
     method: options.MethodText = "beam:2",
     as_json: options.AsJson = False,
 ) -> None:
@@ -64,7 +67,7 @@ def animate(
     from elastomorph.io.takes import holds_positions, write_take
     from elastomorph.performance import match
 
-    if output is None and not only_list:
+    if output is None and picture is None and not only_list:
         raise ParameterError("say where to write the take (-o take.glb), or ask for --list")
     positions = output is not None and holds_positions(output)
     with options.progress(as_json) as say:
@@ -87,6 +90,13 @@ def animate(
             written = take.resampled(take.rate if rate is None else rate)
         with _counting(as_json, len(written) if positions else None) as watch:
             write_take(output, face_rig, written, found, clip=clip, watch=watch)
+    if picture is not None:
+        from elastomorph.performance import slider_weights
+        from elastomorph.report.take_strip import take_strip
+
+        with options.progress(as_json) as say:
+            say("drawing")
+            take_strip(face_rig, take, slider_weights(face_rig, take, found, clip=clip), picture)
     facts = _facts(take, written, found, None if only_list else output)
     if as_json:
         options.print_json(facts)

@@ -61,5 +61,12 @@ def export(
     for name, value in facts.items():
         if isinstance(value, dict | list | tuple):
             continue
-        text = f"{value:,}" if isinstance(value, int) else f"{value}"
-        typer.echo(f"{name.replace('_', ' '):>20}  {text}")
+        typer.echo(f"{name.replace('_', ' '):>20}  {_text(name, value)}")
+
+
+def _text(name: str, value: object) -> str:
+    if name == "bytes" and isinstance(value, int):
+        return f"{value:,} ({value / 2**20:.1f} MiB)"
+    if isinstance(value, float):
+        return f"{100 * value:.2g} % of D" if "error" in name else f"{value:g}"
+    return f"{value:,}" if isinstance(value, int) else f"{value}"
