@@ -1,0 +1,64 @@
+"""Other files that a USD file is composed of: followed inside its folder, never out of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from elastomorph.io.usd.library import pxr
+
+__all__ = ["outside_problem"]
+
+
+def outside_problem(layer: Any, folder: Path) -> str:
+    """Why a layer must not be composed, or nothing where it may.
+
+    Sublayers, references and payloads, in all variants, must be files below the folder; links
+    are resolved first. Search paths, URLs and value clips are not followed.
+
+    Args:
+        layer: The opened layer of the file.
+        folder: Folder of the file, resolved.
+    """
+    waiting, seen = [layer], {layer.identifier}
+    while waiting:
+        current = waiting.pop()
+        problem = _clips_problem(current)
+        if problem:
+            return problem
+        here = Path(current.realPath).parent
+        for asset in current.GetCompositionAssetDependencies():
+            if not asset:
+                continue
+            try:
+                target = (here / asset).resolve()
+                inside = target.is_relative_to(folder) and target.is_file()
+            except (OSError, ValueError, RuntimeError):
+                inside = False
+            if not inside:
+                return (
+                    f"it is composed of '{asset}', which is no file in its own folder; write it "
+                    "as one file (usdcat --flatten) and read that"
+                )
+            opened = pxr("Sdf").Layer.FindOrOpen(str(target))
+            if opened is None:
+                return f"it is composed of '{asset}', which cannot be read"
+            if opened.identifier not in seen:
+                seen.add(opened.identifier)
+                waiting.append(opened)
+    return ""
+
+
+def _clips_problem(layer: Any) -> str:
+    found: list[str] = []
+
+    def visit(path: Any) -> None:
+        if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
+            spec = layer.GetObjectAtPath(path)
+            if spec is not None and spec.HasInfo("clips"):
+                found.append(str(path))
+
+    layer.Traverse(pxr("Sdf").Path.absoluteRootPath, visit)
+    if not found:
+        return ""
+    return f"the prim {found[0]} takes its values from clips in other files, which is not supported"

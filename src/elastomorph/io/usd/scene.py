@@ -1,0 +1,231 @@
+"""What the worker found in a USD file, as the mesh and shapes of a rig, all of it checked."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FormatError
+from elastomorph.io.checked import naming_file
+from elastomorph.io.npz_members import NpzMembers
+from elastomorph.io.usd.exact import checksum
+from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.polygons import Polygons
+
+__all__ = ["FoundShape", "Scene"]
+
+
+@dataclass(frozen=True, eq=False)
+class FoundShape:
+    """One blend shape as it stands in the file.
+
+    Attributes:
+        token: Its name to UsdSkel.
+        name: The name that elastomorph gave it, if any.
+        path: JSON of its exact path, if any.
+        points: (N,) int64 points it moves.
+        offsets: (1 + n, N, 3) float64, of the shape and its in-betweens.
+        weights: (n,) float64 of the in-betweens, in any order; NaN where there is none.
+        bends: (M, 3) float64 rows of exact bends, if any.
+    """
+
+    token: str
+    name: str | None
+    path: str | None
+    points: NDArray[np.int64]
+    offsets: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    bends: NDArray[np.float64]
+
+
+class Scene:
+    """The mesh and blend shapes of one file."""
+
+    def __init__(self, path: str | Path, members: NpzMembers) -> None:
+        self._path = path
+        self._members = members
+        self._scene: dict[str, Any] = json.loads(members.array("scene", "u", (None,)).tobytes())
+
+    @cached_property
+    def sliders(self) -> dict[str, Any]:
+        """What elastomorph stored of the sliders; empty where it did not."""
+        try:
+            found = json.loads(self._scene["sliders"] or "")
+        except (ValueError, RecursionError):
+            return {}
+        return found if isinstance(found, dict) and found.get("version") == 1 else {}
+
+    def mesh(self) -> Mesh:
+        """The neutral.
+
+        Raises:
+            FormatError: Points and polygons do not form a mesh.
+        """
+        points = self._array("points", "f", (None, 3))
+        counts = self._indices("counts", (None,), 0, None)
+        indices = self._indices("indices", (None,), 0, len(points) - 1)
+        if int(counts.sum()) != len(indices):
+            raise FormatError(
+                self._path,
+                f"its polygons have {int(counts.sum()):,} corners (faceVertexCounts), but "
+                f"faceVertexIndices has {len(indices):,}; the file is damaged",
+            )
+        library = self.sliders.get("materialLibrary")
+        with naming_file(self._path):
+            offsets = np.concatenate([[0], np.cumsum(counts)])
+            order = np.arange(len(indices))
+            if self._scene["left_handed"]:
+                order = _turned_around(counts, offsets)
+            faces = Polygons(indices[order], offsets)
+            return Mesh(
+                self._exact_points(points),
+                faces,
+                uv=self._texture(indices, order, len(points)),
+                materials=self._labels(len(faces), material=True),
+                groups=self._labels(len(faces), material=False),
+                material_library=library if isinstance(library, str) else None,
+                source=Source(str(self._path)),
+            )
+
+    def shape_count(self) -> int:
+        """Number of blend shapes."""
+        return len(self._scene["shapes"])
+
+    def shape(self, i: int, vertices: int) -> FoundShape:
+        """One blend shape.
+
+        Raises:
+            FormatError: Its arrays do not fit each other or the mesh.
+        """
+        found, prefix = self._scene["shapes"][i], f"shape_{i}"
+        main = self._array(f"{prefix}_offsets", "f", (None, 3))
+        points = np.arange(vertices)
+        if f"{prefix}_points" in self._members.names:
+            named = self._indices(f"{prefix}_points", (None,), 0, vertices - 1)
+            points = named if named.size else points
+        if not len(main) and len(points) == vertices:
+            main = np.zeros((vertices, 3))  # an empty shape moves nothing
+        rows = [main]
+        rows += [
+            self._array(f"{prefix}_inbetween_{k}", "f", (None, 3))
+            for k in range(len(found["inbetweens"]))
+        ]
+        for row in rows:
+            if len(row) != len(points):
+                raise FormatError(
+                    self._path,
+                    f"the blend shape '{found['token']}' moves {len(points):,} points, but has "
+                    f"{len(row):,} offsets; the file is damaged or was written wrongly",
+                )
+        weights = [entry["weight"] for entry in found["inbetweens"]]
+        bends = np.zeros((0, 3))
+        if f"{prefix}_bends" in self._members.names:
+            bends = self._array(f"{prefix}_bends", "f", (None, 3))
+        return FoundShape(
+            found["token"],
+            found["name"],
+            found["path"],
+            points,
+            np.stack(rows),
+            np.array([np.nan if w is None else w for w in weights], dtype=np.float64),
+            bends,
+        )
+
+    def _array(self, name: str, kinds: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+        if name not in self._members.names:
+            return np.zeros([length or 0 for length in shape])
+        found = self._members.array(name, kinds, shape)
+        if not np.isfinite(found).all():
+            raise FormatError(self._path, f"{_said(name)} are not all finite numbers")
+        return found.astype(np.float64)
+
+    def _indices(
+        self, name: str, shape: tuple[int | None, ...], lowest: int, highest: int | None
+    ) -> NDArray[np.int64]:
+        if name not in self._members.names:
+            return np.zeros([length or 0 for length in shape], dtype=np.int64)
+        found = self._members.array(name, "iu", shape).astype(np.int64)
+        if found.size and (
+            int(found.min()) < lowest or (highest is not None and int(found.max()) > highest)
+        ):
+            raise FormatError(
+                self._path,
+                f"{_said(name)} go from {int(found.min()):,} to {int(found.max()):,}, expected "
+                f"{lowest:,} to {'any' if highest is None else f'{highest:,}'}",
+            )
+        return found
+
+    def _exact_points(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        if "exact_points" not in self._members.names:
+            return points
+        exact = self._array("exact_points", "f", (None, 3))
+        same = exact.shape == points.shape and self.sliders.get("checksum") == checksum(
+            [points.astype(np.float32)]
+        )
+        return exact if same else points
+
+    def _texture(
+        self, indices: NDArray[np.int64], order: NDArray[np.int64], vertices: int
+    ) -> UVMap | None:
+        found = self._scene["texture"]
+        if found is None:
+            return None
+        coordinates = self._members.array("uv", "f", (None, None)).astype(np.float64)
+        if coordinates.shape[1] not in (2, 3) or not np.isfinite(coordinates).all():
+            return None
+        corner = found["kind"] == "faceVarying"
+        own = np.arange(len(indices) if corner else vertices)
+        if "uv_indices" in self._members.names:
+            own = self._indices("uv_indices", (None,), -1, len(coordinates) - 1)
+        if len(own) != (len(indices) if corner else vertices):
+            raise FormatError(
+                self._path,
+                f"there are {len(own):,} texture coordinates for "
+                f"{len(indices) if corner else vertices:,} {'corners' if corner else 'points'}",
+            )
+        if own.size and int(own.max()) >= len(coordinates):
+            raise FormatError(
+                self._path, f"there are only {len(coordinates):,} texture coordinates"
+            )
+        corners = (own if corner else own[indices])[order]
+        bare = found["unauthored"]
+        if bare >= 0:
+            corners = np.where(corners == bare, -1, corners)
+            if bare == len(coordinates) - 1:
+                coordinates = coordinates[:-1]
+        return UVMap(coordinates, corners.astype(np.int32))
+
+    def _labels(self, faces: int, *, material: bool) -> FaceLabels | None:
+        subsets = [
+            (i, subset["name"])
+            for i, subset in enumerate(self._scene["subsets"])
+            if subset["material"] == material
+        ]
+        whole = self._scene["material"] if material else None
+        if not subsets and whole is None:
+            return None
+        names = list(dict.fromkeys(name for _, name in subsets))
+        of_face = np.full(faces, -1, dtype=np.int32)
+        if whole is not None:
+            names = [*names, *([] if whole in names else [whole])]
+            of_face[:] = names.index(whole)
+        for i, name in subsets:
+            of_face[self._indices(f"subset_{i}", (None,), 0, faces - 1)] = names.index(name)
+        return FaceLabels(tuple(names), of_face)
+
+
+def _turned_around(counts: NDArray[np.int64], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Corners of polygons listed the other way round, each from the same first corner."""
+    first, size = np.repeat(offsets[:-1], counts), np.repeat(counts, counts)
+    turned: NDArray[np.int64] = first + (first + size - np.arange(len(first))) % size
+    return turned
+
+
+def _said(name: str) -> str:
+    return f"the values of '{name.replace('_', ' ')}'"

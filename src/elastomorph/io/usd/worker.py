@@ -1,0 +1,234 @@
+"""Takes a mesh and its blend shapes out of a USD file, in a process that may crash.
+
+USD ends the whole program on some damaged binary files. So it is run as
+``python -m elastomorph.io.usd.worker IN OUT.npz PROBLEM.txt BYTES MESH``, and the program that
+started it goes on. It exits with 0 once the archive is written, with `REFUSED` and a sentence in
+PROBLEM.txt where the file is at fault, and with anything else where USD broke. BYTES is the most
+memory it may use, on systems that can enforce that; MESH is a name or path of a mesh, or empty.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.io.npz_members import write_arrays
+from elastomorph.io.usd.dependencies import outside_problem
+from elastomorph.io.usd.exact import BENDS, NAME, PATH, POINTS, SLIDERS
+from elastomorph.io.usd.library import pxr
+from elastomorph.io.usd.mesh_prim import GROUP_FAMILY
+
+__all__ = ["REFUSED"]
+
+REFUSED = 3
+_TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
+
+
+class _RefusedError(Exception):
+    pass
+
+
+def main(source: str, destination: str, problem: str, most_bytes: str, mesh: str) -> int:
+    """Write the content of one file as an archive; returns the exit status."""
+    _limit_memory(int(most_bytes))
+    failure = pxr("Tf").ErrorException
+    try:
+        arrays = _content(source, mesh)
+    except _RefusedError as error:
+        sentence = str(error)
+    except failure as error:
+        reasons = [str(getattr(part, "commentary", part)) for part in error.args]
+        sentence = f"USD cannot read it: {' '.join(' '.join(reasons).split())[:300]}"
+    except UnicodeError:
+        sentence = "USD cannot read it: it holds text that is not UTF-8"
+    except MemoryError:
+        sentence = "it needs more memory than a file of its size should"
+    else:
+        write_arrays(destination, arrays)
+        return 0
+    Path(problem).write_text(sentence, encoding="utf-8", errors="replace")
+    return REFUSED
+
+
+def _limit_memory(most_bytes: int) -> None:
+    try:
+        import resource
+    except ImportError:  # Windows has no such limits
+        return
+    for kind, wanted in ((resource.RLIMIT_AS, most_bytes), (resource.RLIMIT_CORE, 0)):
+        try:
+            hard = resource.getrlimit(kind)[1]
+            allowed = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
+            resource.setrlimit(kind, (allowed, hard))
+        except (OSError, ValueError):  # macOS refuses some of them
+            continue
+
+
+def _content(source: str, wanted: str) -> dict[str, NDArray[Any]]:
+    layer = pxr("Sdf").Layer.FindOrOpen(source)
+    if layer is None:
+        raise _RefusedError("USD cannot read it")
+    problem = outside_problem(layer, Path(source).resolve().parent)
+    if problem:
+        raise _RefusedError(problem)
+    stage = pxr("Usd").Stage.Open(layer)
+    prim = _chosen_mesh(stage, wanted)
+    mesh = pxr("UsdGeom").Mesh(prim)
+    arrays: dict[str, NDArray[Any]] = {}
+    _keep(arrays, "points", mesh.GetPointsAttr(), 3)
+    _keep(arrays, "counts", mesh.GetFaceVertexCountsAttr())
+    _keep(arrays, "indices", mesh.GetFaceVertexIndicesAttr())
+    _keep(arrays, "exact_points", prim.GetAttribute(POINTS), 3)
+    scene = {
+        "mesh": str(prim.GetPath()),
+        "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
+        "sliders": _text(prim, SLIDERS),
+        "texture": _texture(arrays, mesh),
+        "subsets": _subsets(arrays, prim),
+        "material": _material(prim),
+        "shapes": _shapes(arrays, stage, prim),
+    }
+    arrays["scene"] = np.frombuffer(json.dumps(scene).encode("utf-8"), dtype=np.uint8)
+    return arrays
+
+
+def _chosen_mesh(stage: Any, wanted: str) -> Any:
+    usd = pxr("Usd")
+    every = usd.PrimRange.Stage(stage, usd.TraverseInstanceProxies())
+    meshes = [prim for prim in every if prim.IsA(pxr("UsdGeom").Mesh)]
+    if wanted:
+        named = [p for p in meshes if wanted in (str(p.GetPath()), p.GetName())]
+        if len(named) != 1:
+            raise _RefusedError(
+                f"{len(named) or 'no'} meshes are called '{wanted}'; there are {_listed(meshes)}"
+            )
+        return named[0]
+    shaped = [p for p in meshes if _targets(p)] or [p for p in meshes if p.HasAttribute(SLIDERS)]
+    if not shaped:
+        raise _RefusedError(f"no mesh has blend shapes; the meshes are {_listed(meshes)}")
+    if len(shaped) > 1:
+        raise _RefusedError(
+            f"{len(shaped)} meshes have blend shapes ({_listed(shaped)}); name the one to read, "
+            f"such as mesh='{shaped[0].GetPath()}'"
+        )
+    return shaped[0]
+
+
+def _listed(meshes: list[Any]) -> str:
+    named = ", ".join(str(prim.GetPath()) for prim in meshes[:12])
+    return (named or "none") + (", …" if len(meshes) > 12 else "")
+
+
+def _targets(prim: Any) -> list[Any]:
+    binding = pxr("UsdSkel").BindingAPI(prim)
+    targets: list[Any] = list(binding.GetBlendShapeTargetsRel().GetTargets())
+    return targets
+
+
+def _value(attribute: Any) -> Any:
+    """The value that does not move; of one that only moves, the first."""
+    if not attribute:
+        return None
+    value = attribute.Get()
+    return attribute.Get(pxr("Usd").TimeCode.EarliestTime()) if value is None else value
+
+
+def _keep(arrays: dict[str, NDArray[Any]], name: str, attribute: Any, columns: int = 0) -> bool:
+    value = _value(attribute)
+    if value is None:
+        return False
+    array = np.array(value)
+    if array.dtype.kind not in "fiu":
+        raise _RefusedError(f"{attribute.GetPath()} holds values that are not numbers")
+    if columns and not array.size:
+        array = array.reshape(0, columns)
+    arrays[name] = array
+    return True
+
+
+def _text(prim: Any, name: str) -> str | None:
+    value = _value(prim.GetAttribute(name))
+    return value if isinstance(value, str) else None
+
+
+def _texture(arrays: dict[str, NDArray[Any]], mesh: Any) -> dict[str, Any] | None:
+    known = pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvarsWithValues()
+    by_name = {primvar.GetPrimvarName(): primvar for primvar in known}
+    marked = [n for n, p in by_name.items() if p.GetTypeName().role == "TextureCoordinate"]
+    plain = [n for n in _TEXTURE_NAMES if n in by_name]
+    for name in [n for n in plain if n in marked] + marked + plain:
+        primvar = by_name[name]
+        kind = str(primvar.GetInterpolation())
+        if kind in ("faceVarying", "vertex", "varying") and _keep(arrays, "uv", primvar.GetAttr()):
+            _keep(arrays, "uv_indices", primvar.GetIndicesAttr())
+            return {"kind": kind, "unauthored": primvar.GetUnauthoredValuesIndex()}
+    return None
+
+
+def _subsets(arrays: dict[str, NDArray[Any]], prim: Any) -> list[dict[str, Any]]:
+    geometry = pxr("UsdGeom")
+    found: list[dict[str, Any]] = []
+    for subset in geometry.Subset.GetAllGeomSubsets(geometry.Imageable(prim)):
+        family = str(subset.GetFamilyNameAttr().Get() or "")
+        if family not in ("materialBind", GROUP_FAMILY):
+            continue
+        if subset.GetElementTypeAttr().Get() != "face":
+            continue
+        if _keep(arrays, f"subset_{len(found)}", subset.GetIndicesAttr()):
+            own = subset.GetPrim()
+            name = _text(own, NAME) or _material(own) or own.GetDisplayName() or own.GetName()
+            found.append({"name": name, "material": family != GROUP_FAMILY})
+    return found
+
+
+def _material(prim: Any) -> str | None:
+    """Name of the material bound to this prim itself."""
+    shade = pxr("UsdShade")
+    if not prim.HasAPI(shade.MaterialBindingAPI):
+        return None
+    material = shade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterial()
+    if not material:
+        return None
+    name: str = material.GetPrim().GetDisplayName() or material.GetPrim().GetName()
+    return name
+
+
+def _shapes(arrays: dict[str, NDArray[Any]], stage: Any, prim: Any) -> list[dict[str, Any]]:
+    skel = pxr("UsdSkel")
+    tokens = list(_value(skel.BindingAPI(prim).GetBlendShapesAttr()) or [])
+    found = []
+    for i, target in enumerate(_targets(prim)):
+        shape = skel.BlendShape(stage.GetPrimAtPath(target))
+        if not shape:
+            raise _RefusedError(f"{prim.GetPath()} names the blend shape {target}, which is none")
+        own = shape.GetPrim()
+        _keep(arrays, f"shape_{i}_offsets", shape.GetOffsetsAttr(), 3)
+        _keep(arrays, f"shape_{i}_points", shape.GetPointIndicesAttr())
+        _keep(arrays, f"shape_{i}_bends", own.GetAttribute(BENDS), 3)
+        inbetweens = []
+        for k, inbetween in enumerate(shape.GetInbetweens()):
+            weight = inbetween.GetWeight()
+            if _keep(arrays, f"shape_{i}_inbetween_{k}", inbetween.GetAttr(), 3):
+                inbetweens.append({"name": inbetween.GetAttr().GetName(), "weight": weight})
+        token = str(tokens[i]) if i < len(tokens) else own.GetName()
+        found.append(
+            {
+                "token": token,
+                "name": _text(own, NAME),
+                "path": _text(own, PATH),
+                "inbetweens": inbetweens,
+            }
+        )
+    return found
+
+
+if __name__ == "__main__":
+    status = main(*sys.argv[1:])
+    sys.stdout.flush()
+    os._exit(status)  # USD's own end of a program can fail after all is written

@@ -1,0 +1,179 @@
+"""A rig as USD: UsdSkel blend shapes whose in-betweens follow the curved paths.
+
+The file holds, in whatever program opens it, /Face (a SkelRoot), /Face/Mesh with its blend shapes
+and subsets below it, /Face/Skeleton of one joint, /Face/Animation with the weights, and
+/Face/Materials. +Y is up.
+"""
+
+from __future__ import annotations
+
+import json
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import replacing_path
+from elastomorph.io.usd.blend_shapes import define_blend_shape, sparse_shapes
+from elastomorph.io.usd.exact import SLIDERS, checksum
+from elastomorph.io.usd.inbetweens import place_inbetweens
+from elastomorph.io.usd.library import naming_failure, pxr
+from elastomorph.io.usd.mesh_prim import define_mesh, define_subsets, extent_of
+from elastomorph.io.usd.names import prim_names, require_storable
+from elastomorph.io.usd.report import BlendShapeReport, UsdReport
+from elastomorph.io.usd.skeleton import (
+    WeightAnimation,
+    bind_mesh,
+    define_animation,
+    define_skeleton,
+)
+from elastomorph.rig import Rig
+
+__all__ = ["SUFFIXES", "write_usd"]
+
+SUFFIXES = (".usd", ".usda", ".usdc")
+_ROOT = "/Face"
+
+
+def write_usd(
+    path: str | Path,
+    rig: Rig,
+    *,
+    tolerance: float = 1e-3,
+    most_inbetweens: int = 3,
+    animation: tuple[ArrayLike, ArrayLike, str] | None = None,
+    fps: float = 30.0,
+    meters_per_unit: float = 0.01,
+) -> UsdReport:
+    """Write a rig as UsdSkel blend shapes.
+
+    UsdSkel in-betweens are piecewise linear in the weight. Each morph gets the fewest that keep
+    it within the tolerance of its curved path, where they help most. The curved paths are kept
+    too, and `read_usd` gives them back; correctives become shapes of their own, and other
+    programs must drive them.
+
+    Args:
+        path: .usda is text, .usdc and .usd are binary. Its folder must exist.
+        rig: The rig.
+        tolerance: Distance between the two paths that is small enough, as a fraction of D.
+        most_inbetweens: Largest number of in-betweens of a morph.
+        animation: Times (T,) in seconds, rising; slider weights (T, S) in the order of
+            ``rig.names``, 1 the target; and a name. All weights are 0 where it is left out.
+        fps: Time codes in a second.
+        meters_per_unit: Length of a unit in metres. The default is centimetres, what USD takes
+            a file for that states nothing.
+
+    Returns:
+        The in-betweens and the remaining error of each morph, and the size of the file.
+
+    Raises:
+        MissingExtraError: usd-core is not installed.
+        ParameterError: An argument is out of its range, or not a rig.
+        FormatError: The suffix is another one, a coordinate is too large for float32, or a name
+            is no text.
+        FileError: The file cannot be written.
+    """
+    if not isinstance(rig, Rig):
+        raise ParameterError(f"expected a Rig to write, found {type(rig).__name__}")
+    for what, number in (("fps", fps), ("meters_per_unit", meters_per_unit)):
+        if not (np.isfinite(number) and number > 0):
+            raise ParameterError(f"{what} must be a number above 0, found {number!r}")
+    if not (np.isfinite(tolerance) and tolerance >= 0):
+        raise ParameterError(f"the tolerance must be a number of at least 0, found {tolerance!r}")
+    if not isinstance(most_inbetweens, int) or most_inbetweens < 0:
+        raise ParameterError(
+            f"most_inbetweens must be a whole number of at least 0, found {most_inbetweens!r}"
+        )
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise FormatError(path, f"expected a name that ends in {', '.join(SUFFIXES)}")
+    labels = [own.names for own in (rig.neutral.materials, rig.neutral.groups) if own is not None]
+    require_storable(path, [*rig.morphs, *chain.from_iterable(labels)])
+    motion = None if animation is None else _checked_animation(rig, *animation)
+    with replacing_path(path) as temporary, naming_failure(path):
+        stage = pxr("Usd").Stage.CreateInMemory()
+        pxr("UsdGeom").SetStageUpAxis(stage, pxr("UsdGeom").Tokens.y)
+        pxr("UsdGeom").SetStageMetersPerUnit(stage, meters_per_unit)
+        shapes = _author(path, stage, rig, tolerance, most_inbetweens, motion, fps)
+        text = "usda" if Path(path).suffix.lower() == ".usda" else "usdc"
+        mode = temporary.stat().st_mode
+        stage.GetRootLayer().Export(str(temporary), args={"format": text})
+        temporary.chmod(mode)
+        size = temporary.stat().st_size
+    return UsdReport(Path(path), size, tolerance, shapes)
+
+
+def _author(
+    path: str | Path,
+    stage: Any,
+    rig: Rig,
+    tolerance: float,
+    most: int,
+    animation: WeightAnimation | None,
+    fps: float,
+) -> tuple[BlendShapeReport, ...]:
+    skel, value_types = pxr("UsdSkel"), pxr("Sdf").ValueTypeNames
+    root = skel.Root.Define(stage, _ROOT)
+    stage.SetDefaultPrim(root.GetPrim())
+    pxr("Usd").ModelAPI(root.GetPrim()).SetKind(pxr("Kind").Tokens.component)
+    mesh = define_mesh(path, stage, f"{_ROOT}/Mesh", rig.neutral)
+    names = prim_names(rig.morphs)
+    low, high = rig.neutral.vertices.copy(), rig.neutral.vertices.copy()
+    reports = []
+    for plain, (name, morph) in zip(names, rig.morphs.items(), strict=True):
+        placement = place_inbetweens(morph, tolerance=tolerance, most=most)
+        shapes = sparse_shapes(path, morph, placement)
+        define_blend_shape(path, stage, f"{_ROOT}/Mesh/{plain}", name, morph, shapes)
+        low[shapes.points] += np.minimum(shapes.offsets.min(axis=0), 0)
+        high[shapes.points] += np.maximum(shapes.offsets.max(axis=0), 0)
+        reports.append(
+            BlendShapeReport(
+                name,
+                plain,
+                tuple(placement.weights.tolist()),
+                placement.error,
+                placement.straight_error,
+                len(shapes.points),
+            )
+        )
+    define_subsets(stage, mesh, rig.neutral, names, f"{_ROOT}/Materials")
+    skeleton = define_skeleton(stage, f"{_ROOT}/Skeleton")
+    bind_mesh(mesh, skeleton, len(rig.neutral.vertices), names)
+    define_animation(stage, f"{_ROOT}/Animation", skeleton, names, animation, fps)
+    root.CreateExtentAttr(extent_of(low, high))
+    kept = mesh.GetPrim().CreateAttribute(SLIDERS, value_types.String, custom=True)
+    kept.Set(_sliders_to_json(rig))
+    return tuple(reports)
+
+
+def _sliders_to_json(rig: Rig) -> str:
+    return json.dumps(
+        {
+            "version": 1,
+            "morphs": list(rig.morphs),
+            "correctives": {name: list(own) for name, own in rig.sliders.correctives.items()},
+            "groups": {name: list(own) for name, own in rig.sliders.groups.items()},
+            "materialLibrary": rig.neutral.material_library,
+            "checksum": checksum([rig.neutral.vertices.astype(np.float32)]),
+        }
+    )
+
+
+def _checked_animation(
+    rig: Rig, times: ArrayLike, weights: ArrayLike, name: str
+) -> WeightAnimation:
+    table = rig.sliders.table(weights)
+    try:
+        seconds: NDArray[np.float64] = np.asarray(times, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError("the times of an animation must be numbers, in seconds") from None
+    if seconds.shape != (len(table),) or not len(table) or not np.isfinite(seconds).all():
+        raise ParameterError(
+            f"an animation needs a time in seconds for each of its {len(table)} rows of weights, "
+            f"found times of shape {seconds.shape}"
+        )
+    if (np.diff(seconds) <= 0).any():
+        raise ParameterError("the times of an animation must rise")
+    return WeightAnimation(seconds, rig.sliders.drive(table), str(name))

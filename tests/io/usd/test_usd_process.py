@@ -1,0 +1,202 @@
+"""No file takes the program down, fills its memory or leads it out of its folder."""
+
+from __future__ import annotations
+
+import os
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from usd_rigs import grid, read_in_this_process, sample_rig
+
+from elastomorph.errors import FileError, FormatError, MissingExtraError
+from elastomorph.io.usd import read_usd, write_usd
+from elastomorph.rig import Rig
+
+pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'elastomorph[usd]'")
+
+posix = pytest.mark.skipif(os.name != "posix", reason="needs a shell and signals")
+
+
+def refused(path: Path) -> bool:
+    """Whether the file is refused; anything but a FormatError that names it is a failure."""
+    try:
+        read_usd(path)
+    except FormatError as error:
+        if str(path) not in str(error):
+            raise
+        return True
+    return False
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", ["usda", "usdc"])
+def test_files_cut_off_or_changed_give_a_rig_or_an_error_of_ours(
+    tmp_path: Path, suffix: str
+) -> None:
+    whole = tmp_path / f"whole.{suffix}"
+    write_usd(whole, Rig(grid(), {}))
+    content = whole.read_bytes()
+    random = np.random.default_rng(0)
+    cut = [content[: len(content) * part // 3] for part in range(3)]
+    changed = []
+    for _ in range(3):
+        bytes_now = bytearray(content)
+        for place in random.integers(0, len(content), 3):
+            bytes_now[place] ^= 0xFF
+        changed.append(bytes(bytes_now))
+    paths = []
+    for i, one in enumerate([*cut, *changed]):
+        paths.append(tmp_path / f"{i}.{suffix}")
+        paths[-1].write_bytes(one)
+    with ThreadPoolExecutor(2) as pool:
+        outcomes = list(pool.map(refused, paths))
+    assert all(outcomes[:3])
+
+
+def ended_by(monkeypatch: pytest.MonkeyPatch, folder: Path, script: str) -> None:
+    """Have a script run in place of the interpreter that reads the file."""
+    program = folder / "interpreter"
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+
+
+@posix
+@pytest.mark.parametrize("signal", ["SEGV", "ABRT", "KILL"])
+def test_a_crash_of_usd_is_an_error_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, signal: str
+) -> None:
+    (tmp_path / "a.usdc").write_bytes(b"PXR-USDC")
+    ended_by(monkeypatch, tmp_path, f"kill -{signal} $$")
+    with pytest.raises(FormatError, match=r"USD broke while reading it \(exit status -\d+\)"):
+        read_usd(tmp_path / "a.usdc")
+
+
+@posix
+def test_a_file_that_usd_never_finishes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.usdc").write_bytes(b"PXR-USDC")
+    ended_by(monkeypatch, tmp_path, "exec sleep 30")
+    monkeypatch.setattr("elastomorph.io.usd.reader._SECONDS", 0.2)
+    with pytest.raises(FormatError, match="did not finish reading it within 0 seconds"):
+        read_usd(tmp_path / "a.usdc")
+
+
+@posix
+def test_a_failure_of_python_itself_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a.usdc").write_bytes(b"PXR-USDC")
+    ended_by(monkeypatch, tmp_path, "echo 'ImportError: no such thing' >&2; exit 1")
+    with pytest.raises(FormatError, match="ImportError: no such thing"):
+        read_usd(tmp_path / "a.usdc")
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("a.usda", b""), ("b.usda", b"#usda 1.0\n(("), ("c.usdc", b"PXR-USDC"), ("d.usd", b"\0" * 99)],
+)
+def test_what_is_no_usd_is_refused_and_usd_prints_nothing(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], name: str, content: bytes
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(FormatError, match=rf"{name}: (USD cannot read it|no mesh)"):
+        read_usd(tmp_path / name)
+    out, err = capfd.readouterr()
+    assert out == err == ""
+
+
+def test_files_that_are_not_there(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="no such file"):
+        read_usd(tmp_path / "a.usd")
+    (tmp_path / "b.usd").mkdir()
+    with pytest.raises(FileError, match="a folder"):
+        read_usd(tmp_path / "b.usd")
+    with pytest.raises(FormatError, match="expected a name that ends in"):
+        read_usd(tmp_path / "a.abc")
+
+
+def test_without_usd_the_error_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a.usda").write_text("#usda 1.0\n")
+    monkeypatch.setattr("elastomorph.io.usd.reader.find_spec", lambda name: None)
+    with pytest.raises(MissingExtraError, match=r"elastomorph\[usd\]"):
+        read_usd(tmp_path / "a.usda")
+
+
+@pytest.fixture
+def inside_and_outside(tmp_path: Path) -> tuple[Path, Path]:
+    """A folder with a rig in a folder below it, and the same rig outside."""
+    inside = tmp_path / "inside"
+    (inside / "parts").mkdir(parents=True)
+    write_usd(tmp_path / "outside.usda", sample_rig())
+    write_usd(inside / "parts" / "face.usda", sample_rig())
+    return inside, tmp_path / "outside.usda"
+
+
+def composed(folder: Path, body: str) -> Path:
+    path = folder / "composed.usda"
+    path.write_text(f"#usda 1.0\n{body}\n")
+    return path
+
+
+ARCS = {
+    "reference": 'def "A" (references = @{}@) {{}}',
+    "payload": 'def "A" (payload = @{}@) {{}}',
+    "sublayer": "(subLayers = [@{}@])",
+    "variant": 'def "A" (\nvariants = {{ string v = "x" }}\nprepend variantSets = "v"\n) {{\n'
+    'variantSet "v" = {{\n"x" (references = @{}@) {{\n}}\n}}\n}}',
+}
+
+
+@pytest.mark.parametrize("arc", ARCS)
+def test_files_in_the_same_folder_are_followed(
+    inside_and_outside: tuple[Path, Path], arc: str
+) -> None:
+    path = composed(inside_and_outside[0], ARCS[arc].format("./parts/face.usda"))
+    assert read_in_this_process(path, inside_and_outside[1].parent).names == sample_rig().names
+
+
+@pytest.mark.parametrize("arc", ARCS)
+def test_files_outside_the_folder_are_not(inside_and_outside: tuple[Path, Path], arc: str) -> None:
+    path = composed(inside_and_outside[0], ARCS[arc].format("../outside.usda"))
+    with pytest.raises(FormatError, match=r"composed of '\.\./outside\.usda', which is no file in"):
+        read_in_this_process(path, path.parent)
+
+
+def test_no_detour_leads_outside(inside_and_outside: tuple[Path, Path]) -> None:
+    """Not an absolute path, a link, a second file, a working folder, a URL or an expression."""
+    inside, outside = inside_and_outside
+    names = [str(outside), "https://example.org/face.usda", "gone.usda", "`'../outside.usda'`"]
+    if os.name == "posix":
+        (inside / "link.usda").symlink_to(outside)
+        names.append("./link.usda")
+    (inside / "parts" / "second.usda").write_text(
+        "#usda 1.0\n" + ARCS["reference"].format("../../outside.usda")
+    )
+    names.append("./parts/second.usda")
+    for name in names:
+        path = composed(inside, ARCS["reference"].format(name))
+        with pytest.raises(FormatError, match="it is composed of"):
+            read_in_this_process(path, inside.parent)
+    assert refused(path)
+
+
+def test_value_clips_are_refused(inside_and_outside: tuple[Path, Path]) -> None:
+    clips = 'def "A" (clips = { dictionary default = { asset[] assetPaths = [@../outside.usda@] }'
+    path = composed(inside_and_outside[0], f"{clips} }}) {{}}")
+    with pytest.raises(FormatError, match="the prim /A takes its values from clips"):
+        read_in_this_process(path, path.parent)
+
+
+def test_shapes_that_would_fill_the_memory_are_refused(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "a.usda"
+    write_usd(path, sample_rig())
+    words = "GiB of memory, far beyond its size"
+    with pytest.raises(FormatError, match=words):
+        read_in_this_process(path, tmp_path, most_bytes=1000)
