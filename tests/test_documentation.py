@@ -11,7 +11,9 @@ import pytest
 
 import elastomorph as em
 from elastomorph.cli import main
-from elastomorph.samples import expressions, recorded_motion, shapes
+from elastomorph.io.performance_csv import write_performance_csv
+from elastomorph.performance import Performance
+from elastomorph.samples import expressions, head, recorded_motion, shapes
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -32,6 +34,11 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     em.write("smile.obj", expressions()["grinning"])
     Path("mouth.json").write_text(str(np.arange(100, 400).tolist()))
     em.write_sequence("scan.####.obj", motion)
+    to = em.prepare(head(), "beam:2")
+    names = ("jawOpen", "eyeBlink_L", "mouthSmile_L")
+    em.write("head.glb", em.Rig(head(), {name: to(shapes()[name]) for name in names}))
+    take = Performance(("jawOpen", "eyeBlinkLeft"), np.arange(4) / 30, np.eye(4)[:, :2], 30.0)
+    write_performance_csv("take.csv", take)
     return tmp_path
 
 
