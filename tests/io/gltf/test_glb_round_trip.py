@@ -13,6 +13,7 @@ from glb_samples import chunks_of, glb, rigs, seamed_mesh, triangle_rig
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ElastomorphWarning
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.mesh import FaceLabels, Mesh
@@ -201,3 +202,15 @@ def test_a_target_added_by_another_program_is_a_morph_of_its_own(tmp_path: Path)
         rig = read_glb(rewritten(tmp_path / "a.glb", add))
     assert rig.names == ("lift", "extra")
     np.testing.assert_array_equal(rig.morphs["extra"].delta, rig.morphs["lift"].delta)
+
+
+def test_a_bend_that_moves_nothing_to_speak_of_turns_no_normal(tmp_path: Path) -> None:
+    """Fitting normals to a curve of 1e-200 would make them infinite."""
+    neutral = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    target = neutral.with_vertices(neutral.vertices + [[0, 0, 1.0], [0, 0, 0], [0, 0, 0]])
+    curve = BendCurve.polynomial([0.0, -1e-200, 1e-200])
+    morph = Morph(neutral, target, np.ones((1, 3, 3)) * [[[1.0], [2.0], [3.0]]], (curve,))
+    write_glb(tmp_path / "r.glb", Rig(neutral, {"a": morph}), tolerance=0)
+    back = read_glb(tmp_path / "r.glb")
+    assert len(back.morphs["a"].bends) == 1
+    np.testing.assert_allclose(back.pose({"a": 0.5}), morph.at(0.5), atol=1e-7)

@@ -28,6 +28,10 @@ from elastomorph.polygons import Polygons
 
 __all__ = ["NormalField", "normal_deltas"]
 
+# A bend that moves vertices less than this fraction of D turns no normal: what a fit would find
+# for it is rounding over nothing.
+_NOTHING = 1e-12
+
 _UP = (0.0, 0.0, 1.0)
 
 
@@ -106,7 +110,10 @@ def normal_deltas(
     weights = np.stack([curve(times) for curve in curves], axis=1)
     missing = np.stack([field.normals(shape) for shape in morph.at(times)])
     missing -= neutral_normals + times[:, None, None] * delta
-    fitted = np.tensordot(np.linalg.pinv(weights), missing, axes=1)
+    reach = np.abs(weights).max(axis=0) * np.abs(morph.bends[list(bends)]).max(axis=(1, 2))
+    turns = reach > _NOTHING * (morph.neutral.diameter or 1.0)
+    fitted = np.zeros((len(bends), *delta.shape))
+    fitted[turns] = np.tensordot(np.linalg.pinv(weights[:, turns]), missing, axes=1)
     return np.concatenate([delta[None], fitted])
 
 
