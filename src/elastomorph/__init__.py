@@ -4,6 +4,7 @@ A face rig moves every vertex on a straight line from the neutral face to a targ
 gets a *path*, stored as a few ordinary morph targets with scalar weight curves.
 """
 
+from elastomorph import timing as timing
 from elastomorph.bake import bake
 from elastomorph.bend_curve import BendCurve
 from elastomorph.curves import Curve, CurveNetwork, edge_loops, extract_curves
@@ -21,11 +22,11 @@ from elastomorph.errors import (
     TimeLawWarning,
     TopologyError,
 )
-from elastomorph.evaluation import Evaluation, evaluate
+from elastomorph.evaluation import Evaluation, Suggestion, evaluate, suggest_inbetweens
 from elastomorph.io import read, read_rig, read_sequence, write, write_sequence
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
-from elastomorph.paths import Method, interpolate, prepare
+from elastomorph.paths import Method, interpolate, prepare, through
 from elastomorph.physics import Load, Material
 from elastomorph.rig import Rig
 from elastomorph.sequence import MeshSequence
@@ -52,6 +53,7 @@ __all__ = [
     "ParameterError",
     "ResonanceError",
     "Rig",
+    "Suggestion",
     "TimeLawWarning",
     "TopologyError",
     "bake",
@@ -63,6 +65,8 @@ __all__ = [
     "read",
     "read_rig",
     "read_sequence",
+    "suggest_inbetweens",
+    "through",
     "write",
     "write_sequence",
 ]

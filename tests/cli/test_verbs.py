@@ -110,6 +110,17 @@ class TestVerbs:
         assert float(rows[0]["path_lme"]) < 1e-6
         assert json.loads(Path("out/evaluation.json").read_text())["methods"]
 
+    def test_evaluate_every_method(self, capsys: pytest.CaptureFixture[str]) -> None:
+        """All methods in one table, ranked, and whether the sheet stays rigid: it slides whole."""
+        assert run("evaluate", "scan.#.obj", "--all", "--rigid", "0-48") == 0
+        said = capsys.readouterr().out
+        for label in ("plate R=2", "arc", "rotation", "through 1", "through 2"):
+            assert label in said
+        assert "At the captured times (LME): 1. " in said
+        rigid = said[said.index("rigid body") :]
+        assert "linear" in rigid
+        assert rigid.count("0.000   0.000") == 12
+
     def test_evaluate_prints_json(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run("evaluate", "scan.#.obj", "--method", "linear", "--json") == 0
         assert json.loads(capsys.readouterr().out)["methods"][0]["label"] == "linear"
@@ -138,6 +149,7 @@ class TestVerbs:
                 "resonant",
             ),
             (["evaluate", "scan.#.ply"], "scan.#.ply"),
+            (["evaluate", "scan.#.obj", "--all", "--method", "linear"], "not both"),
             (["curves", "neutral.obj", "--curves", "twice.json"], "twice.json"),
             (["demo", "--data", "nowhere"], "nowhere"),
         ],

@@ -7,9 +7,10 @@ import pytest
 
 from elastomorph.bend_curve import BendCurve
 from elastomorph.curves import CurveNetwork
-from elastomorph.evaluation import Shape, ShapeProbe, polygon_normals
+from elastomorph.evaluation import Shape, ShapeProbe
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
+from elastomorph.polygon_normals import polygon_normals
 from elastomorph.polygons import Polygons
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])

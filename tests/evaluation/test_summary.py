@@ -13,6 +13,7 @@ from elastomorph.evaluation.summary import (
     MethodSummary,
     conclusions,
     mean_summaries,
+    rankings,
     summaries,
 )
 from elastomorph.morph import Morph
@@ -114,3 +115,11 @@ def test_means_over_motions(curved: Morph, rows: CurveNetwork) -> None:
         assert mean.path_mean_lae == pytest.approx(
             (own[0].path_mean_lae + own[1].path_mean_lae) / 2
         )
+
+
+def test_rankings_share_places_where_the_table_reads_the_same() -> None:
+    lines = [LINEAR, line("a", 0.0301, 0.02, 0.01), line("b", 0.03, 0.01, 0.01)]
+    assert rankings(lines) == [
+        "At the captured times (LME): 1. b, a; 2. linear.",
+        "With free timing (LME): 1. b; 2. linear, a.",
+    ]

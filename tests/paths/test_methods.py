@@ -163,7 +163,7 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("settings", "message"),
         [
-            ({"method": "spline"}, "linear, cosine, ease, beam"),
+            ({"method": "spline"}, "linear, cosine, ease, beam, plate"),
             ({"method": "beam:0"}, "whole number from 1"),
             ({"method": "beam:2:3"}, "twice"),
             ({"method": "linear:2"}, "no order"),

@@ -14,7 +14,7 @@ from elastomorph.physics import Load, Material, mean_response, modal_response
 from elastomorph.physics.guard import excursion, guard_laws
 from elastomorph.physics.transform import mode_stiffness
 
-MODES = [("closed", mode_stiffness(np.arange(1, 40), True, 1.0))]
+MODES = [("closed curves", mode_stiffness(np.arange(1, 40), True, 1.0))]
 
 
 @pytest.mark.parametrize("name", ["mass", "damping", "rigidity"])
@@ -66,7 +66,7 @@ def test_cubic_resonance_is_at_the_root_of_its_denominator() -> None:
     b = float(MODES[0][1][0])
     mass = (b**2 - 3 * b + 6) / (6 * b)
     with pytest.raises(ResonanceError) as caught:
-        guard_laws([("open", MODES[0][1][:1])], "limit", Load.power(3), Material(mass, 1, 1))
+        guard_laws([("open curves", MODES[0][1][:1])], "limit", Load.power(3), Material(mass, 1, 1))
     assert caught.value.mode == 1
     safe = Material(mass, caught.value.safe_damping, 1)
     assert excursion(modal_response(b, Load.power(3), safe)) <= 0.01
@@ -85,7 +85,7 @@ def test_the_safe_damping_is_safe_for_every_mode() -> None:
 
 def test_without_a_safe_damping_the_message_says_what_else_to_change() -> None:
     """At B = 6m the cubic law is singular for any small damping; a safe one is out of reach."""
-    modes = [("open", np.array([6e12]))]
+    modes = [("open curves", np.array([6e12]))]
     with pytest.raises(ResonanceError, match="change the mass, the rigidity") as caught:
         guard_laws(modes, "limit", Load.power(3), Material(1e12, 1, 1))
     assert np.isnan(caught.value.safe_damping)

@@ -14,6 +14,7 @@ from elastomorph.cli import (
     demo,
     evaluate,
     export,
+    inbetweens,
     inspect,
     interpolate,
 )
@@ -28,7 +29,18 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (demo, inspect, curves, interpolate, evaluate, blend, export, animate, bench):
+for verb in (
+    demo,
+    inspect,
+    curves,
+    interpolate,
+    evaluate,
+    inbetweens,
+    blend,
+    export,
+    animate,
+    bench,
+):
     verb.add_to(app)
 
 

@@ -28,7 +28,7 @@ CurveFile = Annotated[
 ]
 Mass = Annotated[float, typer.Option(help="m of the material, above 0.")]
 Damping = Annotated[float, typer.Option(help="c of the material, above 0.")]
-Rigidity = Annotated[float, typer.Option(help="k = EI of the material, above 0.")]
+Rigidity = Annotated[float, typer.Option("--rigidity", help="k = EI of the material, above 0.")]
 Closure = Annotated[
     str,
     typer.Option(help="Time law of a curve's mean: limit, compatible, rest, unforced, linear."),

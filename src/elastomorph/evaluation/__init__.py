@@ -2,9 +2,12 @@
 
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.evaluation import DEFAULT_METHODS, evaluate
+from elastomorph.evaluation.every_method import every_method
+from elastomorph.evaluation.inbetweens import Suggestion, suggest_inbetweens
 from elastomorph.evaluation.results import Evaluation, MethodResult
+from elastomorph.evaluation.rigidity import Rigidity, rigidity
 from elastomorph.evaluation.segments import Movement, find_movements, resting_pose
-from elastomorph.evaluation.shape import Shape, ShapeProbe, polygon_normals
+from elastomorph.evaluation.shape import Shape, ShapeProbe
 from elastomorph.evaluation.timing import free_timing
 
 __all__ = [
@@ -13,12 +16,16 @@ __all__ = [
     "Evaluation",
     "MethodResult",
     "Movement",
+    "Rigidity",
     "Shape",
     "ShapeProbe",
+    "Suggestion",
     "curve_errors",
     "evaluate",
+    "every_method",
     "find_movements",
     "free_timing",
-    "polygon_normals",
     "resting_pose",
+    "rigidity",
+    "suggest_inbetweens",
 ]

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.rigid import Screw, fit_rigid
+from elastomorph.rotations.components import connected_parts
 from elastomorph.sequence import MeshSequence
 
 __all__ = ["RigidParts", "find_rigid_parts"]
@@ -67,13 +66,9 @@ def find_rigid_parts(
         TopologyError: Neutral and target differ in vertices or polygons.
     """
     require_same_topology(neutral, target)
-    count, edges, scale = len(neutral.vertices), neutral.edges, neutral.diameter or 1.0
-    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
-    component_of = connected_components(graph, directed=False)[1]
-    order = np.argsort(component_of, kind="stable")
-    starts = np.flatnonzero(np.diff(component_of[order], prepend=-1))
+    scale = neutral.diameter or 1.0
     rigid: list[NDArray[np.int64]] = []
-    for vertices in np.split(order, starts[1:]):
+    for vertices in connected_parts(len(neutral.vertices), neutral.edges):
         if len(vertices) >= 4:
             screw, residual = fit_rigid(neutral.vertices[vertices], target.vertices[vertices])
             turns = np.degrees(screw.angle) >= least_turn

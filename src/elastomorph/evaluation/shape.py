@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
+from elastomorph.polygon_normals import polygon_normals
 from elastomorph.polygons import Polygons
 
-__all__ = ["Shape", "ShapeProbe", "polygon_normals"]
+__all__ = ["Shape", "ShapeProbe"]
 
 
 @dataclass(frozen=True)
@@ -128,27 +129,6 @@ class ShapeProbe:
                 self.shorter, lengths, out=np.zeros_like(lengths), where=self.shorter > 0
             )
         return max(1.0, float((lengths / self.longer).max()), float(shrunk.max()))
-
-
-def polygon_normals(vertices: NDArray[np.float64], faces: Polygons) -> NDArray[np.float64]:
-    """Area-weighted normals: n = ½ Σ_c p_c × p_{c+1} over the corners c (Newell).
-
-    Args:
-        vertices: (V, 3) positions.
-        faces: Polygons of three or more vertices, flat or not.
-
-    Returns:
-        (F, 3) normals, as long as the area of the polygon projected along them.
-    """
-    if not len(faces):
-        return np.zeros((0, 3))
-    corners = vertices[faces.indices]
-    # Counted from a corner of the polygon, so that a face far from the origin loses no digits.
-    corners -= corners[faces.offsets[:-1]][faces.corner_faces]
-    x, y, z = corners.T
-    x1, y1, z1 = corners[faces.next_corners].T
-    crossed = np.stack([y * z1 - z * y1, z * x1 - x * z1, x * y1 - y * x1], axis=1)
-    return 0.5 * np.add.reduceat(crossed, faces.offsets[:-1], axis=0)
 
 
 def _edge_lengths(

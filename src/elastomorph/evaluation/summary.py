@@ -9,7 +9,15 @@ import numpy as np
 
 from elastomorph.evaluation.results import Evaluation
 
-__all__ = ["SAME", "MethodSummary", "conclusions", "mean_summaries", "same", "summaries"]
+__all__ = [
+    "SAME",
+    "MethodSummary",
+    "conclusions",
+    "mean_summaries",
+    "rankings",
+    "same",
+    "summaries",
+]
 
 # Two errors are called the same when they differ by less than one part in a hundred, or by less
 # than 0.001 % of D, the last digit of the table.
@@ -115,3 +123,24 @@ def conclusions(lines: Sequence[MethodSummary]) -> list[str]:
         f"LAE {best.path_lae:.3%} against {linear.path_lae:.3%})"
     )
     return [f"{win}{path}.{shared}", *said]
+
+
+def rankings(lines: Sequence[MethodSummary]) -> list[str]:
+    """The methods in the order of their errors: as timed, and with free timing.
+
+    Methods that read the same in a table share a place.
+    """
+    said = []
+    for what, name in (("At the captured times", "lme"), ("With free timing", "path_lme")):
+        places: list[list[str]] = []
+        last = -1.0
+        for line in sorted(lines, key=lambda line: float(getattr(line, name))):
+            value = float(getattr(line, name))
+            if places and same(value, last):
+                places[-1].append(line.label)
+            else:
+                places.append([line.label])
+                last = value
+        order = "; ".join(f"{i}. {', '.join(place)}" for i, place in enumerate(places, start=1))
+        said.append(f"{what} (LME): {order}.")
+    return said

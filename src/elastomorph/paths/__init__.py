@@ -2,5 +2,6 @@
 
 from elastomorph.paths.interpolate import interpolate, prepare
 from elastomorph.paths.method import METHODS, Method
+from elastomorph.paths.through import through
 
-__all__ = ["METHODS", "Method", "interpolate", "prepare"]
+__all__ = ["METHODS", "Method", "interpolate", "prepare", "through"]

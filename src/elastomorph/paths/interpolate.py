@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
+from importlib import import_module
+from typing import cast
 
 from numpy.typing import ArrayLike
 
@@ -11,18 +13,12 @@ from elastomorph.curves import CurveNetwork, extract_curves, region_weights
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.morph import Morph
-from elastomorph.paths import beam, cosine, ease, linear
 from elastomorph.paths.method import Method
 from elastomorph.paths.region import blend_into_rest, curve_edges
 
 __all__ = ["interpolate", "prepare"]
 
-_PREPARE = {
-    "linear": linear.prepare,
-    "cosine": cosine.prepare,
-    "ease": ease.prepare,
-    "beam": beam.prepare,
-}
+Path = Callable[[Mesh], Morph]
 
 
 def interpolate(
@@ -34,6 +30,8 @@ def interpolate(
     region: ArrayLike | None = None,
     falloff: float = 3,
     rest: str = "linear",
+    rigidity: ArrayLike | None = None,
+    pinned: ArrayLike | None = None,
     **settings: object,
 ) -> Morph:
     """The path from a neutral to a target.
@@ -41,14 +39,16 @@ def interpolate(
     Args:
         neutral: The mesh at t = 0.
         target: The mesh at t = 1, with the vertices and polygons of the neutral.
-        method: A name (``linear``, ``cosine``, ``ease``, ``beam``), a text such as ``beam:3``, or
-            a `Method`.
+        method: A name (``linear``, ``cosine``, ``ease``, ``beam``, ``plate``, ``arc``,
+            ``rotation``), a text such as ``beam:3``, or a `Method`.
         curves: The curves that beams follow; found by `extract_curves` by default.
         region: Vertex indices, or (V,) bool; the method is used there only, on the parts of the
             curves inside.
         falloff: Rings of edges inside the border of the region over which its path blends into
             the rest, without a jump.
         rest: What vertices outside the region do: ``linear`` or ``neutral`` (stay).
+        rigidity: (V,) painted rigidity of a ``plate``, times that of its material.
+        pinned: Vertices of a ``plate`` that follow the limit law, indices or (V,) bool.
         **settings: Fields of `Method`: ``order``, ``material``, ``closure``, ``load``, ``basis``,
             ``stiffness``, ``harmonics``.
 
@@ -61,7 +61,15 @@ def interpolate(
     """
     require_same_topology(neutral, target)
     prepared = prepare(
-        neutral, method, curves=curves, region=region, falloff=falloff, rest=rest, **settings
+        neutral,
+        method,
+        curves=curves,
+        region=region,
+        falloff=falloff,
+        rest=rest,
+        rigidity=rigidity,
+        pinned=pinned,
+        **settings,
     )
     return prepared(target)
 
@@ -74,8 +82,10 @@ def prepare(
     region: ArrayLike | None = None,
     falloff: float = 3,
     rest: str = "linear",
+    rigidity: ArrayLike | None = None,
+    pinned: ArrayLike | None = None,
     **settings: object,
-) -> Callable[[Mesh], Morph]:
+) -> Path:
     """A function from target to path, for many targets of one neutral.
 
     Curves and time laws are found once. Arguments and errors as in `interpolate`.
@@ -84,14 +94,20 @@ def prepare(
     if count < 3:
         raise MeshError(f"{neutral.name} has {count} vertices; a face needs at least 3")
     chosen = _method(method, settings)
+    options = {"rigidity": rigidity, "pinned": pinned}
+    painted = {name: value for name, value in options.items() if value is not None}
+    if painted and chosen.name != "plate":
+        raise ParameterError(f"only a plate takes {' and '.join(painted)}, not {chosen.name}")
+    # One file a method, imported when it is first used: some need large parts of SciPy.
+    make = import_module(f"elastomorph.paths.{chosen.name}").prepare
     if region is None:
-        return _PREPARE[chosen.name](neutral, chosen, curves)
+        return cast(Path, make(neutral, chosen, curves, **painted))
     network = extract_curves(neutral) if curves is None else curves
     edges = neutral.edges if len(neutral.faces) else curve_edges(network)
     weights = region_weights(edges, count, region, falloff)
     if not weights.any():
         raise ParameterError("the region is empty: name at least one vertex")
-    prepared = _PREPARE[chosen.name](neutral, chosen, network.restricted(region))
+    prepared = make(neutral, chosen, network.restricted(region), **painted)
     return blend_into_rest(prepared, weights, rest)
 
 

@@ -9,8 +9,9 @@ from elastomorph.physics import BASES, CLOSURES, STIFFNESSES, Load, Material
 
 __all__ = ["METHODS", "Method"]
 
-METHODS = ("linear", "cosine", "ease", "beam")
-_WITH_ORDER = ("ease", "beam")
+METHODS = ("linear", "cosine", "ease", "beam", "plate", "arc", "rotation")
+_WITH_ORDER = ("ease", "beam", "plate")
+_ELASTIC = ("beam", "plate")
 
 
 @dataclass(frozen=True)
@@ -19,10 +20,12 @@ class Method:
 
     Attributes:
         name: ``linear`` (Eq. 34), ``cosine`` ((1 - cos πt)/2), ``ease`` (p(t)/p(1) on the straight
-            line), ``beam`` (Eqs. 31-33 for any order).
+            line), ``beam`` (Eqs. 31-33 for any order), ``plate`` (the same on the surface), ``arc``
+            (circular arcs of the local rotation), ``rotation`` (least distortion).
         order: R of the load t^R, from 1 to 20.
-        material: m, c, k of ``beam``.
-        closure: Time law of the mean of a curve, see `elastomorph.physics.mean_response`.
+        material: m, c, k of ``beam`` and ``plate``.
+        closure: Time law of the mean of a curve, or of a piece of the surface, see
+            `elastomorph.physics.mean_response`.
         load: Any polynomial load instead of t^R.
         basis: Modes of open curves, ``cosine`` or the paper's ``fourier``.
         stiffness: ``uniform``: u from 0 to 1 along every curve. ``length``: short curves are
@@ -74,7 +77,7 @@ class Method:
                 words.append(f"R={self.order}")
             else:
                 words.append(f"load {','.join(f'{p:g}' for p in self.load.coefficients)}")
-        if self.name == "beam":
+        if self.name in _ELASTIC:
             usual = Method()
             words += [
                 value
@@ -117,8 +120,8 @@ class Method:
             raise ParameterError(f"method {text!r} names an option twice")
         if name in METHODS and name not in _WITH_ORDER and options:
             raise ParameterError(f"method {text!r}: {name} has no order and no closure")
-        if name == "ease" and "closure" in found:
-            raise ParameterError(f"method {text!r}: ease has no closure")
+        if name in METHODS and name not in _ELASTIC and "closure" in found:
+            raise ParameterError(f"method {text!r}: {name} has no closure")
         return cls(**{**settings, **found})  # type: ignore[arg-type]
 
     def with_material(self, material: Material) -> Method:

@@ -100,7 +100,7 @@ class BeamModes:
                 with np.errstate(divide="ignore", over="ignore"):
                     own = own / np.asarray(lengths, dtype=float)[numbers, None] ** 4
             stiffness.append(own)
-        kinds = ["closed" if periodic else "open" for periodic, _ in members]
+        kinds = ["closed curves" if periodic else "open curves" for periodic, _ in members]
         guard_laws(list(zip(kinds, stiffness, strict=True)), closure, load, material)
 
         groups = []

@@ -47,7 +47,8 @@ def guard_laws(
     """Raise or warn if a law of these modes is singular or ill behaved.
 
     Args:
-        stiffness: Kinds of curves ("closed", "open"), each with (…, N) B of its modes n = 1 … N.
+        stiffness: What modes belong to ("closed curves", "open curves", "surface"), each with
+            (…, N) B of its modes n = 1 … N.
         closure: Closure of the mean, mode 0.
         load: p(t).
         material: m and c; k is part of B.
@@ -61,7 +62,7 @@ def guard_laws(
             itself does not.
     """
     kind, mode, value, worst = _worst(stiffness, closure, load, material)
-    name = "the mean of the curves (mode 0)" if mode == 0 else f"mode {mode} of the {kind} curves"
+    name = "the mean (mode 0)" if mode == 0 else f"mode {mode} of the {kind}"
     if worst > RESONANT:
         safe = _nearest_safe_damping(stiffness, closure, load, material)
         remedy = (

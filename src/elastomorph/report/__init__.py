@@ -12,6 +12,7 @@ from elastomorph.report.framing import camera_for
 from elastomorph.report.graphs import error_graphs, time_graphs
 from elastomorph.report.grid import ColourScale, picture_grid
 from elastomorph.report.heat import heat_colours
+from elastomorph.report.inbetween_graph import inbetween_graph
 from elastomorph.report.pictures import as_png, write_picture
 from elastomorph.report.render import render
 from elastomorph.report.stage import Lines, Stage
@@ -33,6 +34,7 @@ __all__ = [
     "expression_strip",
     "face_strip",
     "heat_colours",
+    "inbetween_graph",
     "method_strip",
     "network_lines",
     "picture_grid",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.evaluation.shape import polygon_normals
+from elastomorph.polygon_normals import polygon_normals
 from elastomorph.polygons import Polygons
 
 __all__ = ["CornerPairs", "corner_normals"]

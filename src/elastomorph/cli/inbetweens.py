@@ -1,0 +1,137 @@
+"""``elastomorph inbetweens``: where scanned in-betweens pay."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from elastomorph.cli import options
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.table import Table
+
+    from elastomorph.evaluation.inbetweens import Suggestion
+
+__all__ = ["add_to"]
+
+_USUAL = 4
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    verbs = typer.Typer(
+        help="In-betweens: shapes a path passes through.",
+        no_args_is_help=True,
+        rich_markup_mode=None,
+    )
+    verbs.command()(suggest)
+    app.add_typer(verbs, name="inbetweens")
+
+
+def suggest(
+    truth: Annotated[
+        str, typer.Argument(help="Recorded frames: scan.####.obj, a folder, 'scan.*.ply', .npz.")
+    ],
+    count: Annotated[
+        int | None,
+        typer.Option("--count", "-n", help=f"Most in-betweens; {_USUAL} where there are frames."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="A graph: .png, .svg or .pdf.")
+    ] = None,
+    measure: Annotated[
+        str,
+        typer.Option(help="Choose by lme (largest error), lae (largest of a curve) or mean."),
+    ] = "lme",
+    method: Annotated[
+        str, typer.Option(help="spline (smooth), or linear from shape to shape.")
+    ] = "spline",
+    keep: options.CurveFile = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Find the frames of a recorded motion at which in-betweens reduce the error most.
+
+    Example: elastomorph inbetweens suggest scan.####.obj -n 2 -o inbetweens.png
+    """
+    from elastomorph.evaluation.inbetweens import suggest_inbetweens
+    from elastomorph.io import read_sequence
+
+    with options.progress(as_json) as say:
+        say("reading")
+        motion = read_sequence(truth)
+        found = suggest_inbetweens(
+            motion,
+            min(_USUAL, len(motion) - 2) if count is None else count,
+            curves=options.network(motion.mesh, keep),
+            measure=measure,
+            method=method,
+            progress=say,
+        )
+        if output is not None:
+            from elastomorph.report.inbetween_graph import inbetween_graph
+
+            say("drawing")
+            inbetween_graph(found, motion.times, output, title=f"In-betweens for {truth}")
+    if as_json:
+        options.print_json(
+            {
+                "motion": truth,
+                "frames": len(motion),
+                "diameter": motion.mesh.diameter,
+                "measure": measure,
+                "method": method,
+                "suggestions": [_facts(suggestion) for suggestion in found],
+            }
+        )
+        return
+    from rich.console import Console
+
+    console = Console()
+    if motion.missing:
+        console.print(f"missing from the numbering: {', '.join(motion.missing)}")
+    console.print(_table(found))
+    if output is not None:
+        console.print(f"written to {output}", highlight=False)
+
+
+def _facts(suggestion: Suggestion) -> dict[str, Any]:
+    return {
+        "count": len(suggestion.frames),
+        "frames": list(suggestion.names),
+        "indices": list(suggestion.frames),
+        "times": list(suggestion.times),
+        "lme": suggestion.lme,
+        "lae": suggestion.lae,
+        "mean_lme": suggestion.mean_lme,
+        "mean_lae": suggestion.mean_lae,
+        "all_compared": suggestion.certain,
+    }
+
+
+def _table(suggestions: Sequence[Suggestion]) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    legend = "Errors in % of D; ÷: how many times smaller the LME is than without in-betweens."
+    if not all(suggestion.certain for suggestion in suggestions):
+        legend += " ~: not every choice of frames was compared."
+    table = Table(box=SIMPLE_HEAD, caption=legend, caption_justify="left", pad_edge=False)
+    for header in ("n", "LME", "÷", "LAE", "mean LME", "mean LAE"):
+        table.add_column(header, justify="right", no_wrap=True)
+    table.add_column("frames (t)")
+    linear = suggestions[0]
+    for each in suggestions:
+        errors = (each.lme, each.lae, each.mean_lme, each.mean_lae)
+        lme, lae, mean_lme, mean_lae = (f"{100 * error:.3f}" for error in errors)
+        ratio = f"{linear.lme / each.lme:.2f}" if each.frames and each.lme > 0 else ""
+        where = ", ".join(
+            f"{name} ({time:.3f})" for name, time in zip(each.names, each.times, strict=True)
+        )
+        number = str(len(each.frames)) + ("" if each.certain else "~")
+        table.add_row(number, lme, ratio, lae, mean_lme, mean_lae, Text(where or "linear"))
+    return table

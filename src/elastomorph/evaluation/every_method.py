@@ -1,0 +1,51 @@
+"""All methods at once: what `evaluate` ranks when it is asked for everything."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from elastomorph.curves import CurveNetwork
+from elastomorph.evaluation.evaluation import DEFAULT_METHODS
+from elastomorph.evaluation.inbetweens import suggest_inbetweens
+from elastomorph.morph import Morph
+from elastomorph.paths import Method
+from elastomorph.physics import Material
+from elastomorph.sequence import MeshSequence
+
+__all__ = ["every_method"]
+
+_ON_SURFACES = ("plate:2", "arc", "rotation")
+_MOST_INBETWEENS = 2
+
+
+def every_method(
+    truth: MeshSequence,
+    curves: CurveNetwork,
+    *,
+    material: Material | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> dict[str, Method | Morph]:
+    """Every method by its label, scanned in-betweens at the frames where they pay most.
+
+    Args:
+        truth: The recorded motion.
+        curves: The curves errors are measured along.
+        material: Of the elastic methods; 1, 1, 1 by default.
+        progress: Told what is being prepared.
+
+    Returns:
+        linear, cosine, ease, beam; plate, arc and rotation where there are polygons; and a path
+        through one and through two recorded frames, as far as there are frames.
+    """
+    texts = DEFAULT_METHODS + (_ON_SURFACES if len(truth.mesh.faces) else ())
+    found: dict[str, Method | Morph] = {}
+    for text in texts:
+        method = Method.parse(text, material=material or Material())
+        found[method.label] = method
+    most = min(_MOST_INBETWEENS, len(truth) - 2)
+    if most > 0:
+        if progress is not None:
+            progress("looking for the best in-betweens")
+        for suggestion in suggest_inbetweens(truth, most, curves=curves)[1:]:
+            found[f"through {len(suggestion.frames)}"] = suggestion.morph
+    return found

@@ -1,0 +1,163 @@
+"""At which frames of a recorded motion scanned in-betweens pay most, and how much they pay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.curves import CurveNetwork, extract_curves
+from elastomorph.errors import CurveError, ParameterError
+from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
+from elastomorph.evaluation.key_frames import EFFORT, Judge, best_frames
+from elastomorph.evaluation.spline_errors import LargestError, MeanSquare
+from elastomorph.morph import Morph
+from elastomorph.paths.through import SPLINES, through
+from elastomorph.sequence import MeshSequence
+
+__all__ = ["MEASURES", "Suggestion", "suggest_inbetweens"]
+
+MEASURES = ("lme", "lae", "mean")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Suggestion:
+    """In-betweens at some frames of a motion and the errors they leave, as fractions of D.
+
+    Attributes:
+        frames: Indices of the frames, rising; none for linear interpolation.
+        times: Their times within (0, 1).
+        names: Their names.
+        certain: Whether all choices of as many frames were compared.
+        morph: The path through them.
+        average: (T,) largest E_A over the curves in each frame of the motion.
+        maximum: (T,) largest E_M over the curves in each frame.
+    """
+
+    frames: tuple[int, ...]
+    times: tuple[float, ...]
+    names: tuple[str, ...]
+    certain: bool
+    morph: Morph
+    average: NDArray[np.float64]
+    maximum: NDArray[np.float64]
+
+    @property
+    def lme(self) -> float:
+        """Largest maximum error over curves and times (Table 1)."""
+        return float(self.maximum.max())
+
+    @property
+    def lae(self) -> float:
+        """Largest average error over curves and times (Table 1)."""
+        return float(self.average.max())
+
+    @property
+    def mean_lme(self) -> float:
+        """Mean over the inner times of the largest maximum error over curves."""
+        return float(self.maximum[1:-1].mean()) if len(self.maximum) > 2 else 0.0
+
+    @property
+    def mean_lae(self) -> float:
+        """Mean over the inner times of the largest average error over curves."""
+        return float(self.average[1:-1].mean()) if len(self.average) > 2 else 0.0
+
+    def __repr__(self) -> str:
+        where = ", ".join(self.names) if self.names else "linear"
+        return f"Suggestion({where}: LME {self.lme:.3%}, LAE {self.lae:.3%} of D)"
+
+
+def suggest_inbetweens(
+    truth: MeshSequence,
+    count: int,
+    *,
+    curves: CurveNetwork | None = None,
+    measure: str = "lme",
+    method: str = "spline",
+    effort: float = EFFORT,
+    progress: Callable[[str], None] | None = None,
+) -> list[Suggestion]:
+    """The best frames of a motion for n = 0 … count in-betweens.
+
+    Args:
+        truth: The recorded motion, from the neutral to the target.
+        count: Most in-betweens, from 0 to the number of frames between the first and the last.
+        curves: The curves along which errors are measured; found by `extract_curves` by default.
+            A mesh without polygons needs them.
+        measure: What the frames are chosen by. ``lme``: the largest error of a vertex over all
+            frames. ``lae``: the largest mean over a curve. ``mean``: the root of the mean squared
+            distance over all frames and vertices of curves.
+        method: How the path leads through them: ``spline`` or ``linear``, see `through`.
+        effort: Choices times frames that may be compared at once. All choices are where they are
+            few enough: three in-betweens in 100 frames, two in 300. Else the best among every
+            second, third … frame is improved by moving and exchanging frames.
+        progress: Called with a few words before each n.
+
+    Returns:
+        count + 1 suggestions, the first with no in-between. More in-betweens are rarely, but now
+        and then, worse: a spline may swing.
+
+    Raises:
+        ParameterError: The count is out of its range, or the measure or method is unknown.
+        CurveError: The curves belong to another mesh, or there are none.
+        MeshError: All vertices of the first frame are at one place.
+    """
+    if measure not in MEASURES:
+        raise ParameterError(f"measure must be one of {', '.join(MEASURES)}, found {measure!r}")
+    if method not in SPLINES:
+        raise ParameterError(f"method must be one of {', '.join(SPLINES)}, found {method!r}")
+    inner = len(truth) - 2
+    if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count <= inner:
+        raise ParameterError(
+            f"a motion of {len(truth)} frames has room for 0 to {inner} in-betweens, found {count}"
+        )
+    if curves is None:
+        curves = extract_curves(truth.mesh)
+    if curves.vertex_count != len(truth.mesh.vertices):
+        raise CurveError(
+            f"the curves belong to a mesh of {curves.vertex_count:,} vertices, the motion has "
+            f"{len(truth.mesh.vertices):,}: extract them from its first frame"
+        )
+    along = CurveVertices.of(curves, len(truth.mesh.vertices))
+    suggestions = [_measured(truth, along, method, (), True)]
+    if count:
+        say = progress or (lambda _: None)
+        judge = _judge(truth, along, measure, method)
+        for choice in best_frames(judge, count, effort=effort, progress=say):
+            suggestions.append(_measured(truth, along, method, choice.frames, choice.certain))
+    return suggestions
+
+
+def _judge(truth: MeshSequence, along: CurveVertices, measure: str, method: str) -> Judge:
+    """The measure on the vertices of the curves; all lengths are fractions of D."""
+    offsets = truth.frames[:, along.indices] / truth.mesh.diameter
+    first, last = offsets[0].copy(), offsets[-1].copy()
+    for frame, time in zip(offsets, truth.times, strict=True):
+        frame -= (1.0 - time) * first + time * last
+    if measure == "mean":
+        return MeanSquare(offsets, truth.times, method)
+    if measure == "lae":
+        return LargestError(offsets, truth.times, along.starts, along.counts, method)
+    each = np.arange(len(along.indices))
+    return LargestError(offsets, truth.times, each, np.ones_like(each), method)
+
+
+def _measured(
+    truth: MeshSequence,
+    along: CurveVertices,
+    method: str,
+    frames: tuple[int, ...],
+    certain: bool,
+) -> Suggestion:
+    """The errors of the path as `elastomorph.evaluate` finds them."""
+    times = tuple(float(truth.times[frame]) for frame in frames)
+    shapes = {time: truth[frame] for time, frame in zip(times, frames, strict=True)}
+    morph = through(truth.mesh, truth.target, shapes, method=method)
+    average, maximum = np.empty((2, len(truth)))
+    for i, time in enumerate(truth.times):
+        errors = curve_errors(morph.at(float(time)), truth.frames[i], along, truth.mesh.diameter)
+        average[i], maximum[i] = (error.max() for error in errors)
+    names = tuple(truth.names[frame] for frame in frames)
+    return Suggestion(frames, times, names, certain, morph, average, maximum)

@@ -1,0 +1,147 @@
+"""Circular arcs: every vertex turns about its joint, in closed form.
+
+The rotation of the surface around a vertex, smoothed over a few rings, and the chord of the vertex
+fix the arc: a jaw swings about its hinge and a lid runs around its eyeball, though nobody says
+where hinge and eyeball are.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.bake import bake
+from elastomorph.curves import CurveNetwork
+from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.morph import Morph
+from elastomorph.paths.method import Method
+from elastomorph.paths.region import curve_edges
+from elastomorph.rotations import ArcBend, Neighbourhoods, VertexRotations, vertex_rotations
+from elastomorph.rotations.folds import without_folds
+
+__all__ = [
+    "TOLERANCE",
+    "Path",
+    "arc_path",
+    "bent_path",
+    "local_rotations",
+    "neighbourhoods",
+    "prepare",
+]
+
+_RINGS = 12
+TOLERANCE = 1e-4
+
+Path = Callable[[float], NDArray[np.float64]]
+
+
+def prepare(
+    neutral: Mesh, method: Method, curves: CurveNetwork | None = None
+) -> Callable[[Mesh], Morph]:
+    """A function from target to path, stored as bends within 1e-4 of D.
+
+    Where polygons would turn over in between, and do not on the straight line, bends are eased.
+
+    Args:
+        neutral: The mesh at t = 0.
+        method: Gives its name; the arc has no settings.
+        curves: They stand in for edges on a neutral without polygons.
+
+    Raises:
+        BakeError: A turn is too sharp to be stored.
+    """
+    around = neighbourhoods(neutral, curves)
+
+    def to(target: Mesh) -> Morph:
+        rotations = local_rotations(neutral, target, around, _RINGS)
+        path = _arcs(neutral, target, rotations)
+        morph = bake(path, neutral, target, tolerance=TOLERANCE, method=method.label)
+        return without_folds(morph, around.adjacency, rotations.whole)
+
+    return to
+
+
+def arc_path(
+    neutral: Mesh,
+    target: Mesh,
+    *,
+    rings: int = _RINGS,
+    around: Neighbourhoods | None = None,
+) -> Path:
+    """The path on which every vertex turns by its local rotation, on a circular arc.
+
+        V(t) = V₀ + t d∥ + sin(tθ/2)/sin(θ/2) · Rot(a, (t - 1)θ/2) d⊥,   d = V₁ - V₀ = d∥ + d⊥
+
+    with axis a and angle θ of `elastomorph.rotations.vertex_rotations`. A part that moves rigidly
+    stays rigid; where nothing turns, the path is straight. Vertices without edges go straight.
+
+    Args:
+        neutral: The mesh at t = 0.
+        target: The mesh at t = 1.
+        rings: Rings of neighbours over which rotations are smoothed.
+        around: The edges of the neutral, if they are known.
+
+    Returns:
+        A function from t in [0, 1] to (V, 3) positions, exact at both ends.
+
+    Raises:
+        TopologyError: Neutral and target differ in vertices or polygons.
+        ParameterError: `rings` is negative.
+    """
+    around = neighbourhoods(neutral) if around is None else around
+    return _arcs(neutral, target, local_rotations(neutral, target, around, rings))
+
+
+def _arcs(neutral: Mesh, target: Mesh, rotations: VertexRotations) -> Path:
+    chords = target.vertices - neutral.vertices
+    return bent_path(neutral, target, ArcBend.of(chords, rotations.vectors).at)
+
+
+def neighbourhoods(neutral: Mesh, curves: CurveNetwork | None = None) -> Neighbourhoods:
+    """The edges around every vertex: those of the polygons, or of curves where there are none."""
+    edges = neutral.edges
+    if not len(neutral.faces) and curves is not None:
+        edges = curve_edges(curves)
+    return Neighbourhoods.of(len(neutral.vertices), edges)
+
+
+def local_rotations(
+    neutral: Mesh, target: Mesh, around: Neighbourhoods, rings: int
+) -> VertexRotations:
+    """The rotations that a path turns by; warns of vertices at which nothing is known."""
+    require_same_topology(neutral, target)
+    if rings < 0:
+        raise ParameterError(f"rings must be a whole number ≥ 0, found {rings!r}")
+    _warn_of_loose(neutral, target, around)
+    return vertex_rotations(
+        neutral.vertices, target.vertices, around, diameter=neutral.diameter, rings=rings
+    )
+
+
+def bent_path(neutral: Mesh, target: Mesh, bend: Path) -> Path:
+    """V₀ + tΔ and a bend, counted from the nearer end so that both ends are exact."""
+    start, end = neutral.vertices, target.vertices
+    chords = end - start
+
+    def path(t: float) -> NDArray[np.float64]:
+        near = start + t * chords if t <= 0.5 else end + (t - 1.0) * chords
+        return np.asarray(near + bend(t))
+
+    return path
+
+
+def _warn_of_loose(neutral: Mesh, target: Mesh, around: Neighbourhoods) -> None:
+    """Say which vertices move, but have no edges from which their rotation could be known."""
+    loose = np.diff(around.at_vertex.indptr) == 0
+    loose &= (neutral.vertices != target.vertices).any(axis=1)
+    if loose.any():
+        warnings.warn(
+            f"{int(loose.sum()):,} moving vertices of {neutral.name} are on no polygon (the first "
+            f"is {int(np.argmax(loose))}): nothing says how they turn, so they move straight",
+            ElastomorphWarning,
+            stacklevel=4,
+        )

@@ -1,0 +1,103 @@
+"""Least distortion: every neighbourhood turns steadily while it is stretched.
+
+All edges turn with the surface around them; one Poisson equation per moment joins them. Vertices
+that do not move stay, and components that move rigidly follow their screw, both exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from elastomorph.bake import bake
+from elastomorph.curves import CurveNetwork
+from elastomorph.mesh import Mesh
+from elastomorph.morph import Morph
+from elastomorph.paths.arc import (
+    TOLERANCE,
+    Path,
+    bent_path,
+    local_rotations,
+    neighbourhoods,
+)
+from elastomorph.paths.method import Method
+from elastomorph.rotations import (
+    Neighbourhoods,
+    SurfaceEdges,
+    VertexRotations,
+    least_distortion,
+)
+from elastomorph.rotations.folds import without_folds
+from elastomorph.surface import surface_operators
+
+__all__ = ["prepare", "rotation_path"]
+
+# Fewer than for arcs: the equation that joins the edges smooths by itself.
+_RINGS = 2
+
+
+def prepare(
+    neutral: Mesh, method: Method, curves: CurveNetwork | None = None
+) -> Callable[[Mesh], Morph]:
+    """A function from target to path, stored as bends within 1e-4 of D.
+
+    Where polygons would turn over in between, and do not on the straight line, bends are eased.
+
+    Args:
+        neutral: The mesh at t = 0.
+        method: Gives its name; the path follows from the two shapes alone.
+        curves: Not used: the path follows the surface.
+
+    Raises:
+        MeshError: The neutral has no polygon with an area.
+        BakeError: A turn is too sharp to be stored.
+    """
+    around = neighbourhoods(neutral)
+    surface = SurfaceEdges.of(surface_operators(neutral))
+
+    def to(target: Mesh) -> Morph:
+        rotations = local_rotations(neutral, target, around, _RINGS)
+        path = _turning(neutral, target, rotations, surface)
+        morph = bake(path, neutral, target, tolerance=TOLERANCE, method=method.label)
+        return without_folds(morph, around.adjacency, rotations.whole)
+
+    return to
+
+
+def rotation_path(
+    neutral: Mesh,
+    target: Mesh,
+    *,
+    rings: int = _RINGS,
+    around: Neighbourhoods | None = None,
+    surface: SurfaceEdges | None = None,
+) -> Path:
+    """The path on which edges turn with their neighbourhoods, as nearly as all together can.
+
+    See `elastomorph.rotations.least_distortion` for what is minimised.
+
+    Args:
+        neutral: The mesh at t = 0.
+        target: The mesh at t = 1.
+        rings: Rings of neighbours over which rotations are smoothed.
+        around: The edges of the neutral, if they are known.
+        surface: Its weighted edges, if they are known.
+
+    Returns:
+        A function from t in [0, 1] to (V, 3) positions, exact at both ends.
+
+    Raises:
+        TopologyError: Neutral and target differ in vertices or polygons.
+        MeshError: The neutral has no polygon with an area.
+        ParameterError: `rings` is negative.
+    """
+    around = neighbourhoods(neutral) if around is None else around
+    surface = SurfaceEdges.of(surface_operators(neutral)) if surface is None else surface
+    rotations = local_rotations(neutral, target, around, rings)
+    return _turning(neutral, target, rotations, surface)
+
+
+def _turning(
+    neutral: Mesh, target: Mesh, rotations: VertexRotations, surface: SurfaceEdges
+) -> Path:
+    bend = least_distortion(neutral.vertices, target.vertices, rotations, surface)
+    return bent_path(neutral, target, bend.at)

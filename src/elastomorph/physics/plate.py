@@ -1,0 +1,239 @@
+"""The plate: a whole surface obeys the equation of motion of the paper, instead of its curves.
+
+    m ẅ + c ẇ + k Δ²w = e₀ + e₁ p(t),    w(0) = w₀,  w(1) = w₁
+
+with Δ the Laplace-Beltrami operator of the neutral. In the modes L v = μ M v of the surface it is
+Eq. 3 with B = k μ², so each mode follows the law φ of `modal_response`, and the mean of each
+connected piece follows a closure. Loads up to t⁶ need no modes: `rational_laws` turns the sum over
+all of them into sparse solves, (K - 2cM) D₂ = K Δ for R = 2. Other loads are expanded in the lowest
+modes; what these do not span follows the limit law p(t)/p(1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import ParameterError
+from elastomorph.physics.guard import WELL_BEHAVED, excursion, guard_laws
+from elastomorph.physics.load import Load
+from elastomorph.physics.material import Material
+from elastomorph.physics.plate_operator import PlateOperator, plate_operator
+from elastomorph.physics.rational import rational_laws
+from elastomorph.physics.response import mean_response, modal_response
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+__all__ = ["PlateModes"]
+
+# Up to this order all modes at once cost R - 1 pairs of solves and lose no digit that shows.
+_SOLVED_ORDER = 6
+_USUAL_MODES = 64
+# Rigidities that differ by more than this leave too few digits of the softer parts.
+_CONTRAST = 1e6
+_GUARDED_MODES = 48
+
+Correction = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class PlateModes:
+    """The time law of every mode of a surface.
+
+    Attributes:
+        operator: K on the free vertices.
+        free: (F,) indices of the vertices that obey the equation of motion; the others follow the
+            limit law.
+        correction: From (F, 3) displacements without means to the (R, F, 3) coefficients of
+            t … t^R by which their motion differs from the limit law.
+        mean_law: (K,) coefficients of t … t^K of the mean of each connected piece.
+        limit_law: (K,) coefficients of p(t)/p(1).
+    """
+
+    operator: PlateOperator
+    free: NDArray[np.int64]
+    correction: Correction
+    mean_law: NDArray[np.float64]
+    limit_law: NDArray[np.float64]
+
+    @classmethod
+    def prepare(
+        cls,
+        laplacian: csc_array,
+        mass: NDArray[np.float64],
+        piece_of: NDArray[np.integer],
+        material: Material,
+        load: Load,
+        *,
+        closure: str = "limit",
+        rigidity: NDArray[np.float64] | None = None,
+        held: NDArray[np.bool_] | None = None,
+        harmonics: int | None = None,
+    ) -> PlateModes:
+        """Factor the operators of a surface for a material and a load.
+
+        Args:
+            laplacian: (V, V) L, symmetric positive semi-definite, constants on each piece its
+                kernel; scaled so that the whole surface has area 1.
+            mass: (V,) diagonal of M, above 0, with sum 1.
+            piece_of: (V,) connected piece of each vertex.
+            material: m, c, k.
+            load: p(t).
+            closure: Time law of the mean of each piece, see `mean_response`.
+            rigidity: (V,) factors of k, above 0 and within a ratio of a million; 1 by default.
+            held: (V,) vertices that follow the limit law exactly. Their pull on the others is then
+                of the form e₀ + e₁p, and absorbed by the force. A piece with one has no mode 0.
+            harmonics: Modes above this number, counted over the whole surface from the softest,
+                follow the limit law; by default all are solved up to order 6, and 64 beyond.
+
+        Raises:
+            ParameterError: An option is out of its range.
+            ResonanceError: A time law is singular for this material and load.
+        """
+        whole = isinstance(harmonics, int) and not isinstance(harmonics, bool)
+        if harmonics is not None and (not whole or harmonics < 0):
+            raise ParameterError(f"harmonics must be a whole number ≥ 0, found {harmonics!r}")
+        mean = mean_response(closure, load, material)
+        degree = load.order + 1 if mean[-1] != 0 else load.order
+        limit = np.zeros(degree)
+        limit[: load.order] = load.limit_law
+
+        clamped = np.zeros(len(mass), bool) if held is None else np.asarray(held, bool)
+        free = np.flatnonzero(~clamped & (laplacian.diagonal() > 0))
+        stiff = material.rigidity * _factors(rigidity, len(mass))
+        operator = plate_operator(laplacian, mass, piece_of, stiff, free)
+        _guard(operator, closure, load, material)
+
+        every = harmonics is None or harmonics >= operator.pencil.mode_count
+        correction: Correction
+        if load.order == 1 or not len(free):
+            correction = _none
+        elif every and load.order <= _SOLVED_ORDER:
+            correction = _solved(operator, load, material)
+        else:
+            count = harmonics if harmonics is not None else _USUAL_MODES
+            correction = _modal(operator, count, load, material)
+        return cls(operator, free, correction, mean[:degree], limit)
+
+    def bends(self, delta: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The bends of t², t³, … for one displacement field, as in `BeamModes.bends`.
+
+        Args:
+            delta: (V, 3) displacement from neutral to target.
+
+        Returns:
+            (K - 1, V, 3) bends, for the bend curves t² - t … t^K - t.
+        """
+        bends = np.multiply.outer(self.limit_law[1:], delta)
+        if len(bends) and len(self.free):
+            pencil = self.operator.pencil
+            own = delta[self.free]
+            means = pencil.mean(own)
+            coefficients = self.correction(own - means)[1:]
+            for bend, law in zip(bends, (self.mean_law - self.limit_law)[1:], strict=True):
+                bend[self.free] += law * means
+            for bend, coefficient in zip(bends, coefficients, strict=False):
+                # The means of a solution are rounding, and the softest thing there is.
+                bend[self.free] += coefficient - pencil.mean(coefficient)
+        return bends
+
+
+def _factors(rigidity: NDArray[np.float64] | None, count: int) -> NDArray[np.float64]:
+    if rigidity is None:
+        return np.ones(count)
+    factors = np.asarray(rigidity, dtype=np.float64)
+    if factors.shape != (count,):
+        raise ParameterError(
+            f"rigidity must be one number or one for each of {count:,} vertices, found shape "
+            f"{factors.shape}"
+        )
+    wrong = ~(np.isfinite(factors) & (factors > 0))
+    if wrong.any():
+        first = int(wrong.argmax())
+        raise ParameterError(
+            f"rigidity must be finite and above 0, found {factors[first]:g} at vertex {first}"
+        )
+    if factors.max() > _CONTRAST * factors.min():
+        raise ParameterError(
+            f"rigidity must stay within a ratio of {_CONTRAST:g}, found {factors.min():g} to "
+            f"{factors.max():g}"
+        )
+    return factors
+
+
+def _none(rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.zeros((1, *rest.shape))
+
+
+def _solved(operator: PlateOperator, load: Load, material: Material) -> Correction:
+    """Every mode at once, by one resolvent for each root of the denominator of φ."""
+    laws = rational_laws(load, material)
+    resolvents = [operator.resolvent(root) for root in laws.roots]
+
+    def correct(rest: NDArray[np.float64]) -> NDArray[np.float64]:
+        total = np.zeros((load.order, *rest.shape))
+        state: NDArray[Any] = rest
+        for root, resolvent, weights in zip(laws.roots, resolvents, laws.weights.T, strict=True):
+            state = resolvent(state)
+            if root.imag <= 0:  # real, or the second of a conjugate pair
+                state = state.real
+            total += np.multiply.outer(weights, state).real
+        return total
+
+    return correct
+
+
+def _modal(operator: PlateOperator, count: int, load: Load, material: Material) -> Correction:
+    """The lowest modes one by one."""
+    stiffness, modes = operator.lowest(count)
+    laws = modal_response(stiffness, load, material) - load.limit_law
+    weighted = operator.pencil.mass[:, None] * modes
+
+    def correct(rest: NDArray[np.float64]) -> NDArray[np.float64]:
+        amplitudes = weighted.T @ rest
+        return np.stack([modes @ (law[:, None] * amplitudes) for law in laws.T])
+
+    return correct
+
+
+def _guard(operator: PlateOperator, closure: str, load: Load, material: Material) -> None:
+    """Refuse resonances, with no more modes than the laws can be ill behaved for."""
+    grid = np.geomspace(1e-6, 1e12, 1500) * (material.damping + material.mass)
+    allowed = max(WELL_BEHAVED, 1.01 * float(excursion(load.limit_law)))
+    bad = excursion(modal_response(grid, load, material)) > allowed
+    modes = np.zeros(0)
+    bound = float(grid[0])
+    if bad.any() and operator.pencil.mode_count:
+        bound = float(grid[min(int(np.flatnonzero(bad)[-1]) + 1, grid.size - 1)])
+        count = operator.count_below(bound)
+        if 0 < count <= _GUARDED_MODES:
+            modes = operator.lowest(count)[0]
+        elif count:
+            modes = _around_roots(operator, load, material)
+    # Whatever lies above is taken as dense, so that no damping is called safe for modes unseen.
+    above = max(bound, float(modes[-1]) * (1 + 1e-9) if modes.size else 0.0)
+    guard_laws(
+        [("surface", np.concatenate([modes, above * np.geomspace(1.0, 1e9, 120)]))],
+        closure,
+        load,
+        material,
+    )
+
+
+def _around_roots(operator: PlateOperator, load: Load, material: Material) -> NDArray[np.float64]:
+    """B of the modes nearest to where φ is singular, after stand-ins for the softer ones."""
+    found = []
+    for root in rational_laws(load, material).roots:
+        near = max(root.real, 0.05 * abs(root))
+        found.append(operator.nearest(near * (1 + 1e-9), 12)[0])
+    nearest = np.unique(np.concatenate(found))
+    softer = operator.count_below(nearest[0] * (1 - 1e-9))
+    softest = min(operator.lowest(1)[0][0], nearest[0])
+    # Spread over the range they lie in, they keep the numbers right, and no damping is called safe
+    # that would make one of them resonant.
+    return np.concatenate([np.geomspace(softest, nearest[0], softer, endpoint=False), nearest])

@@ -1,0 +1,22 @@
+"""How the surface turns between two meshes, and the paths that turn with it."""
+
+from elastomorph.rotations.components import common_turn, connected_parts
+from elastomorph.rotations.least_distortion import SurfaceEdges, least_distortion
+from elastomorph.rotations.turning import ArcBend, EdgeBend
+from elastomorph.rotations.vertex_rotations import (
+    Neighbourhoods,
+    VertexRotations,
+    vertex_rotations,
+)
+
+__all__ = [
+    "ArcBend",
+    "EdgeBend",
+    "Neighbourhoods",
+    "SurfaceEdges",
+    "VertexRotations",
+    "common_turn",
+    "connected_parts",
+    "least_distortion",
+    "vertex_rotations",
+]

@@ -1,0 +1,75 @@
+"""Many rotations at once: nearest to covariances, as quaternions and as rotation vectors."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["nearest_quaternions", "on_the_side_of", "rotation_vectors"]
+
+# Prior for "no turn", as a part of the covariance: it decides only what the edges leave open.
+_PRIOR = 1e-10
+# A rotation vector may be longer than half a turn, to stay beside its neighbours, up to here.
+_LONGEST = 4.0 * np.pi / 3.0
+
+
+def nearest_quaternions(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotations R that maximise tr(R·C), never a reflection: Horn, JOSA A 4(4), 1987.
+
+    Where a covariance leaves a turn open (all vectors on one line, or none), the smallest turn is
+    taken.
+
+    Args:
+        covariances: (N, 3, 3) C = Σ w e₀ e₁ᵀ of vectors before and after.
+
+    Returns:
+        (N, 4) unit quaternions (w, x, y, z) with w ≥ 0.
+    """
+    c = covariances
+    size = np.sqrt(np.einsum("nij,nij->n", c, c))
+    scaled = c / np.where(size > 0, size, 1.0)[:, None, None]
+    form = np.empty((len(c), 4, 4))
+    trace = np.einsum("nii->n", scaled)
+    form[:, 0, 0] = trace + 3.0 * _PRIOR
+    form[:, 1:, 1:] = scaled + scaled.transpose(0, 2, 1)
+    diagonal = np.arange(1, 4)
+    form[:, diagonal, diagonal] -= trace[:, None] + _PRIOR
+    for row, (i, j) in enumerate(((1, 2), (2, 0), (0, 1)), start=1):
+        form[:, 0, row] = form[:, row, 0] = scaled[:, i, j] - scaled[:, j, i]
+    quaternions = np.linalg.eigh(form)[1][:, :, -1]
+    quaternions[quaternions[:, 0] < 0] *= -1.0
+    return quaternions
+
+
+def on_the_side_of(
+    quaternions: NDArray[np.float64], beside: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The same rotations by the way round that others take.
+
+    A quaternion and its negative lead to the same place, by a turn of θ and by one of 2π - θ the
+    other way. Close to half a turn, which of them is shorter says nothing: the way of the others
+    is taken, unless it is longer than 240°.
+
+    Args:
+        quaternions: (N, 4) unit (w, x, y, z).
+        beside: (N, 4) or (1, 4) quaternions of any length.
+    """
+    across = np.sum(quaternions * beside, axis=1) < 0
+    across &= np.abs(quaternions[:, 0]) <= -np.cos(_LONGEST / 2.0)
+    return np.where(across[:, None], -quaternions, quaternions)
+
+
+def rotation_vectors(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Axis times angle of each rotation, longer than π where w is negative.
+
+    Args:
+        quaternions: (N, 4) unit (w, x, y, z).
+
+    Returns:
+        (N, 3) rotation vectors, radians.
+    """
+    sine = np.linalg.norm(quaternions[:, 1:], axis=1)
+    angle = 2.0 * np.arctan2(sine, quaternions[:, 0])
+    # angle/sine → 2 for small turns, where (x, y, z) is half the rotation vector.
+    factor = np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0)
+    return np.asarray(quaternions[:, 1:] * factor[:, None])

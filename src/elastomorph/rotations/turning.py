@@ -1,0 +1,119 @@
+"""How far turning paths lie off the straight line: along an arc, and of an edge that turns.
+
+Both are written as the bend beside V₀ + tΔ, so they are zero at both ends, and where nothing turns,
+to the last bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ArcBend", "EdgeBend"]
+
+
+@dataclass(frozen=True, eq=False)
+class ArcBend:
+    """The circular arcs with given chords and turning angles, less their chords.
+
+    A turn by θ about a carries x₀ to x₁ = x₀ + d; with d = d∥ + d⊥ along and across a the path is
+
+        x(t) = x₀ + t d∥ + sin(tθ/2)/sin(θ/2) · Rot(a, (t - 1)θ/2) d⊥,
+
+    because (e^{itθ} - 1)/(e^{iθ} - 1) = sin(tθ/2)/sin(θ/2)·e^{i(t-1)θ/2} in the plane across a.
+    Less the chord, with u = 2t - 1:
+
+        x(t) - x₀ - t d = ½ (sin(uθ/2)/sin(θ/2) - u) d⊥ - sin(tθ/2) sin((1-t)θ/2)/sin(θ/2) a × d⊥
+
+    Attributes:
+        half: (N,) θ/2, below π.
+        across: (N, 3) d⊥.
+        turned: (N, 3) a × d⊥.
+    """
+
+    half: NDArray[np.float64]
+    across: NDArray[np.float64]
+    turned: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, chords: NDArray[np.float64], vectors: NDArray[np.float64]) -> ArcBend:
+        """Prepare for all times.
+
+        Args:
+            chords: (N, 3) d.
+            vectors: (N, 3) or (3,) rotation vectors θa, shorter than a full turn.
+        """
+        angle, axis = _split(np.broadcast_to(vectors, chords.shape))
+        turned = np.cross(axis, chords)
+        return cls(angle / 2.0, np.cross(turned, axis), turned)
+
+    def at(self, t: float) -> NDArray[np.float64]:
+        """(N, 3) offset from the chord."""
+        whole = np.sinc(self.half / np.pi)
+        u = 2.0 * t - 1.0
+        along = 0.5 * u * (np.sinc(u * self.half / np.pi) / whole - 1.0)
+        bulge = np.sinc(t * self.half / np.pi) * np.sinc((1.0 - t) * self.half / np.pi)
+        bulge *= -t * (1.0 - t) * self.half / whole
+        return along[:, None] * self.across + bulge[:, None] * self.turned
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeBend:
+    """Edges that turn steadily while they are stretched, less their straight way.
+
+    Where the neighbourhood is deformed by F = R·S, the edge e₀ with e₁ = F e₀ takes the path
+    exp(t log R)((1 - t)I + tS) e₀ (Alexa, Cohen-Or and Levin, SIGGRAPH 2000), which is
+
+        e(t) = (1 - t) Rot(tθ) e₀ + t Rot((t - 1)θ) e₁
+
+    and so needs the rotation only, not S; it ends at e₁ whatever the rotation.
+
+    Attributes:
+        angle: (N,) θ.
+        start: (N, 3) e₀ across a.
+        end: (N, 3) e₁ across a.
+        start_turned: (N, 3) a × e₀.
+        end_turned: (N, 3) a × e₁.
+    """
+
+    angle: NDArray[np.float64]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+    start_turned: NDArray[np.float64]
+    end_turned: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls,
+        starts: NDArray[np.float64],
+        ends: NDArray[np.float64],
+        vectors: NDArray[np.float64],
+    ) -> EdgeBend:
+        """Prepare for all times.
+
+        Args:
+            starts: (N, 3) edges at t = 0.
+            ends: (N, 3) edges at t = 1.
+            vectors: (N, 3) or (3,) rotation vectors θa.
+        """
+        angle, axis = _split(np.broadcast_to(vectors, starts.shape))
+        start_turned, end_turned = np.cross(axis, starts), np.cross(axis, ends)
+        start, end = np.cross(start_turned, axis), np.cross(end_turned, axis)
+        return cls(angle, start, end, start_turned, end_turned)
+
+    def at(self, t: float) -> NDArray[np.float64]:
+        """(N, 3) offset of each edge from (1 - t) e₀ + t e₁."""
+        forth, back = t * self.angle[:, None], (1.0 - t) * self.angle[:, None]
+        bend: NDArray[np.float64] = (1.0 - t) * (np.cos(forth) - 1.0) * self.start
+        bend += (1.0 - t) * np.sin(forth) * self.start_turned
+        bend += t * (np.cos(back) - 1.0) * self.end
+        bend -= t * np.sin(back) * self.end_turned
+        return bend
+
+
+def _split(vectors: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Angles and unit axes (zeros where nothing turns)."""
+    angle = np.linalg.norm(vectors, axis=-1)
+    return angle, vectors / np.where(angle > 0, angle, 1.0)[..., None]

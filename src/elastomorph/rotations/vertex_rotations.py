@@ -1,0 +1,143 @@
+"""How the surface around each vertex turns from one mesh to another, smoothed over a few rings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+
+from elastomorph.rotations.components import common_turn, connected_parts
+from elastomorph.rotations.rotation_vectors import (
+    nearest_quaternions,
+    on_the_side_of,
+    rotation_vectors,
+)
+
+__all__ = ["Neighbourhoods", "VertexRotations", "vertex_rotations"]
+
+# The change of length, as a logarithm, at which an edge counts half. Edges between lips or between
+# gums are stretched many times over; what they turn by means nothing.
+_HALF_TRUSTED = 0.3
+# Rounds in which vertices close to half a turn take the way round of their neighbours.
+_ALIGNMENTS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbourhoods:
+    """The edges around every vertex of a mesh, found once for all targets.
+
+    Attributes:
+        edges: (E, 2) pairs of vertices.
+        at_vertex: (V, E) ones where an edge ends at a vertex.
+        adjacency: (V, V) ones where an edge joins two vertices.
+        parts: Vertices of each connected component.
+    """
+
+    edges: NDArray[np.integer]
+    at_vertex: csr_array
+    adjacency: csr_array
+    parts: list[NDArray[np.int64]]
+
+    @classmethod
+    def of(cls, count: int, edges: NDArray[np.integer]) -> Neighbourhoods:
+        """Prepare for the edges of a mesh.
+
+        Args:
+            count: V, vertices with and without edges.
+            edges: (E, 2) pairs of vertices, each once.
+        """
+        numbers, ends = np.tile(np.arange(len(edges)), 2), edges.T.ravel()
+        one = np.ones(ends.size)
+        at_vertex = csr_array(coo_array((one, (ends, numbers)), shape=(count, len(edges))))
+        others = edges[:, ::-1].T.ravel()
+        adjacency = csr_array(coo_array((one, (ends, others)), shape=(count, count)))
+        return cls(edges, at_vertex, adjacency, connected_parts(count, edges))
+
+
+@dataclass(frozen=True, eq=False)
+class VertexRotations:
+    """A rotation at each vertex.
+
+    Attributes:
+        quaternions: (V, 4) unit (w, x, y, z), signed: w < 0 is a turn by more than π.
+        whole: Vertices of each component that moves and turns as a whole, by one rotation.
+    """
+
+    quaternions: NDArray[np.float64]
+    whole: tuple[NDArray[np.int64], ...]
+
+    @cached_property
+    def vectors(self) -> NDArray[np.float64]:
+        """(V, 3) axis times angle, radians; zero where nothing is known."""
+        return rotation_vectors(self.quaternions)
+
+    def of_edges(self, ends: NDArray[np.integer]) -> NDArray[np.float64]:
+        """(E, 3) rotation vector halfway between those of (E, 2) vertices."""
+        first, second = self.quaternions[ends[:, 0]], self.quaternions[ends[:, 1]]
+        opposed = np.sum(first * second, axis=1) < 0
+        mean = first + np.where(opposed[:, None], -second, second)
+        return rotation_vectors(mean / np.linalg.norm(mean, axis=1, keepdims=True))
+
+
+def vertex_rotations(
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    around: Neighbourhoods,
+    *,
+    diameter: float,
+    rings: int,
+) -> VertexRotations:
+    """The smoothed local rotation at each vertex.
+
+    It is the polar factor of the covariance Σ w e₀ e₁ᵀ of the edges e₀ → e₁ around the vertex,
+    summed over its rings with binomial weights: covariances are averaged, not rotations, so long
+    edges count more than short ones and no angle has to be unwrapped. Edges that become longer or
+    shorter by a factor s ≥ 1 count w = s⁻¹/(1 + (log s/0.3)²). Components that turn as a whole
+    (`common_turn`) have one rotation.
+
+    Args:
+        start: (V, 3) positions at t = 0.
+        end: (V, 3) positions at t = 1.
+        around: The edges.
+        diameter: D.
+        rings: How many times the covariances are summed over the neighbours.
+    """
+    scale = diameter or 1.0
+    before = (start[around.edges[:, 1]] - start[around.edges[:, 0]]) / scale
+    after = (end[around.edges[:, 1]] - end[around.edges[:, 0]]) / scale
+    products = np.einsum("ei,ej->eij", before, after).reshape(-1, 9)
+    covariances = around.at_vertex @ (products * _trust(before, after)[:, None])
+    most = nearest_quaternions(covariances.sum(axis=0).reshape(1, 3, 3))
+    for _ in range(rings):
+        covariances = covariances + around.adjacency @ covariances
+    quaternions = nearest_quaternions(covariances.reshape(-1, 3, 3))
+    # A mesh that hardly turns as a whole has no say about its parts.
+    turns_far = bool(most[0, 0] < np.cos(np.pi / 4))
+    if turns_far:
+        quaternions = on_the_side_of(quaternions, most)
+    for _ in range(_ALIGNMENTS):
+        quaternions = on_the_side_of(quaternions, around.adjacency @ quaternions)
+    whole = []
+    for part in around.parts:
+        if (start[part] == end[part]).all():
+            quaternions[part] = 1.0, 0.0, 0.0, 0.0
+            continue
+        turn = common_turn(start[part], end[part], diameter)
+        if turn is not None:
+            quaternions[part] = on_the_side_of(turn[None], most) if turns_far else turn
+            whole.append(part)
+    return VertexRotations(quaternions, tuple(whole))
+
+
+def _trust(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(E,) weight of each edge: 1 where it keeps its length, 0 where it appears or vanishes."""
+    lengths = np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1)
+    real = (lengths[0] > 0) & (lengths[1] > 0)
+    weights = np.zeros(len(before))
+    stretch = np.abs(np.log(lengths[1][real]) - np.log(lengths[0][real]))
+    # s⁻¹: a covariance grows with both lengths, but an edge should not count for being torn.
+    weights[real] = np.exp(-stretch) / (1.0 + (stretch / _HALF_TRUSTED) ** 2)
+    return weights
