@@ -50,6 +50,8 @@ def rigidity(morph: Morph, body: ArrayLike, times: Iterable[float]) -> Rigidity:
         CurveError: A vertex that does not exist.
         ParameterError: Fewer than four vertices.
     """
+    from scipy.optimize import minimize_scalar
+
     vertices = np.flatnonzero(as_region(body, len(morph.neutral.vertices)))
     if vertices.size < 4:
         raise ParameterError(f"a rigid body needs at least 4 vertices, found {vertices.size}")
@@ -66,11 +68,18 @@ def rigidity(morph: Morph, body: ArrayLike, times: Iterable[float]) -> Rigidity:
         here = morph.at(float(time))[vertices]
         change = max(change, float(np.abs(_distances(here[sample]) - at_rest).max()))
         nearest = int(np.einsum("pvi,pvi->p", arcs - here, arcs - here).argmin())
-        low, high = parts[max(nearest - 1, 0)], parts[min(nearest + 1, len(parts) - 1)]
-        fine = np.linspace(low, high, 41)
-        close = np.stack([screw.at(float(part), start) + part * left_over for part in fine])
-        best = close[np.einsum("pvi,pvi->p", close - here, close - here).argmin()]
-        off = max(off, float(np.linalg.norm(best - here, axis=1).max()))
+        bracket = (parts[max(nearest - 1, 0)], parts[min(nearest + 1, len(parts) - 1)])
+
+        def away(part: float, here: NDArray[np.float64] = here) -> NDArray[np.float64]:
+            return screw.at(part, start) + part * left_over - here
+
+        best = minimize_scalar(
+            lambda part: float((away(part) ** 2).sum()),
+            bounds=bracket,
+            method="bounded",
+            options={"xatol": 1e-12},
+        ).x
+        off = max(off, float(np.linalg.norm(away(float(best)), axis=1).max()))
     return Rigidity(change / scale, off / scale, float(residual.max()) / scale)
 
 
