@@ -23,56 +23,21 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from elastomorph.curves import Curve, CurveNetwork
+from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphWarning
-from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, MethodResult, evaluate
-from elastomorph.evaluation.segments import Movement, find_movements
+from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, MethodResult
+from elastomorph.evaluation.movements import evaluate_movements
+from elastomorph.evaluation.segments import Movement
 from elastomorph.evaluation.summary import mean_summaries, same
 from elastomorph.evaluation.table import method_table
-from elastomorph.mesh import Mesh
-from elastomorph.sequence import MeshSequence
+from elastomorph.io.curve_file import read_curves
+from elastomorph.io.marker_take import read_marker_take
 
 TAKES = ("jaw", "eyebrows")
 METHODS = (*DEFAULT_METHODS, "beam:2:compatible", "beam:2:unforced")
 EASE, BEAM = "ease R=2", "beam R=2"
 EDGE = 0.05
 EDGES = (0.0, 0.02, EDGE, 0.1, 0.2)
-
-# Every marker on one curve; True for a closed one.
-CURVES: Mapping[str, tuple[bool, tuple[str, ...]]] = {
-    "forehead": (False, ("ForeHead_R", "ForeHead_M", "ForeHead_L")),
-    "brows": (
-        False,
-        (
-            "Reyebrow_Outside",
-            "Reyebrow_M",
-            "Reyebrow_Inside",
-            "Eyebrow_Center",
-            "Leyebrow_Inside",
-            "Leyebrow_M",
-            "Leyebrow_Outside",
-        ),
-    ),
-    "right lids": (True, ("Reye_Outside", "Reye_Up", "Reye_Inside", "Reye_Down")),
-    "left lids": (True, ("Leye_Inside", "Leye_Up", "Leye_Outside", "Leye_Down")),
-    "nose": (True, ("NoseTop", "NoseHead_L", "NoseHead", "NoseHead_R")),
-    "right cheek": (False, ("Rcheek_Up", "Rcheek_Outside", "Rcheek_Down")),
-    "left cheek": (False, ("Lcheek_Up", "Lcheek_Outside", "Lcheek_Down")),
-    "lips": (
-        True,
-        (
-            "Mouth_Rend",
-            "Mouth_UpR1",
-            "Mouth_Up",
-            "Mouth_UpL1",
-            "Mouth_Lend",
-            "Mouth_DownL",
-            "Mouth_Down",
-            "Mouth_DownR",
-        ),
-    ),
-    "jaw": (False, ("Chin_R2", "Chin_R1", "Chin", "Chin_L1", "Chin_L2")),
-}
 
 
 @dataclass(frozen=True)
@@ -94,7 +59,7 @@ def main() -> int:
     parser.add_argument("--data", type=Path, default=None, help="folder of the real data")
     parser.add_argument("--each", action="store_true", help="print the full table of each movement")
     options = parser.parse_args()
-    folder = options.data or _data_folder()
+    folder = options.data or data_folder()
     missing = [take for take in TAKES if not (folder / "animface" / f"{take}.npz").is_file()]
     if missing:
         print(
@@ -141,25 +106,19 @@ def main() -> int:
 
 def judge(path: Path, edge: float = EDGE, methods: Sequence[str] = METHODS) -> list[Judged]:
     """Find the movements of a take and evaluate every method on each."""
-    with np.load(path, allow_pickle=False) as file:
-        frames = file["stab"].astype(np.float64)
-        names = [str(name) for name in file["names"]]
-    take = MeshSequence(Mesh(frames[0]), frames)
-    curves = marker_curves(names)
+    take = read_marker_take(path)
     return [
-        Judged(path.stem, move, evaluate(take.part(move.start, move.stop), methods, curves))
-        for move in find_movements(frames, edge=edge)
+        Judged(path.stem, one.movement, one.evaluation)
+        for one in evaluate_movements(
+            take.motion, marker_curves(take.names), lambda _: methods, edge=edge
+        )
     ]
 
 
 def marker_curves(names: Sequence[str]) -> CurveNetwork:
     """The curves through markers of these names."""
-    number = {name: i for i, name in enumerate(names)}
-    curves = [
-        Curve([number[marker] for marker in markers], closed, name)
-        for name, (closed, markers) in CURVES.items()
-    ]
-    return CurveNetwork(curves, len(names))
+    file = Path(__file__).with_name("animface_curves.json")
+    return CurveNetwork(read_curves(file, len(names), names), len(names))
 
 
 def movement_table(
@@ -252,7 +211,7 @@ def conclusion(kinds: Mapping[str, Sequence[Judged]]) -> str:
     return " ".join(said)
 
 
-def _data_folder() -> Path:
+def data_folder() -> Path:
     named = os.environ.get("ELASTOMORPH_DATA")
     return Path(named) if named else Path(__file__).parents[2] / "shared" / "data"
 

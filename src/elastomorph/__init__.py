@@ -23,6 +23,7 @@ from elastomorph.errors import (
     TopologyError,
 )
 from elastomorph.evaluation import Evaluation, Suggestion, evaluate, suggest_inbetweens
+from elastomorph.fit import Fit, fit
 from elastomorph.io import read, read_rig, read_sequence, write, write_sequence
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
@@ -41,6 +42,7 @@ __all__ = [
     "ElastomorphWarning",
     "Evaluation",
     "FileError",
+    "Fit",
     "FormatError",
     "Load",
     "Material",
@@ -60,6 +62,7 @@ __all__ = [
     "edge_loops",
     "evaluate",
     "extract_curves",
+    "fit",
     "interpolate",
     "prepare",
     "read",

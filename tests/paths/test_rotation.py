@@ -288,3 +288,14 @@ def test_lids_slide_around_the_eyeball(rig: Path, neutral: em.Mesh) -> None:
     turned = sunk(rotation.prepare(neutral, METHOD)(target))
     assert straight > 0.05
     assert turned < straight / 3
+
+
+@pytest.mark.parametrize("method", ["arc", "rotation"])
+def test_a_tighter_tolerance_keeps_a_stored_path_rigid(method: str, face: em.Mesh) -> None:
+    """Rigid at every t to 1e-6 of D with the bends that it takes."""
+    vector = np.array([0.3, -0.1, 0.2])
+    target = face.with_vertices(rigid(face.vertices, vector))
+    path = em.interpolate(face, target, method, tolerance=2e-7)
+    for t in TIMES:
+        away = path.at(t) - rigid(face.vertices, t * vector)
+        assert np.linalg.norm(away, axis=1).max() < 1e-6 * face.diameter

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from elastomorph.cli import options
+
+if TYPE_CHECKING:
+    from elastomorph.curves import CurveNetwork
+    from elastomorph.evaluation import Evaluation
+    from elastomorph.evaluation.rigidity import Rigidity
+    from elastomorph.sequence import MeshSequence
 
 __all__ = ["add_to"]
 
@@ -19,7 +26,8 @@ def add_to(app: typer.Typer) -> None:
 
 def evaluate(
     truth: Annotated[
-        str, typer.Argument(help="Recorded frames: scan.####.obj, a folder, 'scan.*.ply', .npz.")
+        str,
+        typer.Argument(help="Frames: scan.####.obj, a folder, 'scan.*.ply', .npz; a marker take."),
     ],
     output: Annotated[
         Path | None,
@@ -28,13 +36,19 @@ def evaluate(
     every: Annotated[
         bool, typer.Option("--all", help="Every method, scanned in-betweens too, ranked.")
     ] = False,
+    method: Annotated[
+        list[str] | None,
+        typer.Option(help="linear, cosine, ease:R, beam:R[:closure], …; may be given repeatedly."),
+    ] = None,
+    movements: Annotated[
+        bool, typer.Option(help="Find onsets and offsets in a long take and evaluate each.")
+    ] = False,
+    edge: Annotated[
+        float, typer.Option(help="Share of a movement's rise left out at either end.")
+    ] = 0.05,
     rigid: Annotated[
         str | None,
         typer.Option(help="Vertices known to be rigid: a .json list, or 0-99,120."),
-    ] = None,
-    method: Annotated[
-        list[str] | None,
-        typer.Option(help="linear, cosine, ease:R, beam:R[:closure]; may be given repeatedly."),
     ] = None,
     mass: options.Mass = 1.0,
     damping: options.Damping = 1.0,
@@ -47,37 +61,33 @@ def evaluate(
 ) -> None:
     """Interpolate from the first recorded frame to the last and compare with those between.
 
-    Example: elastomorph evaluate scan.####.obj -o out --method linear --method beam:2
+    Examples:
+      elastomorph evaluate scan.####.obj -o out --method linear --method beam:2
+      elastomorph evaluate take.npz --curves markers.json --movements --all
     """
     from elastomorph.errors import ParameterError
-    from elastomorph.evaluation import DEFAULT_METHODS, every_method, rigidity
+    from elastomorph.evaluation import DEFAULT_METHODS, every_method
     from elastomorph.evaluation import evaluate as compare
-    from elastomorph.evaluation.summary import rankings, summaries
-    from elastomorph.io import read_sequence
-    from elastomorph.io.region_file import read_region
 
     if every and method:
         raise ParameterError("give --all or --method, not both")
-
+    if movements and (rigid or output):
+        raise ParameterError("--movements prints tables only: leave --rigid and --output out")
     with options.progress(as_json) as say:
         say("reading")
-        motion = read_sequence(truth)
+        motion, network = _read(truth, keep)
         material = options.material(mass, damping, stiff)
-        network = options.network(motion.mesh, keep)
-        result = compare(
-            motion,
-            every_method(motion, network, material=material, progress=say)
-            if every
-            else method or DEFAULT_METHODS,
-            network,
-            material=None if every else material,
-            progress=say,
-        )
-        bodies = {}
-        if rigid is not None:
-            body = read_region(rigid)
-            for each in result.results:
-                bodies[each.label] = rigidity(each.morph, body, motion.times[1:-1])
+
+        def methods(part: MeshSequence) -> Any:
+            if every:
+                return every_method(part, network, material=material, progress=say)
+            return _with_material(method or list(DEFAULT_METHODS), material)
+
+        if movements:
+            _movements(motion, network, methods, edge, as_json, say)
+            return
+        result = compare(motion, methods(motion), network, progress=say)
+        bodies = _bodies(result, motion, rigid)
         if output is not None:
             from elastomorph.report.evaluation_files import write_evaluation
 
@@ -85,8 +95,91 @@ def evaluate(
             write_evaluation(result, output, graphs=pictures, faces=pictures, say=say)
     if as_json:
         typer.echo(result.to_json(), nl=False)
-        return
+    else:
+        _tell(result, motion, bodies, every, output)
+
+
+def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
+    from elastomorph.io import read_sequence
+    from elastomorph.io.marker_take import holds_markers, read_marker_take
+
+    if holds_markers(truth):
+        take = read_marker_take(truth)
+        return take.motion, options.network(take.motion.mesh, keep, take.names)
+    motion = read_sequence(truth)
+    return motion, options.network(motion.mesh, keep)
+
+
+def _with_material(texts: list[str], material: Any) -> dict[str, Any]:
+    from elastomorph.errors import ParameterError
+    from elastomorph.paths import Method
+
+    found = {}
+    for text in texts:
+        method = Method.parse(text, material=material)
+        if method.label in found:
+            raise ParameterError(f"the method {text!r} was given twice")
+        found[method.label] = method
+    return found
+
+
+def _bodies(result: Evaluation, motion: MeshSequence, rigid: str | None) -> dict[str, Rigidity]:
+    from elastomorph.evaluation import rigidity
+    from elastomorph.io.region_file import read_region
+
+    if rigid is None:
+        return {}
+    body = read_region(rigid)
+    times = motion.times[1:-1]
+    return {each.label: rigidity(each.morph, body, times) for each in result.results}
+
+
+def _movements(
+    motion: MeshSequence,
+    network: CurveNetwork,
+    methods: Callable[[MeshSequence], Any],
+    edge: float,
+    as_json: bool,
+    say: Callable[[str], None],
+) -> None:
+    from dataclasses import asdict
+
     from rich.console import Console
+
+    from elastomorph.evaluation.movements import evaluate_movements, mean_lines
+    from elastomorph.evaluation.summary import rankings
+    from elastomorph.evaluation.table import method_table
+
+    judged = evaluate_movements(motion, network, methods, edge=edge, progress=say)
+    means = mean_lines(judged)
+    if as_json:
+        options.print_json(
+            {
+                "movements": [asdict(one.movement) for one in judged],
+                "means": {
+                    title: [asdict(line) for line in lines] for title, lines in means.items()
+                },
+            }
+        )
+        return
+    console = Console()
+    shape = len(motion.mesh.faces) > 0
+    for title, lines in means.items():
+        console.print(method_table(lines, title, shape=shape))
+    for sentence in rankings(means[list(means)[-1]]):
+        console.print(sentence, highlight=False)
+
+
+def _tell(
+    result: Evaluation,
+    motion: MeshSequence,
+    bodies: dict[str, Rigidity],
+    every: bool,
+    output: Path | None,
+) -> None:
+    from rich.console import Console
+
+    from elastomorph.evaluation.summary import rankings, summaries
 
     console = Console()
     if motion.missing:

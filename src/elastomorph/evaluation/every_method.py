@@ -15,6 +15,7 @@ from elastomorph.sequence import MeshSequence
 __all__ = ["every_method"]
 
 _ON_SURFACES = ("plate:2", "arc", "rotation")
+_ON_MARKERS = ("arc",)
 _MOST_INBETWEENS = 2
 
 
@@ -34,10 +35,10 @@ def every_method(
         progress: Told what is being prepared.
 
     Returns:
-        linear, cosine, ease, beam; plate, arc and rotation where there are polygons; and a path
+        linear, cosine, ease, beam and arc; plate and rotation where there are polygons; a path
         through one and through two recorded frames, as far as there are frames.
     """
-    texts = DEFAULT_METHODS + (_ON_SURFACES if len(truth.mesh.faces) else ())
+    texts = DEFAULT_METHODS + (_ON_SURFACES if len(truth.mesh.faces) else _ON_MARKERS)
     found: dict[str, Method | Morph] = {}
     for text in texts:
         method = Method.parse(text, material=material or Material())

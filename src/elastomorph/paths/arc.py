@@ -24,7 +24,6 @@ from elastomorph.rotations import ArcBend, Neighbourhoods, VertexRotations, vert
 from elastomorph.rotations.folds import without_folds
 
 __all__ = [
-    "TOLERANCE",
     "Path",
     "arc_path",
     "bent_path",
@@ -34,7 +33,6 @@ __all__ = [
 ]
 
 _RINGS = 12
-TOLERANCE = 1e-4
 
 Path = Callable[[float], NDArray[np.float64]]
 
@@ -42,7 +40,7 @@ Path = Callable[[float], NDArray[np.float64]]
 def prepare(
     neutral: Mesh, method: Method, curves: CurveNetwork | None = None
 ) -> Callable[[Mesh], Morph]:
-    """A function from target to path, stored as bends within 1e-4 of D.
+    """A function from target to path, stored as bends within the tolerance of the method.
 
     Where polygons would turn over in between, and do not on the straight line, bends are eased.
 
@@ -59,7 +57,7 @@ def prepare(
     def to(target: Mesh) -> Morph:
         rotations = local_rotations(neutral, target, around, _RINGS)
         path = _arcs(neutral, target, rotations)
-        morph = bake(path, neutral, target, tolerance=TOLERANCE, method=method.label)
+        morph = bake(path, neutral, target, tolerance=method.tolerance, method=method.label)
         return without_folds(morph, around.adjacency, rotations.whole)
 
     return to

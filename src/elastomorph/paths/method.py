@@ -31,6 +31,8 @@ class Method:
         stiffness: ``uniform``: u from 0 to 1 along every curve. ``length``: short curves are
             stiffer, B_n over (L/D)⁴.
         harmonics: Modes above this number follow the limit law; all are solved by default.
+        tolerance: How closely the bends of ``arc`` and ``rotation`` hold their path, as a fraction
+            of D; smaller ones cost more bends.
 
     Raises:
         ParameterError: A setting is unknown or out of range.
@@ -44,6 +46,7 @@ class Method:
     basis: str = "cosine"
     stiffness: str = "uniform"
     harmonics: int | None = None
+    tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
         for value, allowed, what in (
@@ -58,6 +61,8 @@ class Method:
             raise ParameterError(f"material must be a Material, found {self.material!r}")
         if self.load is None:
             Load.power(self.order)
+        if not isinstance(self.tolerance, float) or not self.tolerance > 0:
+            raise ParameterError(f"tolerance must be a number above 0, found {self.tolerance!r}")
         if self.harmonics is not None and (
             not isinstance(self.harmonics, int) or self.harmonics < 0
         ):

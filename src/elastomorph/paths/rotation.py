@@ -13,7 +13,6 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.paths.arc import (
-    TOLERANCE,
     Path,
     bent_path,
     local_rotations,
@@ -38,7 +37,7 @@ _RINGS = 2
 def prepare(
     neutral: Mesh, method: Method, curves: CurveNetwork | None = None
 ) -> Callable[[Mesh], Morph]:
-    """A function from target to path, stored as bends within 1e-4 of D.
+    """A function from target to path, stored as bends within the tolerance of the method.
 
     Where polygons would turn over in between, and do not on the straight line, bends are eased.
 
@@ -57,7 +56,7 @@ def prepare(
     def to(target: Mesh) -> Morph:
         rotations = local_rotations(neutral, target, around, _RINGS)
         path = _turning(neutral, target, rotations, surface)
-        morph = bake(path, neutral, target, tolerance=TOLERANCE, method=method.label)
+        morph = bake(path, neutral, target, tolerance=method.tolerance, method=method.label)
         return without_folds(morph, around.adjacency, rotations.whole)
 
     return to

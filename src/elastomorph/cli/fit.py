@@ -1,0 +1,75 @@
+"""``elastomorph fit``: materials and loads from captured motion."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from elastomorph.cli import options
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(fit)
+
+
+def fit(
+    motions: Annotated[
+        list[str],
+        typer.Argument(help="Motions of one mesh: take.npz, scan.####.obj, a folder, …"),
+    ],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write what was found as JSON.")
+    ] = None,
+    degree: Annotated[
+        int | None,
+        typer.Option(help="Degree of the load, 1 to 6; the best of 1 to 4 by default."),
+    ] = None,
+    per_curve: Annotated[
+        bool, typer.Option("--per-curve", help="Also fit every curve alone.")
+    ] = False,
+    closure: options.Closure = "limit",
+    keep: options.CurveFile = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Estimate the material and the load that captured motions have in common.
+
+    Each motion goes from its first frame to its last; with several, each is also compared with
+    the fit of all others. Example: elastomorph fit smile1.npz smile2.npz smile3.npz -o fit.json
+    """
+    from elastomorph.fit import fit as estimate
+    from elastomorph.io import read_sequence
+    from elastomorph.io.atomic import replacing
+
+    with options.progress(as_json) as say:
+        takes = []
+        for motion in motions:
+            say(f"reading {motion}")
+            takes.append(read_sequence(motion))
+        found = estimate(
+            takes,
+            options.network(takes[0].mesh, keep),
+            degree=degree,
+            per_curve=per_curve,
+            closure=closure,
+            progress=say,
+        )
+        facts = {"sources": motions, **found.to_dict()}
+        if output is not None:
+            text = json.dumps(facts, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+            with replacing(output) as file:
+                file.write(text.encode())
+    if as_json:
+        options.print_json(facts)
+        return
+    from rich.console import Console
+
+    console = Console()
+    console.print(found.text(console.width), markup=False, highlight=False, soft_wrap=True)
+    if output is not None:
+        console.print(f"written to {output}", markup=False, highlight=False)

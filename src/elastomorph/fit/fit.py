@@ -1,0 +1,246 @@
+"""From captured motions to the material and the load they have in common."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from elastomorph.curves import CurveNetwork, extract_curves
+from elastomorph.errors import CurveError, MeshError, ParameterError, TopologyError
+from elastomorph.evaluation.curve_errors import CurveVertices
+from elastomorph.fit.curve_by_curve import fit_curves
+from elastomorph.fit.errors import method_errors, pooled_errors
+from elastomorph.fit.folds import Repetitions, Solution, constants
+from elastomorph.fit.modal_sums import ModalSums, curve_sums
+from elastomorph.fit.objective import Objective
+from elastomorph.fit.results import Fit
+from elastomorph.mesh import require_same_topology
+from elastomorph.paths import Method
+from elastomorph.physics import CLOSURES
+from elastomorph.sequence import MeshSequence
+
+__all__ = ["fit"]
+
+DEGREES = (1, 2, 3, 4)
+HIGHEST = 6
+_STILL = 1e-9
+# Degrees whose errors differ by less are equally good, and the lowest of them is taken.
+_ALIKE = 1e-3
+_EXACT = 1e-6
+_LABELS = ("linear", "ease", "beam")
+
+
+def fit(
+    motions: MeshSequence | Sequence[MeshSequence],
+    curves: CurveNetwork | None = None,
+    *,
+    degree: int | None = None,
+    per_curve: bool = False,
+    closure: str = "limit",
+    starts: int = 8,
+    progress: Callable[[str], None] | None = None,
+) -> Fit:
+    """Estimate c/k, m/k and the load p(t) that captured motions have in common.
+
+    The mean squared distance between the beams and the motions, over the curves' vertices and the
+    frames between first and last, is made small among materials whose laws leave [0, 1], or run
+    back, by 10 % of the way at most: away from resonance. First and last frames are taken as
+    exact. Every motion has its own; they may be repetitions or different expressions.
+
+    Args:
+        motions: One captured motion or more, of one mesh.
+        curves: The curves the beams follow; found by `extract_curves` by default.
+        degree: Degree of the load, from 1 to 6. By default the smallest of 1 to 4 whose error on
+            motions left out of the fit is within 0.1 % of the best; with a single motion the one of
+            least Bayesian information criterion, each frame counted as one observation.
+        per_curve: Also fit every curve alone.
+        closure: Time law of the means, see `elastomorph.physics.mean_response`.
+        starts: How many materials the search starts from, 0 or more, besides the stiff limit.
+        progress: Called with what is being done.
+
+    Raises:
+        ParameterError: A setting is out of its range, there is no motion, or there are fewer
+            frames than parameters.
+        TopologyError: The motions have different meshes.
+        CurveError: The curves belong to another mesh, or there are none.
+        MeshError: A motion ends where it starts, or D is 0.
+    """
+    say = progress or (lambda _: None)
+    _check_settings(degree, closure, starts)
+    takes = _one_mesh(motions)
+    network = extract_curves(takes[0].mesh) if curves is None else curves
+    along = _along(takes, network)
+    diameter = takes[0].mesh.diameter
+
+    say("adding up the modes")
+    by_curve = [curve_sums(take, list(network)) for take in takes]
+    whole_faces = [ModalSums.joined(parts) for parts in by_curve]
+    degrees: tuple[int, ...] = DEGREES if degree is None else (degree,)
+    repetitions = Repetitions.of(whole_faces, max(degrees) + 1)
+    degrees = _with_enough_frames(repetitions, degrees, closure)
+
+    solutions: dict[int, Solution] = {}
+    folds: dict[int, list[Solution]] = {}
+    for each in degrees:
+        say(f"fitting loads of degree {each}")
+        solutions[each] = repetitions.solved(each, closure, starts)
+        folds[each] = repetitions.folds(solutions[each], starts)
+    single = len(takes) == 1
+    by_degree = {
+        r: (_rms(one) if single else repetitions.left_out_rms(folds[r])) / diameter
+        for r, one in solutions.items()
+    }
+    if single:
+        chosen = min(degrees, key=lambda r: _bic(solutions[r]))
+    else:
+        least = min(by_degree.values())
+        moved = repetitions.rms_moved / diameter
+        alike = (1.0 + _ALIKE) * least + _EXACT * moved
+        chosen = min(r for r in degrees if by_degree[r] <= alike)
+    say("finding intervals")
+    known = constants(solutions[chosen], folds[chosen])
+
+    say("measuring")
+    inside = np.stack([_errors(take, known.solution, network, along, diameter) for take in takes])
+    outside = [
+        _errors(take, fold, network, along, diameter)
+        for take, fold in zip(takes, folds[chosen], strict=False)
+    ]
+    frames = np.array([len(take) - 2 for take in takes])
+    return Fit(
+        material=known.material,
+        load=known.solution.load,
+        degree=chosen,
+        closure=closure,
+        damping=known.damping,
+        mass=known.mass,
+        load_intervals=known.load_intervals,
+        degree_errors=by_degree,
+        chosen="given" if degree is not None else "BIC" if single else "leave-one-out",
+        excursion=known.solution.objective.excursion(known.solution.optimum.point),
+        in_sample=pooled_errors(_LABELS, inside, frames),
+        left_out=pooled_errors(_LABELS, np.stack(outside), frames) if outside else (),
+        left_out_rms=np.stack(outside)[:, :, 0] if outside else np.zeros((0, 3)),
+        per_curve=fit_curves(by_curve, network, chosen, closure, starts, diameter, say)
+        if per_curve
+        else (),
+        motions=len(takes),
+        frames=int(frames.sum()),
+        curves=len(network),
+        vertices=len(along.indices),
+        diameter=diameter,
+    )
+
+
+def _check_settings(degree: int | None, closure: str, starts: int) -> None:
+    whole = isinstance(degree, int) and not isinstance(degree, bool)
+    if degree is not None and not (whole and 1 <= degree <= HIGHEST):
+        raise ParameterError(
+            f"the degree of the load must be a whole number from 1 to {HIGHEST}, found {degree!r}"
+        )
+    if closure not in CLOSURES:
+        raise ParameterError(f"closure must be one of {', '.join(CLOSURES)}, found {closure!r}")
+    if not isinstance(starts, int) or starts < 0:
+        raise ParameterError(f"starts must be a whole number of 0 or more, found {starts!r}")
+
+
+def _one_mesh(motions: MeshSequence | Sequence[MeshSequence]) -> list[MeshSequence]:
+    """The motions, if they share a mesh.
+
+    Raises:
+        ParameterError: There is none, or something else among them.
+        TopologyError: Two meshes differ.
+    """
+    takes = [motions] if isinstance(motions, MeshSequence) else list(motions)
+    if not takes:
+        raise ParameterError("there is no motion to fit: give at least one captured sequence")
+    for number, take in enumerate(takes, start=1):
+        if not isinstance(take, MeshSequence):
+            raise ParameterError(
+                f"motion {number} must be a MeshSequence, found {type(take).__name__}"
+            )
+        try:
+            require_same_topology(takes[0].mesh, take.mesh)
+        except TopologyError as error:
+            raise TopologyError(
+                f"motion {number} is of another mesh than motion 1, but a fit needs one: {error}"
+            ) from error
+    return takes
+
+
+def _along(takes: Sequence[MeshSequence], network: CurveNetwork) -> CurveVertices:
+    """The vertices of the curves, if they fit the motions and move in each.
+
+    Raises:
+        CurveError: The curves belong to another mesh, or there are none.
+        MeshError: A motion ends where it starts, or D is 0.
+    """
+    count = len(takes[0].mesh.vertices)
+    if network.vertex_count != count:
+        raise CurveError(
+            f"the curves belong to a mesh of {network.vertex_count:,} vertices, the motions have "
+            f"{count:,}: extract them from a first frame"
+        )
+    along = CurveVertices.of(network, count)
+    diameter = takes[0].mesh.diameter
+    if not diameter > 0:
+        raise MeshError(
+            "all vertices of the first frame are at one place, so its diameter D is 0 and errors "
+            "cannot be given as a fraction of it"
+        )
+    for number, take in enumerate(takes, start=1):
+        moved = np.abs((take.frames[-1] - take.frames[0])[along.indices]).max()
+        if moved <= _STILL * diameter:
+            raise MeshError(
+                f"motion {number} does not move: its last frame is its first one, so no path leads "
+                "from one to the other; give a part that ends at the apex of a movement"
+            )
+    return along
+
+
+def _with_enough_frames(
+    repetitions: Repetitions, degrees: Sequence[int], closure: str
+) -> tuple[int, ...]:
+    """The degrees with no more parameters than frames, also when one motion is left out.
+
+    Raises:
+        ParameterError: No degree but the first, which has no parameters, or not the one asked for.
+    """
+    frames = [part.frames for part in repetitions.parts]
+    least = sum(frames) - (max(frames) if len(frames) > 1 else 0)
+    needed = {r: int(Objective(repetitions.parts[0], r, closure).free.sum()) for r in degrees}
+    enough = tuple(r for r in degrees if needed[r] <= least)
+    if not sum(frames) or not enough or (enough == (1,) and len(degrees) > 1):
+        wanted = max(min((n for n in needed.values() if n), default=1), 1)
+        without = " when one motion is left out" if len(frames) > 1 else ""
+        raise ParameterError(
+            f"there are {least} frames between first and last ones{without}, fewer than the "
+            f"{wanted} parameters of the fit: give motions with more frames"
+        )
+    return enough
+
+
+def _errors(
+    take: MeshSequence,
+    solution: Solution,
+    network: CurveNetwork,
+    along: CurveVertices,
+    diameter: float,
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    methods = (Method("linear"), solution.ease, solution.method)
+    return method_errors(take, methods, network, along, diameter)
+
+
+def _rms(solution: Solution) -> float:
+    sums = solution.objective.sums
+    return math.sqrt(sums.misfit(solution.laws) / sums.count)
+
+
+def _bic(solution: Solution) -> float:
+    """n ln(misfit) + parameters · ln n; what is exact to six digits is exact."""
+    sums = solution.objective.sums
+    misfit = max(sums.misfit(solution.laws) / sums.total, 1e-12)
+    parameters = int(solution.objective.free.sum())
+    return sums.frames * math.log(misfit) + parameters * math.log(sums.frames)

@@ -1,0 +1,182 @@
+"""What a fit needs to know of a captured motion: a few sums for each stiffness B.
+
+By Parseval the squared distance between a captured frame and V₀ + Σ_n φ_n(t) Δ_n is a sum over
+modes, and all modes of one B share one law φ. With y_n(t) the modes of Y(t) - V₀,
+
+    Σ_n |y_n(t) - φ Δ_n|² = A (φ - C(t)/A)² + S(t) - C(t)²/A,
+    A = Σ_n |Δ_n|²,   C(t) = Σ_n Re y_n(t)·Δ̄_n,   S(t) = Σ_n |y_n(t)|².
+
+φ = Σ_r φ_r t^r is linear in its K coefficients, so over all frames of all motions each B keeps no
+more than a (K, K) triangle F and K numbers z (one QR factorisation): misfit = ‖F φ - z‖² + rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.curves import Curve
+from elastomorph.physics.transform import ModeTransform
+from elastomorph.sequence import MeshSequence
+
+__all__ = ["LawSums", "ModalSums", "curve_sums"]
+
+
+@dataclass(frozen=True, eq=False)
+class ModalSums:
+    """The sums of one motion over some curves; its first and last frame are known and left out.
+
+    Attributes:
+        stiffness: (G,) distinct B/k, rising from 0 (the means).
+        displacement: (G,) A.
+        along: (T, G) C of the inner frames.
+        total: S, summed over modes and frames.
+        times: (T,) of the inner frames.
+        vertices: Number of vertices of the curves.
+    """
+
+    stiffness: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    along: NDArray[np.float64]
+    total: float
+    times: NDArray[np.float64]
+    vertices: int
+
+    @classmethod
+    def joined(cls, parts: Sequence[ModalSums]) -> ModalSums:
+        """The sums of several sets of curves in one motion."""
+        every = np.concatenate([part.stiffness for part in parts])
+        stiffness, group = np.unique(every, return_inverse=True)
+        displacement = np.zeros(len(stiffness))
+        np.add.at(displacement, group, np.concatenate([part.displacement for part in parts]))
+        along = np.zeros((len(stiffness), len(parts[0].times)))
+        np.add.at(along, group, np.concatenate([part.along for part in parts], axis=1).T)
+        return cls(
+            stiffness,
+            displacement,
+            along.T,
+            sum(part.total for part in parts),
+            parts[0].times,
+            sum(part.vertices for part in parts),
+        )
+
+
+def curve_sums(motion: MeshSequence, curves: Sequence[Curve]) -> list[ModalSums]:
+    """The sums of every curve in one motion.
+
+    Args:
+        motion: T + 2 frames.
+        curves: The curves; open ones have cosine modes, closed ones Fourier modes.
+    """
+    found = []
+    start = motion.frames[0]
+    for curve in curves:
+        at = curve.vertices
+        transform = ModeTransform(len(curve), curve.closed)
+        weights = np.ones(transform.count)
+        if curve.closed:  # a real series: modes ±n are stored once, and rfft is not normalised
+            weights[1 : (len(curve) + 1) // 2] = 2.0
+            weights /= len(curve)
+        delta = transform.forward(motion.frames[-1][at] - start[at])
+        moved = transform.forward(motion.frames[1:-1, at] - start[at])
+        along = weights * (moved * delta.conj()).real.sum(axis=-1)
+        squared = weights * (np.abs(moved) ** 2).sum(axis=-1)
+        found.append(
+            ModalSums(
+                transform.stiffness(1.0),
+                weights * (np.abs(delta) ** 2).sum(axis=-1),
+                along,
+                float(squared.sum()),
+                motion.times[1:-1],
+                len(curve),
+            )
+        )
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class LawSums:
+    """The squared distance to any number of motions as a function of the laws.
+
+    Attributes:
+        stiffness: (G,) distinct B/k, rising from 0.
+        factors: (G, K, K) F.
+        aims: (G, K) z.
+        rest: What no law can remove.
+        total: The squared distance of the motions from their first frames.
+        count: Vertices times inner frames.
+        frames: Inner frames.
+    """
+
+    stiffness: NDArray[np.float64]
+    factors: NDArray[np.float64]
+    aims: NDArray[np.float64]
+    rest: float
+    total: float
+    count: int
+    frames: int
+
+    @classmethod
+    def of(cls, sums: ModalSums, powers: int) -> LawSums:
+        """The sums of one motion for laws of t … t^powers."""
+        root = np.sqrt(sums.displacement)
+        wanted = sums.along.T / np.where(root > 0, root, 1.0)[:, None]  # without motion both are 0
+        basis = sums.times[:, None] ** np.arange(1, powers + 1)
+        rows = root[:, None, None] * basis
+        explained = float((wanted**2).sum())
+        return _reduced(
+            sums.stiffness,
+            rows,
+            wanted,
+            max(sums.total - explained, 0.0),
+            sums.total,
+            sums.vertices * len(sums.times),
+            len(sums.times),
+        )
+
+    @classmethod
+    def together(cls, parts: Sequence[LawSums]) -> LawSums:
+        """The sums of several motions of the same curves."""
+        if len(parts) == 1:
+            return parts[0]
+        return _reduced(
+            parts[0].stiffness,
+            np.concatenate([part.factors for part in parts], axis=1),
+            np.concatenate([part.aims for part in parts], axis=1),
+            sum(part.rest for part in parts),
+            sum(part.total for part in parts),
+            sum(part.count for part in parts),
+            sum(part.frames for part in parts),
+        )
+
+    def residuals(self, laws: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(G, K) F φ - z for (G, K) coefficients of the laws."""
+        return np.asarray(np.einsum("gij,gj->gi", self.factors, laws) - self.aims)
+
+    def misfit(self, laws: NDArray[np.float64]) -> float:
+        """Sum of squared distances over vertices and inner frames."""
+        return float((self.residuals(laws) ** 2).sum()) + self.rest
+
+
+def _reduced(
+    stiffness: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    wanted: NDArray[np.float64],
+    rest: float,
+    total: float,
+    count: int,
+    frames: int,
+) -> LawSums:
+    """Turn any number of rows for each B into at most K."""
+    powers = rows.shape[2]
+    missing = max(powers - rows.shape[1], 0)
+    rows = np.pad(rows, ((0, 0), (0, missing), (0, 0)))
+    wanted = np.pad(wanted, ((0, 0), (0, missing)))
+    basis, factors = np.linalg.qr(rows)
+    aims = np.einsum("gij,gi->gj", basis, wanted)
+    beyond = wanted - np.einsum("gij,gj->gi", basis, aims)
+    rest += float((beyond**2).sum())
+    return LawSums(stiffness, factors, aims, rest, total, count, frames)

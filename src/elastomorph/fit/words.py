@@ -1,0 +1,272 @@
+"""A fit in words, as a table and as plain values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from elastomorph.evaluation.summary import same
+from elastomorph.fit.objective import EXCURSION
+from elastomorph.fit.results import CurveFit, Errors, Fit, Ratio
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+__all__ = ["conclusions", "fit_facts", "fit_text", "ratio_words"]
+
+# An interval wider than this factor is called wide.
+_WIDE = 10.0
+# A fit this close to the border of the range allowed may only be the best inside it.
+_AT_BORDER = 0.95
+# p(1) is 1: a term this small is not written out.
+_NEGLIGIBLE = 1e-6
+
+
+def fit_text(fit: Fit, width: int) -> str:
+    """Constants, table and sentences, for a page of this width."""
+    import textwrap
+
+    from elastomorph.evaluation.table import plain_text
+
+    lines = [
+        f"{_several(fit.motions, 'motion')}, {_several(fit.frames, 'frame')} between their ends, "
+        f"{_several(fit.curves, 'curve')} with {fit.vertices} vertices, D = {fit.diameter:.4g}",
+        f"load  p(t) = {_polynomial(fit.load.coefficients)}  ({_degree(fit)})",
+    ]
+    if fit.degree > 1:
+        lines += [
+            f"      p{r}: {low:.4g} to {high:.4g}"
+            for r, (low, high) in enumerate(fit.load_intervals, start=1)
+        ]
+    lines += [
+        f"c/k   {ratio_words(fit.damping)}",
+        f"m/k   {ratio_words(fit.mass)}",
+        f"method  {fit.method.label}",
+        "Intervals: 95 % if residuals are independent and first and last frames exact; of the load "
+        "from the Jacobian at the optimum, of c/k and m/k from the profile of the squared "
+        "distance.",
+        "",
+        plain_text(_error_table(fit), width).strip("\n"),
+    ]
+    if len(fit.degree_errors) > 1:
+        where = "left out" if fit.left_out else "fitted"
+        by = ", ".join(f"{r}: {100 * e:.3f}" for r, e in sorted(fit.degree_errors.items()))
+        lines.append(f"RMS of the motions {where} by degree of the load, % of D: {by}.")
+    lines += conclusions(fit)
+    if fit.per_curve:
+        lines += ["", plain_text(_curve_table(fit.per_curve), width).strip("\n")]
+    wrapped = [
+        piece
+        for line in lines
+        for piece in (
+            textwrap.wrap(line, width) if len(line) > width and "\n" not in line else [line]
+        )
+    ]
+    return "\n".join(wrapped)
+
+
+def conclusions(fit: Fit) -> list[str]:
+    """What the errors show, in sentences computed from them."""
+    said = []
+    if not fit.left_out:
+        said.append(
+            "Leave-one-out needs two motions or more: whether this fit holds for another "
+            "repetition is unknown."
+        )
+    else:
+        linear, ease, beam = fit.left_out
+        won = int((fit.left_out_rms[:, 2] < fit.left_out_rms[:, 0]).sum())
+        pair = f"RMS {beam.rms:.3%} of D against {linear.rms:.3%}"
+        score = f"closer on {won} of {fit.motions}"
+        said.append(
+            f"On motions left out of the fit it beats linear interpolation: {pair}, {score}."
+            if fit.beats_linear
+            else "On motions left out of the fit it does not beat linear interpolation: "
+            f"{pair}, {score}."
+        )
+        if fit.beats_ease:
+            said.append(
+                f"It also beats ease with a load fitted alike ({ease.rms:.3%}): the material "
+                "adds to the timing."
+            )
+        elif fit.degree > 1 and same(ease.rms, beam.rms):
+            said.append(
+                f"Ease with a load fitted alike is as close ({ease.rms:.3%}): the material adds "
+                "nothing to the timing."
+            )
+        elif fit.degree > 1:
+            said.append(
+                f"It does not beat ease with a load fitted alike ({ease.rms:.3%}): the material "
+                "adds nothing that can be relied on."
+            )
+        if fit.chosen == "leave-one-out":
+            said.append("The degree was chosen by these same errors, which flatters them a little.")
+    if fit.degree == 1:
+        said.append("A linear load is linear interpolation for every mode but the means.")
+    if fit.material is not None and max(fit.damping.low, fit.mass.low) <= 0 and fit.degree > 2:
+        said.append(
+            "c/k and m/k are not told apart: either may be as small as you like, but not both."
+        )
+    if fit.excursion > _AT_BORDER * EXCURSION:
+        said.append(
+            f"A law leaves [0, 1] or runs back by {fit.excursion:.1%}, the border of the range "
+            "that is searched: the best fit may lie at a resonance beyond it."
+        )
+    return said
+
+
+def ratio_words(ratio: Ratio) -> str:
+    """One ratio and its interval."""
+    if ratio.low <= 0 and math.isinf(ratio.high):
+        return "not identified: these motions say nothing about it"
+    if ratio.low <= 0:
+        return f"not identified: anything below {ratio.high:.3g} fits as well"
+    if math.isinf(ratio.high):
+        return f"not identified: anything above {ratio.low:.3g} fits as well"
+    words = f"{ratio.value:.5g}, between {ratio.low:.5g} and {ratio.high:.5g}"
+    if ratio.high > _WIDE * ratio.low:
+        words += " (wide: known to its order of magnitude at best)"
+    if ratio.refits is not None:
+        words += f"; {ratio.refits[0]:.4g} to {ratio.refits[1]:.4g} with one motion left out"
+        if not ratio.reproducible:
+            words += ", so not reproducible"
+    return words
+
+
+def fit_facts(fit: Fit) -> dict[str, Any]:
+    """Everything found, as plain values; what is infinite or unknown is None."""
+    material = fit.material
+    return {
+        "material": None if material is None else asdict(material),
+        "load": list(fit.load.coefficients),
+        "load_intervals": [[_finite(low), _finite(high)] for low, high in fit.load_intervals],
+        "degree": fit.degree,
+        "degree_chosen_by": fit.chosen,
+        "degree_rms": {str(degree): rms for degree, rms in fit.degree_errors.items()},
+        "closure": fit.closure,
+        "damping": _ratio_facts(fit.damping),
+        "mass": _ratio_facts(fit.mass),
+        "method": fit.method.label,
+        "excursion": fit.excursion,
+        "in_sample": [asdict(errors) for errors in fit.in_sample],
+        "left_out": [asdict(errors) for errors in fit.left_out],
+        "left_out_rms": fit.left_out_rms.tolist(),
+        "beats_linear": fit.beats_linear,
+        "beats_ease": fit.beats_ease,
+        "conclusions": conclusions(fit),
+        "per_curve": [
+            {
+                "name": one.name,
+                "load": None if one.load is None else list(one.load.coefficients),
+                "damping": _ratio_facts(one.damping),
+                "mass": _ratio_facts(one.mass),
+                "rms": one.rms,
+                "linear_rms": one.linear_rms,
+                "left_out_rms": _finite(one.left_out_rms),
+            }
+            for one in fit.per_curve
+        ],
+        "motions": fit.motions,
+        "frames": fit.frames,
+        "curves": fit.curves,
+        "vertices": fit.vertices,
+        "diameter": fit.diameter,
+    }
+
+
+def _ratio_facts(ratio: Ratio) -> dict[str, Any]:
+    return {
+        "value": ratio.value,
+        "low": ratio.low,
+        "high": _finite(ratio.high),
+        "identified": ratio.identified,
+        "reproducible": ratio.reproducible,
+        "refits": None if ratio.refits is None else list(ratio.refits),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _degree(fit: Fit) -> str:
+    if fit.chosen == "given":
+        return f"degree {fit.degree}, as asked for"
+    least, most = min(fit.degree_errors), max(fit.degree_errors)
+    return f"degree {fit.degree} of {least} to {most}, by {fit.chosen}"
+
+
+def _polynomial(coefficients: Sequence[float]) -> str:
+    powers = ("t", "t²", "t³", "t⁴", "t⁵", "t⁶")
+    words = ""
+    for p, power in zip(coefficients, powers, strict=False):
+        if abs(p) < _NEGLIGIBLE:
+            continue
+        sign = (" - " if p < 0 else " + ") if words else ("-" if p < 0 else "")
+        size = f"{abs(p):.4g}"
+        words += sign + (power if size == "1" else f"{size} {power}")
+    return words
+
+
+def _several(count: int, thing: str) -> str:
+    return f"{count} {thing}" if count == 1 else f"{count:,} {thing}s"
+
+
+def _error_table(fit: Fit) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        caption="% of D. left out: each motion with the fit of all others"
+        if fit.left_out
+        else "% of D",
+        caption_justify="left",
+    )
+    table.add_column("method")
+    blocks: list[tuple[str, tuple[Errors, ...]]] = [("fitted", fit.in_sample)]
+    if fit.left_out:
+        blocks.append(("left out", fit.left_out))
+    for title, _ in blocks:
+        for measure in ("RMS", "LME", "LAE"):
+            table.add_column(f"{title}\n{measure}", justify="right")
+    for row in range(len(fit.in_sample)):
+        cells = [
+            f"{100 * value:.3f}"
+            for _, errors in blocks
+            for value in (errors[row].rms, errors[row].lme, errors[row].lae)
+        ]
+        table.add_row(fit.in_sample[row].label, *cells)
+    return table
+
+
+def _curve_table(curves: Sequence[CurveFit]) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(
+        title="Every curve alone",
+        title_justify="left",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        caption="RMS in % of D; –: not identified",
+        caption_justify="left",
+    )
+    table.add_column("curve")
+    for header in ("linear", "fitted", "left out", "c/k", "m/k"):
+        table.add_column(header, justify="right")
+    table.add_column("load")
+    for one in curves:
+        left_out = "" if math.isnan(one.left_out_rms) else f"{100 * one.left_out_rms:.3f}"
+        table.add_row(
+            one.name,
+            f"{100 * one.linear_rms:.3f}",
+            f"{100 * one.rms:.3f}",
+            left_out,
+            *("–" if r.value is None else f"{r.value:.3g}" for r in (one.damping, one.mass)),
+            "does not move" if one.load is None else _polynomial(one.load.coefficients),
+        )
+    return table
