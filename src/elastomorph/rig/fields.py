@@ -17,7 +17,7 @@ __all__ = ["MorphFields", "RigFields", "Span"]
 
 # Vertices that stay still between two moved ones are cheaper to add as zeros than to skip, up to
 # about this many.
-_GAP = 32
+_GAP = 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,11 +104,16 @@ class MorphFields:
         from scipy.linalg.blas import daxpy
 
         flat, numbers = positions.reshape(-1), list(factors)
-        for span in self.spans:
-            for field, factor in zip(span.fields, numbers, strict=True):
+        for offset, rows in self._rows:
+            for row, factor in zip(rows, numbers, strict=True):
                 if factor:
                     # In place and without a temporary: several times faster than NumPy's +=.
-                    daxpy(field.reshape(-1), flat, a=factor, offy=3 * span.start, n=field.size)
+                    daxpy(row, flat, row.size, factor, 0, 1, offset)
+
+    @cached_property
+    def _rows(self) -> list[tuple[int, list[NDArray[np.float64]]]]:
+        """Of each span, its first coordinate and its fields flat."""
+        return [(3 * s.start, [field.reshape(-1) for field in s.fields]) for s in self.spans]
 
 
 @dataclass(frozen=True, eq=False)

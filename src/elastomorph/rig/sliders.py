@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -54,7 +55,7 @@ class Sliders:
             for name in members:
                 self.require(name, self.morphs)
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The sliders in order: every morph but the correctives that others drive entirely."""
         return tuple(name for name in self.morphs if name in self.correctives.get(name, (name,)))
@@ -65,12 +66,13 @@ class Sliders:
         Raises:
             ParameterError: An unknown name, or a weight that is not a finite number.
         """
-        names = self.names
-        row = np.zeros(len(names))
+        column = self._column
+        row = np.zeros(len(column))
         for name, weight in weights.items():
-            self.require(name, names)
+            if name not in column:
+                self.require(name, self.names)
             try:
-                row[names.index(name)] = float(weight)
+                row[column[name]] = float(weight)
             except (TypeError, ValueError):
                 raise ParameterError(
                     f"the weight of {name!r} is {weight!r}, not a number"
@@ -98,7 +100,7 @@ class Sliders:
 
     def driver_columns(self) -> list[list[int]]:
         """For each morph, the columns of the sliders whose weights are multiplied."""
-        column = {name: i for i, name in enumerate(self.names)}
+        column = self._column
         return [[column[d] for d in self.correctives.get(n, (n,))] for n in self.morphs]
 
     def drive(self, weights: NDArray[Number]) -> NDArray[Number]:
@@ -113,6 +115,10 @@ class Sliders:
     def spread(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """(S, morphs) time of each morph from (S, sliders); correctives: of their first driver."""
         return times[:, [columns[0] for columns in self.driver_columns()]]
+
+    @cached_property
+    def _column(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.names)}
 
     def require(self, name: str, known: tuple[str, ...]) -> None:
         """Check a name.
