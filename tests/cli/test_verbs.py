@@ -88,6 +88,14 @@ class TestVerbs:
         heights = [mesh.vertices[0, 2] for mesh in em.read_sequence(pattern)]
         np.testing.assert_allclose(heights, [0, 1.5, 3])
 
+    def test_interpolate_with_a_timing(self) -> None:
+        """Smoothstep at a quarter is 5/32; the path itself is the straight one."""
+        assert (
+            run("interpolate", "neutral.obj", "target.obj", "-t", 0.25, "-o", "out.obj",
+                "--method", "linear", "--timing", "smoothstep") == 0
+        )  # fmt: skip
+        np.testing.assert_allclose(em.read("out.obj").vertices[:, 2], 3 * 5 / 32, atol=1e-12)
+
     def test_interpolate_a_region(self) -> None:
         assert (
             run("interpolate", "neutral.obj", "target.obj", "-o", "out.obj", "--region", "0-20",
@@ -147,6 +155,10 @@ class TestVerbs:
                 ["interpolate", "neutral.obj", "target.obj", "-o", "x.obj", "--damping", "50",
                  "--rigidity", "1.0265982254684336"],
                 "resonant",
+            ),
+            (
+                ["interpolate", "neutral.obj", "target.obj", "-o", "x.obj", "--timing", "soon"],
+                "soon",
             ),
             (["evaluate", "scan.#.ply"], "scan.#.ply"),
             (["evaluate", "scan.#.obj", "--all", "--method", "linear"], "not both"),

@@ -33,6 +33,7 @@ def export(
     tolerance: Annotated[
         float | None, typer.Option(help="Largest error allowed, as a fraction of D.")
     ] = None,
+    timing: options.TimingText = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Write a rig with its paths as morph targets that any player of linear ones can play.
@@ -41,7 +42,11 @@ def export(
     """
     from elastomorph.io import write
 
-    settings: dict[str, Any] = {"normals": normals, "tolerance": tolerance}
+    settings: dict[str, Any] = {
+        "normals": normals,
+        "tolerance": tolerance,
+        "timing": options.timing(timing),
+    }
     with options.progress(as_json) as say:
         face_rig = options.full_rig(None if rig == "built-in" else Path(rig), method, say)
         if only is not None:

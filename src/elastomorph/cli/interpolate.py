@@ -53,6 +53,7 @@ def interpolate(
     rest: Annotated[
         str, typer.Option(help="Vertices outside the region: linear, or neutral (stay).")
     ] = "linear",
+    timing: options.TimingText = None,
     picture: Annotated[
         Path | None, typer.Option(help="A picture (PNG) of the in-betweens side by side.")
     ] = None,
@@ -73,7 +74,9 @@ def interpolate(
 
     if time and frames:
         raise ParameterError("give --time or --frames, not both")
-    times = np.linspace(0, 1, frames) if frames else np.array(sorted(set(time or [0.5])))
+    clip = np.linspace(0, 1, frames) if frames else np.array(sorted(set(time or [0.5])))
+    law = options.timing(timing)
+    times = clip if law is None else law.at(clip)
     chosen = Method.parse(
         method,
         material=options.material(mass, damping, rigidity),

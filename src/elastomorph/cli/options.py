@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from elastomorph.mesh import Mesh
     from elastomorph.physics import Material
     from elastomorph.rig import Rig
+    from elastomorph.timing import Timing
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 CurveFile = Annotated[
@@ -41,6 +42,14 @@ OptionalRig = Annotated[
         help="A rig: .glb, .usd, .fbx, .npz, or a folder of meshes. Default: the built-in head.",
     ),
 ]
+TimingText = Annotated[
+    str | None,
+    typer.Option(
+        "--timing",
+        help="How t runs over the clip: smoothstep, minimum-jerk, cosine, gompertz:3, blink, "
+        "keys:0=0,0.3=0.8,1=1. Never part of the path.",
+    ),
+]
 MethodText = Annotated[str, typer.Option(help="linear, cosine, ease:R, beam:R or beam:R:closure.")]
 
 
@@ -49,6 +58,13 @@ def material(mass: float, damping: float, rigidity: float) -> Material:
     from elastomorph.physics import Material
 
     return Material(mass, damping, rigidity)
+
+
+def timing(text: str | None) -> Timing | None:
+    """The timing that an option names, if it was given."""
+    from elastomorph.timing import by_name
+
+    return None if text is None else by_name(text)
 
 
 def network(mesh: Mesh, file: Path | None, names: tuple[str, ...] = ()) -> CurveNetwork:

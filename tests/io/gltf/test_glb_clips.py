@@ -8,10 +8,12 @@ from glb_samples import rigs, triangle_rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from elastomorph import timing
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ParameterError
 from elastomorph.io.gltf.clips import performance_clip, slider_clips
 from elastomorph.io.gltf.targets import MorphTargets
+from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.rig import Rig
 
@@ -111,3 +113,20 @@ def test_a_curve_with_a_kink_too_sharp_for_any_keys_says_how_far_they_are() -> N
     clip = slider_clips(rig, MorphTargets.of(rig, 0), 1e-6, 30)[0]
     assert clip.key_error > 1e-6
     assert len(clip.times) < 8192
+
+
+def test_a_timing_shapes_the_clip_and_not_the_path() -> None:
+    """At every moment of the clip the weights are t and b_k(t) at t = timing(moment)."""
+    neutral = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    target = neutral.with_vertices(neutral.vertices + [0, 0, 1.0])
+    morph = Morph(neutral, target, np.full((1, 3, 3), 0.2), (BendCurve.power(2),))
+    rig = Rig(neutral, {"a": morph})
+    law = timing.minimum_jerk
+    clip = slider_clips(rig, MorphTargets.of(rig, 0.0), 1e-4, 30, law)[0]
+    moments = np.linspace(0, 1, 301)
+    played = [np.interp(moments, clip.times, column) for column in clip.weights.T]
+    t = law.at(moments)
+    away = (played[0] - t)[:, None, None] * morph.delta
+    away = away + (played[1] - (t**2 - t))[:, None, None] * morph.bends[0]
+    assert np.linalg.norm(away, axis=2).max() <= (clip.key_error + 1e-6) * neutral.diameter
+    assert clip.key_error <= 1e-4

@@ -7,7 +7,7 @@ line between keys is played alike everywhere, and costs a few kilobytes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ParameterError
 from elastomorph.io.gltf.targets import KeptMorph, MorphTargets
 from elastomorph.rig import Rig
+from elastomorph.timing import Timing, linear
 
 __all__ = ["Clip", "performance_clip", "slider_clips"]
 
@@ -41,8 +42,10 @@ class Clip:
     key_error: float
 
 
-def slider_clips(rig: Rig, targets: MorphTargets, tolerance: float, fps: float) -> list[Clip]:
-    """One clip a morph, of its name, that plays t from 0 to 1 in one second.
+def slider_clips(
+    rig: Rig, targets: MorphTargets, tolerance: float, fps: float, timing: Timing = linear
+) -> list[Clip]:
+    """One clip a morph, of its name, that plays its path in one second.
 
     The keys lie on the frames of 1/fps s, no more of them than the tolerance asks for; where even
     all frames are too few, on halves, quarters, … of frames.
@@ -52,15 +55,27 @@ def slider_clips(rig: Rig, targets: MorphTargets, tolerance: float, fps: float) 
         targets: Its morph targets.
         tolerance: Largest distance between keys, as a fraction of D.
         fps: Frames per second.
+        timing: The t of the path at each moment of the clip; from 0 to 1 evenly by default.
     """
     scale = rig.neutral.diameter or 1.0
     clips = []
     for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True):
         curves = [morph.bend_curves[k] for k in kept.bends]
-        sizes = [np.linalg.norm(bend, axis=1).max() / scale for bend in kept.displacements]
-        times, error = _keys(curves, np.array(sizes), tolerance, fps)
+        moved = [morph.delta, *kept.displacements]
+        sizes = np.array([np.linalg.norm(field, axis=1).max() / scale for field in moved])
+
+        def moves(
+            t: NDArray[np.float64],
+            curves: Sequence[BendCurve] = curves,
+            sizes: NDArray[np.float64] = sizes,
+        ) -> NDArray[np.float64]:
+            at = timing.at(t)
+            return sizes[:, None] * np.stack([at, *(curve(at) for curve in curves)])
+
+        straight = not curves and timing is linear
+        times, error = (np.array([0.0, 1.0]), 0.0) if straight else _keys(moves, tolerance, fps)
         weights = np.zeros((len(times), len(targets.names)), dtype=np.float32)
-        _fill(weights, kept, curves, times)
+        _fill(weights, kept, curves, timing.at(times))
         clips.append(Clip(name, times.astype(np.float32), weights, error))
     return clips
 
@@ -112,16 +127,13 @@ def _fill(
 
 
 def _keys(
-    curves: Sequence[BendCurve], sizes: NDArray[np.float64], tolerance: float, fps: float
+    moves: Callable[[NDArray[np.float64]], NDArray[np.float64]], tolerance: float, fps: float
 ) -> tuple[NDArray[np.float64], float]:
     """Times of the keys, and the error they leave."""
-    if not curves:
-        return np.array([0.0, 1.0]), 0.0
     steps = max(1, round(fps))
     while True:
         fine = np.arange(steps * _BETWEEN + 1) / (steps * _BETWEEN)
-        moves = np.stack([size * curve(fine) for size, curve in zip(sizes, curves, strict=True)])
-        keys, error = _fewest(moves, steps, tolerance)
+        keys, error = _fewest(moves(fine), steps, tolerance)
         if error <= tolerance or steps * 2 > _FINEST:
             return keys / steps, error
         steps *= 2

@@ -21,6 +21,7 @@ from elastomorph.io.gltf.rig_extras import rig_extras
 from elastomorph.io.gltf.surface_extras import surface_extras
 from elastomorph.io.gltf.targets import MorphTargets
 from elastomorph.rig import Rig
+from elastomorph.timing import Timing, linear
 
 __all__ = ["Performance", "write_glb"]
 
@@ -44,6 +45,7 @@ def write_glb(
     keys_tolerance: float = 1e-4,
     fps: float = 30,
     sparse: bool = True,
+    timing: Timing = linear,
     animation: Performance | None = None,
 ) -> GlbReport:
     """Write a rig as a binary glTF 2.0 file.
@@ -64,6 +66,8 @@ def write_glb(
         fps: Frames per second, rounded to a whole number; the keys lie on frames where these are
             close enough together.
         sparse: Store only the vertices that a morph target moves, where that is smaller.
+        timing: The t of a path at each moment of its animation, from 0 to 1 evenly by default;
+            see `elastomorph.timing`. The path itself stays as it is.
         animation: A recorded performance, written in place of an animation a morph: times (T,)
             in seconds from 0, weights (T, J) of the sliders of ``rig.names``, and its name.
 
@@ -82,7 +86,7 @@ def write_glb(
     _require_storable(path, rig)
     targets = MorphTargets.of(rig, tolerance)
     if animation is None:
-        clips = slider_clips(rig, targets, keys_tolerance, fps)
+        clips = slider_clips(rig, targets, keys_tolerance, fps, timing)
     else:
         clips = [performance_clip(rig, targets, *animation)]
     layout = lay_out(rig.neutral)
