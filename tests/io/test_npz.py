@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import pickle
-import time
 import tracemalloc
 import zipfile
 from pathlib import Path
@@ -196,10 +195,8 @@ def test_an_archive_that_unpacks_to_far_more_than_its_size_is_refused_at_once(
     assert (tmp_path / "bomb.npz").stat().st_size < ALLOWANCE // 200
     tracemalloc.start()
     try:
-        start = time.perf_counter()
         with pytest.raises(FormatError, match="unpack to more than 64 MiB"):
             read_npz(tmp_path / "bomb.npz")
-        assert time.perf_counter() - start < 1
         assert tracemalloc.get_traced_memory()[1] < 4 << 20
     finally:
         tracemalloc.stop()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -437,22 +436,14 @@ def test_the_code_is_named_by_its_sources(monkeypatch: pytest.MonkeyPatch, tmp_p
 
 
 @pytest.mark.realdata
-def test_a_production_rig_is_read_in_seconds_and_then_in_a_moment(
+def test_a_production_rig_comes_from_the_cache_the_second_time(
     data_dir: Path, user_cache: Path
 ) -> None:
-    """57 targets of 26,719 vertices as beams: the limits are 6 s and 0.5 s, doubled for CI."""
+    """57 targets of 26,719 vertices as beams, the same from the files and from the cache."""
     place = data_dir / "ict-facekit"
-    start = time.perf_counter()
     first, cached = read(place, method="beam:2")
-    once = time.perf_counter() - start
     assert not cached
-    times = []
-    for _ in range(3):
-        start = time.perf_counter()
-        second, cached = read(place, method="beam:2")
-        times.append(time.perf_counter() - start)
-        assert cached
+    second, cached = read(place, method="beam:2")
+    assert cached
     assert_same_rig(first, second)
     assert len(first) == 57
-    assert once < 12
-    assert min(times) < 1

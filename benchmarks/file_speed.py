@@ -1,0 +1,58 @@
+"""How long files take: a production mesh in every format, and a recorded take.
+
+Run:  python benchmarks/file_speed.py [--data FOLDER]
+
+Prints milliseconds, shortest of several runs, and what they are to a plain copy of the file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from elastomorph.io import read, write
+from elastomorph.io.livelink import read_livelink
+
+
+def best(task: Callable[[], object], repeats: int = 9) -> float:
+    """Shortest of several runs, in milliseconds."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        task()
+        times.append(time.perf_counter() - start)
+    return 1e3 * min(times)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    default = os.environ.get("ELASTOMORPH_DATA", Path(__file__).parents[2] / "shared" / "data")
+    parser.add_argument("--data", type=Path, default=Path(default))
+    folder = parser.parse_args().data
+    source = folder / "ict-facekit" / "generic_neutral_mesh.obj"
+    if not source.is_file():
+        print(f"{source} is missing: name the folder of real data with --data", file=sys.stderr)
+        return 1
+    mesh = read(source)
+    print(f"{len(mesh.vertices):,} vertices, {len(mesh.faces):,} polygons; milliseconds")
+    print(f"  OBJ as it came   read {best(lambda: read(source)):7.1f}   (limit 250)")
+    with tempfile.TemporaryDirectory() as place:
+        for suffix in (".obj", ".ply", ".npz"):
+            path = Path(place) / f"face{suffix}"
+            written = best(lambda path=path: write(path, mesh))
+            again = best(lambda path=path: read(path))
+            copied = best(path.read_bytes)
+            print(f"  {suffix:<16} read {again:7.1f}   write {written:7.1f}", end="")
+            print(f"   read in {again / copied:.0f} × the time of its bytes")
+    take = folder / "livelink" / "rom_3.csv"
+    print(f"  {take.name:<16} read {best(lambda: read_livelink(take)):7.1f}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
