@@ -41,7 +41,7 @@ def write_glb(
     rig: Rig,
     *,
     normals: Literal["delta", "none"] = "delta",
-    tolerance: float = 1e-5,
+    tolerance: float = 5e-7,
     keys_tolerance: float = 1e-4,
     fps: float = 30,
     sparse: bool = True,
