@@ -10,7 +10,6 @@ real face, a cube split the same way until it has as many vertices stands in for
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 from time import perf_counter
 
@@ -20,6 +19,7 @@ from elastomorph.curves import extract_curves
 from elastomorph.io import read
 from elastomorph.mesh import Mesh
 from elastomorph.polygons import Polygons
+from measuring import data_folder
 
 FACE = Path("ict-facekit") / "generic_neutral_mesh.obj"
 
@@ -88,10 +88,8 @@ def report_line(name: str, mesh: Mesh, repeats: int) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    folder = os.environ.get("ELASTOMORPH_DATA")
-    beside = Path(__file__).resolve().parents[2] / "shared" / "data"
     parser.add_argument("face", nargs="?", type=Path, help="a mesh file")
-    parser.add_argument("--data", type=Path, default=Path(folder) if folder else beside)
+    parser.add_argument("--data", type=Path, default=data_folder())
     parser.add_argument("--splits", type=int, default=3, help="times every polygon is split")
     parser.add_argument("--repeats", type=int, default=3, help="extractions; the fastest counts")
     options = parser.parse_args()

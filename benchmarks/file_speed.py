@@ -8,31 +8,24 @@ Prints milliseconds, shortest of several runs, and what they are to a plain copy
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 from elastomorph.io import read, write
 from elastomorph.io.livelink import read_livelink
+from measuring import best_seconds, data_folder
 
 
-def best(task: Callable[[], object], repeats: int = 9) -> float:
+def best(task: Callable[[], object]) -> float:
     """Shortest of several runs, in milliseconds."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        task()
-        times.append(time.perf_counter() - start)
-    return 1e3 * min(times)
+    return 1e3 * best_seconds(task, 9)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    default = os.environ.get("ELASTOMORPH_DATA", Path(__file__).parents[2] / "shared" / "data")
-    parser.add_argument("--data", type=Path, default=Path(default))
+    parser.add_argument("--data", type=Path, default=data_folder())
     folder = parser.parse_args().data
     source = folder / "ict-facekit" / "generic_neutral_mesh.obj"
     if not source.is_file():

@@ -24,17 +24,18 @@ from elastomorph.evaluation.segments import find_movements
 from elastomorph.fit import Fit, fit
 from elastomorph.mesh import Mesh
 from elastomorph.sequence import MeshSequence
-from real_capture import TAKES, data_folder, marker_curves
+from measuring import data_folder
+from real_capture import TAKES, marker_curves
 
 KINDS = ("onset", "offset")
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--data", type=Path, default=None, help="folder of the real data")
+    parser.add_argument("--data", type=Path, default=data_folder(), help="folder of the real data")
     parser.add_argument("--per-curve", action="store_true", help="also fit every curve alone")
     options = parser.parse_args()
-    folder = options.data or data_folder()
+    folder = options.data
     files = [folder / "animface" / f"{take}.npz" for take in TAKES]
     missing = [file for file in files if not file.is_file()]
     if missing:

@@ -11,10 +11,7 @@ and the closed form against finite differences in u with an implicit scheme in t
 from __future__ import annotations
 
 import argparse
-import os
-import time
 import tracemalloc
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,18 +19,9 @@ import numpy as np
 import elastomorph as em
 from elastomorph.physics.reference import CurveProblem, integrate
 from elastomorph.samples import expressions, head
+from measuring import best_seconds, data_folder
 
 ACCURACY = 1e-3
-
-
-def best_time(task: Callable[[], object], repeats: int = 7) -> float:
-    """Shortest of several runs, in seconds."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        task()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def face(folder: Path) -> tuple[str, em.Mesh, em.Mesh]:
@@ -70,20 +58,19 @@ def coarsest_reference(size: int) -> tuple[int, int, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    default = os.environ.get("ELASTOMORPH_DATA", Path(__file__).parents[2] / "shared" / "data")
-    parser.add_argument("--data", type=Path, default=Path(default))
+    parser.add_argument("--data", type=Path, default=data_folder())
     name, neutral, target = face(parser.parse_args().data)
 
     curves = em.extract_curves(neutral)
-    seconds = best_time(lambda: em.interpolate(neutral, target, "beam", order=2, curves=curves))
-    copy = best_time(lambda: neutral.vertices.copy())
+    seconds = best_seconds(lambda: em.interpolate(neutral, target, "beam", order=2, curves=curves))
+    copy = best_seconds(lambda: neutral.vertices.copy())
     to = em.prepare(neutral, "beam", order=2, curves=curves)
-    again = best_time(lambda: to(target))
+    again = best_seconds(lambda: to(target))
     tracemalloc.start()
     morph = em.interpolate(neutral, target, "beam", order=2, curves=curves)
     peak = tracemalloc.get_traced_memory()[1] / neutral.vertices.nbytes
     tracemalloc.stop()
-    one = best_time(lambda: morph.at(0.5))
+    one = best_seconds(lambda: morph.at(0.5))
     print(f"{name}: {len(neutral.vertices):,} vertices on {len(curves):,} curves")
     print(f"  interpolate, curves given      {seconds * 1e3:8.2f} ms   (limit 100 ms)")
     print(f"  … a further target, prepared   {again * 1e3:8.2f} ms")
@@ -93,8 +80,8 @@ def main() -> None:
     size, steps, error = coarsest_reference(24)
     problem = smooth_curve(size)
     times = np.linspace(0, 1, steps + 1)
-    numerical = best_time(lambda: integrate(problem, steps))
-    closed = best_time(lambda: problem.solution(times))
+    numerical = best_seconds(lambda: integrate(problem, steps))
+    closed = best_seconds(lambda: problem.solution(times))
     print(f"one curve, within {ACCURACY:.1%} of the displacement at {steps + 1} times")
     print(f"  numerical, {size} vertices       {numerical * 1e3:8.3f} ms   (error {error:.3%})")
     print(f"  closed form, {size} vertices     {closed * 1e3:8.3f} ms   ", end="")
@@ -107,13 +94,13 @@ def main() -> None:
     def every_in_between() -> None:
         em.interpolate(neutral, target, "beam", order=2, curves=curves).at(times)
 
-    numerical, closed = best_time(every_curve, 2), best_time(every_in_between)
+    numerical, closed = best_seconds(every_curve, 2), best_seconds(every_in_between)
     print(f"as many curves as the face has ({len(curves):,}), the same accuracy and times")
     print(f"  numerical                      {numerical * 1e3:8.1f} ms")
     print(f"  closed form, solved from new   {closed * 1e3:8.1f} ms   ", end="")
     print(f"{numerical / closed:.0f} × faster")
     several = np.linspace(0, 1, 11)
-    stored = best_time(lambda: morph.at(several)) / len(several)
+    stored = best_seconds(lambda: morph.at(several)) / len(several)
     print(f"  closed form, stored, one time  {stored * 1e3:8.3f} ms   ", end="")
     print(f"{numerical / (steps + 1) / stored:,.0f} × faster per face")
 

@@ -9,7 +9,6 @@ further one, by beam, plate, arc and rotation, and the largest memory the proces
 from __future__ import annotations
 
 import argparse
-import os
 import resource
 import sys
 import time
@@ -17,14 +16,14 @@ from pathlib import Path
 
 import elastomorph as em
 from curve_extraction import split
+from measuring import data_folder
 
 METHODS = ("beam:2", "plate:2", "arc", "rotation")
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    default = os.environ.get("ELASTOMORPH_DATA", Path(__file__).parents[2] / "shared" / "data")
-    parser.add_argument("--data", type=Path, default=Path(default))
+    parser.add_argument("--data", type=Path, default=data_folder())
     rig = parser.parse_args().data / "ict-facekit"
     if not rig.is_dir():
         print(f"{rig} is missing: name the folder of the real data with --data", file=sys.stderr)

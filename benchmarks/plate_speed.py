@@ -11,7 +11,6 @@ are from all modes at once.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from pathlib import Path
@@ -22,6 +21,7 @@ import elastomorph as em
 from elastomorph.paths import plate
 from elastomorph.paths.method import Method
 from elastomorph.samples import expressions, head
+from measuring import data_folder
 
 
 def faces(folder: Path) -> tuple[str, em.Mesh, em.Mesh, em.Mesh]:
@@ -47,8 +47,7 @@ def peak_memory() -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    default = os.environ.get("ELASTOMORPH_DATA", Path(__file__).parents[2] / "shared" / "data")
-    parser.add_argument("--data", type=Path, default=Path(default))
+    parser.add_argument("--data", type=Path, default=data_folder())
     name, neutral, first, further = faces(parser.parse_args().data)
     count = len(neutral.vertices)
     print(f"{name}: {count:,} vertices, {len(neutral.faces):,} polygons\n")

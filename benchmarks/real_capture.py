@@ -11,7 +11,6 @@ the errors when less or more of the rest and of the apex belongs to it.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -32,6 +31,7 @@ from elastomorph.evaluation.summary import mean_summaries, same
 from elastomorph.evaluation.table import method_table
 from elastomorph.io.curve_file import read_curves
 from elastomorph.io.marker_take import read_marker_take
+from measuring import data_folder
 
 TAKES = ("jaw", "eyebrows")
 METHODS = (*DEFAULT_METHODS, "beam:2:compatible", "beam:2:unforced")
@@ -56,10 +56,10 @@ class Judged:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--data", type=Path, default=None, help="folder of the real data")
+    parser.add_argument("--data", type=Path, default=data_folder(), help="folder of the real data")
     parser.add_argument("--each", action="store_true", help="print the full table of each movement")
     options = parser.parse_args()
-    folder = options.data or data_folder()
+    folder = options.data
     missing = [take for take in TAKES if not (folder / "animface" / f"{take}.npz").is_file()]
     if missing:
         print(
@@ -209,11 +209,6 @@ def conclusion(kinds: Mapping[str, Sequence[Judged]]) -> str:
         f"{max(halfway):.0%} of the way: no one law of time fits them all."
     )
     return " ".join(said)
-
-
-def data_folder() -> Path:
-    named = os.environ.get("ELASTOMORPH_DATA")
-    return Path(named) if named else Path(__file__).parents[2] / "shared" / "data"
 
 
 if __name__ == "__main__":

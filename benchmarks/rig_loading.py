@@ -13,8 +13,6 @@ import argparse
 import multiprocessing
 import os
 import tempfile
-import time
-from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
@@ -26,16 +24,7 @@ from elastomorph.io.fbx import read_fbx
 from elastomorph.io.rig_folder import find_rig_files, read_rig_folder
 from elastomorph.io.rig_key import content_digests
 from elastomorph.io.rig_npz import read_rig_npz, write_rig_npz
-
-
-def seconds(task: Callable[[], object], repeats: int = 1) -> float:
-    """Shortest of several runs."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        task()
-        times.append(time.perf_counter() - start)
-    return min(times)
+from measuring import best_seconds, data_folder
 
 
 def vertices_in(path: Path) -> NDArray[np.float64]:
@@ -50,21 +39,23 @@ def load_folder(folder: Path, scratch: Path) -> None:
     def load() -> em.Mesh:
         return read_rig_folder(folder, method="beam:2", cache=scratch).neutral
 
-    print(f"  rig of beams, first time       {seconds(load):8.2f} s   (limit 6 s)")
-    print(f"  … from the cache               {seconds(load, 5):8.2f} s   (limit 0.5 s)")
-    print(f"    of which: contents hashed    {seconds(lambda: content_digests(files), 5):8.2f} s")
+    print(f"  rig of beams, first time       {best_seconds(load, 1):8.2f} s   (limit 6 s)")
+    print(f"  … from the cache               {best_seconds(load, 5):8.2f} s   (limit 0.5 s)")
+    print(
+        f"    of which: contents hashed    {best_seconds(lambda: content_digests(files), 5):8.2f} s"
+    )
     kept = next(iter(scratch.iterdir()))
     print(
-        f"    and read                     {seconds(lambda: read_rig_npz(kept), 5):8.2f} s", end=""
+        f"    and read                     {best_seconds(lambda: read_rig_npz(kept), 5):8.2f} s",
+        end="",
     )
     print(f"   ({kept.stat().st_size / 1e6:.0f} MB)")
     rig = read_rig_npz(kept)
     archive = scratch / "rig.npz"
-    print(
-        f"  written as an archive          {seconds(lambda: write_rig_npz(archive, rig), 3):8.2f} s"
-    )
+    written = best_seconds(lambda: write_rig_npz(archive, rig), 3)
+    print(f"  written as an archive          {written:8.2f} s")
 
-    one = seconds(lambda: [vertices_in(file) for file in files])
+    one = best_seconds(lambda: [vertices_in(file) for file in files], 1)
     print(f"  meshes read one after another  {one:8.2f} s")
 
     def by_threads() -> None:
@@ -75,20 +66,19 @@ def load_folder(folder: Path, scratch: Path) -> None:
         with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as processes:
             list(processes.map(vertices_in, files))
 
-    print(f"  … by threads                   {seconds(by_threads):8.2f} s")
-    print(f"  … by processes, started first  {seconds(by_processes):8.2f} s")
+    print(f"  … by threads                   {best_seconds(by_threads, 1):8.2f} s")
+    print(f"  … by processes, started first  {best_seconds(by_processes, 1):8.2f} s")
 
 
 def load_fbx(path: Path) -> None:
     rig = read_fbx(path)
     print(f"{path.name}: {path.stat().st_size / 1e6:.1f} MB, {rig}")
-    print(f"  read in a process of its own   {seconds(lambda: read_fbx(path), 5):8.2f} s")
+    print(f"  read in a process of its own   {best_seconds(lambda: read_fbx(path), 5):8.2f} s")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    default = os.environ.get("ELASTOMORPH_DATA", Path(__file__).parents[2] / "shared" / "data")
-    parser.add_argument("--data", type=Path, default=Path(default))
+    parser.add_argument("--data", type=Path, default=data_folder())
     data = parser.parse_args().data
     with tempfile.TemporaryDirectory() as scratch:
         if (data / "ict-facekit").is_dir():

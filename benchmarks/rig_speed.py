@@ -12,7 +12,6 @@ Run:  python benchmarks/rig_speed.py [--data FOLDER] [--faces 1000000]
 from __future__ import annotations
 
 import argparse
-import os
 import resource
 import time
 from collections.abc import Callable
@@ -27,6 +26,7 @@ from elastomorph.report.bench import PAPER_MILLISECONDS
 from elastomorph.rig import Rig
 from elastomorph.rig.combinations import weight_combinations
 from elastomorph.samples import expressions, head
+from measuring import data_folder
 
 VERTICES = 5071
 
@@ -125,8 +125,7 @@ def pose(folder: Path, rounds: int) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    default = os.environ.get("ELASTOMORPH_DATA", Path(__file__).parents[2] / "shared" / "data")
-    parser.add_argument("--data", type=Path, default=Path(default))
+    parser.add_argument("--data", type=Path, default=data_folder())
     parser.add_argument("--faces", type=int, default=1_000_000)
     parser.add_argument("--rounds", type=int, default=9)
     options = parser.parse_args()

@@ -11,7 +11,6 @@ processor time, all of the real rig's targets at t = 0.25, 0.5 and 0.75.
 from __future__ import annotations
 
 import argparse
-import os
 import resource
 from collections.abc import Callable
 from pathlib import Path
@@ -26,6 +25,7 @@ from elastomorph.morph import Morph
 from elastomorph.paths import arc, linear, rotation
 from elastomorph.paths.method import Method
 from elastomorph.rigid import fit_rigid
+from measuring import data_folder
 
 NEUTRAL = "generic_neutral_mesh"
 TIMES = (0.25, 0.5, 0.75)
@@ -99,9 +99,7 @@ def measure(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    folder = os.environ.get("ELASTOMORPH_DATA")
-    beside = Path(__file__).resolve().parents[2] / "shared" / "data"
-    parser.add_argument("--data", type=Path, default=Path(folder) if folder else beside)
+    parser.add_argument("--data", type=Path, default=data_folder())
     parser.add_argument("--only", nargs="*", help="names of targets; all by default")
     options = parser.parse_args()
     rig = options.data / "ict-facekit"

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from elastomorph.components import component_of
 from elastomorph.mesh import Mesh, require_same_topology
 
 __all__ = ["Displacement", "MeshFacts", "displacement", "mesh_facts"]
@@ -74,8 +73,7 @@ def mesh_facts(mesh: Mesh) -> MeshFacts:
     polygons_of_edge = np.unique(keys[corners != following], return_counts=True)[1]
     edges = mesh.edges
     used = np.unique(corners)
-    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
-    pieces = connected_components(graph, directed=False)[0]
+    pieces = int(component_of(count, edges).max()) + 1
     valence = np.bincount(edges.ravel(), minlength=count)
     on_border = np.zeros(count, dtype=bool)
     on_border[edges[polygons_of_edge != 2].ravel()] = True

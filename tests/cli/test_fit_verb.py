@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
+from calls import printed_by
 
 import elastomorph as em
 from elastomorph.cli import fit as verb
@@ -43,17 +42,7 @@ def takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[em.MeshSequen
 
 def run(*words: object, width: int = 100) -> str:
     """What the verb prints."""
-    app = typer.Typer()
-    app.callback()(lambda: None)
-    verb.add_to(app)
-    result = CliRunner().invoke(
-        app,
-        ["fit", *map(str, words)],
-        env={"COLUMNS": str(width), "TERM": "dumb"},
-        catch_exceptions=False,
-    )
-    assert result.exit_code == 0
-    return result.stdout
+    return printed_by(verb, "fit", *words, width=width)
 
 
 @pytest.mark.usefixtures("takes")

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
+from calls import printed_by
 
 import elastomorph as em
 from elastomorph.cli import inbetweens
@@ -43,17 +42,7 @@ def motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> em.MeshSequence:
 
 def run(*words: object, width: int = 100) -> str:
     """What the verb prints."""
-    app = typer.Typer()
-    app.callback()(lambda: None)
-    inbetweens.add_to(app)
-    result = CliRunner().invoke(
-        app,
-        ["inbetweens", *map(str, words)],
-        env={"COLUMNS": str(width), "TERM": "dumb"},
-        catch_exceptions=False,
-    )
-    assert result.exit_code == 0
-    return result.stdout
+    return printed_by(inbetweens, "inbetweens", *words, width=width)
 
 
 @pytest.mark.usefixtures("motion")

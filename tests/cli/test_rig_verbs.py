@@ -7,17 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from calls import status_of as run
 
 import elastomorph as em
-from elastomorph.cli import main
 from elastomorph.samples import expressions, head
-
-
-def run(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    code = stopped.value.code
-    return code if isinstance(code, int) else 0
 
 
 def test_blend_makes_all_combinations(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

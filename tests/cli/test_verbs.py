@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from calls import status_of as run
 
 import elastomorph as em
-from elastomorph.cli import main
 
 SIZE = 7
 
@@ -36,14 +36,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = em.interpolate(neutral, neutral.with_vertices(raised), "ease:2")
     em.write_sequence("scan.#.obj", em.MeshSequence(neutral, path.at(np.linspace(0, 1, 5))))
     return tmp_path
-
-
-def run(*arguments: object) -> int:
-    """The exit status of one call."""
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    code = stopped.value.code
-    return code if isinstance(code, int) else 0
 
 
 @pytest.mark.usefixtures("folder")

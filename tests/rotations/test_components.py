@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from elastomorph.rotations import common_turn, connected_parts
+from elastomorph.components import connected_parts
+from elastomorph.rotations import common_turn
 from elastomorph.rotations.rotation_vectors import rotation_vectors
 
 POINTS = np.random.default_rng(7).normal(size=(30, 3))

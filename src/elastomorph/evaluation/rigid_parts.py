@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.components import connected_parts
 from elastomorph.curves import CurveNetwork
 from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.rigid import Screw, fit_rigid
-from elastomorph.rotations.components import connected_parts
 from elastomorph.sequence import MeshSequence
 
 __all__ = ["RigidParts", "find_rigid_parts"]

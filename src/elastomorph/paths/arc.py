@@ -30,6 +30,7 @@ __all__ = [
     "local_rotations",
     "neighbourhoods",
     "prepare",
+    "stored",
 ]
 
 _RINGS = 12
@@ -57,10 +58,22 @@ def prepare(
     def to(target: Mesh) -> Morph:
         rotations = local_rotations(neutral, target, around, _RINGS)
         path = _arcs(neutral, target, rotations)
-        morph = bake(path, neutral, target, tolerance=method.tolerance, method=method.label)
-        return without_folds(morph, around.adjacency, rotations.whole)
+        return stored(path, neutral, target, method, around, rotations)
 
     return to
+
+
+def stored(
+    path: Path,
+    neutral: Mesh,
+    target: Mesh,
+    method: Method,
+    around: Neighbourhoods,
+    rotations: VertexRotations,
+) -> Morph:
+    """A path as bends, eased where polygons would turn over."""
+    morph = bake(path, neutral, target, tolerance=method.tolerance, method=method.label)
+    return without_folds(morph, around.adjacency, rotations.whole)
 
 
 def arc_path(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from elastomorph.bake import bake
 from elastomorph.curves import CurveNetwork
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
@@ -17,6 +16,7 @@ from elastomorph.paths.arc import (
     bent_path,
     local_rotations,
     neighbourhoods,
+    stored,
 )
 from elastomorph.paths.method import Method
 from elastomorph.rotations import (
@@ -25,7 +25,6 @@ from elastomorph.rotations import (
     VertexRotations,
     least_distortion,
 )
-from elastomorph.rotations.folds import without_folds
 from elastomorph.surface import surface_operators
 
 __all__ = ["prepare", "rotation_path"]
@@ -56,8 +55,7 @@ def prepare(
     def to(target: Mesh) -> Morph:
         rotations = local_rotations(neutral, target, around, _RINGS)
         path = _turning(neutral, target, rotations, surface)
-        morph = bake(path, neutral, target, tolerance=method.tolerance, method=method.label)
-        return without_folds(morph, around.adjacency, rotations.whole)
+        return stored(path, neutral, target, method, around, rotations)
 
     return to
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.components import component_of
 from elastomorph.mesh import Mesh
 
 __all__ = ["eye_image", "iris_coordinates"]
@@ -98,11 +99,6 @@ def _mix(
 
 def _components(mesh: Mesh, corners: NDArray[np.int64]) -> NDArray[np.int32]:
     """For each of these corners of whole polygons, the connected part it belongs to."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     start = mesh.faces.indices[corners]
     end = mesh.faces.indices[mesh.faces.next_corners[corners]]
-    size = len(mesh.vertices)
-    graph = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(size, size))
-    return np.asarray(connected_components(graph, directed=False)[1][start], dtype=np.int32)
+    return component_of(len(mesh.vertices), np.stack([start, end], axis=1))[start]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.components import component_of
 from elastomorph.mesh import FaceLabels, Mesh
 
 __all__ = ["LOOKS", "Look", "part_of_name", "parts_of"]
@@ -116,15 +117,11 @@ def _parts(labels: FaceLabels | None, count: int) -> NDArray[np.str_]:
 
 def _touching(mesh: Mesh, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which of the chosen polygons belong to a piece that shares vertices with the others."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     faces = mesh.faces
     inside = chosen[faces.corner_faces]
     size = len(mesh.vertices)
     start, end = faces.indices[inside], faces.indices[faces.next_corners[inside]]
-    graph = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(size, size))
-    piece = connected_components(graph, directed=False)[1]
+    piece = component_of(size, np.stack([start, end], axis=1))
     shared = np.zeros(size, dtype=bool)
     others = faces.indices[~inside]
     shared[piece[others]] = True

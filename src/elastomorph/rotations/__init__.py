@@ -1,6 +1,6 @@
 """How the surface turns between two meshes, and the paths that turn with it."""
 
-from elastomorph.rotations.components import common_turn, connected_parts
+from elastomorph.rotations.components import common_turn
 from elastomorph.rotations.least_distortion import SurfaceEdges, least_distortion
 from elastomorph.rotations.turning import ArcBend, EdgeBend
 from elastomorph.rotations.vertex_rotations import (
@@ -16,7 +16,6 @@ __all__ = [
     "SurfaceEdges",
     "VertexRotations",
     "common_turn",
-    "connected_parts",
     "least_distortion",
     "vertex_rotations",
 ]

@@ -1,4 +1,4 @@
-"""The parts of a mesh that hang together, and those of them that turn as a whole."""
+"""The parts of a mesh that turn as a whole."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from elastomorph.rigid import fit_rigid
 from elastomorph.rotations.rotation_vectors import nearest_quaternions
 
-__all__ = ["common_turn", "connected_parts"]
+__all__ = ["common_turn"]
 
 # How far a part may be from a rigid motion: as a fraction of D, so that noise of a scan does not
 # matter, and of its own radius, so that a small part is not called rigid for being small.
@@ -18,26 +18,6 @@ _RIGID_OF_RADIUS = 0.02
 _AFFINE = 1e-5
 # Parts thinner than this fraction of their length are flat: what happens across is not known.
 _FLAT = 1e-3
-
-
-def connected_parts(count: int, edges: NDArray[np.integer]) -> list[NDArray[np.int64]]:
-    """The vertices of each connected component.
-
-    Args:
-        count: Number of vertices.
-        edges: (E, 2) pairs of vertices.
-
-    Returns:
-        Rising vertex indices of each component, in the order of their first vertices.
-    """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
-    component_of = connected_components(graph, directed=False)[1]
-    order = np.argsort(component_of, kind="stable")
-    starts = np.flatnonzero(np.diff(component_of[order], prepend=-1))
-    return np.split(order.astype(np.int64), starts[1:])
 
 
 def common_turn(

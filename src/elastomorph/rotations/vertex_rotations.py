@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-from elastomorph.rotations.components import common_turn, connected_parts
+from elastomorph.components import connected_parts
+from elastomorph.rotations.components import common_turn
 from elastomorph.rotations.rotation_vectors import (
     nearest_quaternions,
     on_the_side_of,
