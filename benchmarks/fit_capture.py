@@ -21,7 +21,7 @@ from rich.text import Text
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.segments import find_movements
-from elastomorph.fit import Fit, fit
+from elastomorph.fitting import Fit, fit
 from elastomorph.mesh import Mesh
 from elastomorph.sequence import MeshSequence
 from measuring import data_folder

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elastomorph.bake import bake
+from elastomorph.baking import bake
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import BakeError, MeshError, ParameterError, TopologyError
 from elastomorph.mesh import Mesh

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
+import subprocess
+import sys
 from importlib.metadata import version
+
+import pytest
 
 import elastomorph as em
 import elastomorph.errors as errors
@@ -14,14 +19,34 @@ def test_every_exported_name_exists_and_is_documented() -> None:
         assert inspect.getdoc(getattr(em, name)), name
 
 
-def test_no_public_name_is_left_out() -> None:
-    """Whatever the package imports into its top level, other than its own modules, is exported."""
-    found = {
-        name
-        for name, value in vars(em).items()
-        if not name.startswith("_") and not inspect.ismodule(value)
-    }
-    assert found - {"annotations"} == set(em.__all__)
+def test_type_checkers_and_python_find_the_same_names() -> None:
+    """What the package imports for type checkers is what it hands out when it is asked."""
+    tree = ast.parse(inspect.getsource(em))
+    guarded = next(node for node in tree.body if isinstance(node, ast.If))
+    homes: dict[str, set[str]] = {}
+    for node in guarded.body:
+        assert isinstance(node, ast.ImportFrom)
+        homes.setdefault(node.module or "", set()).update(alias.name for alias in node.names)
+    assert homes.pop("elastomorph") == {"timing"}
+    assert homes == {home: set(names) for home, names in em._HOMES.items()}
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'interpolat'"):
+        em.interpolat  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_the_command_line_starts_without_anything_heavy() -> None:
+    """Help and mistyped options must not wait for numpy, scipy, vtk and the like."""
+    heavy = "{'numpy', 'scipy', 'vtkmodules', 'matplotlib', 'PIL', 'rich', 'torch', 'pxr'}"
+    program = (
+        "import sys\nfrom elastomorph.cli import main\n"
+        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        f"sys.exit(' '.join({heavy} & set(sys.modules)) or 0)"
+    )
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert "evaluate" in found.stdout
 
 
 def test_every_error_derives_from_one() -> None:

@@ -2,74 +2,102 @@
 
 A face rig moves every vertex on a straight line from the neutral face to a target. Here each target
 gets a *path*, stored as a few ordinary morph targets with scalar weight curves.
+
+A public name is imported when it is first used, so that nothing heavy is loaded for a program that
+asks for little.
 """
 
-from elastomorph import timing as timing
-from elastomorph.bake import bake
-from elastomorph.bend_curve import BendCurve
-from elastomorph.curves import Curve, CurveNetwork, edge_loops, extract_curves
-from elastomorph.errors import (
-    BakeError,
-    CurveError,
-    ElastomorphError,
-    ElastomorphWarning,
-    FileError,
-    FormatError,
-    MeshError,
-    MissingExtraError,
-    ParameterError,
-    ResonanceError,
-    TimeLawWarning,
-    TopologyError,
-)
-from elastomorph.evaluation import Evaluation, Suggestion, evaluate, suggest_inbetweens
-from elastomorph.fit import Fit, fit
-from elastomorph.io import read, read_rig, read_sequence, write, write_sequence
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
-from elastomorph.paths import Method, interpolate, prepare, through
-from elastomorph.physics import Load, Material
-from elastomorph.rig import Rig
-from elastomorph.sequence import MeshSequence
+from __future__ import annotations
 
-__all__ = [
-    "BakeError",
-    "BendCurve",
-    "Curve",
-    "CurveError",
-    "CurveNetwork",
-    "ElastomorphError",
-    "ElastomorphWarning",
-    "Evaluation",
-    "FileError",
-    "Fit",
-    "FormatError",
-    "Load",
-    "Material",
-    "Mesh",
-    "MeshError",
-    "MeshSequence",
-    "Method",
-    "MissingExtraError",
-    "Morph",
-    "ParameterError",
-    "ResonanceError",
-    "Rig",
-    "Suggestion",
-    "TimeLawWarning",
-    "TopologyError",
-    "bake",
-    "edge_loops",
-    "evaluate",
-    "extract_curves",
-    "fit",
-    "interpolate",
-    "prepare",
-    "read",
-    "read_rig",
-    "read_sequence",
-    "suggest_inbetweens",
-    "through",
-    "write",
-    "write_sequence",
-]
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from elastomorph import timing as timing
+    from elastomorph.baking import bake as bake
+    from elastomorph.bend_curve import BendCurve as BendCurve
+    from elastomorph.curves import Curve as Curve
+    from elastomorph.curves import CurveNetwork as CurveNetwork
+    from elastomorph.curves import edge_loops as edge_loops
+    from elastomorph.curves import extract_curves as extract_curves
+    from elastomorph.errors import BakeError as BakeError
+    from elastomorph.errors import CurveError as CurveError
+    from elastomorph.errors import ElastomorphError as ElastomorphError
+    from elastomorph.errors import ElastomorphWarning as ElastomorphWarning
+    from elastomorph.errors import FileError as FileError
+    from elastomorph.errors import FormatError as FormatError
+    from elastomorph.errors import MeshError as MeshError
+    from elastomorph.errors import MissingExtraError as MissingExtraError
+    from elastomorph.errors import ParameterError as ParameterError
+    from elastomorph.errors import ResonanceError as ResonanceError
+    from elastomorph.errors import TimeLawWarning as TimeLawWarning
+    from elastomorph.errors import TopologyError as TopologyError
+    from elastomorph.evaluation import Evaluation as Evaluation
+    from elastomorph.evaluation import Suggestion as Suggestion
+    from elastomorph.evaluation import evaluate as evaluate
+    from elastomorph.evaluation import suggest_inbetweens as suggest_inbetweens
+    from elastomorph.fitting import Fit as Fit
+    from elastomorph.fitting import fit as fit
+    from elastomorph.io import read as read
+    from elastomorph.io import read_rig as read_rig
+    from elastomorph.io import read_sequence as read_sequence
+    from elastomorph.io import write as write
+    from elastomorph.io import write_sequence as write_sequence
+    from elastomorph.mesh import Mesh as Mesh
+    from elastomorph.morph import Morph as Morph
+    from elastomorph.paths import Method as Method
+    from elastomorph.paths import interpolate as interpolate
+    from elastomorph.paths import prepare as prepare
+    from elastomorph.paths import through as through
+    from elastomorph.physics import Load as Load
+    from elastomorph.physics import Material as Material
+    from elastomorph.rig import Rig as Rig
+    from elastomorph.sequence import MeshSequence as MeshSequence
+
+_HOMES: dict[str, tuple[str, ...]] = {
+    "elastomorph.baking": ("bake",),
+    "elastomorph.bend_curve": ("BendCurve",),
+    "elastomorph.curves": ("Curve", "CurveNetwork", "edge_loops", "extract_curves"),
+    "elastomorph.errors": (
+        "BakeError",
+        "CurveError",
+        "ElastomorphError",
+        "ElastomorphWarning",
+        "FileError",
+        "FormatError",
+        "MeshError",
+        "MissingExtraError",
+        "ParameterError",
+        "ResonanceError",
+        "TimeLawWarning",
+        "TopologyError",
+    ),
+    "elastomorph.evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
+    "elastomorph.fitting": ("Fit", "fit"),
+    "elastomorph.io": ("read", "read_rig", "read_sequence", "write", "write_sequence"),
+    "elastomorph.mesh": ("Mesh",),
+    "elastomorph.morph": ("Morph",),
+    "elastomorph.paths": ("Method", "interpolate", "prepare", "through"),
+    "elastomorph.physics": ("Load", "Material"),
+    "elastomorph.rig": ("Rig",),
+    "elastomorph.sequence": ("MeshSequence",),
+}
+"""The module of each public name."""
+
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "timing":
+        return import_module("elastomorph.timing")
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -12,7 +12,7 @@ from calls import printed_by
 import elastomorph as em
 from elastomorph.cli import fit as verb
 from elastomorph.errors import TopologyError
-from elastomorph.fit import fit
+from elastomorph.fitting import fit
 
 SIZE = 5
 

@@ -42,7 +42,7 @@ def fit(
     Each motion goes from its first frame to its last; with several, each is also compared with
     the fit of all others. Example: elastomorph fit smile1.npz smile2.npz smile3.npz -o fit.json
     """
-    from elastomorph.fit import fit as estimate
+    from elastomorph.fitting import fit as estimate
     from elastomorph.io import read_sequence
     from elastomorph.io.atomic import replacing
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.bake import bake
+from elastomorph.baking import bake
 from elastomorph.bend_curve import BendCurve
 from elastomorph.io.gltf.normals import NormalField, normal_deltas
 from elastomorph.mesh import Mesh

@@ -13,7 +13,7 @@ from glb_samples import HandMade, rigs, seamed_mesh, triangle_rig
 from hypothesis import HealthCheck, given, settings
 from viewer_checks import drawn, run, validated
 
-from elastomorph.bake import bake
+from elastomorph.baking import bake
 from elastomorph.bend_curve import BendCurve
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.mesh import Mesh

@@ -17,7 +17,7 @@ from usd_rigs import (
     sample_rig,
 )
 
-from elastomorph.bake import bake
+from elastomorph.baking import bake
 from elastomorph.errors import ElastomorphWarning
 from elastomorph.io.usd import read_usd, write_usd
 from elastomorph.mesh import Mesh

@@ -11,8 +11,8 @@ import pytest
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import CurveError, MeshError, ParameterError, TopologyError
-from elastomorph.fit import Fit, fit
-from elastomorph.fit.objective import EXCURSION
+from elastomorph.fitting import Fit, fit
+from elastomorph.fitting.objective import EXCURSION
 
 Synthesis = Callable[..., list[em.MeshSequence]]
 

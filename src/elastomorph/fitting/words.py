@@ -8,8 +8,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from elastomorph.evaluation.summary import same
-from elastomorph.fit.objective import EXCURSION
-from elastomorph.fit.results import CurveFit, Errors, Fit, Ratio
+from elastomorph.fitting.objective import EXCURSION
+from elastomorph.fitting.results import CurveFit, Errors, Fit, Ratio
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.fit.folds import Repetitions, constants
-from elastomorph.fit.modal_sums import ModalSums
-from elastomorph.fit.results import CurveFit, Ratio
+from elastomorph.fitting.folds import Repetitions, constants
+from elastomorph.fitting.modal_sums import ModalSums
+from elastomorph.fitting.results import CurveFit, Ratio
 
 __all__ = ["fit_curves"]
 

@@ -10,12 +10,12 @@ import numpy as np
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import CurveError, MeshError, ParameterError, TopologyError
 from elastomorph.evaluation.curve_errors import CurveVertices
-from elastomorph.fit.curve_by_curve import fit_curves
-from elastomorph.fit.errors import method_errors, pooled_errors
-from elastomorph.fit.folds import Repetitions, Solution, constants
-from elastomorph.fit.modal_sums import ModalSums, curve_sums
-from elastomorph.fit.objective import Objective
-from elastomorph.fit.results import Fit
+from elastomorph.fitting.curve_by_curve import fit_curves
+from elastomorph.fitting.errors import method_errors, pooled_errors
+from elastomorph.fitting.folds import Repetitions, Solution, constants
+from elastomorph.fitting.modal_sums import ModalSums, curve_sums
+from elastomorph.fitting.objective import Objective
+from elastomorph.fitting.results import Fit
 from elastomorph.mesh import require_same_topology
 from elastomorph.paths import Method
 from elastomorph.physics import CLOSURES

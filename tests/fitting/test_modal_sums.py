@@ -9,9 +9,9 @@ import pytest
 
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
-from elastomorph.fit.folds import Repetitions
-from elastomorph.fit.modal_sums import LawSums, ModalSums, curve_sums
-from elastomorph.fit.objective import Objective
+from elastomorph.fitting.folds import Repetitions
+from elastomorph.fitting.modal_sums import LawSums, ModalSums, curve_sums
+from elastomorph.fitting.objective import Objective
 
 Synthesis = Callable[..., list[em.MeshSequence]]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.fit.modal_sums import LawSums, ModalSums
-from elastomorph.fit.objective import Objective
-from elastomorph.fit.results import Ratio
-from elastomorph.fit.solver import (
+from elastomorph.fitting.modal_sums import LawSums, ModalSums
+from elastomorph.fitting.objective import Objective
+from elastomorph.fitting.results import Ratio
+from elastomorph.fitting.solver import (
     Optimum,
     best_load,
     interval,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import TimeLawWarning
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
-from elastomorph.fit.results import Errors
+from elastomorph.fitting.results import Errors
 from elastomorph.paths import Method, interpolate
 from elastomorph.sequence import MeshSequence
 

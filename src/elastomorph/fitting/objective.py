@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.fit.modal_sums import LawSums
+from elastomorph.fitting.modal_sums import LawSums
 from elastomorph.physics import Load, Material, mean_response, modal_response
 from elastomorph.physics.guard import excursion
 

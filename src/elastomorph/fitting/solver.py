@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.fit.objective import EXCURSION, Objective
+from elastomorph.fitting.objective import EXCURSION, Objective
 
 __all__ = ["Optimum", "best_load", "interval", "load_intervals", "minimised", "slack", "solve"]
 
@@ -26,7 +26,7 @@ class Optimum:
     """A point and its cost.
 
     Attributes:
-        point: (R + 1,) see `elastomorph.fit.objective`.
+        point: (R + 1,) see `elastomorph.fitting.objective`.
         cost: Misfit and wall there.
     """
 
