@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+from contextlib import suppress
+from typing import NoReturn
 
 import typer
 
@@ -58,16 +62,43 @@ def _options(
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line; an error of ours is one sentence and exit status 1.
+    """Run the command line; an error is one sentence and a status that is not 0.
 
     Args:
         arguments: Words after the program's name; those of the process by default.
     """
+    if arguments is None:
+        signal.signal(signal.SIGTERM, _stop)
     try:
-        app(arguments)
+        try:
+            app(arguments)
+        finally:
+            sys.stdout.flush()
     except ElastomorphError as error:
-        sys.stderr.write(f"error: {error}\n")
-        sys.exit(1)
+        _fail(str(error))
     except KeyboardInterrupt:
-        sys.stderr.write("interrupted\n")
-        sys.exit(130)
+        _fail("interrupted", 130, kind="")
+    except BrokenPipeError:  # whoever read our output has seen enough
+        _drop_output()
+        sys.exit(141)
+    except MemoryError:
+        _fail("there is not enough memory for this; try fewer or smaller files at a time")
+    except OSError as error:
+        _drop_output()
+        _fail(f"{error.filename or 'the output'}: {error.strerror or error}")
+
+
+def _stop(number: int, frame: object) -> None:
+    """End as on an interrupt, so that nothing half done is left behind."""
+    sys.exit(128 + number)
+
+
+def _fail(problem: str, status: int = 1, kind: str = "error: ") -> NoReturn:
+    sys.stderr.write(f"{kind}{problem}\n")
+    sys.exit(status)
+
+
+def _drop_output() -> None:
+    """Keep Python from writing, at its very end, what could not be written before."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

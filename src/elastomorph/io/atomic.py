@@ -3,12 +3,12 @@
 A file is written under a temporary name in the folder it goes to, flushed to the disk, and renamed
 over the old one. Whoever opens the path sees the old file or the new one, nothing between. A
 folder that does not exist is an error, not an invitation: a mistyped path should not grow folders.
+A process that is killed cannot clean up after itself; the next one that writes there does.
 """
 
 from __future__ import annotations
 
 import os
-import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from elastomorph.errors import FileError
+from elastomorph.io.temporaries import remove_orphans, temporary_name
 
-__all__ = ["opened", "read_bytes", "replacing", "replacing_path"]
+__all__ = ["made_folder", "opened", "read_bytes", "replacing", "replacing_path"]
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -54,6 +55,22 @@ def opened(path: str | Path) -> Iterator[BinaryIO]:
             yield file
         except OSError as error:
             _refuse_reading(path, error)
+
+
+def made_folder(path: str | Path) -> Path:
+    """A folder for results that was asked for by name, made with those above it if it is missing.
+
+    Raises:
+        FileError: A file is in the way, or the disk refuses.
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise FileError(path, "this is a file; name a folder for the results") from None
+    except (OSError, ValueError) as error:
+        _refuse_writing(path, error)
+    return folder
 
 
 @contextmanager
@@ -95,7 +112,8 @@ def _temporary_beside(path: str | Path) -> Iterator[Path]:
     try:
         final = Path(path).resolve()
         kept_mode = _require_replaceable(path, final)
-        temporary = final.with_name(f".elastomorph-{secrets.token_hex(8)}{final.suffix}")
+        remove_orphans(final.parent)
+        temporary = temporary_name(final)
     except (OSError, ValueError, RuntimeError) as error:
         _refuse_writing(path, error)
     try:
