@@ -102,6 +102,13 @@ class Morph:
             np.multiply(self.delta, t - 1.0, out=out)
             out += self.target.vertices
 
+    def _repr_html_(self) -> str:
+        """The viewer, for a notebook."""
+        # An upward import, for a notebook asks the thing itself, and nobody else needs a viewer.
+        from elastomorph.viewer.notebook import notebook_html
+
+        return notebook_html(self)
+
     def __repr__(self) -> str:
         return (
             f"Morph({self.method}, {len(self.neutral.vertices):,} vertices, "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gzip
 import os
 import stat
 import sys
@@ -11,7 +12,15 @@ from pathlib import Path
 import pytest
 
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.atomic import opened, read_bytes, replacing, replacing_path
+from elastomorph.io.atomic import (
+    is_file,
+    is_folder,
+    opened,
+    read_bytes,
+    replacing,
+    replacing_path,
+    size_of,
+)
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX permissions and links")
 
@@ -223,3 +232,38 @@ def test_an_error_of_the_system_while_reading_is_a_file_error(tmp_path: Path) ->
     path.write_bytes(b"1")
     with pytest.raises(FileError, match=r"a\.bin: the file cannot be read"), opened(path):
         raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+
+def test_a_file_compressed_with_gzip_says_so(tmp_path: Path) -> None:
+    (tmp_path / "face.obj").write_bytes(gzip.compress(b"v 0 0 0"))
+    with pytest.raises(FormatError, match=r"face\.obj: this file is compressed with gzip; unpack"):
+        read_bytes(tmp_path / "face.obj")
+
+
+@pytest.mark.parametrize("path", ["~/face.obj", "~nobody/face.obj", "~"])
+def test_the_sign_of_the_home_folder_is_explained(path: str) -> None:
+    """Python does not read it as a shell does."""
+    with pytest.raises(FileError, match=r"stands for a home folder in a shell only"):
+        read_bytes(path)
+
+
+def test_a_file_that_grows_while_it_is_read_is_read_as_it_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    path.write_bytes(b"1" * 10)
+    with opened(path) as file:
+        assert file.read(4) == b"1111"
+        with path.open("ab") as more:
+            more.write(b"2")
+        assert file.read() == b"1111112"
+
+
+def test_what_cannot_be_asked_is_not_there(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"12")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    assert is_file(tmp_path / "a")
+    assert is_folder(tmp_path)
+    assert size_of(tmp_path / "a") == 2
+    for odd in ("n" * 300, "n/" * 3000, "a\0", "a/b", "loop", "gone"):
+        assert not is_file(tmp_path / odd)
+        assert not is_folder(tmp_path / odd)
+        assert size_of(tmp_path / odd) == 0

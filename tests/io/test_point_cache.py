@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import tracemalloc
 from collections.abc import Callable, Iterator
@@ -16,6 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from elastomorph.errors import FileError, FormatError, ParameterError
+from elastomorph.io import point_cache
 from elastomorph.io.point_cache import PointCache, read_mdd, read_pc2, write_mdd, write_pc2
 from elastomorph.mesh import Mesh
 from elastomorph.paths import interpolate
@@ -274,3 +276,25 @@ def test_blocks_that_a_rig_streams_are_written(tmp_path: Path, kind: str) -> Non
     frames = chain.from_iterable(rig.stream(weights, block=3))
     FORMATS[kind][0](path, frames, count=11)
     np.testing.assert_array_equal(FORMATS[kind][1](path).frames, rig.batch(weights))
+
+
+def test_a_cache_says_what_it_holds(tmp_path: Path) -> None:
+    write_mdd(tmp_path / "a.mdd", np.zeros((3, 2, 3)))
+    assert repr(read_mdd(tmp_path / "a.mdd")) == "PointCache(3 frames, 2 points)"
+
+
+def test_a_file_that_becomes_shorter_while_it_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another program may write it again at that moment."""
+    path = tmp_path / "a.mdd"
+    write_mdd(path, np.zeros((100, 50, 3)))
+    real = point_cache._require_size
+
+    def then_cut(*arguments: Any) -> None:
+        real(*arguments)
+        os.truncate(path, 30_000)
+
+    monkeypatch.setattr(point_cache, "_require_size", then_cut)
+    with pytest.raises(FormatError, match=r"a\.mdd: it became shorter while it was read"):
+        read_mdd(path)

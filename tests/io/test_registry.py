@@ -14,9 +14,10 @@ from hypothesis import HealthCheck, given, settings
 from mesh_samples import assert_same_mesh, assert_same_surface, house, meshes
 
 from elastomorph.errors import FileError, FormatError, ParameterError
-from elastomorph.io import read, write
+from elastomorph.io import read, read_rig, write
 from elastomorph.io.registry import MESH_FORMATS, Format, format_of, known_suffixes
 from elastomorph.mesh import Mesh
+from elastomorph.rig import Rig
 from elastomorph.sequence import MeshSequence
 
 SUFFIXES = known_suffixes(MESH_FORMATS)
@@ -146,3 +147,27 @@ def test_a_production_mesh_comes_back_from_every_format(tmp_path: Path, data_dir
         again = read(path)
         assert again.vertices.tobytes() == mesh.vertices.tobytes()
         assert again.faces == mesh.faces
+
+
+@pytest.mark.parametrize("name", ["n" * 300, "n/" * 3000 + "a", "a\0b", "file.obj/a"])
+@pytest.mark.parametrize("suffix", [".obj", ".ply", ".npz", ".glb", ".usda", ".fbx"])
+def test_a_path_that_cannot_be_is_an_error_of_ours(tmp_path: Path, name: str, suffix: str) -> None:
+    """Too long, with a NUL, or below a file: not even whether it is a folder may be asked."""
+    (tmp_path / "file.obj").touch()
+    for reads in (read, read_rig):
+        if suffix not in (".obj", ".ply") or reads is read:
+            with pytest.raises(FileError):
+                reads(tmp_path / f"{name}{suffix}")
+
+
+def test_a_folder_is_read_as_a_rig(tmp_path: Path) -> None:
+    write(tmp_path / "neutral.obj", house())
+    write(tmp_path / "smile.obj", house())
+    assert read_rig(tmp_path, cache=None).names == ("smile",)
+
+
+def test_a_format_that_is_only_read_is_not_written(tmp_path: Path) -> None:
+    rig = Rig(house(), {})
+    for suffix in (".gltf", ".fbx"):
+        with pytest.raises(FormatError, match=r"only read; write one of \.glb, \.usd"):
+            write(tmp_path / f"face{suffix}", rig)

@@ -167,7 +167,7 @@ def changed(path: Path, **members: Any) -> Path:
         ("field_vertices", np.tile([-1, 1, 2, 3, 4], 9), "rise and exist"),
         ("field_values", np.full((45, 3), np.inf), "finite"),
         ("curve_shapes", np.array([[1, 0]]), "no pieces or no coefficients"),
-        ("curve_shapes", np.array([[10**9, 10**9]]), "expected"),
+        ("curve_shapes", np.array([[10**9, 200]]), "expected"),
         ("curve_breaks", np.zeros(4), "rise from 0 to 1"),
         ("curve_coefficients", np.ones(7), "must be 0 at t = 0"),
         ("curve_of_bend", np.array([0, 1, 0, 1, 0, 3]), "does not exist"),
@@ -211,7 +211,7 @@ def test_a_small_file_cannot_ask_for_much_memory(tmp_path: Path) -> None:
         np.savez_compressed(path.with_name("bomb.npz"), **dict(archive))
     tracemalloc.start()
     try:
-        with pytest.raises(FormatError, match="far more than a file of this size should"):
+        with pytest.raises(FormatError, match="would take more memory than"):
             read_rig_npz(path.with_name("bomb.npz"))
         assert tracemalloc.get_traced_memory()[1] < 64 << 20
     finally:

@@ -197,3 +197,26 @@ def test_recorded_markers_survive_an_archive(tmp_path: Path, data_dir: Path) -> 
     before = MeshSequence(Mesh(frames[0]), frames)
     write_sequence(tmp_path / "eyebrows.npz", before)
     assert same_bits(read_sequence(tmp_path / "eyebrows.npz").frames, before.frames)
+
+
+def test_frames_that_are_small_as_files_and_large_together_are_refused(tmp_path: Path) -> None:
+    """Each file may take what it does, but not all of them at once."""
+    zeros = np.zeros((300_000, 3), "i1")
+    for number in range(12):
+        np.savez_compressed(tmp_path / f"scan.{number}.npz", vertices=zeros)
+    with pytest.raises(FormatError, match=r"scan\.#\.npz: it would take more memory than"):
+        read_sequence(tmp_path / "scan.#.npz")
+
+
+def test_a_frame_that_is_a_link_to_itself_is_an_error_of_that_frame(tmp_path: Path) -> None:
+    write_frames(tmp_path, [1, 2])
+    (tmp_path / "scan.0003.obj").symlink_to(tmp_path / "scan.0003.obj")
+    with pytest.raises(FileError, match=r"scan\.0003\.obj"):
+        read_sequence(tmp_path / "scan.####.obj")
+
+
+@pytest.mark.parametrize("name", ["n" * 300, "n/" * 3000, "a\0b"])
+@pytest.mark.parametrize("suffix", [".npz", ".#.obj", ".*.obj", ""])
+def test_a_path_that_cannot_be_is_an_error_of_ours(tmp_path: Path, name: str, suffix: str) -> None:
+    with pytest.raises(FileError):
+        read_sequence(tmp_path / f"{name}{suffix}")

@@ -83,6 +83,8 @@ def evaluation_json(evaluation: Evaluation) -> str:
         "methods": methods,
         "conclusions": conclusions(lines),
     }
+    if evaluation.settings is not None:
+        page["settings"] = dict(evaluation.settings)
     return json.dumps(page, allow_nan=False, ensure_ascii=False) + "\n"
 
 

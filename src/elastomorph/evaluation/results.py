@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,11 +107,13 @@ class Evaluation:
         truth: The motion.
         curves: The curves along which errors are measured.
         results: One for each method, in the order they were given.
+        settings: The settings of the character they were made with, as JSON, where there are any.
     """
 
     truth: MeshSequence
     curves: CurveNetwork
     results: tuple[MethodResult, ...]
+    settings: Mapping[str, Any] | None = None
 
     @property
     def diameter(self) -> float:
@@ -162,11 +165,32 @@ class Evaluation:
         Raises:
             MissingExtraError: matplotlib is not installed.
         """
-        # The one upward import of this package: figures belong to report, and a user with an
-        # evaluation in hand looks for its plot here.
+        # The upward imports of this package are two: pictures belong to report, and a user with an
+        # evaluation in hand looks for them here.
         from elastomorph.report.graphs import error_graphs
 
         error_graphs(self, path)
+
+    def report(self, path: str | Path, name: str = "face") -> None:
+        """Write one HTML page with the tables, graphs and faces, and a viewer among them.
+
+        Args:
+            path: Page to write.
+            name: What was recorded, for the title.
+
+        Raises:
+            FileError: The page cannot be written.
+            MissingExtraError: matplotlib, vtk or Pillow is not installed.
+        """
+        from elastomorph.report.page import About, write_report
+
+        write_report(self, path, About(name=name))
+
+    def _repr_html_(self) -> str:
+        """The table and what it shows, for a notebook."""
+        from elastomorph.evaluation.html_table import evaluation_html
+
+        return evaluation_html(self)
 
     def __str__(self) -> str:
         from elastomorph.evaluation.table import plain_text

@@ -14,6 +14,7 @@ __all__ = [
     "MethodSummary",
     "conclusions",
     "mean_summaries",
+    "places",
     "rankings",
     "same",
     "summaries",
@@ -132,15 +133,25 @@ def rankings(lines: Sequence[MethodSummary]) -> list[str]:
     """
     said = []
     for what, name in (("At the captured times", "lme"), ("With free timing", "path_lme")):
-        places: list[list[str]] = []
-        last = -1.0
-        for line in sorted(lines, key=lambda line: float(getattr(line, name))):
-            value = float(getattr(line, name))
-            if places and same(value, last):
-                places[-1].append(line.label)
-            else:
-                places.append([line.label])
-                last = value
-        order = "; ".join(f"{i}. {', '.join(place)}" for i, place in enumerate(places, start=1))
+        order = "; ".join(
+            f"{i}. {', '.join(line.label for line in place)}"
+            for i, place in enumerate(places(lines, name), start=1)
+        )
         said.append(f"{what} (LME): {order}.")
     return said
+
+
+def places(lines: Sequence[MethodSummary], name: str) -> list[list[MethodSummary]]:
+    """The methods by rising error, those that read the same in one place.
+
+    Args:
+        lines: The methods.
+        name: The error, a field of `MethodSummary`.
+    """
+    found: list[list[MethodSummary]] = []
+    for line in sorted(lines, key=lambda line: float(getattr(line, name))):
+        if found and same(float(getattr(line, name)), float(getattr(found[-1][0], name))):
+            found[-1].append(line)
+        else:
+            found.append([line])
+    return found

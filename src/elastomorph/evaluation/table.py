@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group
@@ -13,7 +14,15 @@ from rich.text import Text
 from elastomorph.evaluation.results import Evaluation
 from elastomorph.evaluation.summary import MethodSummary, conclusions, summaries
 
-__all__ = ["evaluation_table", "method_table", "plain_text"]
+__all__ = [
+    "LEGEND",
+    "Column",
+    "evaluation_table",
+    "method_table",
+    "plain_text",
+    "table_columns",
+    "table_title",
+]
 
 
 def _percent(value: float) -> str:
@@ -41,7 +50,7 @@ _SHAPE_COLUMNS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("flips", "flips", _count),
     ("stretch", "stretch", _ratio),
 )
-_LEGEND = (
+LEGEND = (
     "Errors and seam in % of D. path: each frame picks its own best moment of the path; what "
     "vanishes there was timing. Bold: best of the column."
 )
@@ -50,13 +59,9 @@ _LEGEND = (
 def evaluation_table(evaluation: Evaluation) -> Group:
     """The methods of one evaluation as a table, and in words what it shows."""
     lines = summaries(evaluation)
-    title = (
-        f"{len(evaluation.truth)} frames, {len(evaluation.curves)} curves, "
-        f"D = {evaluation.diameter:.4g}"
-    )
     words = [Text(sentence) for sentence in conclusions(lines)]
     has_polygons = len(evaluation.truth.mesh.faces) > 0
-    return Group(method_table(lines, title, shape=has_polygons), *words)
+    return Group(method_table(lines, table_title(evaluation), shape=has_polygons), *words)
 
 
 def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = True) -> Table:
@@ -70,7 +75,7 @@ def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = Tr
     # Narrow enough for a terminal of 80 columns: cut numbers are no numbers.
     table = Table(
         title=title,
-        caption=_LEGEND,
+        caption=LEGEND,
         caption_justify="left",
         title_justify="left",
         box=SIMPLE_HEAD,
@@ -79,19 +84,53 @@ def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = Tr
     )
     table.add_column("method", no_wrap=True)
     cells = []
-    for header, name, written in (*_COLUMNS, *(_SHAPE_COLUMNS if shape else ())):
-        table.add_column(header, justify="right", no_wrap=True)
-        values = [getattr(line, name) for line in lines]
-        texts = [written(value) for value in values]
-        # What reads the same is equally good: a digit nobody sees must not pick a winner.
-        best = texts[values.index(min(values))]
-        alike = len(set(texts)) == 1
+    for column in table_columns(lines, shape=shape):
+        table.add_column(column.header, justify="right", no_wrap=True)
         cells.append(
-            [Text(text, style="bold" if text == best and not alike else "") for text in texts]
+            [
+                Text(text, style="bold" if best else "")
+                for text, best in zip(column.texts, column.best, strict=True)
+            ]
         )
     for line, row in zip(lines, zip(*cells, strict=True), strict=True):
         table.add_row(Text(line.label), *row)
     return table
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of numbers as they are read.
+
+    Attributes:
+        header: Its title, in at most two lines.
+        texts: One a method.
+        best: Whether each of them is the best of the column; none is where all are alike.
+    """
+
+    header: str
+    texts: tuple[str, ...]
+    best: tuple[bool, ...]
+
+
+def table_columns(lines: Sequence[MethodSummary], *, shape: bool = True) -> list[Column]:
+    """The columns of a table of methods; arguments as for `method_table`."""
+    columns = []
+    for header, name, written in (*_COLUMNS, *(_SHAPE_COLUMNS if shape else ())):
+        values = [getattr(line, name) for line in lines]
+        texts = tuple(written(value) for value in values)
+        # What reads the same is equally good: a digit nobody sees must not pick a winner.
+        best = texts[values.index(min(values))]
+        alike = len(set(texts)) == 1
+        columns.append(Column(header, texts, tuple(t == best and not alike for t in texts)))
+    return columns
+
+
+def table_title(evaluation: Evaluation) -> str:
+    """What was measured."""
+    return (
+        f"{len(evaluation.truth)} frames, {len(evaluation.curves)} curves, "
+        f"D = {evaluation.diameter:.4g}"
+    )
 
 
 def plain_text(renderable: Table | Group, width: int = 120) -> str:

@@ -15,10 +15,21 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, NoReturn
 
-from elastomorph.errors import FileError
+from elastomorph.errors import FileError, FormatError
 from elastomorph.io.temporaries import remove_orphans, temporary_name
 
-__all__ = ["made_folder", "opened", "read_bytes", "replacing", "replacing_path"]
+__all__ = [
+    "is_file",
+    "is_folder",
+    "made_folder",
+    "opened",
+    "read_bytes",
+    "replacing",
+    "replacing_path",
+    "size_of",
+]
+
+_GZIP = b"\x1f\x8b\x08"
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -29,9 +40,13 @@ def read_bytes(path: str | Path) -> bytes:
 
     Raises:
         FileError: The file is missing, a folder, not an ordinary file, or may not be read.
+        FormatError: It is compressed with gzip, as no format that is read whole begins.
     """
     with opened(path) as file:
-        return file.read()
+        content = file.read()
+    if content.startswith(_GZIP):
+        raise FormatError(path, "this file is compressed with gzip; unpack it first")
+    return content
 
 
 @contextmanager
@@ -71,6 +86,30 @@ def made_folder(path: str | Path) -> Path:
     except (OSError, ValueError) as error:
         _refuse_writing(path, error)
     return folder
+
+
+def is_folder(path: str | Path) -> bool:
+    """Whether a path is a folder; False for one that cannot be, such as one that is too long."""
+    try:
+        return Path(path).is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def is_file(path: str | Path) -> bool:
+    """Whether a path is an ordinary file; False for one that cannot be."""
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def size_of(path: str | Path) -> int:
+    """Bytes of a file; 0 where there is none, which is for its reader to complain about."""
+    try:
+        return Path(path).stat().st_size
+    except (OSError, ValueError):
+        return 0
 
 
 @contextmanager
@@ -164,6 +203,8 @@ def _refuse_reading(path: str | Path, error: OSError | ValueError) -> NoReturn:
 
 
 def _missing(path: Path) -> str:
+    if path.parts[:1] and path.parts[0].startswith("~"):
+        return f"'{path.parts[0]}' stands for a home folder in a shell only; write the whole path"
     if not path.parent.exists():
         return f"the folder {path.parent} does not exist"
     return "there is no such file; check the name and the folder it is looked for in"

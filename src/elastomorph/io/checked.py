@@ -6,19 +6,34 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+
 from elastomorph.errors import FormatError, MeshError, ParameterError
 
-__all__ = ["naming_file"]
+__all__ = ["naming_file", "shortened"]
+
+_LONGEST = 400
 
 
 @contextmanager
 def naming_file(path: str | Path) -> Iterator[None]:
     """Raise a FormatError that names ``path`` where a mesh or sequence refuses what was read.
 
+    Numbers from a file may be any; what comes of them is checked, so NumPy need not warn of them.
+
     Raises:
         FormatError: The content does not form a mesh or a sequence.
     """
     try:
-        yield
+        with np.errstate(all="ignore"):
+            yield
     except (MeshError, ParameterError) as error:
-        raise FormatError(path, f"{error}; the file is damaged or was written wrongly") from error
+        raise FormatError(
+            path, f"{shortened(error)}; the file is damaged or was written wrongly"
+        ) from error
+
+
+def shortened(problem: object) -> str:
+    """A message without the middle of it where a name in it, which may be any, is very long."""
+    text = str(problem).encode("utf-8", "backslashreplace").decode()
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}"

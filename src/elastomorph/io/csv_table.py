@@ -17,6 +17,7 @@ from elastomorph.io.atomic import read_bytes
 __all__ = ["CsvTable", "numbers", "read_table"]
 
 _SHOWN = 40
+_BLOCK = 1000
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,13 @@ def read_table(path: str | Path) -> CsvTable:
             raise FormatError(
                 path, f"columns are separated by {found}; save it with commas", line=lines[0]
             )
+    seen: set[str] = set()
     for i, name in enumerate(header):
         if not name:
             raise FormatError(path, f"column {i + 1} of the header has no name", line=lines[0])
-        if name in header[:i]:
+        if name in seen:
             raise FormatError(path, f"the header names {_shown(name)} twice", line=lines[0])
+        seen.add(name)
     return CsvTable(path, header, tuple(rows[1:]), tuple(lines[1:]))
 
 
@@ -98,12 +101,14 @@ def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDA
         cells += [own[column] for column in columns]
     values = _floats(cells)
     if values is None:
-        for i, cell in enumerate(cells):
+        blocks = range(0, len(cells), _BLOCK)
+        wrong = next((b for b in blocks if _floats(cells[b : b + _BLOCK]) is None), len(cells))
+        for i, cell in enumerate(cells[wrong:], start=wrong):
             if _floats([cell]) is None:
+                name = _cut(table.header[columns[i % len(columns)]])
                 raise FormatError(
                     table.path,
-                    f"{table.header[columns[i % len(columns)]]} is {_shown(cell)}, expected a "
-                    "finite number",
+                    f"{name} is {_shown(cell)}, expected a finite number",
                     line=table.lines[rows[i // len(columns)]],
                 )
     return np.array(values).reshape(len(rows), len(columns))
@@ -136,4 +141,8 @@ def _decoded(path: str | Path, content: bytes) -> str:
 
 
 def _shown(cell: str) -> str:
-    return repr(cell if len(cell) <= _SHOWN else cell[:_SHOWN] + "…")
+    return repr(_cut(cell))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "…"

@@ -11,6 +11,7 @@ from math import gcd
 from pathlib import Path
 
 from elastomorph.errors import FileError, FormatError
+from elastomorph.io.atomic import is_file, is_folder
 
 __all__ = ["FrameFiles", "FramePattern", "find_frames", "frame_pattern"]
 
@@ -98,9 +99,9 @@ def find_frames(pattern: str | Path, suffixes: Sequence[str]) -> FrameFiles:
             mesh files of several suffixes.
     """
     path = Path(pattern)
-    if path.is_dir():
+    if is_folder(path):
         numbers = _numbered(pattern, _meshes_in(path, suffixes))
-    elif path.exists():
+    elif is_file(path):
         raise FileError(
             pattern,
             "this is one file; name all frames, for example 'scan.####.obj', 'scan.*.obj' or their "
@@ -199,12 +200,12 @@ def _names_in(folder: Path) -> list[str]:
 def _too_few(path: Path, found: list[Path]) -> str:
     if found:
         return f"a motion needs at least 2 frames, found only {found[0].name}"
-    folder = path if path.is_dir() else path.parent
-    there = _names_in(folder) if folder.is_dir() else None
+    folder = path if is_folder(path) else path.parent
+    there = _names_in(folder) if is_folder(folder) else None
     if there is None:
         return f"no frames found: the folder {folder} does not exist"
     shown = ", ".join(there[:5]) + (", …" if len(there) > 5 else "")
-    what = "mesh files" if path.is_dir() else f"files called '{path.name}'"
+    what = "mesh files" if is_folder(path) else f"files called '{path.name}'"
     return f"no {what} in {folder}, which holds " + (
         f"{len(there):,} files: {shown}" if there else "no files"
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from elastomorph.errors import FormatError
+from elastomorph.io.atomic import is_file
 from elastomorph.io.checked import naming_file
 from elastomorph.io.npz_members import open_npz
 from elastomorph.mesh import Mesh
@@ -37,7 +38,7 @@ def holds_markers(path: str | Path) -> bool:
     Raises:
         FileError: It is an archive that cannot be read.
     """
-    if Path(path).suffix.lower() != ".npz" or not Path(path).is_file():
+    if Path(path).suffix.lower() != ".npz" or not is_file(path):
         return False
     with open_npz(path) as members:
         return "names" in members.names and any(p in members.names for p in _POSITIONS)
@@ -62,5 +63,7 @@ def read_marker_take(path: str | Path) -> MarkerTake:
             )
         frames = members.array(called, "f", (None, None, 3)).astype(np.float64)
         names = members.array("names", "U", (frames.shape[1],))
+    if len(frames) < 2:
+        raise FormatError(path, f"a take needs at least 2 frames, found {len(frames)}")
     with naming_file(path):
         return MarkerTake(MeshSequence(Mesh(frames[0]), frames), tuple(str(name) for name in names))

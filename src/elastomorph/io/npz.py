@@ -73,6 +73,8 @@ def read_npz_sequence(path: str | Path) -> MeshSequence:
         missing = _names(members, "missing", None) if "missing" in members.names else []
         mesh = mesh_of(path, members, frames[0])
     with naming_file(path):
+        if times is not None and not np.isfinite(float(times[-1]) - float(times[0])):
+            raise FormatError(path, "its times are not finite numbers, or too far apart")
         return MeshSequence(mesh, frames, times, names, missing)
 
 

@@ -1,8 +1,8 @@
 """The arrays of an .npz archive, checked by their headers before anything is unpacked.
 
-An archive is untrusted: nothing in it is ever unpickled, and it may unpack to no more than
-`ALLOWANCE` bytes plus `EXPANSION` times its own size. Real arrays stay far below that; an archive
-made to fill the memory does not.
+An archive is untrusted. Nothing in it is ever unpickled; members are unpacked only as numbers or
+text of the shape asked for, and only as much of them as a `MemoryBudget` allows. Of the ways to
+pack a member those two that NumPy writes are read: other ones unpack without bounds.
 """
 
 from __future__ import annotations
@@ -12,27 +12,38 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import opened, replacing
+from elastomorph.io.budget import MemoryBudget
 
-__all__ = ["ALLOWANCE", "EXPANSION", "NpzMembers", "open_npz", "write_arrays"]
+__all__ = ["NpzMembers", "open_npz", "pack_arrays", "write_arrays"]
 
-ALLOWANCE = 64 << 20
-EXPANSION = 100
+_PACKED_AS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+
+# Bytes an element takes beside those in the archive: float64 copies and what checks them, or a
+# text of Python.
+_COPIES = {"U": 80}
+_COPIES_OF_NUMBERS = 20
+_LONGEST_LIST = 12
 
 
 class NpzMembers:
-    """An open archive whose arrays are read one by one, each only as the kind it must be."""
+    """An open archive whose arrays are read one by one, each only as the kind it must be.
 
-    def __init__(self, path: str | Path, archive: zipfile.ZipFile, limit: int) -> None:
+    Attributes:
+        names: Names of the arrays.
+        budget: Memory that the file may still take.
+    """
+
+    def __init__(self, path: str | Path, archive: zipfile.ZipFile, budget: MemoryBudget) -> None:
         self._path = path
         self._archive = archive
-        self._left = limit
+        self.budget = budget
         self.names = frozenset(
             name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")
         )
@@ -49,52 +60,66 @@ class NpzMembers:
             FormatError: It is missing, damaged, too large, or of another kind or shape.
         """
         if name not in self.names:
-            raise FormatError(
-                self._path,
-                f"there is no array '{name}'; found {', '.join(sorted(self.names)) or 'nothing'}",
-            )
+            raise FormatError(self._path, f"there is no array '{name}'; found {self.listed()}")
         info = self._archive.getinfo(f"{name}.npy")
-        self._left -= info.file_size
-        if self._left < 0:
+        if info.compress_type not in _PACKED_AS:
             raise FormatError(
-                self._path,
-                f"it would unpack to more than {ALLOWANCE >> 20} MiB plus {EXPANSION} times its "
-                "own size, as no archive of a mesh does; the file is damaged or was made to harm",
+                self._path, f"the array '{name}' is packed in a way that NumPy does not write"
             )
         with _naming_damage(self._path), self._archive.open(info) as member:
             found, kind, start = _array_header(member)
-            problem = ""
-            if kind.kind not in kinds:
-                problem = f"has the type {kind}"
-            elif len(found) != len(shape) or any(
-                length is not None and length != own
-                for own, length in zip(found, shape, strict=True)
-            ):
-                expected = tuple("any" if length is None else length for length in shape)
-                problem = f"has the shape {found}, expected {expected}".replace("'", "")
-            elif int(np.prod([*found, kind.itemsize], dtype=object)) != info.file_size - start:
-                problem = "is shorter or longer than its header says"
-            if problem:
-                raise FormatError(self._path, f"the array '{name}' {problem}")
+        if (
+            kind.kind not in kinds
+            or not kind.itemsize
+            or (kind.itemsize > 8 and kind.kind in "fiu")
+        ):
+            self._refuse(name, f"has the type {kind}")
+        if len(found) != len(shape) or any(
+            length is not None and length != own for own, length in zip(found, shape, strict=True)
+        ):
+            expected = tuple("any" if length is None else length for length in shape)
+            self._refuse(name, f"has the shape {found}, expected {expected}".replace("'", ""))
+        count = int(np.prod([1, *found], dtype=object))
+        if count < 0 or count * kind.itemsize != info.file_size - start:
+            self._refuse(name, "is shorter or longer than its header says")
+        self.budget.spend(info.file_size + count * _COPIES.get(kind.kind, _COPIES_OF_NUMBERS))
         with _naming_damage(self._path), self._archive.open(info) as member:
             array: NDArray[Any] = np.lib.format.read_array(member, allow_pickle=False)
+        if kind.kind == "U" and not _is_text(array):
+            self._refuse(name, "holds text with characters that do not exist")
         return array
+
+    def listed(self) -> str:
+        """Some of the names, each short, as a damaged archive may have any."""
+        names = sorted(self.names)
+        shown = [name[:40].encode("ascii", "backslashreplace").decode() for name in names]
+        rest = len(shown) - _LONGEST_LIST
+        if rest > 0:
+            shown[_LONGEST_LIST:] = [f"{rest:,} more"]
+        return ", ".join(shown) or "nothing"
+
+    def _refuse(self, name: str, problem: str) -> NoReturn:
+        raise FormatError(self._path, f"the array '{name}' {problem}")
 
 
 @contextmanager
-def open_npz(path: str | Path) -> Iterator[NpzMembers]:
+def open_npz(path: str | Path, budget: MemoryBudget | None = None) -> Iterator[NpzMembers]:
     """Open an archive to read its arrays.
+
+    Args:
+        path: The archive.
+        budget: Memory it may take; in proportion to its own size by default.
 
     Raises:
         FileError: The file is missing or cannot be read.
         FormatError: It is not an archive of arrays, or reading one of them fails.
     """
     with opened(path) as file:
-        limit = ALLOWANCE + EXPANSION * file.seek(0, os.SEEK_END)
+        own = budget or MemoryBudget(path, file.seek(0, os.SEEK_END))
         with _naming_damage(path):
             archive = zipfile.ZipFile(file)
         with archive:
-            yield NpzMembers(path, archive, limit)
+            yield NpzMembers(path, archive, own)
 
 
 def write_arrays(path: str | Path, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -103,7 +128,13 @@ def write_arrays(path: str | Path, arrays: Mapping[str, NDArray[Any]]) -> None:
     Raises:
         FileError: The file cannot be written.
     """
-    with replacing(path) as file, zipfile.ZipFile(file, "w") as archive:
+    with replacing(path) as file:
+        pack_arrays(file, arrays)
+
+
+def pack_arrays(file: IO[bytes], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write arrays as an archive into an open file."""
+    with zipfile.ZipFile(file, "w") as archive:
         for name, array in arrays.items():
             info = zipfile.ZipInfo(f"{name}.npy")  # of itself dated 1980
             with archive.open(info, "w", force_zip64=True) as member:
@@ -117,8 +148,9 @@ def _naming_damage(path: str | Path) -> Iterator[None]:
     except FormatError:
         raise
     except Exception as error:  # damage shows as a dozen different exceptions of three libraries
+        said = str(error).encode("ascii", "backslashreplace").decode()[:200]
         raise FormatError(
-            path, f"this is not an intact archive of arrays (.npz): {error}"
+            path, f"this is not an intact archive of arrays (.npz): {said}"
         ) from error
 
 
@@ -132,3 +164,10 @@ def _array_header(member: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any], in
     else:
         raise ValueError(f"unknown version {version} of the array format")
     return shape, kind, member.tell()
+
+
+def _is_text(array: NDArray[Any]) -> bool:
+    """Whether all characters exist, which NumPy does not ask, and halves of one are not alone."""
+    native = array.astype(array.dtype.newbyteorder("="), copy=False)
+    codes = np.frombuffer(native.tobytes(), dtype=np.uint32)
+    return not ((codes > 0x10FFFF) | ((codes >= 0xD800) & (codes <= 0xDFFF))).any()

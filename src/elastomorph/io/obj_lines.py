@@ -26,7 +26,8 @@ from elastomorph.io.obj_statements import (
 
 __all__ = ["read_lines"]
 
-_NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+# Each piece can match in one way only: a long word that is no number is refused in one pass.
+_NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _INDEX = re.compile(rb"[+-]?[0-9]+")
 _LARGEST_INDEX = int(np.iinfo(np.int32).max)
 
@@ -177,9 +178,11 @@ def _corner(word: bytes, vertices: int, coordinates: int) -> tuple[int, int]:
 
 
 def _index(word: bytes, so_far: int, what: str) -> int:
-    if len(word.lstrip(b"+-0")) > 10 or abs(int(word)) > _LARGEST_INDEX:
+    # Python refuses to read very many digits, even zeros.
+    digits = word.lstrip(b"+-").lstrip(b"0") or b"0"
+    if len(digits) > 10 or int(digits) > _LARGEST_INDEX:
         raise _StatementError(f"the index '{_shown(word)}' is far beyond the {what} of any file")
-    number = int(word)
+    number = -int(digits) if word.startswith(b"-") else int(digits)
     if number == 0:
         raise _StatementError(f"the index 0 is not allowed: {what} are counted from 1")
     if number > 0:
@@ -228,6 +231,6 @@ def _unknown(keyword: bytes) -> str:
 
 
 def _shown(word: bytes) -> str:
-    shown = word.decode("ascii", "backslashreplace")
+    shown = word[:80].decode("ascii", "backslashreplace")
     printable = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in shown)
     return printable if len(printable) <= 40 else printable[:37] + "..."

@@ -30,6 +30,7 @@ __all__ = ["read_performance", "read_performance_csv", "write_performance_csv"]
 _TIME = ("time", "seconds")
 _RATES = (24000 / 1001, 24.0, 25.0, 30000 / 1001, 30.0, 48.0, 50.0, 60000 / 1001, 60.0, 120.0)
 _SAME_RATE = 5e-4
+_LATEST = 1e15
 
 
 def read_performance(path: str | Path, timecode_rate: float | None = None) -> Performance:
@@ -105,6 +106,12 @@ def _plain(table: CsvTable) -> Performance:
         raise FormatError(table.path, "there are no frames below the header", line=1)
     values = numbers(table, [times[0], *columns], range(len(table.rows)))
     when = values[:, 0]
+    beyond = np.flatnonzero(np.abs(when) > _LATEST)
+    if beyond.size:
+        at = int(beyond[0])
+        raise FormatError(
+            table.path, f"the time {when[at]:g} cannot be seconds", line=table.lines[at]
+        )
     back = np.flatnonzero(np.diff(when) <= 0)
     if back.size:
         at = int(back[0])

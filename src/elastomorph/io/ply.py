@@ -101,7 +101,7 @@ def _require_mesh(path: str | Path, header: PlyHeader) -> None:
     elements = {element.name: element for element in reversed(header.elements)}
     if "vertex" not in elements or not elements["vertex"].length:
         raise FormatError(path, "there are no vertices: the header announces no 'element vertex'")
-    vertex = {p.name: p for p in elements["vertex"].properties}
+    vertex = elements["vertex"].by_name
     for axis in _AXES:
         if axis not in vertex or vertex[axis].count is not None:
             raise FormatError(path, f"the vertices have no property '{axis}' that is a number")
@@ -110,7 +110,7 @@ def _require_mesh(path: str | Path, header: PlyHeader) -> None:
             path, "its polygons are triangle strips, which is not supported; export polygons"
         )
     if "face" in elements and elements["face"].length:
-        face = {p.name: p for p in elements["face"].properties}
+        face = elements["face"].by_name
         corners = next((face[name] for name in _CORNERS if name in face), None)
         if corners is None or corners.count is None or corners.kind.kind not in "iu":
             raise FormatError(

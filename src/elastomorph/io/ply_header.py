@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,8 @@ _TYPES = {
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
 _LONGEST_HEADER = 1 << 20
+_MOST_PROPERTIES = 1000
+_LONGEST_NAME = 100
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,11 @@ class Element:
     name: str
     length: int
     properties: tuple[Property, ...]
+
+    @property
+    def by_name(self) -> dict[str, Property]:
+        """The properties by their names; of several with one name the first."""
+        return {p.name: p for p in reversed(self.properties)}
 
     @property
     def smallest_row(self) -> int:
@@ -83,7 +90,7 @@ def read_header(path: str | Path, content: bytes) -> PlyHeader:
     if newline is None:
         raise FormatError(path, "this is not a PLY file: it does not begin with the line 'ply'")
     encoding = ""
-    elements: list[Element] = []
+    elements: list[tuple[str, int, list[Property]]] = []
     line, position = 1, len(b"ply" + newline)
     while True:
         line += 1
@@ -102,8 +109,9 @@ def read_header(path: str | Path, content: bytes) -> PlyHeader:
             elif words[0] == "element":
                 elements.append(_element(words))
             elif words[0] == "property" and elements and encoding:
-                own = (*elements[-1].properties, _property(words, ENCODINGS[encoding]))
-                elements[-1] = replace(elements[-1], properties=own)
+                elements[-1][2].append(_property(words, ENCODINGS[encoding]))
+                if len(elements[-1][2]) > _MOST_PROPERTIES:
+                    raise _LineError(f"expected at most {_MOST_PROPERTIES:,} properties")
             else:
                 raise _LineError("expected format, then element and property, then end_header")
         except _LineError as problem:
@@ -111,7 +119,8 @@ def read_header(path: str | Path, content: bytes) -> PlyHeader:
             raise FormatError(path, f"{problem}, found '{shown}'", line=line) from None
     if not encoding:
         raise FormatError(path, "the header has no line 'format'")
-    return PlyHeader(encoding, tuple(elements), position, line)
+    found = tuple(Element(name, length, tuple(own)) for name, length, own in elements)
+    return PlyHeader(encoding, found, position, line)
 
 
 class _LineError(ValueError):
@@ -124,13 +133,15 @@ def _encoding(words: list[str]) -> str:
     return words[1]
 
 
-def _element(words: list[str]) -> Element:
-    if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18:
+def _element(words: list[str]) -> tuple[str, int, list[Property]]:
+    if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18 or _is_long(words[1]):
         raise _LineError("expected 'element', a name and how many there are")
-    return Element(words[1], int(words[2]), ())
+    return words[1], int(words[2]), []
 
 
 def _property(words: list[str], order: str) -> Property:
+    if _is_long(words[-1]):
+        raise _LineError(f"expected a name of at most {_LONGEST_NAME} characters")
     if len(words) == 3 and words[1] in _TYPES:
         return Property(words[2], np.dtype(order + _TYPES[words[1]]))
     if len(words) == 5 and words[1] == "list" and words[2] in _TYPES and words[3] in _TYPES:
@@ -141,3 +152,7 @@ def _property(words: list[str], order: str) -> Property:
         "expected 'property TYPE NAME' or 'property list INTEGER-TYPE TYPE NAME' with types out "
         f"of {', '.join(_TYPES)}"
     )
+
+
+def _is_long(name: str) -> bool:
+    return len(name) > _LONGEST_NAME

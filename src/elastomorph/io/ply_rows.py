@@ -114,7 +114,7 @@ def _ascii_columns(
             if start != len(words) or b"_" in b"".join(words):
                 raise IndexError
         except (IndexError, ValueError):
-            expected = " ".join(_described(element))
+            expected = " ".join(_described(element))[:200]
             raise FormatError(
                 path,
                 f"expected the numbers of one '{element.name}' ({expected}), found "

@@ -10,8 +10,15 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes
+from elastomorph.io.checked import shortened
 
 __all__ = ["read_region"]
+
+_DIGITS = 9
+_MOST_VERTICES = 1 << 26
+
+# No mesh is as large; a mistyped range must not fill the memory.
+_MOST_VERTICES = 1 << 24
 
 
 def read_region(region: str | Path) -> NDArray[np.int64]:
@@ -24,7 +31,7 @@ def read_region(region: str | Path) -> NDArray[np.int64]:
     Raises:
         FileError: The file cannot be read.
         FormatError: The file is not a list of indices.
-        ParameterError: The ranges are not understood.
+        ParameterError: The ranges are not understood, or hold more than 67 million vertices.
     """
     text = str(region)
     if not text.lower().endswith(".json"):
@@ -32,7 +39,7 @@ def read_region(region: str | Path) -> NDArray[np.int64]:
     try:
         content = json.loads(read_bytes(region))
     except (ValueError, RecursionError) as error:
-        raise FormatError(region, f"not JSON: {error}") from None
+        raise FormatError(region, f"not JSON: {shortened(error)}") from None
     if isinstance(content, dict):
         content = content.get("vertices")
     if not isinstance(content, list) or not all(
@@ -44,14 +51,26 @@ def read_region(region: str | Path) -> NDArray[np.int64]:
 
 def _ranges(text: str) -> NDArray[np.int64]:
     parts: list[NDArray[np.int64]] = []
+    count = 0
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
-        if not first.isdecimal() or not first.isascii() or (dash and not last.isdecimal()):
+        if not _is_index(first) or (dash and not _is_index(last)):
             raise ParameterError(
-                f"region {text!r}: expected a .json file or ranges such as 0-9408,11248"
+                f"region {_shown(text)}: expected a .json file or ranges such as 0-9408,11248"
             )
         start, stop = int(first), int(last) if dash else int(first)
-        if stop < start or stop >= 2**31:
-            raise ParameterError(f"region {text!r}: the range {part.strip()} is empty or too large")
+        count += stop + 1 - start
+        if stop < start or count > _MOST_VERTICES:
+            raise ParameterError(
+                f"region {_shown(text)}: the range {_shown(part.strip())} is empty or too large"
+            )
         parts.append(np.arange(start, stop + 1))
     return np.concatenate(parts)
+
+
+def _is_index(text: str) -> bool:
+    return text.isdecimal() and text.isascii() and len(text) <= _DIGITS
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= 60 else text[:60] + "…")

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import is_folder
 from elastomorph.mesh import Mesh
 from elastomorph.rig import Rig
 
@@ -126,7 +127,7 @@ def read_rig(path: str | Path, **options: Any) -> Rig:
         TopologyError: A target of a folder has other vertices or polygons than the neutral.
         MissingExtraError: The format needs a package that is not installed.
     """
-    if Path(path).is_dir():
+    if is_folder(path):
         from elastomorph.io.rig_folder import read_rig_folder
 
         return read_rig_folder(path, **options)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import FileError
+from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read
 from elastomorph.io.rig_cache import RigCache
 from elastomorph.io.rig_key import content_digests
@@ -20,7 +21,7 @@ from elastomorph.morph import Morph
 from elastomorph.paths import Method, prepare
 from elastomorph.rig import Rig
 
-__all__ = ["RigFiles", "find_rig_files", "read_rig_folder"]
+__all__ = ["RigFiles", "find_neutral", "find_rig_files", "read_rig_folder"]
 
 _WORD = "neutral"
 
@@ -130,6 +131,16 @@ def find_rig_files(folder: str | Path, neutral: str | Path | None = None) -> Rig
     return RigFiles(chosen, targets)
 
 
+def find_neutral(folder: str | Path) -> Path:
+    """The file of a folder that is the neutral of a rig by its name.
+
+    Raises:
+        FileError: No such folder, no neutral or several.
+    """
+    place = Path(folder)
+    return _only_neutral(place, _meshes_in(place, known_suffixes(MESH_FORMATS)))
+
+
 def _built(
     files: RigFiles,
     method: str | Method,
@@ -157,8 +168,8 @@ def _contents(files: RigFiles) -> tuple[str, ...]:
 
 
 def _meshes_in(place: Path, suffixes: tuple[str, ...]) -> list[Path]:
-    if not place.is_dir():
-        what = "this is a file" if place.exists() else "there is no such folder"
+    if not is_folder(place):
+        what = "this is a file" if is_file(place) else "there is no such folder"
         raise FileError(place, f"{what}; name a folder with a neutral and its targets")
     try:
         return sorted(
@@ -192,9 +203,9 @@ def _named(place: Path, files: list[Path], neutral: str | Path) -> Path:
             return file
     path = Path(neutral)
     for file in files:
-        if path.is_file() and path.samefile(file):
+        if is_file(path) and path.samefile(file):
             return file
-    if path.is_file():
+    if is_file(path):
         return path
     raise FileError(
         place,

@@ -17,6 +17,8 @@ an archive holds, for J morphs with K bends in all:
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +38,6 @@ from elastomorph.io.rig_npz_tables import (
     read_curves,
     read_indices,
     read_lists,
-    require_room,
 )
 from elastomorph.mesh import Mesh, Source
 from elastomorph.morph import Morph
@@ -58,7 +59,7 @@ def read_rig_npz(path: str | Path) -> Rig:
         return rig_of_members(path, members)
 
 
-def write_rig_npz(path: str | Path, rig: Rig) -> None:
+def write_rig_npz(path: str | Path, rig: Rig, *, settings: Mapping[str, Any] | None = None) -> None:
     """Write a rig with its neutral, paths, correctives and groups.
 
     Targets are kept as positions; the polygons and labels of all are those of the neutral.
@@ -66,11 +67,16 @@ def write_rig_npz(path: str | Path, rig: Rig) -> None:
     Args:
         path: The file; its folder must exist. A file that is there is replaced at once.
         rig: The rig.
+        settings: How the rig was made, as JSON: given back by
+            `elastomorph.io.settings_used.settings_used`.
 
     Raises:
         FileError: The file cannot be written.
     """
-    write_arrays(path, rig_arrays(rig))
+    arrays = rig_arrays(rig)
+    if settings is not None:
+        arrays["settings"] = np.array(json.dumps(settings, ensure_ascii=False, allow_nan=False))
+    write_arrays(path, arrays)
 
 
 def rig_arrays(rig: Rig) -> dict[str, NDArray[Any]]:
@@ -120,7 +126,7 @@ def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | N
         raise FormatError(
             path,
             "this archive holds no rig; expected one written by write_rig_npz, with the array "
-            f"'rig_version' (found {', '.join(sorted(members.names)) or 'nothing'})",
+            f"'rig_version' (found {members.listed()})",
         )
     version = int(members.array("rig_version", "iu", ()))
     if version != _VERSION:
@@ -130,7 +136,7 @@ def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | N
     # Some arrays may be absent, but none that was written: damage to a name must not go unseen.
     lost = set(members.array("rig_members", "U", (None,)).tolist()) - members.names
     if lost:
-        raise FormatError(path, f"the array '{min(lost)}' is missing; the file is damaged")
+        raise FormatError(path, f"the array '{min(lost)[:60]}' is missing; the file is damaged")
     neutral = mesh_of(path, members, members.array("neutral", "fiu", (None, 3)))
     if source is not None:
         neutral = _said_to_come_from(neutral, source)
@@ -140,12 +146,19 @@ def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | N
     count = len(names)
     methods = members.array("methods", "U", (count,)).tolist()
     bake_errors = members.array("bake_errors", "f", (count,)).tolist()
+    if not all(0 <= error < np.inf for error in bake_errors):
+        raise FormatError(path, "a bake error is no number from 0; the file is damaged")
     bend_counts = read_counts(path, members, "bend_counts", count)
     curves = read_curves(path, members)
     curve_of_bend = read_indices(path, members, "curve_of_bend", sum(bend_counts), len(curves))
     limit_laws = read_indices(path, members, "curve_of_limit_law", count, len(curves))
-    require_room(path, len(neutral.vertices), count + sum(bend_counts))
+    # Fields that move nothing take no room in a file, but a morph holds them in full.
+    members.budget.spend_fields(len(neutral.vertices), count + sum(bend_counts))
     fields = _Fields(path, members, count + sum(bend_counts), len(neutral.vertices))
+    correctives = read_lists(path, members, "corrective", "drivers")
+    groups = read_lists(path, members, "slider_group", "members")
+    entries = sum(map(len, (*correctives.values(), *groups.values())))
+    members.budget.spend_lookups(entries, count)
     morphs: dict[str, Morph] = {}
     bend = 0
     with naming_file(path):
@@ -166,12 +179,7 @@ def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | N
                 limit_law=curves[limit_laws[number]],
                 bake_error=bake_errors[number],
             )
-        return Rig(
-            neutral,
-            morphs,
-            correctives=read_lists(path, members, "corrective", "drivers"),
-            groups=read_lists(path, members, "slider_group", "members"),
-        )
+        return Rig(neutral, morphs, correctives=correctives, groups=groups)
 
 
 class _Fields:

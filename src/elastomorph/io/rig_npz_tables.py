@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import FormatError
 from elastomorph.io.checked import naming_file
-from elastomorph.io.npz_members import ALLOWANCE, EXPANSION, NpzMembers
+from elastomorph.io.npz_members import NpzMembers
 
 __all__ = [
     "CurveTable",
@@ -24,11 +24,9 @@ __all__ = [
     "read_curves",
     "read_indices",
     "read_lists",
-    "require_room",
 ]
 
-# Fields that move nothing take no room in a file, but a morph holds them in full.
-_DENSER = 16
+_MOST_TERMS = 256
 
 
 class CurveTable:
@@ -68,6 +66,9 @@ def read_curves(path: str | Path, members: NpzMembers) -> list[BendCurve]:
     shapes = members.array("curve_shapes", "iu", (None, 2)).tolist()
     if any(pieces < 1 or terms < 1 for pieces, terms in shapes):
         raise FormatError(path, "a bend curve has no pieces or no coefficients")
+    if any(terms > _MOST_TERMS for _, terms in shapes):
+        raise FormatError(path, f"a bend curve has more than {_MOST_TERMS} coefficients a piece")
+    members.budget.spend_objects(len(shapes))
     breaks = members.array("curve_breaks", "f", (sum(pieces + 1 for pieces, _ in shapes),))
     flat = members.array("curve_coefficients", "f", (sum(p * n for p, n in shapes),))
     curves = []
@@ -146,18 +147,3 @@ def as_text(names: Mapping[str, Any] | Sequence[str]) -> NDArray[Any]:
 def as_whole(numbers: list[int]) -> NDArray[np.int64]:
     """Whole numbers as an array."""
     return np.array(numbers, dtype=np.int64)
-
-
-def require_room(path: str | Path, vertices: int, fields: int) -> None:
-    """Check that the targets and bends of a file need no absurd amount of memory.
-
-    Raises:
-        FormatError: They need far more than a file of its size should.
-    """
-    needed = 24 * vertices * fields
-    if needed > _DENSER * (ALLOWANCE + EXPANSION * Path(path).stat().st_size):
-        raise FormatError(
-            path,
-            f"its {fields:,} targets and bends of {vertices:,} vertices need {needed >> 20:,} MiB, "
-            "far more than a file of this size should; the file is damaged or was made to harm",
-        )

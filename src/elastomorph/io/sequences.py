@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, ParameterError
-from elastomorph.io.atomic import replacing_path
+from elastomorph.io.atomic import is_file, replacing_path, size_of
+from elastomorph.io.budget import MemoryBudget
 from elastomorph.io.checked import naming_file
 from elastomorph.io.frame_names import find_frames, frame_pattern
 from elastomorph.io.npz import read_npz_sequence, write_npz_sequence
@@ -38,10 +39,12 @@ def read_sequence(pattern: str | Path) -> MeshSequence:
         TopologyError: A frame has other vertices or polygons than the first one.
     """
     path = Path(pattern)
-    if path.suffix.lower() == ".npz" and path.is_file():
+    if path.suffix.lower() == ".npz" and is_file(path):
         return read_npz_sequence(pattern)
     found = find_frames(pattern, known_suffixes(MESH_FORMATS))
     first = read(found.files[0])
+    budget = MemoryBudget(pattern, sum(map(size_of, found.files)))
+    budget.spend_fields(len(first.vertices), len(found.files), copies=2)
     frames = np.empty((len(found.files), *first.vertices.shape))
     frames[0] = first.vertices
     for i, file in enumerate(found.files[1:], start=1):

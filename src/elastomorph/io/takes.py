@@ -7,13 +7,15 @@ and numbered mesh files keep positions, and are written in fixed memory however 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, FormatError
+from elastomorph.io.atomic import is_folder
 from elastomorph.io.frame_names import frame_pattern
 from elastomorph.performance import Match, Performance, play, slider_weights
 from elastomorph.rig import Rig
@@ -55,6 +57,7 @@ def write_take(
     *,
     clip: bool = False,
     watch: Callable[[Frames], Iterable[NDArray[np.floating]]] = lambda frames: frames,
+    export: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a performance on a rig. The first frame comes at 0 s and has the number 1.
 
@@ -71,6 +74,7 @@ def write_take(
         by: Which weights drive which sliders; found by name where it is left out.
         clip: Keep the weights within 0 and 1.
         watch: Given the frames of a take of positions, gives them on, to count them.
+        export: Options of the writer of an animated rig; the rate is that of the performance.
 
     Raises:
         FormatError: The suffix is unknown, or the format cannot hold the rig.
@@ -83,15 +87,15 @@ def write_take(
     seconds = performance.times - performance.times[0]
     if not holds_positions(path):
         weights = slider_weights(rig, performance, by, clip=clip)
-        animation = (seconds, weights, name)
+        options = {**(export or {}), "animation": (seconds, weights, name)}
         if suffix == ".glb":
             from elastomorph.io.gltf import write_glb
 
-            write_glb(path, rig, animation=animation)
+            write_glb(path, rig, **options)
         else:
             from elastomorph.io.usd import write_usd
 
-            write_usd(path, rig, animation=animation, fps=performance.rate)
+            write_usd(path, rig, **{**options, "fps": performance.rate})
         return
     in_files = _is_folder(path) or "#" in Path(path).name
     kind = np.float64 if in_files else np.float32
@@ -138,4 +142,4 @@ def _write_files(
 
 
 def _is_folder(path: str | Path) -> bool:
-    return str(path).endswith(("/", os.sep)) or Path(path).is_dir()
+    return str(path).endswith(("/", os.sep)) or is_folder(path)

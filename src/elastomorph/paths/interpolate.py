@@ -9,12 +9,12 @@ from typing import cast
 
 from numpy.typing import ArrayLike
 
-from elastomorph.curves import CurveNetwork, extract_curves, region_weights
+from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.morph import Morph
 from elastomorph.paths.method import Method
-from elastomorph.paths.region import blend_into_rest, curve_edges
+from elastomorph.paths.region import blend_into_rest, weights_inside
 
 __all__ = ["interpolate", "prepare"]
 
@@ -103,10 +103,7 @@ def prepare(
     if region is None:
         return cast(Path, make(neutral, chosen, curves, **painted))
     network = extract_curves(neutral) if curves is None else curves
-    edges = neutral.edges if len(neutral.faces) else curve_edges(network)
-    weights = region_weights(edges, count, region, falloff)
-    if not weights.any():
-        raise ParameterError("the region is empty: name at least one vertex")
+    weights = weights_inside(neutral, network, region, falloff)
     prepared = make(neutral, chosen, network.restricted(region), **painted)
     return blend_into_rest(prepared, weights, rest)
 

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.curves import CurveNetwork
+from elastomorph.curves import CurveNetwork, region_weights
 from elastomorph.errors import ParameterError
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 
-__all__ = ["RESTS", "blend_into_rest", "curve_edges"]
+__all__ = ["RESTS", "blend_into_rest", "curve_edges", "weights_inside"]
 
 RESTS = ("linear", "neutral")
 
@@ -21,6 +21,28 @@ RESTS = ("linear", "neutral")
 def curve_edges(curves: CurveNetwork) -> NDArray[np.int32]:
     """(E, 2) edges between neighbours on a curve, for meshes without polygons."""
     return np.concatenate([np.zeros((0, 2), np.int32), *(curve.edges for curve in curves)])
+
+
+def weights_inside(
+    neutral: Mesh, curves: CurveNetwork, region: ArrayLike, falloff: float
+) -> NDArray[np.float64]:
+    """(V,) from 0 outside a region to 1 from ``falloff`` rings of edges inwards.
+
+    Args:
+        neutral: The mesh.
+        curves: They stand in for edges on a mesh without polygons.
+        region: (N,) vertex indices, or (V,) bool.
+        falloff: Rings of edges.
+
+    Raises:
+        CurveError: The region names a vertex that does not exist.
+        ParameterError: The region is empty, or the falloff out of its range.
+    """
+    edges = neutral.edges if len(neutral.faces) else curve_edges(curves)
+    weights = region_weights(edges, len(neutral.vertices), region, falloff)
+    if not weights.any():
+        raise ParameterError("the region is empty: name at least one vertex")
+    return weights
 
 
 def blend_into_rest(

@@ -278,6 +278,14 @@ class Rig:
             self._products[dtype] = FieldProduct(self.fields, self.fields.matrix(dtype))
         return self._products[dtype]
 
+    def _repr_html_(self) -> str:
+        """The viewer, for a notebook."""
+        # An upward import, as that of `Evaluation.plot`: a notebook asks the thing itself, and
+        # only where there is a notebook is the viewer needed.
+        from elastomorph.viewer.notebook import notebook_html
+
+        return notebook_html(self)
+
     def __len__(self) -> int:
         return len(self.morphs)
 

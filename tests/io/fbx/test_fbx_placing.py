@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from elastomorph.errors import MeshError
 from elastomorph.io.fbx.part import FbxPart
 from elastomorph.io.fbx.placing import placings
 from elastomorph.io.fbx.surface import joined
@@ -104,3 +105,8 @@ def test_further_meshes_keep_their_place_beside_the_first(seed: int) -> None:
 def test_a_node_squashed_flat_still_gives_a_mesh() -> None:
     own = part(np.diag([1.0, 0, 1]))
     assert placings(Y_UP, [own])[0].positions(own.vertices).tolist() == own.vertices.tolist()
+
+
+def test_a_transform_that_is_no_numbers_is_no_place() -> None:
+    with pytest.raises(MeshError, match="stand at no place"):
+        placings(Y_UP, [part(np.full((3, 3), np.nan))])

@@ -19,6 +19,8 @@ from elastomorph.errors import (
     ParameterError,
 )
 from elastomorph.io.fbx import read_fbx
+from elastomorph.io.fbx.part import FbxPart, read_parts
+from elastomorph.io.npz_members import open_npz
 from elastomorph.rig import Rig
 
 if importlib.util.find_spec("ufbx") is None:
@@ -235,7 +237,7 @@ def test_files_without_shapes_say_what_to_switch_on(rig_of: Reader) -> None:
 def test_missing_files_and_missing_ufbx(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(FileError, match="no such file"):
         read_fbx(tmp_path / "none.fbx")
-    monkeypatch.setattr("elastomorph.io.fbx.process.find_spec", lambda name: None)
+    monkeypatch.setattr("elastomorph.io.fbx.reader.find_spec", lambda name: None)
     with pytest.raises(MissingExtraError, match=r"elastomorph\[fbx\]"):
         read_fbx(tmp_path / "none.fbx")
 
@@ -250,3 +252,94 @@ def test_z_up_points_and_offsets_are_turned_alike(rig_of: Reader) -> None:
     rig = rig_of(scene(quad(), axes=Z_UP))
     assert rig.neutral.vertices.tolist() == [[0, 0.5, 0], [1, 0.5, 0], [1, 0.5, -2], [0, 0.5, -2]]
     assert rig.morphs["lift"].delta[2].tolist() == [0.25, -0.125, -0.5]
+
+
+def test_channels_without_shapes_are_passed_over(rig_of: Reader) -> None:
+    channels = {**quad().channels, "blendShape1.none": []}
+    assert rig_of(scene(quad(channels=channels))).names == ("lift",)
+
+
+def test_a_full_weight_of_0_or_below_means_nothing_but_its_shape_does(rig_of: Reader) -> None:
+    for weight in (0.0, -100.0):
+        shape = Shape([2], [[0.25, 0.5, -0.125]], weight, "lift")
+        rig = rig_of(scene(quad(channels={"blendShape1.lift": [shape]})))
+        assert rig.morphs["lift"].delta[2].tolist() == [0.25, 0.5, -0.125]
+
+
+def test_a_choice_of_no_meshes_is_none(rig_of: Reader) -> None:
+    with pytest.raises(ParameterError, match="name at least one mesh"):
+        rig_of(scene(quad()), meshes=[])
+
+
+PART = {
+    "matrix": np.eye(4, 3),
+    "vertices": np.eye(3),
+    "face_indices": np.arange(3),
+    "face_offsets": np.array([0, 3]),
+    "uv_coordinates": np.zeros((2, 2)),
+    "uv_corners": np.array([0, 1, 1]),
+    "material_names": np.array(["skin"]),
+    "material_of_face": np.array([0]),
+    "channel_names": np.array(["lift"]),
+    "key_counts": np.array([1]),
+    "key_weights": np.array([1.0]),
+    "key_sizes": np.array([1]),
+    "key_vertices": np.array([2]),
+    "key_offsets": np.ones((1, 3)),
+}
+
+
+def part_with(folder: Path, **changes: Any) -> FbxPart:
+    """What is made of arrays as the worker writes them, some of them changed."""
+    arrays = {f"0_{name}": array for name, array in {**PART, **changes}.items()}
+    names = {"mesh_names": np.array(["face"]), "mesh_shown": np.array([1])}
+    np.savez(folder / "content.npz", **names, **arrays)
+    with open_npz(folder / "content.npz") as members:
+        (part,) = read_parts("face.fbx", members)
+    return part
+
+
+@pytest.mark.parametrize(
+    ("changes", "lost"),
+    [
+        ({"uv_corners": np.array([0, 1, 2])}, "uv"),
+        ({"uv_corners": np.array([0, -1, 1])}, "uv"),
+        ({"uv_coordinates": np.full((2, 2), np.nan)}, "uv"),
+        ({"material_of_face": np.array([1])}, "materials"),
+        ({"material_of_face": np.array([-2])}, "materials"),
+    ],
+)
+def test_a_face_is_not_lost_for_its_texture_or_materials(
+    tmp_path: Path, changes: dict[str, Any], lost: str
+) -> None:
+    whole, part = part_with(tmp_path), part_with(tmp_path, **changes)
+    for name in ("uv", "materials"):
+        assert getattr(whole, name) is not None
+        assert (getattr(part, name) is None) == (name == lost)
+    assert len(part.vertices) == 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"face_indices": np.array([0, 1, 3])}, "polygons of points that do not exist"),
+        ({"key_vertices": np.array([-1])}, "shapes of points that do not exist"),
+        ({"matrix": np.full((4, 3), np.inf)}, "its transform is not finite"),
+        ({"key_sizes": np.array([2])}, r"has the shape \(1,\)"),
+    ],
+)
+def test_a_mesh_that_contradicts_itself_is_refused(
+    tmp_path: Path, changes: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(FormatError, match=words):
+        part_with(tmp_path, **changes)
+
+
+def test_a_shape_at_next_to_nothing_of_the_full_weight_is_on_no_path(rig_of: Reader) -> None:
+    """The ratio of two weights may be 0 where neither is."""
+    shapes = [Shape([1], [[0, 0, 1]], 1e-320, "a"), Shape([2], [[0, 0, 2]], 1e300, "b")]
+    with pytest.warns(ElastomorphWarning, match="has 2 shapes, of which 1 are kept"):
+        rig = rig_of(scene(quad(channels={"blendShape1.lift": shapes})))
+    (morph,) = rig.morphs.values()
+    assert morph.delta[2].tolist() == [0, 0, 2]
+    assert len(morph.bends) == 0

@@ -19,8 +19,8 @@ from hypothesis import strategies as st
 
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ElastomorphWarning, FormatError
+from elastomorph.io.budget import allowed_memory
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.io.gltf.accessors import ALLOWANCE
 from elastomorph.morph import Morph
 from elastomorph.rig import Rig
 
@@ -214,7 +214,7 @@ def test_a_small_file_cannot_fill_the_memory(tmp_path: Path, made: Any) -> None:
     try:
         with pytest.raises(FormatError, match="made to harm"):
             read_glb(path)
-        assert tracemalloc.get_traced_memory()[1] < 3 * ALLOWANCE
+        assert tracemalloc.get_traced_memory()[1] < allowed_memory(path.stat().st_size)
     finally:
         tracemalloc.stop()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 import sys
 from pathlib import Path
@@ -41,6 +42,14 @@ def floats_of(document: dict[str, Any], blob: bytes, number: int) -> np.ndarray:
     return values
 
 
+def test_an_open_file_gets_the_same_bytes(tmp_path: Path) -> None:
+    file = io.BytesIO()
+    report = write_glb(file, triangle_rig())
+    assert report == write_glb(tmp_path / "a.glb", triangle_rig())
+    assert file.getvalue() == (tmp_path / "a.glb").read_bytes()
+    assert report.bytes == len(file.getvalue())
+
+
 def test_a_triangle_worked_out_by_hand(tmp_path: Path) -> None:
     """Vertex 2 goes from (0, 1, 0) to (0, 0, 1), bent by (0, -½, -½); its normal from z to -y."""
     report = write_glb(tmp_path / "a.glb", triangle_rig())
@@ -54,7 +63,7 @@ def test_a_triangle_worked_out_by_hand(tmp_path: Path) -> None:
     assert read(primitive["attributes"]["NORMAL"]) == [[0, 0, 1]] * 3
     lift, bend = primitive["targets"]
     assert read(lift["POSITION"]) == [[0, 0, 0], [0, 0, 0], [0, -1, 1]]
-    assert read(bend["POSITION"]) == [[0, 0, 0], [0, 0, 0], [0, -0.5, -0.5]]
+    assert read(bend["POSITION"]) == [[0, 0, 0], [0, 0, 0], [0, 0.5, 0.5]]
     np.testing.assert_allclose(read(lift["NORMAL"]), [[0, -1, -1]] * 3, atol=1e-7)
     bounds = document["accessors"][lift["POSITION"]]
     assert (bounds["min"], bounds["max"]) == ([0, -1, 0], [0, 0, 1])
@@ -63,7 +72,7 @@ def test_a_triangle_worked_out_by_hand(tmp_path: Path) -> None:
     assert clip["channels"] == [{"sampler": 0, "target": {"node": 0, "path": "weights"}}]
     times = np.array(read(clip["samplers"][0]["input"]))[:, 0]
     weights = np.array(read(clip["samplers"][0]["output"])).reshape(-1, 2)
-    np.testing.assert_allclose(weights, np.stack([times, times**2 - times], axis=1), atol=1e-7)
+    np.testing.assert_allclose(weights, np.stack([times, times - times**2], axis=1), atol=1e-7)
     assert (times[0], times[-1]) == (0, 1)
     assert (report.vertices, report.triangles, report.targets, report.bends) == (3, 1, 2, 1)
     assert report.bytes == (tmp_path / "a.glb").stat().st_size
@@ -78,7 +87,7 @@ def test_extras_are_plain_numbers_that_give_the_curve(tmp_path: Path) -> None:
     (morph,) = stored["morphs"]
     assert (morph["name"], morph["target"], morph["method"]) == ("lift", "lift", "by hand")
     assert morph["bends"] == [
-        {"target": "lift.bend1", "curve": {"breaks": [0, 1], "coefficients": [[0, -1, 1]]}}
+        {"target": "lift.bend1", "curve": {"breaks": [0, 1], "coefficients": [[0, 1, -1]]}}
     ]
 
 
@@ -215,7 +224,7 @@ def test_a_performance_takes_the_place_of_the_sliders(tmp_path: Path) -> None:
     (clip,) = document["animations"]
     assert clip["name"] == "take 1"
     found = floats_of(document, blob, clip["samplers"][0]["output"]).reshape(-1, 2)
-    np.testing.assert_allclose(found, [[0, 0], [0.5, -0.25], [2, 1]])  # straight on beyond 1
+    np.testing.assert_allclose(found, [[0, 0], [0.5, 0.25], [2, -1]])  # straight on beyond 1
     assert report.key_error == 0
 
 

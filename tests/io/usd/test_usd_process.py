@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -12,12 +11,11 @@ import pytest
 from usd_rigs import grid, read_in_this_process, sample_rig
 
 from elastomorph.errors import FileError, FormatError, MissingExtraError
+from elastomorph.io.budget import MemoryBudget
 from elastomorph.io.usd import read_usd, write_usd
 from elastomorph.rig import Rig
 
 pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'elastomorph[usd]'")
-
-posix = pytest.mark.skipif(os.name != "posix", reason="needs a shell and signals")
 
 
 def refused(path: Path) -> bool:
@@ -54,44 +52,6 @@ def test_files_cut_off_or_changed_give_a_rig_or_an_error_of_ours(
     with ThreadPoolExecutor(2) as pool:
         outcomes = list(pool.map(refused, paths))
     assert all(outcomes[:3])
-
-
-def ended_by(monkeypatch: pytest.MonkeyPatch, folder: Path, script: str) -> None:
-    """Have a script run in place of the interpreter that reads the file."""
-    program = folder / "interpreter"
-    program.write_text(f"#!/bin/sh\n{script}\n")
-    program.chmod(0o755)
-    monkeypatch.setattr(sys, "executable", str(program))
-
-
-@posix
-@pytest.mark.parametrize("signal", ["SEGV", "ABRT", "KILL"])
-def test_a_crash_of_usd_is_an_error_of_the_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, signal: str
-) -> None:
-    (tmp_path / "a.usdc").write_bytes(b"PXR-USDC")
-    ended_by(monkeypatch, tmp_path, f"kill -{signal} $$")
-    with pytest.raises(FormatError, match=r"USD broke while reading it \(exit status -\d+\)"):
-        read_usd(tmp_path / "a.usdc")
-
-
-@posix
-def test_a_file_that_usd_never_finishes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "a.usdc").write_bytes(b"PXR-USDC")
-    ended_by(monkeypatch, tmp_path, "exec sleep 30")
-    monkeypatch.setattr("elastomorph.io.usd.reader._SECONDS", 0.2)
-    with pytest.raises(FormatError, match="did not finish reading it within 0 seconds"):
-        read_usd(tmp_path / "a.usdc")
-
-
-@posix
-def test_a_failure_of_python_itself_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "a.usdc").write_bytes(b"PXR-USDC")
-    ended_by(monkeypatch, tmp_path, "echo 'ImportError: no such thing' >&2; exit 1")
-    with pytest.raises(FormatError, match="ImportError: no such thing"):
-        read_usd(tmp_path / "a.usdc")
 
 
 @pytest.mark.parametrize(
@@ -197,6 +157,5 @@ def test_shapes_that_would_fill_the_memory_are_refused(
 ) -> None:
     path = tmp_path / "a.usda"
     write_usd(path, sample_rig())
-    words = "GiB of memory, far beyond its size"
-    with pytest.raises(FormatError, match=words):
-        read_in_this_process(path, tmp_path, most_bytes=1000)
+    with pytest.raises(FormatError, match="would take more memory than"):
+        read_in_this_process(path, tmp_path, budget=MemoryBudget(path, -174_000))

@@ -12,6 +12,8 @@ from hypothesis.extra.numpy import arrays
 
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import FormatError
+from elastomorph.io.budget import MemoryBudget
+from elastomorph.io.isolated import RefusedError
 from elastomorph.io.npz_members import open_npz, write_arrays
 from elastomorph.io.usd import reader, worker
 from elastomorph.io.usd.paths import hat
@@ -154,16 +156,16 @@ def piecewise_linear(morph: Morph, inbetweens: tuple[float, ...], t: float) -> n
 
 
 def read_in_this_process(
-    path: Path, folder: Path, mesh: str = "", most_bytes: int = 1 << 30
+    path: Path, folder: Path, mesh: str = "", budget: MemoryBudget | None = None
 ) -> Rig:
     """As `read_usd`, without the process of its own: for many harmless files in a short time."""
     archive = folder / "scene.npz"
     try:
-        write_arrays(archive, worker._content(str(path), mesh))
-    except worker._RefusedError as error:
+        write_arrays(archive, worker.content_of(str(path), mesh))
+    except RefusedError as error:
         raise FormatError(path, str(error)) from error
-    with open_npz(archive) as members:
-        return reader._rig(path, Scene(path, members), most_bytes)
+    with open_npz(archive, budget or MemoryBudget(path, 1 << 22)) as members:
+        return reader._rig(path, Scene(path, members))
 
 
 def assert_same_paths(one: Morph, other: Morph, tolerance: float = 1e-6) -> None:

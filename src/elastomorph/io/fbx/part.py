@@ -14,6 +14,8 @@ from elastomorph.io.npz_members import NpzMembers
 
 __all__ = ["Channel", "FbxPart", "read_axes", "read_parts"]
 
+_OBJECTS_OF_MESH = 20  # so many arrays the worker wrote of it
+
 
 @dataclass(frozen=True, eq=False)
 class Channel:
@@ -78,6 +80,7 @@ def read_parts(path: str | Path, members: NpzMembers) -> list[FbxPart]:
         FormatError: The content of a mesh contradicts itself.
     """
     names = members.array("mesh_names", "U", (None,)).tolist()
+    members.budget.spend_objects(_OBJECTS_OF_MESH * len(names))
     shown = members.array("mesh_shown", "i", (len(names),)).tolist()
     return [
         _part(path, members, number, name, bool(own))
@@ -91,7 +94,7 @@ def _part(path: str | Path, members: NpzMembers, number: int, name: str, shown: 
 
     def require(holds: bool, problem: str) -> None:
         if not holds:
-            raise FormatError(path, f"the mesh '{name}' {problem}; the file is damaged")
+            raise FormatError(path, f"the mesh '{name[:60]}' {problem}; the file is damaged")
 
     vertices = array("vertices", "f", (None, 3))
     offsets = array("face_offsets", "i", (None,))
@@ -123,22 +126,23 @@ def _part(path: str | Path, members: NpzMembers, number: int, name: str, shown: 
     vertices_of = np.split(moved, ends)
     offsets_of = np.split(by, ends)
     channels: dict[str, Channel] = {}
+    again: dict[str, int] = {}
     first = 0
     for channel, count in zip(channel_names, counts, strict=True):
         own = slice(first, first + count)
         first += count
-        channels[_unused(channel, channels)] = Channel(
+        channels[_unused(channel, channels, again)] = Channel(
             tuple(weights[own]), tuple(vertices_of[own]), tuple(offsets_of[own])
         )
     return FbxPart(name, shown, matrix, vertices, indices, offsets, uv, materials, channels)
 
 
-def _unused(name: str, taken: dict[str, Channel]) -> str:
+def _unused(name: str, taken: dict[str, Channel], again: dict[str, int]) -> str:
     """The name, with a number behind it where another channel of the mesh has it too."""
-    number, free = 1, name
+    free = name
     while free in taken:
-        number += 1
-        free = f"{name}_{number}"
+        again[name] = again.get(name, 1) + 1
+        free = f"{name}_{again[name]}"
     return free
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import MeshError
 from elastomorph.io.fbx.part import FbxPart
 
 __all__ = ["Placing", "placings"]
@@ -62,7 +63,17 @@ def placings(axes: NDArray[np.float64], parts: Sequence[FbxPart]) -> list[Placin
     Args:
         axes: (3, 3) rows: right, up and front of the file.
         parts: The meshes; the first gives unit and origin.
+
+    Raises:
+        MeshError: The transforms are beyond all numbers.
     """
+    try:
+        return _placings(axes, parts)
+    except np.linalg.LinAlgError:
+        raise MeshError("its meshes stand at no place: their transforms are too large") from None
+
+
+def _placings(axes: NDArray[np.float64], parts: Sequence[FbxPart]) -> list[Placing]:
     linear, origin = parts[0].matrix[:3].T, parts[0].matrix[3]
     if not _is_regular(linear):
         linear = np.eye(3)

@@ -16,24 +16,32 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.bend_curve import BendCurve
-from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
+from elastomorph.errors import (
+    ElastomorphWarning,
+    FormatError,
+    MissingExtraError,
+    ParameterError,
+)
 from elastomorph.io.checked import naming_file
 from elastomorph.io.fbx.part import Channel, FbxPart, read_axes, read_parts
 from elastomorph.io.fbx.placing import Placing, placings
-from elastomorph.io.fbx.process import extracted
 from elastomorph.io.fbx.surface import joined
-from elastomorph.io.rig_npz_tables import require_room
+from elastomorph.io.fbx.worker import ADVICE
+from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.rig import Rig
 
 __all__ = ["read_fbx"]
+
+_READER = IsolatedReader("elastomorph.io.fbx.worker", "the reader of FBX files", ADVICE)
 
 
 def read_fbx(path: str | Path, *, meshes: Sequence[str] | None = None) -> Rig:
@@ -55,17 +63,18 @@ def read_fbx(path: str | Path, *, meshes: Sequence[str] | None = None) -> Rig:
         MissingExtraError: ufbx is not installed.
         ParameterError: There is no mesh of a name.
     """
-    with extracted(path) as members:
+    if find_spec("ufbx") is None:
+        raise MissingExtraError("ufbx", "fbx")
+    with extracted(_READER, path) as members:
         axes = read_axes(members)
         parts = _chosen(path, read_parts(path, members), meshes)
     # the one with most channels first, as unit and origin, but in the order of the file
     main = parts[0] if meshes is not None else max(parts, key=lambda part: len(part.channels))
-    places = placings(axes, [main, *parts])[1:]
-    require_room(
-        path,
-        sum(len(part.vertices) for part in parts),
-        sum(len(c.weights) for part in parts for c in part.channels.values()),
-    )
+    with naming_file(path):
+        places = placings(axes, [main, *parts])[1:]
+    vertices = sum(len(part.vertices) for part in parts)
+    shapes = sum(len(c.weights) for part in parts for c in part.channels.values())
+    members.budget.spend_fields(vertices, shapes, copies=2)
     with naming_file(path):
         neutral = joined(parts, places, str(path))
         names = dict.fromkeys(name for part in parts for name in part.channels)
@@ -92,7 +101,7 @@ def _chosen(path: str | Path, parts: list[FbxPart], meshes: Sequence[str] | None
 
 
 def _listed(parts: list[FbxPart]) -> str:
-    names = [f"'{part.name}' ({len(part.channels)} shapes)" for part in parts[:8]]
+    names = [f"'{part.name[:60]}' ({len(part.channels)} shapes)" for part in parts[:8]]
     return f"there are {', '.join(names) or 'no meshes'}" + (", …" if len(parts) > 8 else "")
 
 
@@ -140,13 +149,14 @@ def _path(
     if not forward:
         forward = keys[-1:]  # a full weight of 0 means nothing; the shape still does
     last = channel.weights[forward[-1]] or 1.0
-    by_time = {channel.weights[key] / last: key for key in forward}
+    times = ((channel.weights[key] / last, key) for key in forward)
+    by_time = {time: key for time, key in times if 0 < time < 1}
     by_time[1.0] = forward[-1]
     if len(by_time) < len(keys):
         warnings.warn(
-            f"{path}: the channel '{name}' has {len(keys)} shapes, of which {len(by_time)} are "
-            "kept: those at weights of 0 or below, or at one weight with another, lie on no path "
-            "from 0 to 1",
+            f"{path}: the channel '{name[:60]}' has {len(keys)} shapes, of which {len(by_time)} "
+            "are kept: those at weights of 0 or below, or at one weight with another, lie on no "
+            "path from 0 to 1",
             ElastomorphWarning,
             stacklevel=5,
         )

@@ -1,16 +1,8 @@
-"""Takes the meshes and blend shapes out of an FBX file, in a process that may crash.
-
-Run as ``python worker.py IN.fbx OUT.npz BYTES``, and so without the rest of the package: whatever
-happens to it, the program that started it goes on. It exits with 0 once the archive is written,
-with `REFUSED` and a sentence on its standard error where the file is at fault, and with anything
-else where it broke. BYTES is the most memory it may use, on systems that can enforce that.
-"""
+"""Takes the meshes and blend shapes out of an FBX file, in a process that may crash."""
 
 from __future__ import annotations
 
 import gc
-import os
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -18,9 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["REFUSED"]
+from elastomorph.io.isolated import RefusedError, serve
 
-REFUSED = 3
+__all__ = ["ADVICE", "content_of"]
+
+ADVICE = (
+    "export it again as binary FBX 2014 or later from the program it was made with, or as another "
+    "format"
+)
 
 # The binding takes fewer references to its objects than it gives back: each element that is looked
 # up again and each array that NumPy reads costs one, and an object freed that way ends the process.
@@ -29,44 +26,33 @@ _kept: list[object] = []
 _SPARE_REFERENCES = 8
 
 
-def main(source: str, destination: str, most_bytes: str) -> int:
-    """Write the content of one file as an archive; returns the exit status."""
-    _limit_memory(int(most_bytes))
-    gc.disable()
+def content_of(source: str) -> dict[str, NDArray[Any]]:
+    """The arrays of a file.
+
+    Raises:
+        RefusedError: It is no FBX file, or a damaged one.
+    """
     import ufbx
 
     try:
-        scene = _hold(
-            ufbx.load_memory(Path(source).read_bytes(), ignore_animation=True, ignore_embedded=True)
+        return _content(
+            _hold(
+                ufbx.load_memory(
+                    Path(source).read_bytes(), ignore_animation=True, ignore_embedded=True
+                )
+            )
         )
-        arrays = _content(scene)
     except ufbx.UfbxError as error:
-        return _refuse(str(error))
-    except MemoryError:
-        return _refuse("it needs more memory than a file of its size should")
-    with Path(destination).open("wb") as file:
-        np.savez(file, allow_pickle=False, **arrays)
-    return 0
+        raise RefusedError(
+            f"it cannot be read as FBX ({str(error)[:200]}): it is damaged, cut off or another "
+            f"format; {ADVICE}"
+        ) from error
 
 
-def _refuse(problem: str) -> int:
-    sys.stderr.buffer.write(problem.encode("utf-8", "replace"))
-    sys.stderr.flush()
-    return REFUSED
+def _prepare() -> None:
+    import ufbx  # noqa: F401
 
-
-def _limit_memory(most_bytes: int) -> None:
-    try:
-        import resource
-    except ImportError:  # Windows has no such limits
-        return
-    for kind, wanted in ((resource.RLIMIT_AS, most_bytes), (resource.RLIMIT_CORE, 0)):
-        try:
-            hard = resource.getrlimit(kind)[1]
-            allowed = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
-            resource.setrlimit(kind, (allowed, hard))
-        except (OSError, ValueError):  # macOS refuses some of them
-            continue
+    gc.disable()
 
 
 def _hold(thing: Any) -> Any:
@@ -203,9 +189,4 @@ def _plain_name(channel: str, deformer: str, shape: str) -> str:
 
 
 if __name__ == "__main__":
-    status = 1
-    try:
-        status = main(*sys.argv[1:])
-    finally:
-        # Python would free what the binding no longer owns on its way out.
-        os._exit(status)
+    serve(_prepare, content_of)

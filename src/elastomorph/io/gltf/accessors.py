@@ -9,45 +9,22 @@ from numpy.typing import NDArray
 
 from elastomorph.io.gltf.container import GltfFile
 
-__all__ = ["ALLOWANCE", "EXPANSION", "AccessorReader"]
-
-ALLOWANCE = 256 << 20
-EXPANSION = 200
+__all__ = ["AccessorReader"]
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+_COPIES = 20  # bytes of each number that is read, with the copies made of it
 _MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 
 class AccessorReader:
-    """Reads the accessors of a file.
+    """Reads the accessors of a file, and counts the memory they take.
 
-    All arrays together may take no more memory than `ALLOWANCE` bytes plus `EXPANSION` times the
-    size of the file: sparse targets are far smaller in the file than in memory, but not
-    arbitrarily so.
+    Sparse targets are far smaller in the file than in memory, but not arbitrarily so.
     """
 
     def __init__(self, file: GltfFile) -> None:
         self._file = file
-        self._spent = 0
-
-    def spend(self, size: int) -> None:
-        """Count bytes of memory about to be used.
-
-        Raises:
-            FormatError: The file asks for more than it may.
-        """
-        self._spent += size
-        if self._spent > ALLOWANCE + EXPANSION * self._file.size:
-            self._file.refuse(
-                f"it would take more than {ALLOWANCE >> 20} MiB plus {EXPANSION} times its own "
-                "size of memory; the file is damaged or was made to harm"
-            )
-
-    def count(self, number: Any, of: str) -> int:
-        """How many elements an accessor has, as it says."""
-        accessor = self._file.item("accessors", number, of)
-        return self._file.whole_in(accessor, "count", f"accessor {number}")
 
     def floats(self, number: Any, width: int, of: str, *, count: int | None = None) -> Any:
         """Coordinates, unpacked from whole numbers where the file has them quantised.
@@ -99,7 +76,7 @@ class AccessorReader:
             offset = file.whole_in(accessor, "byteOffset", name, default=0)
             # The step is the view's; the values are copied, so that sparse ones can replace some.
             view = self._elements(accessor["bufferView"], offset, own, width, dtype, name)
-            self.spend(own * width * 16)
+            file.budget.spend(own * width * _COPIES)
             values = view.copy()
         elif count is None:
             file.refuse(
@@ -107,7 +84,7 @@ class AccessorReader:
                 "without compression"
             )
         else:
-            self.spend(own * width * 16)
+            file.budget.spend(own * width * _COPIES)
             values = np.zeros((own, width), dtype=dtype)
         if "sparse" in accessor:
             self._replace(values, file.object_in(accessor, "sparse", name), name)
@@ -129,7 +106,7 @@ class AccessorReader:
             file.whole_in(part, "byteOffset", f"the sparse values of {name}", default=0)
             for part in (places, contents)
         ]
-        self.spend(count * (8 + values.dtype.itemsize * values.shape[1]))
+        file.budget.spend(count * (8 + values.dtype.itemsize * values.shape[1]))
         at = self._elements(
             places.get("bufferView"), offsets[0], count, 1, np.dtype(kind), name
         ).reshape(-1)

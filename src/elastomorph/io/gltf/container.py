@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import binascii
 import json
+import re
 import struct
 from collections.abc import Callable
 from functools import cache
@@ -16,13 +17,16 @@ from pathlib import Path
 from typing import Any, NoReturn
 from urllib.parse import unquote
 
-from elastomorph.errors import FormatError
+from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import read_bytes
+from elastomorph.io.budget import MemoryBudget
 
 __all__ = ["GltfFile", "open_gltf"]
 
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
+_HALF_CHARACTER = re.compile("[\ud800-\udfff]")
+_AS_ESCAPE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 class GltfFile:
@@ -31,15 +35,16 @@ class GltfFile:
     Attributes:
         path: The file as the user named it.
         document: The JSON document.
-        size: Bytes of the file and of the buffers read from elsewhere so far.
+        budget: Memory that the file, and those it brings with it, may still take.
     """
 
     def __init__(self, path: str | Path, document: dict[str, Any], blob: bytes, size: int) -> None:
         self.path = path
         self.document = document
-        self.size = size
+        self.budget = MemoryBudget(path, size)
         self._blob = blob
-        self.buffer: Callable[[int], bytes] = cache(self._buffer)
+        self._read: dict[Path, bytes] = {}
+        self.buffer: Callable[[int], memoryview] = cache(self._buffer)
 
     def refuse(self, problem: str) -> NoReturn:
         """Refuse the file.
@@ -92,7 +97,7 @@ class GltfFile:
             self.refuse(f"'{key}' of {of} is {_shown(found)}; expected a whole number from 0")
         return found
 
-    def _buffer(self, number: int) -> bytes:
+    def _buffer(self, number: int) -> memoryview:
         """The bytes of a buffer, as many as it announces."""
         entry = self.item("buffers", number, "a buffer view")
         length = self.whole_in(entry, "byteLength", f"buffer {number}")
@@ -104,15 +109,25 @@ class GltfFile:
         elif uri.startswith("data:"):
             content = self._from_data_uri(uri, number)
         else:
-            content = read_bytes(self._beside(uri))
-        if uri is not None:
-            self.size += len(content)
+            content = self._from_file(uri)
         if len(content) < length:
             self.refuse(
                 f"buffer {number} announces {length:,} bytes, but there are {len(content):,}; "
                 "the file is cut off or a part of it is missing"
             )
-        return content[:length]
+        return memoryview(content)[:length]
+
+    def _from_file(self, uri: str) -> bytes:
+        """The content of a file beside this one; read once, however many buffers name it."""
+        path = self._beside(uri)
+        if path not in self._read:
+            try:
+                self._read[path] = read_bytes(path)
+            except FileError as error:
+                problem = str(error).removeprefix(f"{path}: ")
+                raise type(error)(self.path, f"it needs {_shown(uri)}, but {problem}") from error
+            self.budget.add_size(len(self._read[path]))
+        return self._read[path]
 
     def _from_data_uri(self, uri: str, number: int) -> bytes:
         head, comma, content = uri.partition(",")
@@ -134,12 +149,13 @@ class GltfFile:
             )
         folder = Path(self.path).parent
         try:
-            inside = (folder / name).resolve().is_relative_to(folder.resolve())
+            found = (folder / name).resolve()
+            inside = found.is_relative_to(folder.resolve())
         except (OSError, RuntimeError, ValueError):
             inside = False
         if not inside:
             self.refuse(f"it refers to {_shown(uri)}, which lies outside its own folder")
-        return folder / name
+        return found
 
 
 def open_gltf(path: str | Path) -> GltfFile:
@@ -202,14 +218,33 @@ def _parsed(path: str | Path, text: bytes) -> dict[str, Any]:
     except ValueError:
         problem = "a number in it has too many digits"
     else:
-        if isinstance(document, dict):
+        if _AS_ESCAPE.search(text) and not _is_text(document):
+            problem = "a text in it holds half a character"
+        elif isinstance(document, dict):
             return document
     raise FormatError(path, f"this is no glTF file: its JSON document cannot be read: {problem}")
+
+
+def _is_text(document: Any) -> bool:
+    """Whether all texts and keys are ones that can be written again."""
+    waiting = [document]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, dict):
+            waiting += value.keys()
+            waiting += value.values()
+        elif isinstance(value, list):
+            waiting += value
+        elif isinstance(value, str) and _HALF_CHARACTER.search(value):
+            return False
+    return True
 
 
 def _shown(value: Any) -> str:
     """A value from the file, short enough for a message."""
     if isinstance(value, int) and abs(value) >= 10**40:
         return "a number too large to show"
+    if isinstance(value, list | dict):
+        return "a list" if isinstance(value, list) else "an object"
     text = json.dumps(value, ensure_ascii=True, default=str)
     return text if len(text) <= 60 else text[:60] + "…"

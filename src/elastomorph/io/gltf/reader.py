@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ElastomorphWarning
-from elastomorph.io.checked import naming_file
+from elastomorph.io.checked import naming_file, shortened
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
 from elastomorph.io.gltf.scene import PlacedMesh, placed_meshes
@@ -64,11 +64,12 @@ def _require_extensions(file: GltfFile) -> None:
             file.refuse("a required extension has no name")
         if "draco" in name.lower() or "meshopt" in name.lower():
             file.refuse(
-                f"it is compressed ({name}), which is not read. Export it again without compression"
+                f"it is compressed ({name[:60]}), which is not read. Export it again without "
+                "compression"
             )
         if name not in _READ and not name.startswith(_HARMLESS):
             file.refuse(
-                f"it cannot be read without the extension {name}. Export it again without it"
+                f"it cannot be read without the extension {name[:60]}. Export it again without it"
             )
 
 
@@ -117,7 +118,8 @@ def _labels(surface: SceneSurface, kind: str) -> FaceLabels | None:
     names = tuple(dict.fromkeys(label for label in labels if label is not None))
     if not names:
         return None
-    places = [-1 if label is None else names.index(label) for label in labels]
+    place_of = {name: place for place, name in enumerate(names)}
+    places = [-1 if label is None else place_of[label] for label in labels]
     counts = [len(piece.triangles) for piece in surface.pieces]
     return FaceLabels(names, np.repeat(np.array(places, dtype=np.int32), counts))
 
@@ -126,7 +128,7 @@ def _description(file: GltfFile, surface: SceneSurface, extras: Any) -> StoredRi
     """The morphs, as the file describes them or as its morph targets are."""
     if extras is not None:
         try:
-            return stored_rig(extras, surface.targets)
+            return stored_rig(extras, surface.targets, file.budget)
         except ValueError as problem:
             _warn(file, "each morph target read as a slider of its own", problem)
     return StoredRig(tuple(StoredMorph.straight(name) for name in surface.targets), {}, {})
@@ -152,8 +154,8 @@ def _rig(neutral: Mesh, description: StoredRig, surface: SceneSurface) -> Rig:
 
 def _warn(file: GltfFile, instead: str, problem: Exception) -> None:
     warnings.warn(
-        f"{file.path}: what elastomorph stored beside the mesh no longer fits it ({problem}); "
-        f"{instead}",
+        f"{file.path}: what elastomorph stored beside the mesh no longer fits it "
+        f"({shortened(problem)}); {instead}",
         ElastomorphWarning,
         stacklevel=4,
     )

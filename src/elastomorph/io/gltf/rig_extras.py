@@ -24,6 +24,7 @@ from typing import Any
 
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ParameterError
+from elastomorph.io.budget import MemoryBudget
 from elastomorph.io.gltf.targets import MorphTargets
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import Sliders
@@ -31,6 +32,7 @@ from elastomorph.rig.sliders import Sliders
 __all__ = ["VERSION", "StoredMorph", "StoredRig", "rig_extras", "stored_rig"]
 
 VERSION = 1
+_MOST_TERMS = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,18 +106,20 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
     }
 
 
-def stored_rig(stored: Any, targets: Sequence[str]) -> StoredRig:
+def stored_rig(stored: Any, targets: Sequence[str], budget: MemoryBudget) -> StoredRig:
     """The description of a rig in a file.
 
     Args:
         stored: ``extras.elastomorph`` of a mesh.
         targets: Names of the morph targets of the mesh.
+        budget: What the file may still take.
 
     Returns:
         The rig; morph targets that it does not name are morphs of their own, at its end.
 
     Raises:
         ValueError: It is damaged, of a later version, or does not fit the morph targets.
+        FormatError: It takes more than a file may.
     """
     if not isinstance(stored, dict) or not isinstance(stored.get("version"), int):
         raise ParameterError("it has no version")
@@ -136,6 +140,8 @@ def stored_rig(stored: Any, targets: Sequence[str]) -> StoredRig:
     found = StoredRig(
         tuple(morphs), _lists(stored, "correctives", "drivers"), _lists(stored, "groups", "members")
     )
+    lists = (*found.correctives.values(), *found.groups.values())
+    budget.spend_lookups(2 * sum(map(len, lists)), len(names))  # here, and by the rig
     Sliders(
         tuple(names),
         {name: tuple(drivers) for name, drivers in found.correctives.items()},
@@ -196,6 +202,8 @@ def _curve(curve: BendCurve) -> dict[str, Any]:
 
 def _restored_curve(stored: Any) -> BendCurve:
     try:
+        if len(stored["coefficients"][0]) > _MOST_TERMS:
+            raise ParameterError(f"a bend curve has more than {_MOST_TERMS} coefficients a piece")
         return BendCurve(stored["breaks"], stored["coefficients"])
-    except (TypeError, KeyError, ValueError, OverflowError):
+    except (TypeError, LookupError, ValueError, OverflowError):
         raise ParameterError("a bend curve is damaged") from None

@@ -49,12 +49,15 @@ def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
         seen.add(number)
         world = above @ _transform(file, node, number)
         if "mesh" in node:
+            file.budget.spend_objects(1)
             found.append(_placed(file, node, unit if "skin" in node else world))
         children = file.list_in(node, "children", f"node {number}")
         waiting += [(child, world) for child in reversed(children)]
     if found:
         return found
-    return [_placed(file, {"mesh": number}, unit) for number in range(len(file.items("meshes")))]
+    count = len(file.items("meshes"))
+    file.budget.spend_objects(count)
+    return [_placed(file, {"mesh": number}, unit) for number in range(count)]
 
 
 def _placed(file: GltfFile, node: dict[str, Any], world: NDArray[np.float64]) -> PlacedMesh:

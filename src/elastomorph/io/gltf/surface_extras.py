@@ -99,11 +99,14 @@ def _corners(
     """(C,) vertex of the file at each polygon corner, from the fans of the parts."""
     of_polygon = np.full(len(sizes), -1) if materials is None else materials.of_face
     _require(isinstance(labels, list) and len(labels) == len(parts), "other parts")
+    _require(int((sizes - 2).sum()) == sum(map(len, parts)), "another number of triangles")
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     corners = np.full(int(offsets[-1]), -1, dtype=np.int32)
+    by_label = np.argsort(of_polygon, kind="stable")
+    in_order = of_polygon[by_label]
     for label, triangles in zip(labels, parts, strict=True):
-        _require(isinstance(label, int), "a part without a label")
-        mine = np.flatnonzero(of_polygon == label)
+        _require(isinstance(label, int) and abs(label) < 1 << 31, "a part without a label")
+        mine = by_label[slice(*np.searchsorted(in_order, [label, label + 1]))]
         _require(int((sizes[mine] - 2).sum()) == len(triangles), "another number of triangles")
         ends = np.cumsum(sizes[mine] - 2)
         starts = ends - (sizes[mine] - 2)
@@ -164,7 +167,8 @@ def _restored_uv(
     width = _whole(stored, "width", 2, 3)
     # Entries that no corner uses may be there too; a small text must not unpack to gigabytes.
     text = stored.get("coordinates")
-    count = _whole(stored, "count", 0, max(_FREE_ENTRIES, len(corners), len(str(text))))
+    written = len(text) if isinstance(text, str) else 0
+    count = _whole(stored, "count", 0, max(_FREE_ENTRIES, len(corners), written))
     _require(_within(used, -1, count - 1), "a texture coordinate that does not exist")
     if text is not None:
         content = unpacked_bytes(text, 8 * width * count)

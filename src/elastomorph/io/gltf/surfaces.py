@@ -16,7 +16,6 @@ from elastomorph.io.gltf.scene_surface import Piece, SceneSurface, Sheet
 __all__ = ["read_surface"]
 
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
-_BOOKKEEPING = 1024
 _DRACO = "KHR_draco_mesh_compression"
 
 
@@ -58,7 +57,7 @@ class _SurfaceReader:
             self._file.refuse("it shows no triangles; expected a mesh with morph targets")
         surface.targets = list(self._known)
         # A morph has a displacement and a target for every vertex, however few of them it moves.
-        self._accessors.spend(len(surface.targets) * surface.count * 2 * 24)
+        self._file.budget.spend_fields(surface.count, len(surface.targets), copies=2)
         return surface
 
     def add(self, placed: PlacedMesh) -> None:
@@ -72,20 +71,20 @@ class _SurfaceReader:
             if isinstance(primitive, dict) and primitive.get("mode", _TRIANGLES) in self._modes
         ]
         counts = [len(file.list_in(each, "targets", of)) for each in primitives]
-        self._accessors.spend(_BOOKKEEPING * (sum(counts) + len(counts)))
+        file.budget.spend_objects(sum(counts) + len(counts))
         names = target_names(mesh, max(counts, default=0))
         self._known.update(dict.fromkeys(names))
         sheets: dict[tuple[Any, ...], Sheet] = {}
+        mirrors = np.linalg.det(placed.linear) < 0
         for primitive in primitives:
             attributes = file.object_in(primitive, "attributes", of)
             targets = [
                 target.get("POSITION") if isinstance(target, dict) else None
                 for target in file.list_in(primitive, "targets", of)
             ]
-            key = tuple(
-                repr(value)
-                for value in (attributes.get("POSITION"), attributes.get("TEXCOORD_0"), targets)
-            )
+            named = (attributes.get("POSITION"), attributes.get("TEXCOORD_0"), *targets)
+            # What is no number is refused when it is read.
+            key = tuple(value if isinstance(value, int) else None for value in named)
             if key not in sheets:
                 self._refuse_compressed(primitive, attributes, of)
                 sheets[key] = self._sheet(
@@ -93,7 +92,7 @@ class _SurfaceReader:
                 )
                 self.surface.sheets.append(sheets[key])
             triangles = self._triangles(primitive, sheets[key], of)
-            if np.linalg.det(placed.linear) < 0:
+            if mirrors:
                 triangles = triangles[:, [0, 2, 1]]
             material = self._material(primitive, of)
             self.surface.pieces.append(Piece(triangles, material, placed.name))
@@ -112,7 +111,9 @@ class _SurfaceReader:
         displacements = {}
         for name, number in targets.items():
             if number is not None:
-                moved = read(number, 3, f"the morph target {name!r} of {of}", count=len(vertices))
+                moved = read(
+                    number, 3, f"the morph target {name[:60]!r} of {of}", count=len(vertices)
+                )
                 if moved.any():
                     displacements[name] = turned(moved, placed.linear)
         return Sheet(
@@ -136,7 +137,7 @@ class _SurfaceReader:
             corners = np.arange(len(sheet.vertices), dtype=np.int64)
         if len(corners) < 3 or (mode == _TRIANGLES and len(corners) % 3):
             file.refuse(f"{of} has {len(corners):,} corners, which do not make whole triangles")
-        self._accessors.spend(len(corners) * (12 if mode == _TRIANGLES else 36))
+        self._file.budget.spend(len(corners) * (12 if mode == _TRIANGLES else 36))
         if mode == _TRIANGLES:
             triangles = corners.reshape(-1, 3)
         elif mode == _FAN:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Literal
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,10 +22,11 @@ from elastomorph.io.gltf.normals import NormalField, normal_deltas
 from elastomorph.io.gltf.rig_extras import rig_extras
 from elastomorph.io.gltf.surface_extras import surface_extras
 from elastomorph.io.gltf.targets import MorphTargets
+from elastomorph.io.gltf.weight_signs import with_positive_weights
 from elastomorph.rig import Rig
 from elastomorph.timing import Timing, linear
 
-__all__ = ["Performance", "write_glb"]
+__all__ = ["Performance", "require_glb_settings", "write_glb"]
 
 Performance = tuple[ArrayLike, ArrayLike, str]
 """Times (T,) in seconds, weights (T, J) of the sliders of a rig, and a name."""
@@ -37,7 +40,7 @@ _LARGEST_FILE = 2**32 - 1
 
 
 def write_glb(
-    path: str | Path,
+    path: str | Path | BinaryIO,
     rig: Rig,
     *,
     normals: Literal["delta", "none"] = "delta",
@@ -47,16 +50,20 @@ def write_glb(
     sparse: bool = True,
     timing: Timing = linear,
     animation: Performance | None = None,
+    settings: Mapping[str, Any] | None = None,
 ) -> GlbReport:
     """Write a rig as a binary glTF 2.0 file.
 
     Δ of a morph becomes the morph target of its name, each of its bends another one
     (``jawOpen.bend1``). An animation a morph plays it from 0 to 1 in one second. Software that
     sets weights itself gives Δ the weight t and the bends the weights b_k(t), whose curves are in
-    ``extras.elastomorph`` of the mesh. The polygons come back from `read_glb` as they were.
+    ``extras.elastomorph`` of the mesh. Bends with curves below 0 are stored the other way round,
+    because some programs hold weights between 0 and 1. The polygons come back from `read_glb` as
+    they were.
 
     Args:
-        path: The file; its folder must exist. A file that is there is replaced at once.
+        path: The file; its folder must exist. A file that is there is replaced at once. Or a
+            binary file that is open for writing, such as ``io.BytesIO()``.
         rig: The rig.
         normals: ``"delta"``: morph targets turn the normals too; about half as large again.
             ``"none"``: the normals stay those of the neutral.
@@ -70,6 +77,8 @@ def write_glb(
             see `elastomorph.timing`. The path itself stays as it is.
         animation: A recorded performance, written in place of an animation a morph: times (T,)
             in seconds from 0, weights (T, J) of the sliders of ``rig.names``, and its name.
+        settings: How the rig was made, as JSON: kept in ``extras.elastomorph`` of the mesh and
+            given back by `elastomorph.io.settings_used.settings_used`.
 
     Returns:
         What was written, and how far it can be from the rig.
@@ -82,8 +91,10 @@ def write_glb(
         MissingExtraError: pygltflib is not installed.
     """
     library = pygltflib()
-    _require_settings(normals, tolerance, keys_tolerance, fps)
-    _require_storable(path, rig)
+    require_glb_settings(normals, tolerance, keys_tolerance, fps)
+    name = path if isinstance(path, str | Path) else "the GLB file"
+    _require_storable(name, rig)
+    rig = with_positive_weights(rig)
     targets = MorphTargets.of(rig, tolerance)
     if animation is None:
         clips = slider_clips(rig, targets, keys_tolerance, fps, timing)
@@ -107,6 +118,7 @@ def write_glb(
                     "elastomorph": {
                         **rig_extras(rig, targets),
                         "surface": surface_extras(rig.neutral, layout),
+                        **({} if settings is None else {"settings": dict(settings)}),
                     },
                 },
             )
@@ -119,11 +131,11 @@ def write_glb(
     document.set_binary_blob(blob)
     if len(blob) + len(document.to_json()) + 64 > _LARGEST_FILE:
         raise FormatError(
-            path, "a GLB file holds less than 4 GiB; leave out normals, or export fewer morphs"
+            name, "a GLB file holds less than 4 GiB; leave out normals, or export fewer morphs"
         )
     chunks = document.save_to_bytes()
     size = sum(map(len, chunks))
-    with replacing(path) as file:
+    with replacing(path) if isinstance(path, str | Path) else nullcontext(path) as file:
         file.writelines(chunks)
     return GlbReport(
         vertices=len(layout.vertex_of),
@@ -176,7 +188,18 @@ def _vertex_accessors(
     return attributes, displaced
 
 
-def _require_settings(normals: str, tolerance: float, keys_tolerance: float, fps: float) -> None:
+def require_glb_settings(
+    normals: str = "delta",
+    tolerance: float = 0.0,
+    keys_tolerance: float = 0.0,
+    fps: float = 30.0,
+    sparse: bool = True,
+) -> None:
+    """Check options of `write_glb`.
+
+    Raises:
+        ParameterError: One is out of its range.
+    """
     if normals not in ("delta", "none"):
         raise ParameterError(f"normals must be 'delta' or 'none', found {normals!r}")
     for name, value in (("tolerance", tolerance), ("keys_tolerance", keys_tolerance)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from elastomorph.io.usd.library import pxr
 __all__ = ["outside_problem"]
 
 
-def outside_problem(layer: Any, folder: Path) -> str:
+def outside_problem(layer: Any, folder: Path, opening: Callable[[Path], None]) -> str:
     """Why a layer must not be composed, or nothing where it may.
 
     Sublayers, references and payloads, in all variants, must be files below the folder; links
@@ -19,8 +20,10 @@ def outside_problem(layer: Any, folder: Path) -> str:
     Args:
         layer: The opened layer of the file.
         folder: Folder of the file, resolved.
+        opening: Told of each other file before it is opened.
     """
     waiting, seen = [layer], {layer.identifier}
+    known: set[Path] = set()
     while waiting:
         current = waiting.pop()
         problem = _clips_problem(current)
@@ -37,12 +40,16 @@ def outside_problem(layer: Any, folder: Path) -> str:
                 inside = False
             if not inside:
                 return (
-                    f"it is composed of '{asset}', which is no file in its own folder; write it "
-                    "as one file (usdcat --flatten) and read that"
+                    f"it is composed of '{asset[:200]}', which is no file in its own folder; write "
+                    "it as one file (usdcat --flatten) and read that"
                 )
+            if target in known:
+                continue
+            known.add(target)
+            opening(target)
             opened = pxr("Sdf").Layer.FindOrOpen(str(target))
             if opened is None:
-                return f"it is composed of '{asset}', which cannot be read"
+                return f"it is composed of '{asset[:200]}', which cannot be read"
             if opened.identifier not in seen:
                 seen.add(opened.identifier)
                 waiting.append(opened)

@@ -11,6 +11,7 @@ and the mesh prim
 
     elastomorph:sliders  string      JSON: morphs in order, correctives, groups, checksum
     elastomorph:points   double3[]   the vertices, where float32 is too coarse
+    elastomorph:settings string      JSON: the settings of the character, where there were any
 
 Attributes, not customData: they are typed and compressed, and survive flattening and layering.
 Where another program has changed the shapes, the checksum no longer fits, and what it has written
@@ -37,6 +38,7 @@ __all__ = [
     "NAME",
     "PATH",
     "POINTS",
+    "SETTINGS",
     "SLIDERS",
     "ExactPath",
     "checksum",
@@ -49,8 +51,10 @@ PATH = "elastomorph:path"
 BENDS = "elastomorph:bends"
 POINTS = "elastomorph:points"
 SLIDERS = "elastomorph:sliders"
+SETTINGS = "elastomorph:settings"
 COARSEST = 1e-7  # of D: a rounding to float32 larger than this is not accepted
 _VERSION = 1
+_MOST_TERMS = 256
 
 
 class ExactPath:
@@ -106,16 +110,17 @@ def path_from_json(text: str) -> ExactPath | None:
     """The path in a text, or None where it is not one that this version can read."""
     try:
         content = json.loads(text)
-        if content["version"] != _VERSION:
+        error = float(content["bakeError"])
+        if content["version"] != _VERSION or not 0 <= error < np.inf:
             return None
         return ExactPath(
             str(content["method"]),
-            float(content["bakeError"]),
+            error,
             tuple(_curve_from_json(curve) for curve in content["bendCurves"]),
             _curve_from_json(content["limitLaw"]),
             int(content["checksum"]),
         )
-    except (ValueError, TypeError, KeyError, RecursionError, ParameterError):
+    except (ValueError, TypeError, LookupError, OverflowError, RecursionError):
         return None
 
 
@@ -124,6 +129,8 @@ def _curve_to_json(curve: BendCurve) -> dict[str, Any]:
 
 
 def _curve_from_json(content: Mapping[str, Any]) -> BendCurve:
+    if len(content["coefficients"][0]) > _MOST_TERMS:
+        raise ParameterError(f"a bend curve has more than {_MOST_TERMS} coefficients a piece")
     return BendCurve(
         np.array(content["breaks"], dtype=np.float64),
         np.array(content["coefficients"], dtype=np.float64),

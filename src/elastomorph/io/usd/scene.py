@@ -45,12 +45,18 @@ class FoundShape:
 
 
 class Scene:
-    """The mesh and blend shapes of one file."""
+    """The mesh and blend shapes of one file.
+
+    Attributes:
+        budget: Memory that the file may still take.
+    """
 
     def __init__(self, path: str | Path, members: NpzMembers) -> None:
         self._path = path
         self._members = members
+        self.budget = members.budget
         self._scene: dict[str, Any] = json.loads(members.array("scene", "u", (None,)).tobytes())
+        self.budget.add_size(self._scene["size_of_others"])
 
     @cached_property
     def sliders(self) -> dict[str, Any]:
@@ -60,6 +66,12 @@ class Scene:
         except (ValueError, RecursionError):
             return {}
         return found if isinstance(found, dict) and found.get("version") == 1 else {}
+
+    @property
+    def settings(self) -> str | None:
+        """The settings that elastomorph stored, as JSON."""
+        found = self._scene.get("settings")
+        return found if isinstance(found, str) else None
 
     def mesh(self) -> Mesh:
         """The neutral.

@@ -1,82 +1,63 @@
-"""Takes a mesh and its blend shapes out of a USD file, in a process that may crash.
-
-USD ends the whole program on some damaged binary files. So it is run as
-``python -m elastomorph.io.usd.worker IN OUT.npz PROBLEM.txt BYTES MESH``, and the program that
-started it goes on. It exits with 0 once the archive is written, with `REFUSED` and a sentence in
-PROBLEM.txt where the file is at fault, and with anything else where USD broke. BYTES is the most
-memory it may use, on systems that can enforce that; MESH is a name or path of a mesh, or empty.
-"""
+"""Takes a mesh and its blend shapes out of a USD file, in a process that may crash."""
 
 from __future__ import annotations
 
 import json
-import os
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.io.npz_members import write_arrays
+from elastomorph.io.isolated import RefusedError, allow_for, serve
 from elastomorph.io.usd.dependencies import outside_problem
-from elastomorph.io.usd.exact import BENDS, NAME, PATH, POINTS, SLIDERS
+from elastomorph.io.usd.exact import BENDS, NAME, PATH, POINTS, SETTINGS, SLIDERS
 from elastomorph.io.usd.library import pxr
 from elastomorph.io.usd.mesh_prim import GROUP_FAMILY
 
-__all__ = ["REFUSED"]
+__all__ = ["content_of"]
 
-REFUSED = 3
 _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
 
 
-class _RefusedError(Exception):
-    pass
+def content_of(source: str, mesh: str) -> dict[str, NDArray[Any]]:
+    """The arrays of a file.
 
+    Args:
+        source: The file.
+        mesh: Name or path of a mesh, or empty.
 
-def main(source: str, destination: str, problem: str, most_bytes: str, mesh: str) -> int:
-    """Write the content of one file as an archive; returns the exit status."""
-    _limit_memory(int(most_bytes))
-    failure = pxr("Tf").ErrorException
+    Raises:
+        RefusedError: It is no USD file, a damaged one, or holds no such mesh.
+    """
     try:
-        arrays = _content(source, mesh)
-    except _RefusedError as error:
-        sentence = str(error)
-    except failure as error:
+        return _content(source, mesh)
+    except pxr("Tf").ErrorException as error:
         reasons = [str(getattr(part, "commentary", part)) for part in error.args]
-        sentence = f"USD cannot read it: {' '.join(' '.join(reasons).split())[:300]}"
+        sentence = " ".join(" ".join(reasons).split())[:300]
     except UnicodeError:
-        sentence = "USD cannot read it: it holds text that is not UTF-8"
-    except MemoryError:
-        sentence = "it needs more memory than a file of its size should"
-    else:
-        write_arrays(destination, arrays)
-        return 0
-    Path(problem).write_text(sentence, encoding="utf-8", errors="replace")
-    return REFUSED
+        sentence = "it holds text that is not UTF-8"
+    raise RefusedError(f"USD cannot read it: {sentence}")
 
 
-def _limit_memory(most_bytes: int) -> None:
-    try:
-        import resource
-    except ImportError:  # Windows has no such limits
-        return
-    for kind, wanted in ((resource.RLIMIT_AS, most_bytes), (resource.RLIMIT_CORE, 0)):
-        try:
-            hard = resource.getrlimit(kind)[1]
-            allowed = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
-            resource.setrlimit(kind, (allowed, hard))
-        except (OSError, ValueError):  # macOS refuses some of them
-            continue
+def _prepare() -> None:
+    for module in ("Sdf", "Tf", "Usd", "UsdGeom", "UsdShade", "UsdSkel"):
+        pxr(module)
 
 
 def _content(source: str, wanted: str) -> dict[str, NDArray[Any]]:
     layer = pxr("Sdf").Layer.FindOrOpen(source)
     if layer is None:
-        raise _RefusedError("USD cannot read it")
-    problem = outside_problem(layer, Path(source).resolve().parent)
+        raise RefusedError("USD cannot read it")
+    others: list[int] = []
+
+    def opening(path: Path) -> None:
+        others.append(path.stat().st_size)
+        allow_for(others[-1])
+
+    problem = outside_problem(layer, Path(source).resolve().parent, opening)
     if problem:
-        raise _RefusedError(problem)
+        raise RefusedError(problem)
     stage = pxr("Usd").Stage.Open(layer)
     prim = _chosen_mesh(stage, wanted)
     mesh = pxr("UsdGeom").Mesh(prim)
@@ -87,8 +68,10 @@ def _content(source: str, wanted: str) -> dict[str, NDArray[Any]]:
     _keep(arrays, "exact_points", prim.GetAttribute(POINTS), 3)
     scene = {
         "mesh": str(prim.GetPath()),
+        "size_of_others": sum(others),
         "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
         "sliders": _text(prim, SLIDERS),
+        "settings": _text(prim, SETTINGS),
         "texture": _texture(arrays, mesh),
         "subsets": _subsets(arrays, prim),
         "material": _material(prim),
@@ -105,15 +88,15 @@ def _chosen_mesh(stage: Any, wanted: str) -> Any:
     if wanted:
         named = [p for p in meshes if wanted in (str(p.GetPath()), p.GetName())]
         if len(named) != 1:
-            raise _RefusedError(
+            raise RefusedError(
                 f"{len(named) or 'no'} meshes are called '{wanted}'; there are {_listed(meshes)}"
             )
         return named[0]
     shaped = [p for p in meshes if _targets(p)] or [p for p in meshes if p.HasAttribute(SLIDERS)]
     if not shaped:
-        raise _RefusedError(f"no mesh has blend shapes; the meshes are {_listed(meshes)}")
+        raise RefusedError(f"no mesh has blend shapes; the meshes are {_listed(meshes)}")
     if len(shaped) > 1:
-        raise _RefusedError(
+        raise RefusedError(
             f"{len(shaped)} meshes have blend shapes ({_listed(shaped)}); name the one to read, "
             f"such as mesh='{shaped[0].GetPath()}'"
         )
@@ -145,7 +128,7 @@ def _keep(arrays: dict[str, NDArray[Any]], name: str, attribute: Any, columns: i
         return False
     array = np.array(value)
     if array.dtype.kind not in "fiu":
-        raise _RefusedError(f"{attribute.GetPath()} holds values that are not numbers")
+        raise RefusedError(f"{attribute.GetPath()} holds values that are not numbers")
     if columns and not array.size:
         array = array.reshape(0, columns)
     arrays[name] = array
@@ -206,7 +189,7 @@ def _shapes(arrays: dict[str, NDArray[Any]], stage: Any, prim: Any) -> list[dict
     for i, target in enumerate(_targets(prim)):
         shape = skel.BlendShape(stage.GetPrimAtPath(target))
         if not shape:
-            raise _RefusedError(f"{prim.GetPath()} names the blend shape {target}, which is none")
+            raise RefusedError(f"{prim.GetPath()} names the blend shape {target}, which is none")
         own = shape.GetPrim()
         _keep(arrays, f"shape_{i}_offsets", shape.GetOffsetsAttr(), 3)
         _keep(arrays, f"shape_{i}_points", shape.GetPointIndicesAttr())
@@ -229,6 +212,4 @@ def _shapes(arrays: dict[str, NDArray[Any]], stage: Any, prim: Any) -> list[dict
 
 
 if __name__ == "__main__":
-    status = main(*sys.argv[1:])
-    sys.stdout.flush()
-    os._exit(status)  # USD's own end of a program can fail after all is written
+    serve(_prepare, content_of)

@@ -8,6 +8,7 @@ and subsets below it, /Face/Skeleton of one joint, /Face/Animation with the weig
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing_path
 from elastomorph.io.usd.blend_shapes import define_blend_shape, sparse_shapes
-from elastomorph.io.usd.exact import SLIDERS, checksum
+from elastomorph.io.usd.exact import SETTINGS, SLIDERS, checksum
 from elastomorph.io.usd.inbetweens import place_inbetweens
 from elastomorph.io.usd.library import naming_failure, pxr
 from elastomorph.io.usd.mesh_prim import define_mesh, define_subsets, extent_of
@@ -32,7 +33,7 @@ from elastomorph.io.usd.skeleton import (
 )
 from elastomorph.rig import Rig
 
-__all__ = ["SUFFIXES", "write_usd"]
+__all__ = ["SUFFIXES", "require_usd_settings", "write_usd"]
 
 SUFFIXES = (".usd", ".usda", ".usdc")
 _ROOT = "/Face"
@@ -47,6 +48,7 @@ def write_usd(
     animation: tuple[ArrayLike, ArrayLike, str] | None = None,
     fps: float = 30.0,
     meters_per_unit: float = 0.01,
+    settings: Mapping[str, Any] | None = None,
 ) -> UsdReport:
     """Write a rig as UsdSkel blend shapes.
 
@@ -65,6 +67,8 @@ def write_usd(
         fps: Time codes in a second.
         meters_per_unit: Length of a unit in metres. The default is centimetres, what USD takes
             a file for that states nothing.
+        settings: How the rig was made, as JSON: kept in ``elastomorph:settings`` of the mesh and
+            given back by `elastomorph.io.settings_used.settings_used`.
 
     Returns:
         The in-betweens and the remaining error of each morph, and the size of the file.
@@ -78,15 +82,7 @@ def write_usd(
     """
     if not isinstance(rig, Rig):
         raise ParameterError(f"expected a Rig to write, found {type(rig).__name__}")
-    for what, number in (("fps", fps), ("meters_per_unit", meters_per_unit)):
-        if not (np.isfinite(number) and number > 0):
-            raise ParameterError(f"{what} must be a number above 0, found {number!r}")
-    if not (np.isfinite(tolerance) and tolerance >= 0):
-        raise ParameterError(f"the tolerance must be a number of at least 0, found {tolerance!r}")
-    if not isinstance(most_inbetweens, int) or most_inbetweens < 0:
-        raise ParameterError(
-            f"most_inbetweens must be a whole number of at least 0, found {most_inbetweens!r}"
-        )
+    require_usd_settings(tolerance, most_inbetweens, fps, meters_per_unit)
     if Path(path).suffix.lower() not in SUFFIXES:
         raise FormatError(path, f"expected a name that ends in {', '.join(SUFFIXES)}")
     labels = [own.names for own in (rig.neutral.materials, rig.neutral.groups) if own is not None]
@@ -97,12 +93,38 @@ def write_usd(
         pxr("UsdGeom").SetStageUpAxis(stage, pxr("UsdGeom").Tokens.y)
         pxr("UsdGeom").SetStageMetersPerUnit(stage, meters_per_unit)
         shapes = _author(path, stage, rig, tolerance, most_inbetweens, motion, fps)
+        if settings is not None:
+            mesh = stage.GetPrimAtPath(f"{_ROOT}/Mesh")
+            kept = mesh.CreateAttribute(SETTINGS, pxr("Sdf").ValueTypeNames.String, custom=True)
+            kept.Set(json.dumps(settings, ensure_ascii=False, allow_nan=False))
         text = "usda" if Path(path).suffix.lower() == ".usda" else "usdc"
         mode = temporary.stat().st_mode
         stage.GetRootLayer().Export(str(temporary), args={"format": text})
         temporary.chmod(mode)
         size = temporary.stat().st_size
     return UsdReport(Path(path), size, tolerance, shapes)
+
+
+def require_usd_settings(
+    tolerance: float = 0.0,
+    most_inbetweens: int = 0,
+    fps: float = 30.0,
+    meters_per_unit: float = 0.01,
+) -> None:
+    """Check options of `write_usd`.
+
+    Raises:
+        ParameterError: One is out of its range.
+    """
+    for what, number in (("fps", fps), ("meters_per_unit", meters_per_unit)):
+        if not (np.isfinite(number) and number > 0):
+            raise ParameterError(f"{what} must be a number above 0, found {number!r}")
+    if not (np.isfinite(tolerance) and tolerance >= 0):
+        raise ParameterError(f"the tolerance must be a number of at least 0, found {tolerance!r}")
+    if not isinstance(most_inbetweens, int) or most_inbetweens < 0:
+        raise ParameterError(
+            f"most_inbetweens must be a whole number of at least 0, found {most_inbetweens!r}"
+        )
 
 
 def _author(

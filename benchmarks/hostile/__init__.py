@@ -1,0 +1,1 @@
+"""Hostile files for every reader: how they are made, read under measurement and judged."""

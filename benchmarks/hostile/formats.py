@@ -1,0 +1,523 @@
+"""The formats under test: seeds, readers, what is done to them, and what must come back.
+
+A format joins by one entry in `FORMATS`.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cache, partial
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from elastomorph.io import read_rig, read_sequence
+from elastomorph.io.curve_file import read_curves
+from elastomorph.io.gltf import read_glb, write_glb
+from elastomorph.io.marker_take import read_marker_take
+from elastomorph.io.npz import read_npz, read_npz_sequence, write_npz, write_npz_sequence
+from elastomorph.io.obj import read_obj, write_obj
+from elastomorph.io.performance_csv import read_performance, write_performance_csv
+from elastomorph.io.ply import read_ply, write_ply
+from elastomorph.io.point_cache import read_mdd, read_pc2, write_mdd, write_pc2
+from elastomorph.io.region_file import read_region
+from elastomorph.io.rig_npz import read_rig_npz, write_rig_npz
+from elastomorph.performance import Performance
+from hostile import archives, documents, scenes, texts
+from hostile.byte_changes import MOST_BYTES, changed, recoded
+from hostile.case import Case, Folder, Link, Pipe
+from hostile.judge import require, same, sound
+from hostile.seeds import face, motion, rig, written
+
+__all__ = ["FORMATS", "Format"]
+
+Maker = Callable[[Random], Case]
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format, and how it is attacked.
+
+    Attributes:
+        name: What people call it.
+        file: Name of the file that the reader is given, or a pattern.
+        seeds: Makes whole files; each must load.
+        read: The reader.
+        judge: Raises where a thing that was read is not what it must be.
+        again: Writes a thing to a path below a folder and reads it back; raises where it differs.
+            None where the format has no writer.
+        crafted: Makes inputs by hand, each a label and the content of the file.
+        folders: Makes inputs of several files.
+        damage: Makes one input that is intact as a container and damaged within.
+        isolated: Whether the reader works in a process of its own.
+    """
+
+    name: str
+    file: str
+    seeds: Callable[[], list[bytes]]
+    read: Callable[[Path], Any]
+    judge: Callable[[Any], None] = sound
+    again: Callable[[Any, Path], None] | None = None
+    crafted: Callable[[], Iterable[tuple[str, bytes]]] = tuple
+    folders: Callable[[], Iterable[Case]] = tuple
+    damage: Callable[[Random], tuple[str, bytes]] | None = None
+    isolated: bool = False
+    _kept: dict[str, list[bytes]] = field(default_factory=dict)
+
+    def whole(self) -> list[bytes]:
+        """The seeds, made once."""
+        if "seeds" not in self._kept:
+            self._kept["seeds"] = self.seeds()
+        return self._kept["seeds"]
+
+    def fixed(self) -> Iterator[Case]:
+        """All inputs that chance has no part in, but for the cuts."""
+        for number, seed in enumerate(self.whole()):
+            yield Case(f"seed {number}", self.file, {self.file: seed}, "loaded")
+        yield from _not_files(self.file, self.whole()[0])
+        for label, content in recoded(self.whole()[0]).items():
+            yield Case(label, self.file, {self.file: content})
+        for label, content in self.crafted():
+            yield Case(label, self.file, {self.file: content})
+        yield from self.folders()
+
+    def cuts(self) -> list[tuple[int, int]]:
+        """Every seed at every length."""
+        return [(n, length) for n, seed in enumerate(self.whole()) for length in range(len(seed))]
+
+    def cut(self, number: int, length: int) -> Case:
+        """A seed cut off."""
+        label = f"seed {number} cut to {length} bytes"
+        return Case(label, self.file, {self.file: self.whole()[number][:length]})
+
+    def random(self, random: Random) -> Case:
+        """An input made by chance."""
+        if self.damage is not None and random.random() < 0.5:
+            label, content = self.damage(random)
+        else:
+            seed, other = random.choice(self.whole()), random.choice(self.whole())
+            label, content = changed(random, seed, other)
+        return Case(label, self.file, {self.file: content[: MOST_BYTES - 1]})
+
+
+def _not_files(name: str, seed: bytes) -> Iterator[Case]:
+    """Links, folders, pipes and devices under the name of a file."""
+    if "#" in name:
+        return
+    suffix = Path(name).suffix
+    yield Case("nothing", name, {}, "refused")
+    yield Case("a folder", name, {name: Folder()}, "refused")
+    yield Case("a pipe", name, {name: Pipe()}, "refused")
+    yield Case("an endless device", name, {name: Link("/dev/zero")}, "refused")
+    yield Case("an empty device", name, {name: Link("/dev/null")}, "refused")
+    yield Case("a link to nothing", name, {name: Link("gone")}, "refused")
+    yield Case("a link to itself", name, {name: Link(name)}, "refused")
+    yield Case("a link to the file", name, {name: Link("real"), "real": seed}, "loaded")
+    yield Case("a link out of the folder", name, {name: Link("../../real"), "../../real": seed})
+    yield Case("capitals", name.upper(), {name.upper(): seed}, "loaded")
+    yield Case("blanks and letters", f"a b ß漢{suffix}", {f"a b ß漢{suffix}": seed}, "loaded")
+    yield Case("a name too long", "n" * 300 + suffix, {}, "refused")
+    yield Case("a path too long", "n/" * 3000 + name, {}, "refused")
+    yield Case("a file for a folder", f"file/{name}", {"file": seed}, "refused")
+    yield Case("the home folder", f"~/{name}", {}, "refused")
+    yield Case("a NUL in the name", f"a\0{suffix}", {}, "refused")
+
+
+def _encoded(
+    made: Iterable[tuple[str, str]], encoding: str = "utf-8"
+) -> Iterator[tuple[str, bytes]]:
+    for label, text in made:
+        yield label, text.encode(encoding, "replace")
+
+
+def _ply_bytes() -> Iterator[tuple[str, bytes]]:
+    # Binary rows are written as characters below 256.
+    for label, text in texts.ply_files():
+        yield label, text.encode("latin-1", "replace")
+
+
+def _again(write: Callable[..., Any], read: Callable[..., Any], name: str, tolerance: float = 0.0):
+    def check(thing: Any, folder: Path) -> None:
+        path = folder / name
+        write(path, thing)
+        require(
+            same(thing, read(path), tolerance=tolerance), "what is written again must be the same"
+        )
+
+    return check
+
+
+def _write_cache(write: Callable[..., Any], path: Path, cache: Any) -> None:
+    write(path, cache.frames)
+
+
+# Seeds.
+
+
+def _meshes(write: Callable[..., Any], name: str, **options: Any) -> list[bytes]:
+    return [written(name, write, face(), **options)]
+
+
+@cache
+def _performance() -> Performance:
+    return Performance(
+        ["jawOpen", "browInnerUp"], [0.0, 1 / 30, 2 / 30], [[0, 0.25], [0.1, 0.5], [1, 0]], 30.0
+    )
+
+
+_LIVELINK = (
+    b"Timecode,BlendShapeCount,EyeBlinkLeft,JawOpen,HeadYaw\n"
+    b"13:04:31:58.500,3,0.1,0.2,-0.3\n13:04:31:59.500,3,0.2,0.3,-0.2\n13:04:32:00.500,0,,,\n"
+    b"13:04:32:01.500,3,0.3,0.1,0.0\n13:04:32:01.500,3,0.3,0.1,0.0\n13:04:32:04.500,3,0.5,0,0\n"
+)
+_CURVES = (
+    b'{"vertex_count": 100, "curves": [\n{"vertices": [4, 8, 15], "closed": true, "name": "upper '
+    b'lip"},\n{"vertices": [16, 23]}]}\n',
+    b"[[0, 1, 2, 0], [42, 43]]",
+)
+_REGION = (b"[3, 4, 5]", b'{"vertices": [0, 2147483647]}')
+
+
+def _markers() -> dict[str, Any]:
+    import numpy as np
+
+    return {
+        "positions": np.arange(24, dtype=float).reshape(2, 4, 3),
+        "names": np.array(["chin", "lip", "brow.L", "brow.R"]),
+    }
+
+
+@cache
+def _arrays(kind: str) -> dict[str, Any]:
+    if kind == "markers":
+        return _markers()
+    write, thing = {
+        "mesh": (write_npz, face()),
+        "motion": (write_npz_sequence, motion()),
+        "rig": (write_rig_npz, rig()),
+    }[kind]
+    return archives.arrays_of(written("a.npz", write, thing))
+
+
+def _archive_seeds(kind: str) -> list[bytes]:
+    import zipfile
+
+    return [archives.archive(_arrays(kind), m) for m in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)]
+
+
+def _archives(kind: str, main: str) -> Iterator[tuple[str, bytes]]:
+    return archives.archive_files(_arrays(kind), main)
+
+
+def _archive_damage(kind: str, random: Random) -> tuple[str, bytes]:
+    return archives.damaged_arrays(random, _arrays(kind))
+
+
+@cache
+def _glb() -> bytes:
+    return written("face.glb", write_glb, rig())
+
+
+def _glb_damage(random: Random) -> tuple[str, bytes]:
+    document, blob = documents.chunks(_glb())
+    label, document = documents.damaged_document(random, document)
+    return label, documents.glb(documents.text_of(document), blob)
+
+
+def _gltf_seeds() -> list[bytes]:
+    """With its bytes in itself, so that it stands alone."""
+    import base64
+
+    document, blob = documents.chunks(_glb())
+    uri = "data:application/octet-stream;base64," + base64.b64encode(blob).decode()
+    document["buffers"] = [{"byteLength": len(blob), "uri": uri}]
+    return [json.dumps(document, indent=1).encode()]
+
+
+def _gltf_damage(random: Random) -> tuple[str, bytes]:
+    label, document = documents.damaged_document(random, json.loads(_gltf_seeds()[0]))
+    return label, documents.text_of(document)
+
+
+def _json_damage(seeds: tuple[bytes, ...], random: Random) -> tuple[str, bytes]:
+    label, document = documents.damaged_document(random, json.loads(random.choice(seeds)))
+    return label, documents.text_of(document)
+
+
+@cache
+def _usd(suffix: str) -> bytes:
+    from elastomorph.io.usd import write_usd
+
+    return written(f"face.{suffix}", write_usd, rig())
+
+
+def _usd_text() -> str:
+    return _usd("usda").decode()
+
+
+def _usd_damage(random: Random) -> tuple[str, bytes]:
+    label, text = scenes.damaged_scene(random, _usd_text())
+    return label, text.encode()
+
+
+def _usdz_seeds() -> list[bytes]:
+    return [scenes.usdz(_usd("usdc"))]
+
+
+def _refused_package(path: Path) -> Any:
+    """A .usdz package, which is not read: a .usd file of its bytes must be refused too."""
+    return read_rig(path)
+
+
+@cache
+def _fbx(binary: bool) -> bytes:
+    sys.path.append(str(_ROOT / "tests" / "io" / "fbx"))
+    from fbx_samples import Shape, as_binary, as_text, quad, scene
+
+    between = [
+        Shape([1], [[0, 0, 0.5]], 40.0, "half"),
+        Shape([1, 3], [[0, 0, 1], [0.5, 0, 0]], 100.0, "full"),
+    ]
+    channels = {**quad().channels, "blendShape1.both": between}
+    model = quad(
+        channels=channels,
+        uv=([[0, 0], [1, 0], [1, 1]], [0, 1, 2, 2]),
+        materials=(["skin"], [0]),
+    )
+    content: bytes = (as_binary if binary else as_text)(scene(model))
+    return content
+
+
+def _sound_curves(curves: Any) -> None:
+    seen: set[int] = set()
+    for curve in curves:
+        own = curve.vertices.tolist()
+        require(own and all(0 <= vertex < 100 for vertex in own), "vertices of the mesh")
+        require(not seen & set(own) and len(set(own)) == len(own), "a vertex on one curve only")
+        seen.update(own)
+
+
+def _sound_region(region: Any) -> None:
+    require(region.dtype.kind == "i" and region.ndim == 1, "whole numbers")
+    require(not region.size or (region.min() >= 0 and region.max() < 2**31), "from 0")
+
+
+def _sequence_folders() -> Iterator[Case]:
+    """Numbered files that do not fit each other, or whose numbers do not."""
+    obj = written("a.obj", write_obj, face())
+    npz = written("a.npz", write_npz, face())
+    two = {"scan.1.obj": obj, "scan.2.obj": obj}
+    yield Case("two frames", "scan.#.obj", dict(two), "loaded")
+    yield Case("a wildcard", "scan.*.obj", dict(two), "loaded")
+    yield Case("the folder", "", dict(two), "loaded")
+    yield Case("archives", "scan.#.npz", {"scan.1.npz": npz, "scan.2.npz": npz}, "loaded")
+    yield Case("one frame", "scan.#.obj", {"scan.1.obj": obj}, "refused")
+    yield Case("none", "scan.#.obj", {}, "refused")
+    yield Case("one number twice", "scan.#.obj", {"scan.1.obj": obj, "scan.01.obj": obj}, "refused")
+    for number in ("9" * 200, "2147483648", "99999999999999999999"):
+        yield Case(f"number {number[:9]}", "scan.#.obj", {**two, f"scan.{number}.obj": obj})
+        near = {f"scan.{number[:-1]}{i}.obj": obj for i in (7, 8)}
+        yield Case(f"numbers near {number[:9]}", "scan.#.obj", near)
+    yield Case(
+        "a link to itself", "scan.#.obj", {**two, "scan.3.obj": Link("scan.3.obj")}, "refused"
+    )
+    yield Case("a pipe among them", "scan.#.obj", {**two, "scan.3.obj": Pipe()}, "refused")
+    yield Case("a folder among them", "scan.#.obj", {**two, "scan.3.obj": Folder()}, "loaded")
+    yield Case(
+        "a link among them", "scan.#.obj", {**two, "scan.3.obj": Link("scan.1.obj")}, "loaded"
+    )
+    yield Case("an empty frame", "scan.#.obj", {**two, "scan.3.obj": b""}, "refused")
+    yield Case("another mesh", "scan.#.obj", {**two, "scan.3.obj": b"v 0 0 0\n"}, "refused")
+    yield Case("brackets", "scan.[.obj", dict(two), "refused")
+    yield Case("two runs", "s#n.#.obj", dict(two), "refused")
+    yield Case("only #", "#.obj", {"1.obj": obj, "2.obj": obj}, "loaded")
+    yield Case("a NUL", "scan.\0#.obj", dict(two), "refused")
+    yield Case("formats mixed", "", {**two, "scan.3.npz": npz}, "refused")
+    yield Case("two thousand frames", "f#.obj", {f"f{i}.obj": obj for i in range(1900)}, "loaded")
+    zeros = next(
+        content
+        for label, content in archives.archive_files({"vertices": face().vertices}, "vertices")
+        if label.startswith("vertices of 40 MB of zeros as i1")
+    )
+    bombs = {f"f{i}.npz": zeros for i in range(MOST_BYTES // len(zeros))}
+    yield Case("archives of zeros", "f#.npz", dict(bombs))
+    for cut in range(0, len(obj), 7):
+        yield Case(f"a frame cut to {cut}", "scan.#.obj", {**two, "scan.3.obj": obj[:cut]})
+
+
+def _cache_seeds(write: Callable[..., Any], name: str) -> list[bytes]:
+    return [written(name, write, motion().frames)]
+
+
+class _NumberedFrames(Format):
+    """Every random input is a whole frame beside a damaged one."""
+
+    def random(self, random: Random) -> Case:
+        obj = self.whole()[0]
+        label, content = changed(random, obj, obj)
+        return Case(label, self.file, {"scan.1.obj": obj, "scan.2.obj": content})
+
+    def cut(self, number: int, length: int) -> Case:
+        obj = self.whole()[0]
+        files = {"scan.1.obj": obj, "scan.2.obj": obj[:length]}
+        return Case(f"a frame cut to {length} bytes", self.file, dict(files))
+
+    def fixed(self) -> Iterator[Case]:
+        yield from self.folders()
+
+
+FORMATS: tuple[Format, ...] = (
+    Format(
+        "OBJ",
+        "face.obj",
+        partial(_meshes, write_obj, "face.obj"),
+        read_obj,
+        again=_again(write_obj, read_obj, "again.obj"),
+        crafted=lambda: _encoded(texts.obj_files()),
+    ),
+    *(
+        Format(
+            f"PLY {label}",
+            "face.ply",
+            partial(_meshes, write_ply, "face.ply", encoding=encoding),
+            read_ply,
+            again=_again(partial(write_ply, encoding=encoding), read_ply, "again.ply"),
+            crafted=_ply_bytes if label == "ascii" else tuple,
+        )
+        for label, encoding in (
+            ("ascii", "ascii"),
+            ("binary LE", "binary_little_endian"),
+            ("binary BE", "binary_big_endian"),
+        )
+    ),
+    Format(
+        "NPZ mesh",
+        "face.npz",
+        partial(_archive_seeds, "mesh"),
+        read_npz,
+        again=_again(write_npz, read_npz, "again.npz"),
+        crafted=partial(_archives, "mesh", "vertices"),
+        damage=partial(_archive_damage, "mesh"),
+    ),
+    Format(
+        "NPZ rig",
+        "face.npz",
+        partial(_archive_seeds, "rig"),
+        read_rig_npz,
+        again=_again(write_rig_npz, read_rig_npz, "again.npz"),
+        crafted=partial(_archives, "rig", "neutral"),
+        damage=partial(_archive_damage, "rig"),
+    ),
+    Format(
+        "NPZ take",
+        "face.npz",
+        partial(_archive_seeds, "motion"),
+        read_npz_sequence,
+        again=_again(write_npz_sequence, read_npz_sequence, "again.npz"),
+        crafted=partial(_archives, "motion", "frames"),
+        damage=partial(_archive_damage, "motion"),
+    ),
+    Format(
+        "NPZ markers",
+        "face.npz",
+        partial(_archive_seeds, "markers"),
+        read_marker_take,
+        crafted=partial(_archives, "markers", "positions"),
+        damage=partial(_archive_damage, "markers"),
+    ),
+    Format(
+        "GLB",
+        "face.glb",
+        lambda: [_glb()],
+        read_glb,
+        again=_again(write_glb, read_glb, "again.glb", 1e-6),
+        crafted=lambda: documents.glb_files(_glb()),
+        damage=_glb_damage,
+    ),
+    Format(
+        "glTF + .bin",
+        "face.gltf",
+        _gltf_seeds,
+        read_glb,
+        folders=lambda: documents.gltf_folders(_glb()),
+        damage=_gltf_damage,
+    ),
+    Format(
+        "USD text",
+        "face.usda",
+        lambda: [_usd("usda")],
+        read_rig,
+        crafted=lambda: _encoded(scenes.usd_texts(_usd_text())),
+        folders=lambda: scenes.usd_folders(_usd_text()),
+        damage=_usd_damage,
+        isolated=True,
+    ),
+    Format("USD binary", "face.usdc", lambda: [_usd("usdc")], read_rig, isolated=True),
+    Format(
+        "FBX text",
+        "face.fbx",
+        lambda: [_fbx(False)],
+        read_rig,
+        crafted=lambda: scenes.fbx_texts(_fbx(False)),
+        isolated=True,
+    ),
+    Format("FBX binary", "face.fbx", lambda: [_fbx(True)], read_rig, isolated=True),
+    Format(
+        "CSV performance",
+        "take.csv",
+        lambda: [written("take.csv", write_performance_csv, _performance())],
+        read_performance,
+        again=_again(write_performance_csv, read_performance, "again.csv"),
+        crafted=lambda: _encoded(texts.csv_files()),
+    ),
+    Format(
+        "CSV Live Link",
+        "take.csv",
+        lambda: [_LIVELINK],
+        read_performance,
+        crafted=lambda: _encoded(texts.livelink_files()),
+    ),
+    Format(
+        "JSON curves",
+        "curves.json",
+        lambda: list(_CURVES),
+        partial(read_curves, vertex_count=100),
+        _sound_curves,
+        crafted=lambda: _encoded(texts.curve_files()),
+        damage=partial(_json_damage, _CURVES),
+    ),
+    Format(
+        "JSON region",
+        "region.json",
+        lambda: list(_REGION),
+        read_region,
+        _sound_region,
+        crafted=lambda: _encoded(texts.region_files()),
+        damage=partial(_json_damage, _REGION),
+    ),
+    _NumberedFrames(
+        "numbered frames",
+        "scan.#.obj",
+        partial(_meshes, write_obj, "face.obj"),
+        read_sequence,
+        folders=_sequence_folders,
+    ),
+    Format(
+        "MDD cache",
+        "face.mdd",
+        partial(_cache_seeds, write_mdd, "face.mdd"),
+        read_mdd,
+        again=_again(partial(_write_cache, write_mdd), read_mdd, "again.mdd"),
+    ),
+    Format(
+        "PC2 cache",
+        "face.pc2",
+        partial(_cache_seeds, write_pc2, "face.pc2"),
+        read_pc2,
+        again=_again(partial(_write_cache, write_pc2), read_pc2, "again.pc2"),
+    ),
+)

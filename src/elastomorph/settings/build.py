@@ -1,0 +1,117 @@
+"""The rig that settings describe, kept in the same cache as rigs of folders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from elastomorph.io.registry import read, read_rig
+from elastomorph.io.rig_cache import RigCache
+from elastomorph.io.rig_key import content_digests
+from elastomorph.mesh import require_same_topology
+from elastomorph.morph import Morph
+from elastomorph.rig import Rig
+from elastomorph.settings.paths import PathMaker
+from elastomorph.settings.settings import Settings
+from elastomorph.settings.sources import Sources, find_sources
+
+__all__ = ["rig_from_settings"]
+
+
+def rig_from_settings(
+    settings: Settings,
+    *,
+    cache: bool | str | Path | None = True,
+    say: Callable[[str], None] = lambda _: None,
+) -> Rig:
+    """The rig of a character.
+
+    Args:
+        settings: As `elastomorph.settings.read_settings` gives them.
+        cache: Where the finished rig is kept, as for `elastomorph.io.rig_folder.read_rig_folder`.
+            One that was not made from exactly these files and settings is not used.
+        say: Told what is being done.
+
+    Returns:
+        The rig; its morphs in the order of the names of their files, or of the rig file.
+
+    Raises:
+        FileError: A file is missing, or two targets have one name.
+        FormatError: A file is not what its format allows, or the settings name what is not there.
+        TopologyError: A target has other vertices or polygons than the neutral.
+        ResonanceError: A material is singular for its load.
+    """
+    sources = find_sources(settings)
+    if sources.rig is None:
+        settings.require_names(sources.targets)
+    place = RigCache.of(cache, settings.path.parent, _what_paths_depend_on(settings))
+    contents: tuple[str, ...] = ()
+    if place is not None:
+        contents = _contents(sources)
+        known = place.read(contents, sources.main)
+        if known is not None:
+            say(f"{len(known)} targets of {settings.path} read from {place.file}")
+            return known
+    rig = _remade(settings, sources, say) if sources.rig else _built(settings, sources, say)
+    # A file that changed while it was read must not be remembered under its content before.
+    if place is not None and _contents(sources) == contents:
+        place.write(contents, rig)
+    return rig
+
+
+def _built(settings: Settings, sources: Sources, say: Callable[[str], None]) -> Rig:
+    say(f"reading {sources.main.name}")
+    neutral = read(sources.main)
+    maker = PathMaker(settings, neutral)
+    morphs: dict[str, Morph] = {}
+    for name, file in sources.targets.items():
+        say(f"reading {file.name}, {len(morphs) + 1} of {len(sources.targets)}")
+        target = read(file)
+        require_same_topology(neutral, target)
+        # Polygons and labels are the same, so all morphs share those of the neutral.
+        morphs[name] = maker.path(name, neutral.with_vertices(target.vertices))
+    return Rig(
+        neutral,
+        morphs,
+        correctives=settings.correctives,
+        groups=settings.members(morphs),
+    )
+
+
+def _remade(settings: Settings, sources: Sources, say: Callable[[str], None]) -> Rig:
+    """A rig file, its paths made anew where the settings state a method."""
+    say(f"reading {sources.main}")
+    rig = read_rig(sources.main)
+    settings.require_names(rig.morphs)
+    maker = PathMaker(settings, rig.neutral)
+    morphs: dict[str, Morph] = {}
+    for name, morph in rig.morphs.items():
+        say(f"{name}, {len(morphs) + 1} of {len(rig.morphs)}")
+        morphs[name] = maker.path(name, morph.target, own=morph)
+    return Rig(
+        rig.neutral,
+        morphs,
+        correctives=settings.correctives or rig.sliders.correctives,
+        groups=settings.members(morphs) or rig.sliders.groups,
+    )
+
+
+def _what_paths_depend_on(settings: Settings) -> list[object]:
+    """All of the settings but names, units, timing and export, which change no path."""
+    plain = replace(settings.character, name="", unit=None)
+    return [
+        plain,
+        settings.method,
+        settings.methods,
+        settings.regions,
+        settings.inbetweens,
+        settings.groups,
+        settings.correctives,
+    ]
+
+
+def _contents(sources: Sources) -> tuple[str, ...]:
+    """Name and digest of every file."""
+    digests = content_digests(sources.all)
+    return tuple(f"{file}:{own}" for file, own in zip(sources.all, digests, strict=True))

@@ -1,0 +1,258 @@
+"""What a folder holds of a character: the neutral, targets, scans, curves, regions, takes, rigs."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from elastomorph.errors import ElastomorphError, FileError
+from elastomorph.io.atomic import read_bytes
+from elastomorph.io.curve_file import read_curves
+from elastomorph.io.npz_members import open_npz
+from elastomorph.io.performance_csv import read_performance
+from elastomorph.io.region_file import read_region
+from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read, read_rig
+from elastomorph.io.rig_folder import find_neutral
+
+__all__ = ["Survey", "survey"]
+
+_FRAME = re.compile(r"(?P<before>.*[._-])(?P<number>[0-9]{3,})")
+_BETWEEN = re.compile(r"(?P<target>.*?)[._-]?(?:(?P<share>0\.[0-9]+)|(?P<percent>[0-9]{1,2}))%?")
+_LEAST_FRAMES = 3
+_ARCHIVES = (".npz",)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """The files of one folder, told apart by name and content.
+
+    Attributes:
+        folder: The folder.
+        neutral: The mesh of the neutral; None where there is only a rig file.
+        targets: The mesh of each target by its name.
+        rig: The rig file that the character is made of, where there are no meshes.
+        vertices: Number of vertices of the neutral.
+        shapes: Names of the targets, or of the morphs of the rig file.
+        inbetweens: Targets that look like shapes on the way to another one: file by time.
+        sequences: Patterns of numbered frames and archives of motion, and how many frames.
+        curves: Curve files that fit the neutral.
+        regions: Lists of vertices that fit the neutral.
+        takes: Recorded performances.
+        other_rigs: Further rig files.
+    """
+
+    folder: Path
+    neutral: Path | None
+    targets: dict[str, Path]
+    rig: Path | None
+    vertices: int
+    shapes: tuple[str, ...]
+    inbetweens: dict[str, dict[float, Path]] = field(default_factory=dict)
+    sequences: dict[str, int] = field(default_factory=dict)
+    curves: tuple[Path, ...] = ()
+    regions: tuple[Path, ...] = ()
+    takes: tuple[Path, ...] = ()
+    other_rigs: tuple[Path, ...] = ()
+
+
+def survey(
+    folder: str | Path,
+    neutral: str | None = None,
+    say: Callable[[str], None] = lambda _: None,
+) -> Survey:
+    """Look at a folder, and where it has no targets at the folders in it.
+
+    Args:
+        folder: The folder.
+        neutral: Name of the file of the neutral, where its name does not tell.
+        say: Told what is being done.
+
+    Raises:
+        FileError: No such folder, nothing of a character in it, or no way to tell the neutral.
+        FormatError: The neutral or the rig file is not what its format allows.
+    """
+    place = Path(folder)
+    files = _files_in(place)
+    meshes, rigs, sequences = _told_apart(files)
+    meshes, frames = _without_frames(place, meshes)
+    sequences |= frames
+    if not meshes and neutral is None:
+        if not rigs:
+            raise FileError(
+                place,
+                "there is neither a mesh nor a rig in this folder "
+                f"({', '.join(known_suffixes(MESH_FORMATS) + known_suffixes(RIG_FORMATS)[:-1])})",
+            )
+        say(f"reading {rigs[0].name}")
+        rig = read_rig(rigs[0])
+        vertices = len(rig.neutral.vertices)
+        found = Survey(place, None, {}, rigs[0], vertices, tuple(rig.morphs))
+        others = tuple(rigs[1:])
+    else:
+        rest = _neutral(place, neutral)
+        targets = [file for file in meshes if file != rest]
+        if not targets:
+            for inner in sorted(file for file in place.iterdir() if file.is_dir()):
+                if not inner.name.startswith("."):
+                    targets += _told_apart(_files_in(inner))[0]
+            targets, frames = _without_frames(place, targets)
+            sequences |= frames
+        say(f"reading {rest.name}")
+        vertices = len(read(rest).vertices)
+        by_name = _by_name(place, targets)
+        found = Survey(place, rest, by_name, None, vertices, tuple(by_name))
+        others = tuple(rigs)
+    say("looking at curves, regions and takes")
+    curves, regions = _lists(files, found.vertices)
+    return Survey(
+        place,
+        found.neutral,
+        found.targets,
+        found.rig,
+        found.vertices,
+        found.shapes,
+        _inbetweens(found.targets),
+        dict(sorted(sequences.items())),
+        curves,
+        regions,
+        tuple(file for file in files if _is_take(file)),
+        others,
+    )
+
+
+def _files_in(place: Path) -> list[Path]:
+    if not place.is_dir():
+        what = "this is a file" if place.exists() else "there is no such folder"
+        raise FileError(place, f"{what}; name the folder of a character")
+    try:
+        return sorted(
+            file for file in place.iterdir() if file.is_file() and not file.name.startswith(".")
+        )
+    except OSError as error:
+        raise FileError(place, f"this folder cannot be listed: {error.strerror}") from error
+
+
+def _neutral(place: Path, name: str | None) -> Path:
+    if name is None:
+        return find_neutral(place)
+    if not (place / name).is_file():
+        raise FileError(place / name, "there is no such file to be the neutral; check its name")
+    return place / name
+
+
+def _told_apart(files: Iterable[Path]) -> tuple[list[Path], list[Path], dict[str, int]]:
+    """Meshes, rig files, and archives of motion with their number of frames."""
+    meshes: list[Path] = []
+    rigs: list[Path] = []
+    motions: dict[str, int] = {}
+    for file in files:
+        suffix = file.suffix.lower()
+        if suffix in _ARCHIVES:
+            members = _members(file)
+            if "rig_version" in members:
+                rigs.append(file)
+            elif "vertices" in members:
+                meshes.append(file)
+            elif "frames" in members:
+                motions[file.name] = _frame_count(file)
+        elif suffix in known_suffixes(MESH_FORMATS):
+            meshes.append(file)
+        elif suffix in known_suffixes(RIG_FORMATS):
+            rigs.append(file)
+    return meshes, rigs, motions
+
+
+def _members(file: Path) -> frozenset[str]:
+    try:
+        with open_npz(file) as members:
+            return members.names
+    except ElastomorphError:
+        return frozenset()
+
+
+def _frame_count(file: Path) -> int:
+    try:
+        with open_npz(file) as members:
+            return len(members.array("frames", "fiu", (None, None, 3)))
+    except ElastomorphError:
+        return 0
+
+
+def _without_frames(place: Path, meshes: list[Path]) -> tuple[list[Path], dict[str, int]]:
+    """Meshes that are no numbered frames, and the patterns of those that are."""
+    groups: dict[str, list[Path]] = {}
+    for file in meshes:
+        if found := _FRAME.fullmatch(file.stem):
+            pattern = file.with_name(f"{found['before']}{'#' * len(found['number'])}{file.suffix}")
+            groups.setdefault(pattern.relative_to(place).as_posix(), []).append(file)
+    frames = {name: own for name, own in groups.items() if len(own) >= _LEAST_FRAMES}
+    taken = {file for own in frames.values() for file in own}
+    counts = {name: len(own) for name, own in frames.items()}
+    return [file for file in meshes if file not in taken], counts
+
+
+def _by_name(place: Path, files: list[Path]) -> dict[str, Path]:
+    targets: dict[str, Path] = {}
+    for file in sorted(files, key=lambda file: (file.name, file)):
+        if file.stem in targets:
+            raise FileError(
+                place,
+                f"{targets[file.stem].relative_to(place)} and {file.relative_to(place)} are both "
+                f"called '{file.stem}'; keep one file for each target",
+            )
+        targets[file.stem] = file
+    if not targets:
+        raise FileError(place, "there are no targets beside the neutral")
+    return targets
+
+
+def _inbetweens(targets: dict[str, Path]) -> dict[str, dict[float, Path]]:
+    """Names such as jawOpen_30 or jawOpen_0.3 beside jawOpen."""
+    found: dict[str, dict[float, Path]] = {}
+    for name, file in targets.items():
+        parts = _BETWEEN.fullmatch(name)
+        if parts is None or parts["target"] not in targets:
+            continue
+        time = float(parts["share"]) if parts["share"] else int(parts["percent"]) / 100
+        if 0 < time < 1 and time not in found.get(parts["target"], {}):
+            found.setdefault(parts["target"], {})[time] = file
+    return {name: dict(sorted(own.items())) for name, own in found.items()}
+
+
+def _lists(files: list[Path], vertices: int) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Curve files and region files among all .json files."""
+    curves, regions = [], []
+    for file in files:
+        if file.suffix.lower() != ".json":
+            continue
+        if _fits(lambda file=file: read_curves(file, vertices)):  # type: ignore[misc]
+            curves.append(file)
+        elif _is_region(file, vertices):
+            regions.append(file)
+    return tuple(curves), tuple(regions)
+
+
+def _is_region(file: Path, vertices: int) -> bool:
+    try:
+        content: Any = json.loads(read_bytes(file))
+        named = isinstance(content, list) or "vertices" in content
+        region: Sequence[int] = read_region(file).tolist() if named else ()
+    except (ElastomorphError, ValueError, TypeError, RecursionError):
+        return False
+    return len(region) > 0 and max(region) < vertices
+
+
+def _is_take(file: Path) -> bool:
+    return file.suffix.lower() == ".csv" and _fits(lambda: read_performance(file))
+
+
+def _fits(reading: Callable[[], object]) -> bool:
+    try:
+        reading()
+    except ElastomorphError:
+        return False
+    return True

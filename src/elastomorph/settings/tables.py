@@ -1,0 +1,108 @@
+"""Settings as plain tables: what outputs keep, and what a settings file would say."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from elastomorph.settings.choice import MethodChoice
+from elastomorph.settings.settings import Settings
+
+__all__ = ["settings_tables"]
+
+_MATERIAL = ("mass", "damping", "rigidity")
+
+
+def settings_tables(settings: Settings) -> dict[str, Any]:
+    """The settings as tables of JSON, with what the command line has changed.
+
+    The tables are those of a settings file, complete where it leaves the default method open;
+    ``made_with`` says which program, which file and which options of the command line. File
+    names are as the settings have them, so that nothing of the machine gets into outputs.
+    """
+    character = settings.character
+    tables: dict[str, Any] = {
+        "made_with": {
+            "elastomorph": _version(),
+            "settings": settings.path.name,
+            "command_line": list(settings.overridden),
+        },
+        "character": {
+            "name": character.name,
+            "unit": character.unit,
+            "rig": _file(character.rig),
+            "neutral": _file(character.neutral),
+            "targets": [_file(name) for name in character.targets],
+            "curves": _file(character.curves),
+        },
+        "method": _complete(settings.method),
+        "methods": {name: _stated(choice, "method") for name, choice in settings.methods.items()},
+        "regions": {
+            name: {
+                "vertices": list(region.vertices)
+                if isinstance(region.vertices, tuple)
+                else _file(region.vertices),
+                "falloff": region.falloff,
+                **_stated(region.choice, "method"),
+            }
+            for name, region in settings.regions.items()
+        },
+        "inbetweens": {
+            name: {"method": own.method, **{repr(t): _file(file) for t, file in own.files.items()}}
+            for name, own in settings.inbetweens.items()
+        },
+        "groups": {name: list(own) for name, own in settings.groups.items()},
+        "correctives": {name: list(own) for name, own in settings.correctives.items()},
+        "timing": {"default": settings.timing},
+        "export": {"glb": dict(settings.glb), "usd": dict(settings.usd)},
+    }
+    return _without_nothing(tables)
+
+
+def _file(name: str | None) -> str | None:
+    """A file as the settings name it, without the folders of this machine."""
+    return Path(name).name if name is not None and Path(name).is_absolute() else name
+
+
+def _complete(choice: MethodChoice) -> dict[str, Any]:
+    method = choice.method()
+    default = f"{method.name}:{method.order}" if method.name in _ORDERED else method.name
+    material = method.material
+    return _stated(choice, "default") | {
+        "default": default if choice.load is None else method.name,
+        "closure": method.closure,
+        "basis": method.basis,
+        "stiffness": method.stiffness,
+        "tolerance": method.tolerance,
+        "material": {name: getattr(material, name) for name in _MATERIAL},
+    }
+
+
+_ORDERED = ("ease", "beam", "plate")
+
+
+def _stated(choice: MethodChoice, text: str) -> dict[str, Any]:
+    given = {name: value for name, value in choice.stated.items() if value is not None}
+    material = {name: given.pop(name) for name in _MATERIAL if name in given}
+    name, order = given.pop("name", None), given.pop("order", None)
+    found: dict[str, Any] = {text: name if order is None else f"{name}:{order}"}
+    found |= {key: list(own) if isinstance(own, tuple) else own for key, own in given.items()}
+    return found | {"material": material}
+
+
+def _without_nothing(tables: dict[str, Any]) -> dict[str, Any]:
+    """Without keys that say nothing and tables left empty by that: not all formats keep them."""
+    found: dict[str, Any] = {}
+    for name, value in tables.items():
+        kept = _without_nothing(value) if isinstance(value, dict) else value
+        if kept is not None and kept != {} and kept != []:
+            found[name] = kept
+    return found
+
+
+def _version() -> str:
+    try:
+        return version("elastomorph")
+    except PackageNotFoundError:
+        return ""

@@ -1,0 +1,99 @@
+"""A small character and settings for it, as tables that can be changed and written."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import elastomorph as em
+
+SIDE = 7
+LEFT = [SIDE * row + column for row in range(SIDE) for column in range(4)]
+
+
+def sheet() -> em.Mesh:
+    """A bent sheet of 6 × 6 quads."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(SIDE), np.arange(SIDE)))
+    vertices = np.stack([x, y, 0.05 * x * x], axis=1).astype(float)
+    corners = [SIDE * row + column for row in range(SIDE - 1) for column in range(SIDE - 1)]
+    return em.Mesh(vertices, [[c, c + 1, c + SIDE + 1, c + SIDE] for c in corners])
+
+
+def shapes() -> dict[str, em.Mesh]:
+    """A sheet that turns, one that bulges, and one that bulges elsewhere."""
+    neutral = sheet()
+    x, y, z = neutral.vertices.T
+    turned = np.stack([x, y * np.cos(1.0) - z * np.sin(1.0), y * np.sin(1.0)], axis=1)
+    bulge = np.stack([0.1 * x * y, 0 * y, np.sin(x) + 0.2 * y], axis=1)
+    other = np.stack([0 * x, 0.3 * np.sin(y), np.cos(x * y)], axis=1)
+    return {
+        "jawOpen": neutral.with_vertices(turned),
+        "smile": neutral.with_vertices(neutral.vertices + bulge),
+        "brow": neutral.with_vertices(neutral.vertices + other),
+    }
+
+
+def write_character(folder: Path) -> None:
+    """The files that `TABLES` and its changes name."""
+    neutral, targets = sheet(), shapes()
+    em.write(folder / "neutral.obj", neutral)
+    em.write(folder / "other_rest.obj", neutral.with_vertices(1.5 * neutral.vertices))
+    (folder / "shapes").mkdir()
+    for name, mesh in targets.items():
+        em.write(folder / "shapes" / f"{name}.obj", mesh)
+    for share in (0.3, 0.6):
+        way = neutral.vertices + share**2 * (targets["brow"].vertices - neutral.vertices)
+        em.write(folder / f"brow_{share * 100:.0f}.obj", neutral.with_vertices(way))
+    (folder / "left.json").write_text(json.dumps(LEFT))
+    (folder / "top.json").write_text(json.dumps(list(range(2 * SIDE))))
+    drawn = [[SIDE * row + column for row in range(SIDE)] for column in range(SIDE)]
+    (folder / "curves.json").write_text(json.dumps(drawn))
+    em.write(
+        folder / "head.npz", em.Rig(neutral, {"smile": em.interpolate(neutral, targets["smile"])})
+    )
+
+
+TABLES: dict[str, Any] = {
+    "character": {"neutral": "neutral.obj", "targets": "shapes/*.obj"},
+    "method": {"default": "beam:3"},
+}
+
+
+def changed(tables: dict[str, Any], **changes: Any) -> dict[str, Any]:
+    """Tables with other values, as in ``changed(tables, method__default="arc")``; None is none."""
+    new = copy.deepcopy(tables)
+    for path, value in changes.items():
+        *outer, last = path.split("__")
+        inner = new
+        for name in outer:
+            inner = inner.setdefault(name, {})
+        if value is None:
+            inner.pop(last)
+        else:
+            inner[last] = value
+    return new
+
+
+def as_toml(tables: dict[str, Any], above: str = "") -> str:
+    """The tables as TOML."""
+    plain = {key: value for key, value in tables.items() if not isinstance(value, dict)}
+    lines = [f"{json.dumps(key)} = {json.dumps(value)}" for key, value in plain.items()]
+    page = "\n".join(([f"[{above}]"] if above else []) + lines) + "\n"
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            inner = f"{above}.{json.dumps(key)}" if above else json.dumps(key)
+            page += "\n" + as_toml(value, inner)
+    return page
+
+
+def write_settings_file(
+    folder: Path, tables: dict[str, Any], name: str = "elastomorph.toml"
+) -> Path:
+    """The tables as a settings file."""
+    path = folder / name
+    path.write_text(as_toml(tables))
+    return path
