@@ -1,0 +1,95 @@
+"""The viewer's page with a scene in it: one file that asks the network for nothing."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+
+from elastomorph.errors import FileError, FormatError
+from elastomorph.io.atomic import replacing
+from elastomorph.viewer.content_policy import alone_policy
+from elastomorph.viewer.scene import Scene
+
+__all__ = ["page_beside", "shipped_page", "viewer_page", "write_viewer"]
+
+_PLACE = "<!-- elastomorph scene -->"
+
+
+def viewer_page(scene: Scene) -> str:
+    """The page that shows a scene, with everything in it; browsers keep it from the network.
+
+    Raises:
+        FileError: The page is not there, as in a source checkout where it was not built.
+    """
+    names = [f"elastomorph-glb-{number}" for number in range(len(scene.models))]
+    policy = html.escape(alone_policy(shipped_page()))
+    blocks = [f'<meta http-equiv="Content-Security-Policy" content="{policy}" />']
+    blocks += [_scene_block(scene, [f"#{name}" for name in names])]
+    for name, model in zip(names, scene.models, strict=True):
+        text = base64.b64encode(model.glb).decode("ascii")
+        blocks.append(f'<script type="application/octet-stream" id="{name}">{text}</script>')
+    return _filled("\n".join(blocks))
+
+
+def page_beside(scene: Scene, addresses: Sequence[str]) -> str:
+    """The page that fetches the models of a scene from addresses relative to its own.
+
+    Raises:
+        FileError: The page is not there, as in a source checkout where it was not built.
+    """
+    return _filled(_scene_block(scene, addresses))
+
+
+def write_viewer(path: str | Path, scene: Scene) -> None:
+    """Write the page that shows a scene, the whole of it or nothing.
+
+    Args:
+        path: The file, ``.html``; its folder must exist.
+        scene: What to show.
+
+    Raises:
+        FormatError: The suffix is another.
+        FileError: The file cannot be written, or the page was not built.
+    """
+    if Path(path).suffix.lower() not in (".html", ".htm"):
+        raise FormatError(path, "a viewer is a web page; name it with the suffix .html")
+    content = viewer_page(scene).encode()
+    with replacing(path) as file:
+        file.write(content)
+
+
+def shipped_page() -> str:
+    """The page as it comes with the package, without a scene.
+
+    Raises:
+        FileError: It is not there, as in a source checkout where it was not built.
+    """
+    place = files("elastomorph.viewer") / "page" / "index.html"
+    try:
+        return place.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise FileError(
+            str(place),
+            "the viewer's page is not here; in a source checkout build it with "
+            "'npm ci --prefix web' and 'npm run build --prefix web'",
+        ) from None
+
+
+def _scene_block(scene: Scene, addresses: Sequence[str]) -> str:
+    # Without < no text of a scene can end the element it stands in.
+    text = scene.to_json(addresses).replace("<", "\\u003c")
+    return f'<script type="application/json" id="elastomorph-scene">{text}</script>'
+
+
+def _filled(content: str) -> str:
+    page = shipped_page()
+    if page.count(_PLACE) != 1:
+        raise FileError(
+            "viewer/page/index.html",
+            f"the viewer's page must have one line {_PLACE}, found {page.count(_PLACE)}; build it "
+            "anew with 'npm run build --prefix web'",
+        )
+    return page.replace(_PLACE, content)

@@ -1,0 +1,214 @@
+"""Shows a page on this machine only: loopback, a free port, a secret in the address.
+
+Other programs on the machine can reach a port of 127.0.0.1, and so can any web page the user has
+open. The first keeps out a token that is the first part of every path; the second also the check
+of the Host header, for a name that an attacker's server resolves to 127.0.0.1 would otherwise make
+this server part of the attacker's own site.
+"""
+
+from __future__ import annotations
+
+import secrets
+import socketserver
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from types import TracebackType
+
+from elastomorph.errors import ParameterError
+from elastomorph.viewer.content_policy import report_policy, served_policy
+from elastomorph.viewer.page import page_beside
+from elastomorph.viewer.scene import Scene
+
+__all__ = ["Resource", "ViewerServer", "serve", "serve_page"]
+
+_LOOPBACK = "127.0.0.1"
+_HTML = "text/html; charset=utf-8"
+
+
+@dataclass(frozen=True)
+class Resource:
+    """One thing the server hands out.
+
+    Attributes:
+        kind: Its media type.
+        content: Its bytes.
+        policy: The content security policy it is sent with.
+    """
+
+    kind: str
+    content: bytes
+    policy: str = "default-src 'none'"
+
+
+def serve(scene: Scene, port: int = 0) -> ViewerServer:
+    """A server that shows a scene, listening but not yet answering: enter it with ``with``.
+
+    Args:
+        scene: What to show.
+        port: Port of 127.0.0.1; a free one for 0.
+
+    Raises:
+        ParameterError: The port is taken or not allowed.
+        FileError: The viewer's page was not built.
+    """
+    names = [f"model-{number}.glb" for number in range(len(scene.models))]
+    page = page_beside(scene, names)
+    resources = {"": Resource(_HTML, page.encode(), served_policy(page))}
+    for name, model in zip(names, scene.models, strict=True):
+        resources[name] = Resource("model/gltf-binary", model.glb)
+    return ViewerServer(resources, port)
+
+
+def serve_page(content: bytes, port: int = 0) -> ViewerServer:
+    """A server that shows a finished page, such as a report.
+
+    Args:
+        content: The page, which brings everything along.
+        port: Port of 127.0.0.1; a free one for 0.
+
+    Raises:
+        ParameterError: The port is taken or not allowed.
+    """
+    return ViewerServer({"": Resource(_HTML, content, report_policy())}, port)
+
+
+class ViewerServer:
+    """Hands out a few things in memory, under one address of this machine.
+
+    Answers while it is entered with ``with``. There are no files behind it: a path is a key of
+    the resources or it is nothing.
+
+    Args:
+        resources: What there is, by path below the token; an empty one is the page.
+        port: Port of 127.0.0.1; a free one for 0.
+
+    Attributes:
+        token: The secret part of the address.
+
+    Raises:
+        ParameterError: The port is taken or not allowed.
+    """
+
+    def __init__(self, resources: Mapping[str, Resource], port: int = 0) -> None:
+        self.token = secrets.token_urlsafe(24)
+        try:
+            self._server = _Listener((_LOOPBACK, port), _Handler)
+        except (OSError, OverflowError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "no such port"
+            raise ParameterError(
+                f"port {port} of {_LOOPBACK} cannot be used ({reason}); leave the port out for a "
+                "free one"
+            ) from None
+        self._server.token = self.token
+        self._server.resources = dict(resources)
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True
+        )
+
+    @property
+    def port(self) -> int:
+        """The port it listens on."""
+        return int(self._server.server_address[1])
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://{_LOOPBACK}:{self.port}/{self.token}/"
+
+    def wait(self) -> None:
+        """Answer until the user interrupts with Ctrl-C."""
+        try:
+            while self._thread.is_alive():
+                # In short pieces: on some systems a wait without end hears no Ctrl-C.
+                self._thread.join(0.5)
+        except KeyboardInterrupt:
+            return
+
+    def __enter__(self) -> ViewerServer:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+
+class _Listener(ThreadingHTTPServer):
+    token: str
+    resources: dict[str, Resource]
+
+    def server_bind(self) -> None:
+        # That of HTTPServer looks up the name of the machine, which may take seconds.
+        socketserver.TCPServer.server_bind(self)
+        self.server_name, self.server_port = _LOOPBACK, int(self.server_address[1])
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Listener
+    server_version, sys_version = "elastomorph", ""
+    protocol_version = "HTTP/1.1"
+    timeout = 30
+
+    def do_GET(self) -> None:
+        found = self._found()
+        if found is None:
+            self.send_error(HTTPStatus.NOT_FOUND)
+        else:
+            self._send(HTTPStatus.OK, found)
+
+    def do_HEAD(self) -> None:
+        self.do_GET()
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """The same few words for everything that is not there, whatever the reason."""
+        status = HTTPStatus(code)
+        if status is HTTPStatus.NOT_IMPLEMENTED:  # a method without a do_…
+            status = HTTPStatus.METHOD_NOT_ALLOWED
+        # The body of a request that was refused is not read, so nothing can follow it.
+        self.close_connection = True
+        self._send(status, Resource("text/plain; charset=utf-8", f"{status.phrase}\n".encode()))
+
+    def _found(self) -> Resource | None:
+        port = self.server.server_port
+        names = (_LOOPBACK, "localhost")
+        # A browser leaves the port out of an address where it is the usual one.
+        hosts = [*(f"{name}:{port}" for name in names), *(names if port == 80 else ())]
+        token, slash, name = self.path.partition("?")[0].removeprefix("/").partition("/")
+        known = secrets.compare_digest(token.encode(), self.server.token.encode())
+        # Without the slash, the page would look for its models beside the token, not below it.
+        if not known or not slash or self.headers.get_all("Host") not in [[host] for host in hosts]:
+            return None
+        return self.server.resources.get(name)
+
+    def _send(self, status: HTTPStatus, what: Resource) -> None:
+        self.send_response(status)
+        if status is HTTPStatus.METHOD_NOT_ALLOWED:
+            self.send_header("Allow", "GET, HEAD")
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        for name, value in (
+            ("Content-Type", what.kind),
+            ("Content-Length", str(len(what.content))),
+            ("Content-Security-Policy", what.policy),
+            ("Cache-Control", "no-store"),
+            ("Cross-Origin-Opener-Policy", "same-origin"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
+            ("Referrer-Policy", "no-referrer"),
+            ("X-Content-Type-Options", "nosniff"),
+        ):
+            self.send_header(name, value)
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(what.content)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Nothing: the terminal is for the address."""

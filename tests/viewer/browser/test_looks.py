@@ -1,0 +1,175 @@
+"""Nothing overlaps, nothing is cut off, the face fills the view, and everybody can use it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from faces import Faces
+from pictures import picture, skin
+from views import CALM, VIEWS, calm
+from visiting import DESK, FRAME, NARROW, PHONE, Visit, empty_page, settled, state, update, wait
+
+from elastomorph.viewer import serve
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Frame, Page
+
+AXE = Path(__file__).parents[3] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+LAYOUT = Path(__file__).with_name("layout.js").read_text(encoding="utf-8")
+SIZES = {"desk": DESK, "phone": PHONE, "frame": FRAME}
+EVERY_SIZE = {**SIZES, "narrow": NARROW}
+
+needs_axe = pytest.mark.skipif(
+    not AXE.is_file(), reason="no check of accessibility: run npm ci --prefix web"
+)
+
+
+def violations(page: Page | Frame) -> list[str]:
+    """What axe-core finds wrong, whatever its impact."""
+    if not page.evaluate("'axe' in window"):
+        page.evaluate(AXE.read_text(encoding="utf-8") + ";0")
+    found: list[dict[str, Any]] = page.evaluate(
+        "axe.run(document, {resultTypes: ['violations'], iframes: false})"
+        ".then(found => found.violations.map(v => ({...v, nodes: v.nodes.map(n => n.html)})))"
+    )
+    return [f"{v['impact']}: {v['id']} at {', '.join(v['nodes'][:3])[:400]}" for v in found]
+
+
+def written(page: Page | Frame) -> None:
+    """Waits for the figures of a picture, which are written a little after it."""
+    wait(
+        page,
+        """document.querySelector('.status').textContent !== '' &&
+        (document.querySelector('.legend').hidden ||
+        document.querySelector('.worst').textContent !== '')""",
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("size", "theme"),
+    [*((size, theme) for size in SIZES for theme in ("light", "dark")), ("narrow", "light")],
+)
+def test_every_view(
+    visit: Visit,
+    faces: Faces,
+    keep: Callable[[Page, str], None],
+    size: str,
+    theme: str,
+) -> None:
+    page = visit(faces.together, size=EVERY_SIZE[size], color_scheme=theme)
+    wrong = []
+    for name, view in VIEWS.items():
+        calm(page)
+        view(page, faces)
+        settled(page)
+        written(page)
+        wrong += [f"{name}: {words}" for words in page.evaluate(LAYOUT)]
+        if AXE.is_file():
+            wrong += [f"{name}: {words}" for words in violations(page)]
+        keep(page, f"{name.replace(' ', '-')}-{size}-{theme}")
+    assert wrong == []
+
+
+@needs_axe
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_welcome(visit: Visit, keep: Callable[[Page, str], None], theme: str) -> None:
+    for size, shape in SIZES.items():
+        page = visit(empty_page(), size=shape, color_scheme=theme)
+        keep(page, f"welcome-{size}-{theme}")
+        assert page.evaluate(LAYOUT) == []
+        assert violations(page) == []
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_face_fills_the_view(visit: Visit, faces: Faces, size: str) -> None:
+    """Alone or beside others, the head reaches over most of its part of the picture."""
+    page = visit(faces.together, size=SIZES[size])
+    for shown in ([1], [0, 1], [0, 1, 2]):
+        if len(shown) > 1 and size == "phone":
+            continue  # several faces on a phone are as small as they must be
+        arrangement = "single" if len(shown) == 1 else "side"
+        update(page, **{**CALM, "shown": shown, "arrangement": arrangement})
+        settled(page)
+        whole = picture(page)
+        width = whole.shape[1] // len(shown)
+        part = whole[:, :width]
+        face = skin(part)
+        rows, columns = np.flatnonzero(face.any(axis=1)), np.flatnonzero(face.any(axis=0))
+        spans = max(np.ptp(rows) / part.shape[0], np.ptp(columns) / part.shape[1])
+        assert spans > 0.85, f"{len(shown)} faces on a {size}: the face spans {spans:.0%}"
+        assert rows[0] > 0, "the top of the head is cut off"
+        assert rows[-1] < part.shape[0] - 1, "the neck is cut off"
+        assert columns[0] > 0, "the head is cut off on the left"
+        assert columns[-1] < part.shape[1] - 1, "the head is cut off on the right"
+
+
+def test_the_face_is_seen_on_a_phone(visit: Visit, faces: Faces) -> None:
+    """Above the sheet with the sliders: at least a third of the window's height."""
+    page = visit(faces.alone, size=PHONE)
+    box = page.locator(".picture").bounding_box()
+    assert box is not None
+    assert box["height"] > PHONE[1] / 3
+    assert box["width"] == PHONE[0]
+    assert skin(picture(page)).mean() > 0.15
+    page.get_by_role("tab", name="Sliders").click()  # closes the sheet
+    settled(page)
+    taller = page.locator(".picture").bounding_box()
+    assert taller is not None
+    assert taller["height"] > 1.5 * box["height"]
+
+
+def test_the_theme_is_chosen(visit: Visit, faces: Faces) -> None:
+    """As the system has it, until somebody says otherwise."""
+    page = visit(faces.alone, color_scheme="dark")
+    dark = picture(page)[0, 0]
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.get_by_role("tab", name="Display").click()
+    page.get_by_role("radio", name="Light").check(force=True)
+    settled(page)
+    assert state(page)["theme"] == "light"
+    assert page.evaluate("document.documentElement.dataset.theme") == "light"
+    light = picture(page)[0, 0]
+    assert light.mean() > dark.mean() + 80
+    page.get_by_role("radio", name="System").check(force=True)
+    settled(page)
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.emulate_media(color_scheme="light")
+    settled(page)
+    assert page.evaluate("document.documentElement.dataset.theme") == "light"
+
+
+def test_in_a_frame(visit: Visit, faces: Faces, keep: Callable[[Page, str], None]) -> None:
+    """As reports embed it: 800 by 500, in order, and wheel and keys reach it."""
+    from elastomorph.viewer import viewer_page
+    from elastomorph.viewer.server import Resource, ViewerServer
+
+    around = (
+        '<!doctype html><html lang="en"><meta charset="utf-8" /><title>around</title>'
+        '<link rel="icon" href="data:," />'
+        '<iframe title="face" src="inner" style="border: 0; width: 800px; height: 500px">'
+    )
+    html, anything = "text/html; charset=utf-8", "frame-ancestors 'self'"
+    resources = {
+        "": Resource(html, around.encode(), anything),
+        "inner": Resource(html, viewer_page(faces.together).encode(), anything),
+    }
+    with ViewerServer(resources) as server:
+        page = visit.blank(server.address)
+        frame = page.frames[1]
+        frame.evaluate("elastomorph.ready")
+        frame.evaluate("elastomorph.update({weights: {jawOpen: 1}, t: 0.5, heat: true})")
+        written(frame)
+        assert frame.evaluate(LAYOUT) == []
+        keep(page, "in-a-frame")
+
+
+def test_a_stranger_sees_nothing(visit: Visit, faces: Faces) -> None:
+    """The page that is served may not be framed, so that nobody can lure clicks onto it."""
+    with serve(faces.alone) as server:
+        asked = visit(server.address).context.request.get(server.address)
+    assert "frame-ancestors 'none'" in asked.headers["content-security-policy"]

@@ -1,0 +1,160 @@
+"""Playing: t by its timing, and recorded performances to the frame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from faces import RATE, Faces, distances
+from visiting import SMALL, Visit, positions, settled, state, update, wait
+
+from elastomorph.viewer import Scene
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+WITHIN = 1e-4  # of D
+
+
+def assert_frame(page: Page, faces: Faces, seconds: float) -> None:
+    """The face is that of the take at this moment, straight between its frames."""
+    rig, take = faces.rigs["beam:2"], faces.take
+    weights = {
+        name: float(np.interp(seconds, take.times, column))
+        for name, column in zip(take.names, take.weights.T, strict=True)
+    }
+    found = positions(page, 0, len(rig.neutral.vertices))
+    assert distances(found, rig.pose(weights)).max() < WITHIN * faces.diameter
+
+
+def test_a_take_is_scrubbed_to_the_frame(visit: Visit, faces: Faces) -> None:
+    page = visit(faces.performed, size=SMALL)
+    page.get_by_role("combobox", name="What plays").select_option("a take")
+    assert state(page)["clip"] == "a take"
+    page.locator(".picture").focus()
+    for frame in range(1, 8):
+        page.keyboard.press("]")
+        assert state(page)["clipTime"] == pytest.approx(frame / RATE, abs=1e-6)
+    assert_frame(page, faces, 7 / RATE)
+    page.keyboard.press("[")
+    assert_frame(page, faces, 6 / RATE)
+    settled(page)
+    timeline = page.get_by_role("slider", name="Seconds of a take")
+    timeline.press("End")
+    assert_frame(page, faces, 1.0)
+    for _ in range(4):
+        timeline.press("PageDown")
+    moment = state(page)["clipTime"]
+    assert 0.2 < moment < 0.9
+    assert_frame(page, faces, moment)
+    settled(page)
+    assert timeline.get_attribute("aria-valuetext") == f"{moment:.2f} seconds"
+
+
+def test_paths_are_no_takes(visit: Visit, faces: Faces) -> None:
+    """Every file has an animation a morph, which only plays its path: nothing to choose."""
+    page = visit(faces.alone, size=SMALL)
+    assert not page.get_by_role("combobox", name="What plays").is_visible()
+
+
+def test_a_take_plays_and_pauses(visit: Visit, faces: Faces) -> None:
+    page = visit(faces.performed, size=SMALL)
+    update(page, clip="a take", repeat="loop")
+    settled(page)
+    page.get_by_role("button", name="Play").click()
+    wait(page, "elastomorph.state().clipTime > 0.1")
+    settled(page)
+    page.get_by_role("button", name="Pause").click()
+    stopped = state(page)["clipTime"]
+    page.wait_for_timeout(150)
+    assert state(page)["clipTime"] == stopped
+    assert_frame(page, faces, stopped)
+
+
+def test_moving_a_slider_takes_over(visit: Visit, faces: Faces) -> None:
+    """The pose of that moment stays, and the hand goes on from there."""
+    page = visit(faces.performed)
+    update(page, clip="a take", clipTime=0.4, playing=False)
+    settled(page)
+    page.get_by_role("slider", name="browInnerUp", exact=True).press("End")
+    now = state(page)
+    assert now["clip"] is None
+    jaw = float(np.interp(0.4, faces.take.times, faces.take.weights[:, 0]))
+    assert now["weights"]["jawOpen"] == pytest.approx(jaw, abs=1e-5)
+    assert now["weights"]["browInnerUp"] == 1
+
+
+def test_it_plays_through_and_stops(visit: Visit, faces: Faces) -> None:
+    page = visit(faces.alone, size=SMALL)
+    update(page, weights={"jawOpen": 1}, t=0, repeat="once", seconds=0.3, playing=True)
+    wait(page, "!elastomorph.state().playing")
+    assert state(page)["t"] == 1
+
+
+def test_back_and_forth_and_loop(visit: Visit, faces: Faces) -> None:
+    """Back and forth t falls after it has risen; a loop begins again at 0."""
+    page = visit(faces.alone, size=SMALL)
+    for repeat in ("back and forth", "loop"):
+        update(page, t=0.5, repeat=repeat, seconds=0.4, playing=True)
+        seen = page.evaluate(
+            """new Promise(done => {
+                const seen = [];
+                const look = () => {
+                    seen.push(elastomorph.state().t);
+                    if (performance.now() < end) requestAnimationFrame(look); else done(seen);
+                };
+                const end = performance.now() + 1500;
+                look();
+            })"""
+        )
+        update(page, playing=False)
+        steps = np.diff(seen)
+        assert (steps > 0).any(), repeat
+        assert (steps < 0).any(), repeat
+        if repeat == "loop":
+            # Only the jump to the beginning goes down.
+            assert (steps[steps < 0] < -0.2).all()
+
+
+@pytest.mark.parametrize("timing", ["linear", "smoothstep", "minimum-jerk", "cosine", "blink"])
+def test_the_drawn_timing_is_the_law(visit: Visit, faces: Faces, timing: str) -> None:
+    """The small picture of a timing runs through the values of `elastomorph.timing`."""
+    import elastomorph.timing as laws
+
+    page = visit(faces.alone, size=(1280, 400))
+    page.get_by_role("combobox", name="Timing").select_option(timing)
+    settled(page)
+    drawn = page.locator(".timing-picture .curve").get_attribute("d") or ""
+    points = np.array([pair.split() for pair in drawn.lstrip("M").split("L")], float)
+    share = np.linspace(0, 1, len(points))
+    law = {
+        "linear": laws.linear,
+        "smoothstep": laws.smoothstep,
+        "minimum-jerk": laws.minimum_jerk,
+        "cosine": laws.cosine,
+        "blink": laws.blink(),
+    }[timing]
+    wanted = np.array([law(s) for s in share])
+    height = points[0, 1] - points[:, 1]
+    np.testing.assert_allclose(height / 18, wanted - wanted[0], atol=0.01)
+
+
+@pytest.mark.parametrize("motion", ["reduce", "no-preference"])
+def test_nothing_starts_by_itself_for_those_who_ask_for_less(
+    visit: Visit, faces: Faces, motion: str
+) -> None:
+    scene = faces.alone
+    playing = replace_start(scene, {"weights": {"jawOpen": 1}, "t": 0.3, "playing": True})
+    page = visit(playing, size=SMALL, reduced_motion=motion)
+    page.wait_for_timeout(200)
+    moves = motion == "no-preference"
+    assert state(page)["playing"] is moves
+    assert (state(page)["t"] != 0.3) is moves
+    # Whoever presses play wants to see it play, whatever they asked for.
+    page.keyboard.press("Space")
+    assert state(page)["playing"] is not moves
+
+
+def replace_start(scene: Scene, start: dict[str, object]) -> Scene:
+    return Scene(scene.models, scene.title, scene.unit, scene.diameter, scene.curves, start)

@@ -1,0 +1,118 @@
+"""The main states of the page, each of which must be in order at every size and in both themes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from faces import Faces
+from visiting import update
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+SMILE = {"mouthSmile_L": 0.9, "mouthSmile_R": 0.9, "browInnerUp": 0.6, "jawOpen": 0.25}
+CALM = {
+    **{"weights": {}, "t": 1, "playing": False, "clip": None, "mirror": False},
+    **{"arrangement": "single", "shown": [1], "swipe": 0.5, "ghost": False, "onion": 0},
+    **{"orbits": False, "picked": [], "heat": False, "against": 1, "heatTop": None},
+    **{"wireframe": False, "loops": False, "shading": "smooth", "light": "studio"},
+}
+
+
+def _tab(page: Page, name: str) -> None:
+    tab = page.get_by_role("tab", name=name)
+    if tab.get_attribute("aria-selected") != "true":
+        tab.click()
+
+
+def _sliders(page: Page, faces: Faces) -> None:
+    _tab(page, "Sliders")
+    update(page, weights=SMILE)
+
+
+def _search(page: Page, faces: Faces) -> None:
+    _tab(page, "Sliders")
+    update(page, weights=SMILE, mirror=True)
+    page.get_by_role("searchbox").fill("smile")
+
+
+def _side(page: Page, faces: Faces) -> None:
+    _tab(page, "Compare")
+    update(page, weights={"jawOpen": 1}, t=0.5, arrangement="side", shown=[0, 2], heat=True)
+    update(page, against=2, picked=[faces.chin], orbits=True)
+
+
+def _three(page: Page, faces: Faces) -> None:
+    _tab(page, "Compare")
+    update(page, weights=SMILE, t=0.6, arrangement="side", shown=[0, 1, 2], ghost=True)
+
+
+def _swipe(page: Page, faces: Faces) -> None:
+    _tab(page, "Compare")
+    update(page, weights={"jawOpen": 1}, t=0.5, arrangement="swipe", shown=[0, 2], swipe=0.55)
+
+
+def _heat(page: Page, faces: Faces) -> None:
+    _tab(page, "Sliders")
+    update(page, weights={"jawOpen": 1}, t=0.5, shown=[0], against=2, heat=True)
+
+
+def _fixed_heat(page: Page, faces: Faces) -> None:
+    _tab(page, "Compare")
+    update(page, weights={"jawOpen": 1}, t=0.5, shown=[0], against=2, heat=True, heatTop=0.02)
+
+
+def _orbits(page: Page, faces: Faces) -> None:
+    _tab(page, "Compare")
+    update(page, weights={"jawOpen": 1}, picked=[faces.chin, 1110, 300], orbits=True, onion=4)
+
+
+def _lines(page: Page, faces: Faces) -> None:
+    _tab(page, "Display")
+    update(page, weights=SMILE, wireframe=True, loops=True, shading="flat", light="matcap")
+
+
+def _take(page: Page, faces: Faces) -> None:
+    _tab(page, "Sliders")
+    update(page, clip="a take", clipTime=0.5)
+
+
+def _keys(page: Page, faces: Faces) -> None:
+    page.get_by_role("button", name="Keys (?)").click()
+
+
+def _alert(page: Page, faces: Faces) -> None:
+    _tab(page, "Sliders")
+    page.locator("input[type=file]").set_input_files(
+        {"name": "meeting notes.glb", "mimeType": "", "buffer": b"Meeting at nine."}
+    )
+    page.get_by_role("alert").locator(".message").wait_for()
+
+
+View = Callable[["Page", Faces], None]
+VIEWS: dict[str, View] = {
+    "sliders": _sliders,
+    "search": _search,
+    "side by side": _side,
+    "three": _three,
+    "swipe": _swipe,
+    "heat": _heat,
+    "fixed heat": _fixed_heat,
+    "orbits": _orbits,
+    "lines": _lines,
+    "take": _take,
+    "keys": _keys,
+    "alert": _alert,
+}
+
+
+def calm(page: Page) -> None:
+    """Back to where every view begins."""
+    page.evaluate("document.querySelector('dialog[open]')?.close()")
+    page.evaluate("document.querySelectorAll('.message button').forEach(b => b.click())")
+    search = page.get_by_role("searchbox")
+    if search.is_visible() and search.input_value():
+        search.fill("")
+    page.evaluate("document.activeElement?.blur()")
+    update(page, **CALM)

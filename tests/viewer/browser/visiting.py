@@ -1,0 +1,127 @@
+"""Opens pages in a browser, each in a context of its own that is watched."""
+
+from __future__ import annotations
+
+import base64
+import os
+import time
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from watching import Watch
+
+from elastomorph.viewer import Scene, write_viewer
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext, Frame, Page
+
+DESK = (1280, 720)
+PHONE = (390, 844)
+FRAME = (800, 500)
+# Where text enlarged fourfold leaves no more of a desk's window (WCAG 2.2, 1.4.10).
+NARROW = (320, 640)
+# Where only numbers are read: drawing in software takes time by the pixel.
+SMALL = (420, 320)
+
+
+class Visit:
+    """Opens pages; at the end says what was wrong with any of them."""
+
+    def __init__(self, browser: Browser, folder: Path) -> None:
+        self.browser, self.folder = browser, folder
+        # What a page may well complain of, where a test takes something from it.
+        self.forgiven = "nothing"
+        self._open: list[tuple[BrowserContext, Watch, str]] = []
+
+    def __call__(
+        self, subject: Scene | str, *, size: tuple[int, int] = DESK, **options: Any
+    ) -> Page:
+        """A page that has drawn its scene.
+
+        Args:
+            subject: A scene, which is opened as a file, or the address of a page.
+            size: Width and height of the window.
+            **options: Of the browser's context, such as ``color_scheme`` or ``reduced_motion``.
+        """
+        page = self.blank(subject, size=size, **options)
+        page.evaluate("elastomorph.ready")
+        return page
+
+    def blank(self, subject: Scene | str, *, size: tuple[int, int] = DESK, **options: Any) -> Page:
+        """A page that was opened, whether or not it is the viewer."""
+        address = subject if isinstance(subject, str) else self._written(subject)
+        # Nothing moves by itself, so that pictures can be compared; tests of motion say otherwise.
+        options = {"reduced_motion": "reduce", "color_scheme": "light", **options}
+        context = self.browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, bypass_csp=False, **options
+        )
+        context.set_default_timeout(20_000)
+        self._open.append((context, Watch(context), address))
+        page = context.new_page()
+        page.goto(address)
+        return page
+
+    def close(self) -> list[str]:
+        """Closes everything; complaints of the pages and requests to elsewhere."""
+        problems = []
+        for context, watch, address in self._open:
+            context.close()
+            problems += [words for words in watch.complaints if self.forgiven not in words]
+            problems += [f"asked for {url}" for url in watch.outside(address)]
+        self._open.clear()
+        return problems
+
+    def _written(self, scene: Scene) -> str:
+        file = self.folder / f"viewer-{len(self._open)}.html"
+        write_viewer(file, scene)
+        return file.as_uri()
+
+
+def empty_page() -> str:
+    """Address of the page without a scene: the one under test, as it was built."""
+    named = os.environ.get("ELASTOMORPH_VIEWER_PAGE")
+    place = Path(named or str(files("elastomorph.viewer") / "page" / "index.html"))
+    return place.resolve().as_uri()
+
+
+def state(page: Page) -> dict[str, Any]:
+    """Everything the picture depends on."""
+    found: dict[str, Any] = page.evaluate("elastomorph.state()")
+    return found
+
+
+def update(page: Page, **patch: Any) -> None:
+    page.evaluate("patch => elastomorph.update(patch)", patch)
+
+
+def settled(page: Page) -> None:
+    """Waits until the interface agrees with the state: it does so at the next frame."""
+    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def wait(page: Page | Frame, condition: str, seconds: float = 10) -> None:
+    """Waits for an expression of the page to hold; Playwright's own wait needs eval."""
+    until = time.monotonic() + seconds
+    while not page.evaluate(f"Boolean({condition})"):
+        assert time.monotonic() < until, f"after {seconds} s still not: {condition}"
+        time.sleep(0.03)
+
+
+def positions(page: Page, model: int, count: int) -> NDArray[np.float64]:
+    """(count, 3) positions of the author's vertices, read back from the graphics card."""
+    # As text: a list of numbers takes the driver many times as long.
+    text = page.evaluate(
+        """number => {
+            const bytes = new Uint8Array(elastomorph.positions(number).slice().buffer);
+            let text = '';
+            for (let i = 0; i < bytes.length; i += 8192)
+                text += String.fromCharCode(...bytes.subarray(i, i + 8192));
+            return btoa(text);
+        }""",
+        model,
+    )
+    found = np.frombuffer(base64.b64decode(text), "<f4").reshape(-1, 3)
+    return found[:count].astype(np.float64)

@@ -1,0 +1,57 @@
+"""The page that is shipped is what its source builds."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+WEB = Path(__file__).parents[2] / "web"
+LIMIT = 900_000
+
+
+def npm_script(name: str, *words: str) -> subprocess.CompletedProcess[str]:
+    """A script of web/package.json; skips where the tools to build are not there."""
+    npm, node = shutil.which("npm"), shutil.which("node")
+    if npm is None or node is None:
+        pytest.skip("needs npm and node to build the page")
+    version = subprocess.run([node, "--version"], capture_output=True, text=True).stdout
+    numbers = [int(n) for n in re.findall(r"\d+", version)[:2]]
+    if numbers < [20, 19]:
+        pytest.skip(f"building the page needs node 20.19 or later, found {version.strip()}")
+    if not (WEB / "node_modules" / "vite").is_dir():
+        pytest.skip("needs what web/package-lock.json pins: run npm ci --prefix web")
+    return subprocess.run(
+        [npm, "run", "--silent", "--prefix", str(WEB), name, "--", *words],
+        capture_output=True,
+        text=True,
+    )
+
+
+def shipped() -> str:
+    return (files("elastomorph.viewer") / "page" / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_the_shipped_page_is_what_the_source_builds(tmp_path: Path) -> None:
+    done = npm_script("build", "--outDir", str(tmp_path / "page"), "--emptyOutDir")
+    assert done.returncode == 0, done.stdout + done.stderr
+    built = (tmp_path / "page" / "index.html").read_text(encoding="utf-8")
+    assert built == shipped(), "the source has changed: run make page and commit what it builds"
+
+
+@pytest.mark.slow
+def test_the_source_is_sound_typescript() -> None:
+    done = npm_script("types")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_page_is_small_and_stands_alone() -> None:
+    page = shipped()
+    assert len(page.encode()) <= LIMIT
+    assert page.count("<!-- elastomorph scene -->") == 1
+    assert not re.findall(r"<(?:script|link|img|iframe)\b[^>]*\b(?:src|href)=[\"'](?!data:)", page)

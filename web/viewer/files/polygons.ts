@@ -1,0 +1,130 @@
+// The polygons that the triangles of a file were, as elastomorph describes them in its extras: fans
+// of triangles, one after another within each part.
+import { isEntry, type Entry } from './document';
+import { unpacked } from './packed';
+import type { Surface } from './surface';
+
+export interface Polygons {
+  /** (V,) the vertex each vertex is a copy of, or itself. */
+  readonly seams: Uint32Array;
+  /** Polygon of each triangle, by piece. */
+  readonly ofTriangle: readonly Uint32Array[];
+  /** Name of the group of each polygon; null where there are none. */
+  readonly groups: { readonly names: readonly string[]; readonly ofPolygon: Int32Array } | null;
+  readonly edges: Uint32Array;
+}
+
+/** The polygons described in `extras.elastomorph.surface`, or null where they do not fit. */
+export async function readPolygons(stored: unknown, surface: Surface): Promise<Polygons | null> {
+  if (!isEntry(stored) || surface.sheets !== 1) return null;
+  const { vertices, polygons } = stored;
+  const total = surface.neutral.length / 3;
+  const triangles = surface.pieces.reduce((sum, piece) => sum + piece.triangles.length / 3, 0);
+  if (!isCount(vertices, total) || !isCount(polygons, triangles)) return null;
+  const [copies, sizes, materials, groups] = await Promise.all([
+    unpacked(stored['copies'], total - vertices),
+    unpacked(stored['sizes'], polygons),
+    labels(stored['materials'], polygons),
+    labels(stored['groups'], polygons),
+  ]);
+  if (!copies || !sizes || !copies.every((v) => v >= 0 && v < vertices)) return null;
+  const seams = Uint32Array.from({ length: total }, (_, v) =>
+    v < vertices ? v : copies[v - vertices]!,
+  );
+  const ofTriangle = polygonsOfTriangles(
+    stored['parts'],
+    surface,
+    sizes,
+    materials?.ofPolygon ?? null,
+  );
+  if (!ofTriangle) return null;
+  const edges = polygonEdges(surface, ofTriangle, seams);
+  return { seams, ofTriangle, groups, edges };
+}
+
+function polygonsOfTriangles(
+  parts: unknown,
+  surface: Surface,
+  sizes: Int32Array,
+  material: Int32Array | null,
+): Uint32Array[] | null {
+  const pieces = surface.pieces.filter(({ triangles }) => triangles.length > 0);
+  if (!Array.isArray(parts) || parts.length !== pieces.length) return null;
+  const found = surface.pieces.map(({ triangles }) => new Uint32Array(triangles.length / 3));
+  for (const [number, label] of parts.entries()) {
+    const own = found[surface.pieces.indexOf(pieces[number]!)]!;
+    let place = 0;
+    for (let p = 0; p < sizes.length; p += 1) {
+      if ((material?.[p] ?? -1) !== label) continue;
+      const fan = sizes[p]! - 2;
+      if (fan < 1 || place + fan > own.length) return null;
+      own.fill(p, place, place + fan);
+      place += fan;
+    }
+    if (place !== own.length) return null;
+  }
+  return found;
+}
+
+/** Edges (E, 2) between original vertices, each once, without the diagonals of the fans. */
+function polygonEdges(
+  surface: Surface,
+  ofTriangle: readonly Uint32Array[],
+  seams: Uint32Array,
+): Uint32Array {
+  const keys: number[] = [];
+  surface.pieces.forEach(({ triangles }, number) => {
+    const polygon = ofTriangle[number]!;
+    for (let t = 0; t < polygon.length; t += 1) {
+      const [a, b, c] = [triangles[3 * t]!, triangles[3 * t + 1]!, triangles[3 * t + 2]!];
+      keys.push(edgeKey(b, c, seams));
+      if (polygon[t] !== polygon[t - 1]) keys.push(edgeKey(a, b, seams));
+      if (polygon[t] !== polygon[t + 1]) keys.push(edgeKey(c, a, seams));
+    }
+  });
+  return edgesOf(keys);
+}
+
+/** Edges (E, 2) of triangles, each once. */
+export function triangleEdges(surface: Surface, seams: Uint32Array): Uint32Array {
+  const keys: number[] = [];
+  for (const { triangles } of surface.pieces) {
+    for (let i = 0; i < triangles.length; i += 3) {
+      const [a, b, c] = [triangles[i]!, triangles[i + 1]!, triangles[i + 2]!];
+      keys.push(edgeKey(a, b, seams), edgeKey(b, c, seams), edgeKey(c, a, seams));
+    }
+  }
+  return edgesOf(keys);
+}
+
+const SHIFT = 2 ** 26; // two vertex numbers in one whole number below 2⁵³
+
+function edgeKey(one: number, other: number, seams: Uint32Array): number {
+  const [a, b] = [seams[one]!, seams[other]!];
+  return a < b ? a * SHIFT + b : b * SHIFT + a;
+}
+
+function edgesOf(keys: readonly number[]): Uint32Array {
+  const sorted = Float64Array.from(keys).sort();
+  const found = new Uint32Array(2 * sorted.length);
+  let length = 0;
+  for (let i = 0; i < sorted.length; i += 1) {
+    if (i > 0 && sorted[i] === sorted[i - 1]) continue;
+    found[length] = Math.floor(sorted[i]! / SHIFT);
+    found[length + 1] = sorted[i]! % SHIFT;
+    length += 2;
+  }
+  return found.slice(0, length);
+}
+
+async function labels(stored: unknown, polygons: number): Promise<Polygons['groups']> {
+  if (!isEntry(stored)) return null;
+  const names = (stored as Entry)['names'];
+  const ofPolygon = await unpacked(stored['of_polygon'], polygons);
+  if (!Array.isArray(names) || !ofPolygon) return null;
+  return { names: names.map(String), ofPolygon };
+}
+
+function isCount(value: unknown, most: number): value is number {
+  return typeof value === 'number' && Number.isInteger(value) && value >= 0 && value <= most;
+}

@@ -1,0 +1,181 @@
+// All meshes of a file as one: vertices, triangles, and what the morph targets move.
+import { shapesInOne } from '../rig/layout';
+import { countOf, floats, floatsInto, indices } from './accessors';
+import { isEntry, type Entry, type GltfDocument } from './document';
+import { mirrors, place, type PlacedMesh } from './nodes';
+
+/** Triangles of one primitive, of all vertices of the file. */
+export interface Piece {
+  readonly triangles: Uint32Array;
+  readonly material: number | null;
+  readonly group: string; // name of its node
+}
+
+export interface Surface {
+  readonly neutral: Float32Array; // (V, 3)
+  readonly normals: Float32Array | null; // (V, 3) of the neutral, where all meshes have them
+  readonly pieces: readonly Piece[];
+  readonly targetNames: readonly string[];
+  readonly targets: readonly Float32Array[]; // (V, 3) each, in one stretch of memory
+  readonly sheets: number; // sets of vertices that were put together
+}
+
+/** Vertices that one or several primitives share. */
+interface Sheet {
+  readonly start: number;
+  readonly count: number;
+  readonly primitive: Entry;
+  readonly placed: PlacedMesh;
+  readonly targetNames: readonly string[];
+}
+
+const TRIANGLES = 4;
+const STRIP = 5;
+const FAN = 6;
+
+export function readSurface(file: GltfDocument, meshes: readonly PlacedMesh[]): Surface {
+  const sheets: Sheet[] = [];
+  const pieces: Piece[] = [];
+  for (const placed of meshes) readMesh(file, placed, sheets, pieces);
+  const last = sheets.at(-1);
+  if (!last || pieces.every(({ triangles }) => triangles.length === 0)) {
+    file.refuse(
+      'there is no face in it: no mesh with triangles. Export the mesh with its morph targets.',
+    );
+  }
+  const vertices = last.start + last.count;
+  const names = [...new Set(sheets.flatMap(({ targetNames }) => targetNames))];
+  file.spend(4 * 3 * vertices * (names.length + 2));
+  const neutral = new Float32Array(3 * vertices);
+  const normals = sheets.every((s) => attribute(s, 'NORMAL') !== undefined)
+    ? new Float32Array(3 * vertices)
+    : null;
+  const targets = shapesInOne(names.length, vertices);
+  const numberOf = new Map(names.map((name, i) => [name, i]));
+  for (const sheet of sheets) {
+    const part = (shape: Float32Array) =>
+      shape.subarray(3 * sheet.start, 3 * (sheet.start + sheet.count));
+    fill(file, attribute(sheet, 'POSITION'), sheet, 'positions', part(neutral));
+    if (normals) fill(file, attribute(sheet, 'NORMAL'), sheet, 'directions', part(normals));
+    const moves = file.list(sheet.primitive, 'targets') as Entry[];
+    sheet.targetNames.forEach((name, i) => {
+      const displacement = moves[i]?.['POSITION'];
+      if (displacement === undefined) return;
+      fill(file, displacement, sheet, 'directions', part(targets[numberOf.get(name)!]!));
+    });
+  }
+  requireFinite(file, neutral, 'the vertices');
+  targets.forEach((target, i) => requireFinite(file, target, `the morph target '${names[i]}'`));
+  return { neutral, normals, pieces, targetNames: names, targets, sheets: sheets.length };
+}
+
+function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], pieces: Piece[]): void {
+  const mesh = file.item('meshes', placed.mesh, 'a node');
+  const shared = new Map<string, Sheet>();
+  for (const primitive of file.list(mesh, 'primitives')) {
+    if (!isEntry(primitive) || !isEntry(primitive['attributes']))
+      file.damaged('a primitive has no attributes');
+    const mode = Number(primitive['mode'] ?? TRIANGLES);
+    if (mode < TRIANGLES || mode > FAN) continue; // points and lines are no surface
+    requireUncompressed(file, primitive);
+    const key = JSON.stringify([primitive['attributes'], primitive['targets']]);
+    let sheet = shared.get(key);
+    if (!sheet) {
+      const position = primitive['attributes']['POSITION'];
+      if (position === undefined) file.damaged(`the mesh '${placed.name}' has no positions`);
+      const before = sheets.at(-1);
+      sheet = {
+        start: before ? before.start + before.count : 0,
+        count: countOf(file, position, 'positions'),
+        primitive,
+        placed,
+        targetNames: namesOf(file, mesh, primitive),
+      };
+      file.spend(12 * sheet.count);
+      shared.set(key, sheet);
+      sheets.push(sheet);
+    }
+    const material = typeof primitive['material'] === 'number' ? primitive['material'] : null;
+    pieces.push({
+      triangles: triangles(file, primitive, sheet, mode),
+      material,
+      group: placed.name,
+    });
+  }
+}
+
+function requireUncompressed(file: GltfDocument, primitive: Entry): void {
+  if (JSON.stringify(primitive['extensions'] ?? {}).includes('draco')) {
+    file.refuse(
+      'it is compressed with Draco, which is not read. Export it without compression: ' +
+        'in Blender, untick "Compression".',
+    );
+  }
+}
+
+function attribute(sheet: Sheet, name: string): unknown {
+  return (sheet.primitive['attributes'] as Entry)[name];
+}
+
+/** Names of the morph targets, each different from the others of its mesh. */
+function namesOf(file: GltfDocument, mesh: Entry, primitive: Entry): string[] {
+  const extras = isEntry(mesh['extras']) ? mesh['extras'] : {};
+  const given = Array.isArray(extras['targetNames']) ? (extras['targetNames'] as unknown[]) : [];
+  const names: string[] = [];
+  file.list(primitive, 'targets').forEach((_, i) => {
+    const name = typeof given[i] === 'string' && given[i] !== '' ? given[i] : `target ${i + 1}`;
+    let own = name;
+    for (let n = 2; names.includes(own); n += 1) own = `${name} (${n})`;
+    names.push(own);
+  });
+  return names;
+}
+
+function fill(
+  file: GltfDocument,
+  accessor: unknown,
+  { placed, count }: Sheet,
+  kind: 'positions' | 'directions',
+  out: Float32Array,
+): void {
+  if (countOf(file, accessor, kind) === count) floatsInto(file, accessor, 3, kind, out);
+  else out.set(floats(file, accessor, 3, kind, count));
+  place(out, placed.placement, kind);
+}
+
+function triangles(file: GltfDocument, primitive: Entry, sheet: Sheet, mode: number): Uint32Array {
+  const listed = primitive['indices'];
+  if (listed === undefined) file.spend(4 * sheet.count);
+  const corners =
+    listed === undefined
+      ? Uint32Array.from({ length: sheet.count }, (_, i) => i)
+      : indices(file, listed, 'triangles');
+  const found =
+    mode === TRIANGLES
+      ? corners.subarray(0, corners.length - (corners.length % 3))
+      : unrolled(corners, mode);
+  const flip = mirrors(sheet.placed.placement);
+  for (let i = 0; i < found.length; i += 1) {
+    if (found[i]! >= sheet.count)
+      file.damaged(`a triangle names vertex ${found[i]} of ${sheet.count}`);
+    found[i]! += sheet.start;
+    if (flip && i % 3 === 2) [found[i - 1], found[i]] = [found[i]!, found[i - 1]!];
+  }
+  return found;
+}
+
+function unrolled(corners: Uint32Array, mode: number): Uint32Array {
+  const found = new Uint32Array(3 * Math.max(0, corners.length - 2));
+  for (let i = 0; i + 2 < corners.length; i += 1) {
+    const first = mode === FAN ? 0 : i;
+    const [second, third] = mode === STRIP && i % 2 === 1 ? [i + 2, i + 1] : [i + 1, i + 2];
+    found.set([corners[first]!, corners[second]!, corners[third]!], 3 * i);
+  }
+  return found;
+}
+
+function requireFinite(file: GltfDocument, values: Float32Array, what: string): void {
+  let sum = 0;
+  for (let i = 0; i < values.length; i += 1) sum += values[i]! * 0; // 0, or NaN for ever
+  if (sum !== 0) file.damaged(`${what} contain numbers that are not finite`);
+}

@@ -1,0 +1,239 @@
+// Puts the page together: the picture, what lies over it, the panels, and the one state of all.
+import type { Scene } from '../../types/model';
+import type { Readout, Stage, View } from '../../types/stage';
+import type { ViewState } from '../../types/state';
+import { createLabels } from '../overlay/labels';
+import { createLegend } from '../overlay/legend';
+import { createMessages } from '../overlay/messages';
+import { createPointer } from '../overlay/pointer';
+import { createSwipe } from '../overlay/swipe';
+import { createWelcome } from '../overlay/welcome';
+import { createCompare } from '../panels/compare';
+import { createDisplay, frameWords } from '../panels/display';
+import { createHeat } from '../panels/heat';
+import { createOrbits } from '../panels/orbits';
+import { createSliders } from '../panels/sliders';
+import { createTabs } from '../panels/tabs';
+import { createTransport } from '../panels/transport';
+import { element, setText } from '../parts/element';
+import type { Context, Part } from '../parts/part';
+import { INITIAL, startOf } from '../state/initial';
+import { createPlayer } from '../state/player';
+import { settling } from '../state/settling';
+import { createStore, type Store } from '../state/store';
+import { createHeader } from './header';
+import { keymap } from './keymap';
+import { keysDialog, listen } from './keys';
+import { createOpening } from './opening';
+import { followTheme } from './theme';
+
+const BETWEEN_READOUTS = 200; // milliseconds: figures that flicker cannot be read
+const UNTIL_QUIET = 1000; // milliseconds: when there is no frame rate any more
+
+export interface App {
+  readonly store: Store;
+  readonly stage: Stage;
+  scene(): Scene | null;
+  show(scene: Scene): void;
+  look(view: View): void;
+  tell(message: string): void;
+  busy(words: string | null): void;
+}
+
+export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => Stage): App {
+  let scene: Scene | null = null;
+  const still = matchMedia('(prefers-reduced-motion: reduce)').matches;
+  const embedded = window.self !== window.top; // in a report or a notebook
+  const models = () => scene?.models ?? [];
+  const messages = createMessages();
+  const picture = element('div', {
+    class: 'picture',
+    tabindex: 0,
+    role: 'application',
+    'aria-roledescription': '3D view',
+    'aria-label': 'The face. Arrow keys turn it, plus and minus bring it nearer and farther',
+  });
+  const frame = element('div', { class: 'stage' }, picture);
+  root.append(frame);
+
+  const stage = stageIn(picture);
+  const store = createStore(INITIAL, settling(models));
+  const player = createPlayer(store, models);
+  const context: Context = { store, stage, scene: () => scene, tell: messages.tell };
+
+  const sliders = createSliders(context);
+  const display = createDisplay(context);
+  const legend = createLegend(context);
+  const pointer = createPointer(context, picture);
+  const swipe = createSwipe(context);
+  const labels = createLabels(context);
+  const [compare, heat, orbits] = [
+    createCompare(context),
+    createHeat(context),
+    createOrbits(context),
+  ];
+  const transport = createTransport(context, player);
+  const parts: Part[] = [
+    ...[sliders, compare, heat, orbits, display, transport],
+    ...[labels, swipe, legend, pointer],
+  ];
+
+  const look = (view: View) => {
+    stage.look(view);
+    measure();
+  };
+  const opening = createOpening({
+    scene: () => scene,
+    replace: (next, added) => {
+      const joins = scene?.models[0]?.neutral.length === next.models[0]?.neutral.length;
+      if (joins) join(next, added);
+      else show(next);
+    },
+    tell: messages.tell,
+    busy: messages.busy,
+  });
+  const help = () => {
+    if (!keys.open) keys.showModal();
+  };
+  const header = createHeader({
+    look,
+    help,
+    open: opening.ask,
+    panel: () => tabs.open(!tabs.isOpen()),
+  });
+  const tabs = createTabs(
+    [
+      { name: 'Sliders', content: sliders.element },
+      { name: 'Compare', content: block(compare, heat, orbits) },
+      { name: 'Display', content: display.element },
+    ],
+    (open) => {
+      root.dataset.panel = open ? 'open' : 'closed';
+      header.panelIsOpen(open);
+    },
+  );
+  const map = keymap(context, player, {
+    look,
+    help,
+    search: () => {
+      tabs.select('Sliders');
+      sliders.search();
+    },
+    close: () => messages.dismiss() || sliders.clearSearch(),
+  });
+  const keys = keysDialog(map);
+  listen(map, picture);
+
+  const status = element('div', { class: 'status', 'aria-hidden': 'true' });
+  frame.append(
+    labels.element,
+    swipe.element,
+    status,
+    pointer.element,
+    createWelcome(opening.ask),
+  );
+  root.prepend(header.element);
+  root.append(legend.element, transport.element, tabs.element);
+  root.append(messages.element, opening.element, keys);
+
+  const write = (found: Readout) => {
+    display.readout(found);
+    legend.readout(found.heat);
+    const targets = `${found.targets} ${found.targets === 1 ? 'target' : 'targets'}`;
+    const figures = [frameWords(found), targets, `${found.mebibytes.toFixed(1)} MiB`];
+    const { playing, clip, weights } = store.get();
+    const idle = playing && clip === null && Object.keys(weights).length === 0;
+    const hint = idle ? 'no slider is active, so t moves nothing' : '';
+    setText(status, [...figures, pointer.words(), hint].filter(Boolean).join(' · '));
+  };
+  const measure = spaced(() => scene && write(stage.readout()), BETWEEN_READOUTS);
+  let quiet: ReturnType<typeof setTimeout> | undefined;
+
+  let awaited = false;
+  const draw = () => {
+    if (scene) stage.show(store.get());
+    if (awaited) return;
+    awaited = true;
+    requestAnimationFrame(() => {
+      awaited = false;
+      for (const part of parts) part.show(store.get());
+      measure();
+      clearTimeout(quiet);
+      quiet = setTimeout(measure, UNTIL_QUIET);
+    });
+  };
+
+  // Throws, with everything as it was, where the stage cannot show the models.
+  const replaceScene = (next: Scene, start: Partial<ViewState>) => {
+    const before = scene;
+    try {
+      stage.setModels(next.models);
+    } catch (error) {
+      if (before) stage.setModels(before.models);
+      throw error;
+    }
+    scene = next;
+    root.dataset.empty = 'false';
+    header.title(next.title);
+    for (const part of parts) part.load?.(next);
+    store.update(start);
+    draw();
+  };
+  const show = (next: Scene) => {
+    replaceScene(next, startOf(next, still, messages.tell));
+    stage.look('front');
+    // Of one path there is nothing to set but how it is compared.
+    if (next.models.length > 1 && next.models.every(({ sliders }) => sliders.length < 2)) {
+      tabs.select('Compare');
+      tabs.open(!embedded && innerWidth > 720);
+    }
+  };
+  const join = (next: Scene, added: readonly number[]) => {
+    const first = store.get().shown.find((model) => !added.includes(model)) ?? 0;
+    const shown = [first, ...added].slice(0, 3);
+    const arrangement = store.get().arrangement === 'swipe' ? 'swipe' : 'side';
+    const against = next.models.findIndex(({ role }) => role === 'truth');
+    const start = { shown, arrangement, against: against >= 0 ? against : first } as const;
+    replaceScene(next, { ...start, ...(next.models.length < 2 ? { arrangement: 'single' } : {}) });
+  };
+
+  root.dataset.empty = 'true';
+  tabs.open(!(embedded && innerWidth < 700));
+  followTheme(store, (dark) => stage.setDark(dark));
+  store.subscribe(draw);
+  for (const happening of ['pointermove', 'wheel', 'keydown', 'pointerleave'] as const) {
+    picture.addEventListener(happening, () => measure(), { passive: true });
+  }
+  for (const part of parts) part.load?.(null);
+  draw();
+
+  return {
+    store,
+    stage,
+    scene: () => scene,
+    show,
+    look,
+    tell: messages.tell,
+    busy: messages.busy,
+  };
+}
+
+function block(...parts: Part[]): HTMLElement {
+  return element('div', {}, ...parts.map((part) => part.element));
+}
+
+/** At most one call in so many milliseconds, and the last one never left out. */
+function spaced(run: () => void, milliseconds: number): () => void {
+  let timer: ReturnType<typeof setTimeout> | null = null;
+  let last = -Infinity;
+  return () => {
+    timer ??= setTimeout(
+      () => {
+        timer = null;
+        last = performance.now();
+        run();
+      },
+      Math.max(0, last + milliseconds - performance.now()),
+    );
+  };
+}

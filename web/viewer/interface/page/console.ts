@@ -1,0 +1,60 @@
+// `window.elastomorph`: the viewer for scripts, tests and the curious at the console.
+import type { Readout, View } from '../../types/stage';
+import type { ViewState } from '../../types/state';
+import type { App } from './app';
+
+export interface Elastomorph {
+  /** Kept when the page has drawn its scene for the first time, or found that it has none. */
+  readonly ready: Promise<void>;
+  /** Everything the picture depends on. */
+  state(): ViewState;
+  /**
+   * Changes parts of it: `elastomorph.update({ weights: { jawOpen: 0.7 }, t: 0.5 })`. Numbers are
+   * clamped; a field or word that does not exist throws a RangeError which says what does.
+   */
+  update(patch: Partial<ViewState>): void;
+  /** Positions of a model's vertices as drawn now: x, y, z of the first, of the second, … */
+  positions(model?: number): Float32Array;
+  /** Frame time, active targets, memory, and the worst distance while the heat map is on. */
+  readout(): Readout;
+  models(): { name: string; role: string; vertices: number }[];
+  /** Turns to 'front', 'three-quarter', 'side' or 'below'. */
+  look(view: View): void;
+}
+
+declare global {
+  interface Window {
+    elastomorph: Elastomorph;
+  }
+}
+
+export function onConsole(app: App, ready: Promise<void>): Elastomorph {
+  const drawn = () => {
+    app.stage.show(app.store.get());
+    app.stage.flush();
+  };
+  return {
+    ready,
+    state: app.store.get,
+    update: app.store.update,
+    positions(model = app.store.get().shown[0] ?? 0) {
+      const count = app.scene()?.models.length ?? 0;
+      if (!Number.isInteger(model) || model < 0 || model >= count) {
+        throw new RangeError(`there is no model ${model}; the page shows ${count}`);
+      }
+      drawn();
+      return app.stage.positions(model);
+    },
+    readout() {
+      if (app.scene()) drawn();
+      return app.stage.readout();
+    },
+    models: () =>
+      (app.scene()?.models ?? []).map(({ name, role, neutral }) => ({
+        name,
+        role,
+        vertices: neutral.length / 3,
+      })),
+    look: app.look,
+  };
+}

@@ -1,0 +1,104 @@
+// The keys of the viewer.
+import type { View } from '../../types/stage';
+import type { ViewState } from '../../types/state';
+import type { Context } from '../parts/part';
+import type { Player } from '../state/player';
+import type { Key } from './keys';
+
+export const VIEWS: readonly (readonly [View, string])[] = [
+  ['front', 'Front'],
+  ['three-quarter', '¾'],
+  ['side', 'Side'],
+  ['below', 'Below'],
+];
+
+const T_STEP = 0.05;
+const FRAME = 1 / 30; // seconds of a performance
+const TURN = Math.PI / 36;
+const NEARER = 1.1;
+
+export interface Deeds {
+  look(view: View): void;
+  search(): void;
+  help(): void;
+  close(): void;
+}
+
+export function keymap({ store, stage, scene }: Context, player: Player, deeds: Deeds): Key[] {
+  const flip = (field: 'ghost' | 'wireframe' | 'orbits' | 'mirror' | 'heat') => () =>
+    store.update({ [field]: !store.get()[field] });
+  const step = (direction: number) => {
+    const state: ViewState = store.get();
+    if (state.clip === null) store.update({ t: state.t + direction * T_STEP, playing: false });
+    else store.update({ clipTime: state.clipTime + direction * FRAME, playing: false });
+  };
+  const turns: Record<string, [number, number]> = {
+    ArrowLeft: [-TURN, 0],
+    ArrowRight: [TURN, 0],
+    ArrowUp: [0, TURN],
+    ArrowDown: [0, -TURN],
+  };
+  return [
+    { keys: [' '], caps: ['Space'], words: 'Play or pause', run: () => player.toggle() },
+    {
+      keys: ['[', ']'],
+      caps: ['[', ']'],
+      words: 'Step t back or on; a frame of a performance',
+      run: (key) => step(key === '[' ? -1 : 1),
+    },
+    {
+      keys: ['0'],
+      caps: ['0'],
+      words: 'All sliders to zero',
+      run: () => store.update({ weights: {}, clip: null, playing: false }),
+    },
+    {
+      keys: ['m'],
+      caps: ['M'],
+      words: 'Mirror: move left and right together',
+      run: flip('mirror'),
+    },
+    { keys: ['/'], caps: ['/'], words: 'Search sliders', run: deeds.search },
+    {
+      keys: ['1', '2', '3', '4'],
+      caps: ['1', '2', '3', '4'],
+      words: 'Look from the front, three-quarter, the side, below',
+      run: (key) => {
+        const view = VIEWS[Number(key) - 1];
+        if (view) deeds.look(view[0]);
+      },
+    },
+    {
+      keys: Object.keys(turns),
+      caps: ['←', '→', '↑', '↓'],
+      words: 'Turn the camera, while the picture has the focus',
+      inPicture: true,
+      run: (key) => stage.turn(...(turns[key] ?? [0, 0])),
+    },
+    {
+      keys: ['+', '=', '-'],
+      caps: ['+', '−'],
+      words: 'Nearer, farther',
+      run: (key) => stage.zoom(key === '-' ? 1 / NEARER : NEARER),
+    },
+    { keys: ['g'], caps: ['G'], words: 'Ghost of the neutral', run: flip('ghost') },
+    {
+      keys: ['h'],
+      caps: ['H'],
+      words: 'Heat map of distances',
+      run: () => {
+        if ((scene()?.models.length ?? 0) > 1) flip('heat')();
+      },
+    },
+    { keys: ['o'], caps: ['O'], words: 'Orbits of picked vertices', run: flip('orbits') },
+    { keys: ['w'], caps: ['W'], words: 'Wireframe', run: flip('wireframe') },
+    {
+      keys: ['f'],
+      caps: ['F'],
+      words: 'Flat or smooth shading',
+      run: () => store.update({ shading: store.get().shading === 'flat' ? 'smooth' : 'flat' }),
+    },
+    { keys: ['Escape'], caps: ['Esc'], words: 'Close what is open', run: deeds.close },
+    { keys: ['?'], caps: ['?'], words: 'This list', run: deeds.help },
+  ];
+}

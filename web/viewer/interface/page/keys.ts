@@ -1,0 +1,66 @@
+// What each key does, and the list of it.
+import { element } from '../parts/element';
+import { icon } from '../parts/icons';
+
+export interface Key {
+  /** As `KeyboardEvent.key`. */
+  readonly keys: readonly string[];
+  /** As on the keyboard. */
+  readonly caps: readonly string[];
+  readonly words: string;
+  /** Only while the picture has the focus. */
+  readonly inPicture?: boolean;
+  run(key: string): void;
+}
+
+/** Runs the keys of the page, but none while somebody types or a control needs the key itself. */
+export function listen(keys: readonly Key[], picture: HTMLElement): void {
+  addEventListener('keydown', (event) => {
+    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+    const target = event.target instanceof Element ? event.target : null;
+    if (target?.closest('dialog')) return;
+    const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    if (takes(target, pressed)) return;
+    const key = keys.find((one) => one.keys.includes(pressed));
+    if (!key || (key.inPicture && !picture.contains(target))) return;
+    event.preventDefault();
+    key.run(pressed);
+  });
+}
+
+const TYPED = 'input:not([type=range], [type=checkbox], [type=radio]), textarea, select';
+const PRESSED = 'button, input[type=checkbox], input[type=radio], summary, a[href]';
+
+// What has the focus comes first: letters go into fields, the space bar presses buttons.
+function takes(target: Element | null, key: string): boolean {
+  if (!target) return false;
+  if (target.matches(TYPED)) return key !== 'Escape';
+  return key === ' ' && target.matches(PRESSED);
+}
+
+export function keysDialog(keys: readonly Key[]): HTMLDialogElement {
+  const close = element('button', { type: 'button', 'aria-label': 'Close' }, icon('close'));
+  const list = element(
+    'dl',
+    { class: 'keys' },
+    ...keys.map(({ caps, words }) =>
+      element(
+        'div',
+        {},
+        element('dt', {}, ...caps.map((cap) => element('kbd', {}, cap))),
+        element('dd', {}, words),
+      ),
+    ),
+  );
+  const dialog = element(
+    'dialog',
+    { 'aria-labelledby': 'keys-title' },
+    element('header', {}, element('h2', { id: 'keys-title' }, 'Keys'), close),
+    list,
+  );
+  close.addEventListener('click', () => dialog.close());
+  dialog.addEventListener('click', (event) => {
+    if (event.target === dialog) dialog.close(); // the backdrop
+  });
+  return dialog;
+}

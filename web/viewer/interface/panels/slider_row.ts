@@ -1,0 +1,88 @@
+// One slider: its name, the slider itself, its number, and a button back to zero.
+import { element, setAttribute } from '../parts/element';
+import { fill } from '../parts/controls';
+import { icon } from '../parts/icons';
+
+export interface SliderRow {
+  readonly name: string;
+  readonly element: HTMLElement;
+  /** The weight it shows. */
+  show(weight: number, paired: boolean): void;
+  /** How far it reaches: 0 to 1, or beyond. */
+  reach(least: number, most: number): void;
+}
+
+let numbered = 0;
+
+export function sliderRow(name: string, change: (weight: number) => void): SliderRow {
+  numbered += 1;
+  const id = `slider-${numbered}`;
+  const range = element('input', { type: 'range', id, min: 0, max: 1, step: 0.01, value: 0 });
+  const number = element('input', {
+    type: 'number',
+    'aria-label': `${name}, value`,
+    min: 0,
+    max: 1,
+    step: 0.01,
+    value: '0.00',
+  });
+  const zero = element('button', { type: 'button', class: 'zero', 'aria-label': `${name} to 0` });
+  zero.title = 'Back to 0';
+  zero.append(icon('zero'));
+  const whole = element(
+    'div',
+    { class: 'slider', 'data-slider': name },
+    element('label', { for: id, title: name }, name),
+    range,
+    number,
+    zero,
+  );
+
+  let shown = 0;
+  let shownPaired = false;
+  range.addEventListener('input', () => change(range.valueAsNumber));
+  number.addEventListener('input', () => {
+    const typed = number.valueAsNumber;
+    if (!Number.isFinite(typed)) return;
+    change(Math.min(Number(number.max), Math.max(Number(number.min), typed)));
+  });
+  number.addEventListener('blur', () => write(shown));
+  zero.addEventListener('click', () => {
+    change(0);
+    range.focus(); // the button goes as the weight does
+  });
+
+  const write = (weight: number) => {
+    const text = weight.toFixed(2);
+    if (document.activeElement !== number || number.valueAsNumber !== weight) {
+      if (number.value !== text) number.value = text;
+    }
+  };
+
+  return {
+    name,
+    element: whole,
+    show(weight, paired) {
+      if (weight !== shown) {
+        shown = weight;
+        if (range.valueAsNumber !== weight) range.valueAsNumber = weight;
+        write(weight);
+        fill(range, 0, weight);
+        setAttribute(whole, 'data-active', weight !== 0);
+      }
+      if (paired !== shownPaired) {
+        shownPaired = paired;
+        setAttribute(whole, 'data-paired', paired);
+      }
+    },
+    reach(least, most) {
+      for (const input of [range, number]) {
+        input.min = String(least);
+        input.max = String(most);
+      }
+      range.valueAsNumber = shown; // a narrower range had clamped it
+      setAttribute(whole, 'data-beyond', least < 0);
+      fill(range, 0, shown);
+    },
+  };
+}

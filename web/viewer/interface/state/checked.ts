@@ -1,0 +1,109 @@
+// What a change of the state may hold: people type into it from the console and Python writes it.
+import type { ViewState } from '../../types/state';
+
+type Check = (value: unknown, field: string) => unknown;
+
+const FAR = 10; // a weight beyond this is a slip of the keyboard, not an expression
+
+const number =
+  (least: number, most: number): Check =>
+  (value, field) => {
+    if (typeof value !== 'number' || !Number.isFinite(value)) refuse(field, 'a number', value);
+    return Math.min(most, Math.max(least, value as number));
+  };
+
+const truth: Check = (value, field) =>
+  typeof value === 'boolean' ? value : refuse(field, 'true or false', value);
+
+const oneOf =
+  (...names: string[]): Check =>
+  (value, field) =>
+    names.includes(value as string) ? value : refuse(field, `one of ${names.join(', ')}`, value);
+
+const orNull =
+  (check: Check): Check =>
+  (value, field) =>
+    value === null ? null : check(value, field);
+
+const name: Check = (value, field) =>
+  typeof value === 'string' ? value : refuse(field, 'a name', value);
+
+const integers: Check = (value, field) => {
+  const fits = Array.isArray(value) && value.every((n) => Number.isInteger(n) && n >= 0);
+  return fits ? [...new Set(value as number[])] : refuse(field, 'a list of whole numbers', value);
+};
+
+const weights: Check = (value, field) => {
+  if (typeof value !== 'object' || value === null || Array.isArray(value)) {
+    refuse(field, 'weights by slider, as in { jawOpen: 0.5 }', value);
+  }
+  const weight = number(-FAR, FAR);
+  const given = Object.entries(value as object);
+  return Object.fromEntries(
+    given
+      .map(([slider, amount]) => [slider, weight(amount, `${field}.${slider}`)])
+      .filter(([, amount]) => amount !== 0),
+  );
+};
+
+const whole: Check = (value, field) => Math.round(number(0, Infinity)(value, field) as number);
+
+const CHECKS: Record<keyof ViewState, Check> = {
+  weights,
+  t: number(0, 1),
+  mirror: truth,
+  arrangement: oneOf('single', 'side', 'swipe'),
+  shown: integers,
+  swipe: number(0, 1),
+  ghost: truth,
+  onion: (value, field) => Math.round(number(0, 9)(value, field) as number),
+  orbits: truth,
+  picked: integers,
+  heat: truth,
+  against: whole,
+  heatTop: orNull(number(1e-7, 1)),
+  wireframe: truth,
+  loops: truth,
+  shading: oneOf('smooth', 'flat'),
+  light: oneOf('studio', 'matcap'),
+  theme: oneOf('system', 'light', 'dark'),
+  playing: truth,
+  repeat: oneOf('once', 'loop', 'back and forth'),
+  timing: oneOf('linear', 'smoothstep', 'minimum-jerk', 'cosine', 'blink'),
+  seconds: number(0.1, 60),
+  clip: orNull(name),
+  clipTime: number(0, 1e6),
+};
+
+/** The same change with its numbers clamped; throws a RangeError that names the field. */
+export function checked(patch: Partial<ViewState>): Partial<ViewState> {
+  const entries = Object.entries(patch).map(([field, value]) => {
+    const check = CHECKS[field as keyof ViewState] as Check | undefined;
+    if (!check) {
+      throw new RangeError(`'${field}' is not part of the view; there is ${fields()}`);
+    }
+    return [field, check(value, field)];
+  });
+  return Object.fromEntries(entries) as Partial<ViewState>;
+}
+
+/** As `checked`, but leaves out what cannot be understood and tells of it. */
+export function understood(patch: object, tell: (problem: string) => void): Partial<ViewState> {
+  let found: Partial<ViewState> = {};
+  for (const [field, value] of Object.entries(patch)) {
+    try {
+      found = { ...found, ...checked({ [field]: value }) };
+    } catch (error) {
+      tell((error as Error).message);
+    }
+  }
+  return found;
+}
+
+function refuse(field: string, expected: string, found: unknown): never {
+  throw new RangeError(`'${field}' must be ${expected}; found ${JSON.stringify(found) ?? found}`);
+}
+
+function fields(): string {
+  return Object.keys(CHECKS).join(', ');
+}

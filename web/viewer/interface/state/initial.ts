@@ -1,0 +1,63 @@
+// The state a page starts with, before the scene has its say.
+import type { Scene } from '../../types/model';
+import type { ViewState } from '../../types/state';
+import { understood } from './checked';
+
+export const INITIAL: ViewState = {
+  weights: {},
+  t: 1,
+  mirror: false,
+  arrangement: 'single',
+  shown: [0],
+  swipe: 0.5,
+  ghost: false,
+  onion: 0,
+  orbits: false,
+  picked: [],
+  heat: false,
+  against: 0,
+  heatTop: null,
+  wireframe: false,
+  loops: false,
+  shading: 'smooth',
+  light: 'studio',
+  theme: 'system',
+  playing: false,
+  repeat: 'back and forth',
+  timing: 'linear',
+  seconds: 2,
+  clip: null,
+  clipTime: 0,
+};
+
+/**
+ * What a scene starts with: distances are measured from the truth where there is one, and several
+ * models stand side by side.
+ *
+ * @param still nothing may move by itself.
+ * @param tell hears of parts of the scene's own start that make no sense.
+ */
+export function startOf(
+  scene: Scene,
+  still: boolean,
+  tell: (problem: string) => void,
+): Partial<ViewState> {
+  const count = scene.models.length;
+  const truth = scene.models.findIndex((model) => model.role === 'truth');
+  const own = understood(scene.start, (problem) =>
+    tell(`The page asks for a start that it cannot have: ${problem}.`),
+  );
+  return {
+    weights: {},
+    picked: [],
+    clip: null,
+    clipTime: 0,
+    t: 1,
+    arrangement: count > 1 ? 'side' : 'single',
+    shown: scene.models.slice(0, 3).map((_, model) => model),
+    against: truth >= 0 ? truth : Math.min(1, count - 1),
+    heat: false,
+    ...own,
+    playing: (own.playing ?? false) && !still,
+  };
+}

@@ -1,0 +1,102 @@
+// Makes a state agree with the models there are: valid numbers of models, weights of the clip.
+import { clipWeights } from '../../rig/clips';
+import type { Clip, Model } from '../../types/model';
+import type { Arrangement, ViewState } from '../../types/state';
+
+/** The performance of that name; models that are compared may each bring it. */
+export function clipNamed(models: readonly Model[], name: string | null): Clip | null {
+  if (name === null) return null;
+  for (const model of models) {
+    const clip = model.clips.find((one) => one.name === name);
+    if (clip && clip.times.length > 0) return clip;
+  }
+  return null;
+}
+
+/** What can be played: every file of ours also has a clip a morph, which only plays its path. */
+export function performances(models: readonly Model[]): Clip[] {
+  const found = new Map<string, Clip>();
+  for (const model of models) {
+    const paths = new Set(model.morphs.map((morph) => morph.name));
+    for (const clip of model.clips) {
+      if (!paths.has(clip.name) && clip.times.length > 1 && !found.has(clip.name)) {
+        found.set(clip.name, clip);
+      }
+    }
+  }
+  return [...found.values()];
+}
+
+/** First and last second of a performance. */
+export function span(clip: Clip): readonly [number, number] {
+  return [clip.times[0] ?? 0, clip.times.at(-1) ?? 0];
+}
+
+export function settling(models: () => readonly Model[]): (state: ViewState) => ViewState {
+  let before: ViewState | null = null;
+  let together: readonly number[] = []; // models last seen with others, for the way back from one
+  return (asked) => {
+    const all = models();
+    // Only where nobody said which models to show.
+    const returns = before?.shown === asked.shown && before.arrangement !== asked.arrangement;
+    const shown = chosen(asked, all.length, returns ? together : []);
+    let state: ViewState = {
+      ...asked,
+      ...shown,
+      against: pairedWith(asked, shown.shown, all.length),
+    };
+    const vertices = (all[0]?.neutral.length ?? 0) / 3;
+    if (state.picked.some((vertex) => vertex >= vertices)) {
+      state = { ...state, picked: state.picked.filter((vertex) => vertex < vertices) };
+    }
+    if (state.arrangement === 'side') together = state.shown;
+    before = driven(state, all, before);
+    return before;
+  };
+}
+
+// An unchanged list stays the same object, so that nobody draws for nothing.
+function chosen(
+  asked: ViewState,
+  count: number,
+  together: readonly number[],
+): Pick<ViewState, 'arrangement' | 'shown'> {
+  const arrangement: Arrangement = count < 2 ? 'single' : asked.arrangement;
+  const known = (model: number) => model < count;
+  const valid = asked.shown.filter(known);
+  const most = arrangement === 'single' ? 1 : arrangement === 'swipe' ? 2 : 3;
+  const companions = together.filter(known);
+  const least = Math.min(most, Math.max(2, companions.length));
+  const shown = valid.slice(0, most);
+  for (const model of [...companions, ...Array(count).keys()]) {
+    if (shown.length < least && !shown.includes(model)) shown.push(model);
+  }
+  const same =
+    shown.length === asked.shown.length && shown.every((model, i) => model === asked.shown[i]);
+  return { arrangement, shown: same ? asked.shown : shown };
+}
+
+function pairedWith(asked: ViewState, shown: readonly number[], count: number): number {
+  if (asked.against < count) return asked.against;
+  return shown.find((model) => model !== shown[0]) ?? Math.max(0, count - 1);
+}
+
+// While a performance plays it holds the sliders, at t = 1.
+function driven(
+  state: ViewState,
+  models: readonly Model[],
+  before: ViewState | null,
+): ViewState {
+  const clip = clipNamed(models, state.clip);
+  if (!clip) return state.clip === null ? state : { ...state, clip: null };
+  const [first, last] = span(clip);
+  const clipTime = Math.min(last, Math.max(first, state.clipTime));
+  const unmoved =
+    before?.clip === clip.name && before.clipTime === clipTime && before.weights === state.weights;
+  if (unmoved && state.t === 1) return { ...state, clipTime };
+  return { ...state, clipTime, t: 1, weights: nonZero(clipWeights(clip, clipTime)) };
+}
+
+function nonZero(weights: Record<string, number>): Record<string, number> {
+  return Object.fromEntries(Object.entries(weights).filter(([, weight]) => weight !== 0));
+}

@@ -1,0 +1,196 @@
+// One model on the stage: its shapes on the graphics card and what is drawn of them.
+import {
+  Group,
+  Mesh,
+  Vector3,
+  type BufferGeometry,
+  type DataTexture,
+  type RawShaderMaterial,
+  type WebGLRenderer,
+} from 'three';
+import { activeTargets, type ActiveTarget, type Drive } from '../rig/pose';
+import type { Model } from '../types/model';
+import { CpuPoser } from './cpu_poser';
+import { loopLines, wireframe, type Edges } from './edges';
+import { canDrawFloats, GpuPoser } from './gpu_poser';
+import type { Poser, Shape } from './shape';
+import { ghostMaterial, partTexture, skinGeometry, skinMaterial, type Pictures } from './skin';
+
+/** A shape, and the morph targets it was last posed with. */
+interface Posed {
+  readonly shape: Shape;
+  key: string | null;
+}
+
+interface Ghost {
+  readonly posed: Posed;
+  readonly depth: Mesh<BufferGeometry, RawShaderMaterial>;
+  readonly colour: Mesh<BufferGeometry, RawShaderMaterial>;
+}
+
+/** A translucent face: its pose and its colour. */
+export interface GhostLook {
+  readonly drive: Drive;
+  readonly tint: readonly [number, number, number];
+  readonly opacity: number;
+}
+
+export class Face {
+  readonly group = new Group();
+  readonly skin: Mesh<BufferGeometry, RawShaderMaterial>;
+  readonly poser: Poser;
+  private readonly parts: DataTexture;
+  private readonly now: Posed;
+  private readonly rest: Posed;
+  private readonly ghosts: Ghost[] = [];
+  private wires: Edges | null = null;
+  private loops: Edges | null = null;
+  private held: { key: string | null; positions: Float32Array } | null = null;
+  private activeCount = 0;
+
+  constructor(
+    renderer: WebGLRenderer,
+    readonly model: Model,
+    pictures: Pictures,
+  ) {
+    this.poser = canDrawFloats(renderer) ? new GpuPoser(renderer, model) : new CpuPoser(model);
+    this.parts = partTexture(model);
+    this.skin = new Mesh(skinGeometry(model), skinMaterial(this.parts, pictures));
+    this.skin.frustumCulled = false;
+    this.skin.material.uniforms['painting']!.value = model.parts.some(({ eye }) => eye);
+    this.group.add(this.skin);
+    this.now = { shape: this.poser.shape(), key: null };
+    this.rest = { shape: this.poser.shape(), key: null };
+    this.pose(this.rest, []);
+  }
+
+  /** Poses the face; nothing is done where it has this pose already. */
+  show(drive: Drive): void {
+    const active = activeTargets(this.model, drive);
+    this.activeCount = active.length;
+    this.pose(this.now, active);
+    this.skin.material.uniforms['rest']!.value = this.rest.shape.positions;
+    this.skin.material.uniforms['positions']!.value = this.shape.positions;
+    this.skin.material.uniforms['normals']!.value = this.shape.normals;
+  }
+
+  get shape(): Shape {
+    return this.now.shape;
+  }
+
+  /** Morph targets that move something in the pose. */
+  get targets(): number {
+    return this.activeCount;
+  }
+
+  /** What tells this pose from others. */
+  get key(): string {
+    return this.now.key ?? '';
+  }
+
+  /** (V, 3) positions of the pose, read back once a pose. */
+  positions(): Float32Array {
+    if (this.held?.key !== this.now.key)
+      this.held = { key: this.now.key, positions: this.poser.read(this.now.shape) };
+    return this.held!.positions;
+  }
+
+  /** Everything on the graphics card may be gone. */
+  forget(): void {
+    for (const posed of [this.now, this.rest, ...this.ghosts.map((g) => g.posed)]) posed.key = null;
+    this.held = null;
+    this.pose(this.rest, []);
+  }
+
+  wireframe(): Edges {
+    return (this.wires ??= this.added(wireframe(this.model), 4));
+  }
+
+  loopLines(): Edges {
+    return (this.loops ??= this.added(loopLines(this.model), 5));
+  }
+
+  hideLines(): void {
+    for (const edges of [this.wires, this.loops]) if (edges) edges.mesh.visible = false;
+  }
+
+  /** Draws so many translucent faces at the given drives, each in a tint. */
+  showGhosts(looks: readonly GhostLook[]): void {
+    while (this.ghosts.length < looks.length) this.ghosts.push(this.newGhost(this.ghosts.length));
+    this.ghosts.forEach(({ posed, depth, colour }, i) => {
+      const wanted = looks[i];
+      depth.visible = colour.visible = wanted !== undefined;
+      if (!wanted) return;
+      this.pose(posed, activeTargets(this.model, wanted.drive));
+      for (const { material } of [depth, colour]) {
+        const { uniforms } = material;
+        uniforms['positions']!.value = posed.shape.positions;
+        uniforms['normals']!.value = posed.shape.normals;
+        uniforms['rest']!.value = this.rest.shape.positions;
+        uniforms['against']!.value = this.shape.positions;
+        uniforms['measuring']!.value = true;
+        uniforms['apart']!.value = 0.004 * this.model.diameter;
+        (uniforms['tint']!.value as Vector3).set(...wanted.tint);
+        uniforms['opacity']!.value = wanted.opacity;
+        material.uniformsNeedUpdate = true;
+      }
+    });
+  }
+
+  /** Bytes on the graphics card. */
+  get bytes(): number {
+    const { attributes, index } = this.skin.geometry;
+    const surface = (attributes['corner']?.array.byteLength ?? 0) + (index?.array.byteLength ?? 0);
+    const shapes = this.poser.bytesOfShape * (2 + this.ghosts.length);
+    return (
+      this.poser.bytes + surface + shapes + (this.wires?.bytes ?? 0) + (this.loops?.bytes ?? 0)
+    );
+  }
+
+  dispose(): void {
+    for (const { depth, colour, posed } of this.ghosts) {
+      depth.material.dispose();
+      colour.material.dispose();
+      posed.shape.dispose();
+    }
+    for (const { shape } of [this.now, this.rest]) shape.dispose();
+    for (const owned of [
+      this.wires,
+      this.loops,
+      this.parts,
+      this.poser,
+      this.skin.geometry,
+      this.skin.material,
+    ])
+      owned?.dispose();
+    this.group.removeFromParent();
+  }
+
+  private pose(posed: Posed, active: readonly ActiveTarget[]): void {
+    const key = active.map(({ target, weight }) => `${target}:${weight}`).join();
+    if (key === posed.key) return;
+    this.poser.pose(posed.shape, active);
+    posed.key = key;
+  }
+
+  private newGhost(number: number): Ghost {
+    const mesh = (depthOnly: boolean) => {
+      const made = new Mesh(this.skin.geometry, ghostMaterial(depthOnly));
+      made.frustumCulled = false;
+      made.renderOrder = 10 + 2 * number + (depthOnly ? 0 : 1);
+      this.group.add(made);
+      return made;
+    };
+    return {
+      posed: { shape: this.poser.shape(), key: null },
+      depth: mesh(true),
+      colour: mesh(false),
+    };
+  }
+
+  private added(edges: Edges, order: number): Edges {
+    edges.mesh.renderOrder = order;
+    this.group.add(edges.mesh);
+    return edges;
+  }
+}

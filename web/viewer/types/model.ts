@@ -1,0 +1,78 @@
+// A face as the viewer knows it: plain arrays, without three.js and without the page.
+
+/** A piecewise polynomial: between breaks i and i + 1 it is Σ_n coefficients[i][n] (t − breaks[i])^n. */
+export interface BendCurve {
+  readonly breaks: readonly number[];
+  readonly coefficients: readonly (readonly number[])[];
+}
+
+/** A path: V₀ + tΔ + Σ b_k(t) D_k, by the numbers of its morph targets. */
+export interface Morph {
+  readonly name: string;
+  /** How the path was made; 'linear' for an ordinary morph target. */
+  readonly method: string;
+  readonly delta: number;
+  readonly bends: readonly { readonly target: number; readonly curve: BendCurve }[];
+}
+
+/** A combination shape: its weight is the product of those of its drivers. */
+export interface Corrective {
+  readonly name: string;
+  readonly drivers: readonly string[];
+}
+
+/** A recorded performance: the weight of each slider at each key. */
+export interface Clip {
+  readonly name: string;
+  readonly times: Float32Array; // seconds, increasing
+  readonly tracks: ReadonlyMap<string, Float32Array>; // by slider, as long as times
+}
+
+/** Triangles that look alike. */
+export interface Part {
+  readonly name: string;
+  readonly start: number; // first entry of triangles
+  readonly count: number; // entries of triangles
+  readonly colour: readonly [number, number, number]; // linear, 0 to 1
+  readonly shine: number; // strength of the highlight, 0 to 1
+  readonly shown: boolean; // false: shells of wetness or shadow that only an image can shade
+  /** An eyeball without an iris of its own: one is drawn on it. At rest it looks along +Z. */
+  readonly eye?: { readonly middle: readonly [number, number, number]; readonly radius: number };
+}
+
+/** A curve on the surface, as the vertices it runs through. */
+export interface Loop {
+  readonly vertices: readonly number[];
+  readonly closed: boolean;
+}
+
+/** One face with its paths. Vertices are numbered as in the file, copies at seams included. */
+export interface Model {
+  readonly name: string;
+  readonly role: 'rig' | 'method' | 'truth';
+  readonly neutral: Float32Array; // (V, 3)
+  readonly triangles: Uint32Array; // (T, 3)
+  /** (V,) the vertex that each vertex is a copy of, at a texture seam, or itself: one normal. */
+  readonly seams: Uint32Array;
+  readonly edges: Uint32Array; // (E, 2) edges of the polygons, without diagonals where these are known
+  readonly parts: readonly Part[];
+  readonly loops: readonly Loop[]; // none where nobody traced them
+  /** (V, 3) displacement of each morph target. */
+  readonly targets: readonly Float32Array[];
+  readonly morphs: readonly Morph[];
+  readonly correctives: readonly Corrective[];
+  readonly groups: readonly { readonly name: string; readonly members: readonly string[] }[];
+  /** What has a slider: every morph but the correctives that others drive entirely. */
+  readonly sliders: readonly string[];
+  readonly clips: readonly Clip[];
+  readonly diameter: number; // D: largest distance between two vertices of the neutral
+  readonly bytes: number; // of the file
+}
+
+/** What a page was given to show. Models that are compared share their vertices. */
+export interface Scene {
+  readonly title: string;
+  readonly unit: string; // of the coordinates, for legends; '' where unknown
+  readonly models: readonly Model[];
+  readonly start: Partial<import('./state').ViewState>;
+}

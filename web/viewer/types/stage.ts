@@ -1,0 +1,55 @@
+// What the interface asks of the stage, and what it hears back.
+import type { Model } from './model';
+import type { ViewState } from './state';
+
+export type View = 'front' | 'three-quarter' | 'side' | 'below';
+
+/** A vertex under the pointer. */
+export interface Pick {
+  readonly model: number;
+  readonly vertex: number;
+  readonly position: readonly [number, number, number];
+  /** Distance from the model compared against, in the unit of the model; null without one. */
+  readonly distance: number | null;
+}
+
+/** Distances from `against` of the shown model that is farthest from it. */
+export interface HeatReadout {
+  readonly model: number;
+  readonly largest: number; // in the unit of the model
+  readonly mean: number;
+  readonly worstVertex: number;
+  readonly top: number; // distance of the last colour
+}
+
+export interface Readout {
+  readonly frameMilliseconds: number; // mean of the last frames drawn, main thread
+  readonly framesPerSecond: number | null; // while something moves
+  readonly targets: number; // morph targets whose weight is not 0, of all models shown
+  readonly mebibytes: number; // on the graphics card, of all models
+  readonly gpu: boolean; // false: posed by the processor, for want of float render targets
+  readonly heat: HeatReadout | null;
+}
+
+export interface Stage {
+  /** Replaces everything shown. Throws an Error with a message for people. */
+  setModels(models: readonly Model[]): void;
+  /** Draws the state, soon; many calls in one frame are one drawing. */
+  show(state: ViewState): void;
+  /** Draws now, and returns when it is drawn. */
+  flush(): void;
+  /** (V, 3) positions of a model under the state shown last, read back from the graphics card. */
+  positions(model: number): Float32Array;
+  /** The visible vertex nearest to a point of the canvas, in CSS pixels; null beside the face. */
+  pick(x: number, y: number): Pick | null;
+  readout(): Readout;
+  /** Turns to a view and fits the face into it. */
+  look(view: View): void;
+  /** Turns the camera round the face by angles in radians, for keys. */
+  turn(azimuth: number, elevation: number): void;
+  /** Moves the camera nearer (factor > 1) or farther. */
+  zoom(factor: number): void;
+  /** Colours of the background and lines follow the theme of the page. */
+  setDark(dark: boolean): void;
+  dispose(): void;
+}

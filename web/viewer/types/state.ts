@@ -1,0 +1,43 @@
+// Everything the picture depends on, as plain data: the interface changes it, the stage draws it.
+
+export type Arrangement = 'single' | 'side' | 'swipe';
+export type TimingName = 'linear' | 'smoothstep' | 'minimum-jerk' | 'cosine' | 'blink';
+
+export interface ViewState {
+  /** Weight of each slider; those left out are 0. The parameter of its path is t times this. */
+  readonly weights: Readonly<Record<string, number>>;
+  /** Master time, 0 to 1. */
+  readonly t: number;
+  /** Moving one of a symmetric pair moves the other. */
+  readonly mirror: boolean;
+
+  readonly arrangement: Arrangement;
+  /** Numbers of the models shown: one for 'single', two for 'swipe', two or three for 'side'. */
+  readonly shown: readonly number[];
+  /** Where the picture is split, 0 to 1 of its width. */
+  readonly swipe: number;
+
+  readonly ghost: boolean; // the neutral, translucent
+  readonly onion: number; // in-betweens drawn translucent between t = 0 and t = 1, 0 to 9
+  readonly orbits: boolean; // the way of each picked vertex as t runs from 0 to 1
+  readonly picked: readonly number[]; // vertices
+
+  readonly heat: boolean; // colours by the distance between each shown model and `against`
+  readonly against: number; // number of a model
+  /** Distance of the last colour as a fraction of D; null for the largest one found. */
+  readonly heatTop: number | null;
+
+  readonly wireframe: boolean;
+  readonly loops: boolean;
+  readonly shading: 'smooth' | 'flat';
+  readonly light: 'studio' | 'matcap';
+  readonly theme: 'system' | 'light' | 'dark';
+
+  readonly playing: boolean;
+  readonly repeat: 'once' | 'loop' | 'back and forth';
+  readonly timing: TimingName;
+  readonly seconds: number; // that t takes from 0 to 1
+  /** Name of the performance that drives the sliders; null while people do. */
+  readonly clip: string | null;
+  readonly clipTime: number; // seconds
+}
