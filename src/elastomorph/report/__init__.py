@@ -1,4 +1,4 @@
-"""Pictures of faces and graphs of errors.
+"""Pictures of faces, graphs of errors, and reports.
 
 Needs vtk, matplotlib and Pillow (``pip install 'elastomorph[demo]'``), which are imported when the
 first picture is drawn. Pictures are (H, W, 3) uint8 arrays, and files where a path is given.
@@ -13,6 +13,7 @@ from elastomorph.report.graphs import error_graphs, time_graphs
 from elastomorph.report.grid import ColourScale, picture_grid
 from elastomorph.report.heat import heat_colours
 from elastomorph.report.inbetween_graph import inbetween_graph
+from elastomorph.report.page import About, write_movements_report, write_report
 from elastomorph.report.pictures import as_png, write_picture
 from elastomorph.report.render import render
 from elastomorph.report.stage import Lines, Stage
@@ -21,6 +22,7 @@ from elastomorph.report.time_laws import time_law_graph
 
 __all__ = [
     "VIEWS",
+    "About",
     "Camera",
     "ColourScale",
     "Lines",
@@ -42,5 +44,7 @@ __all__ = [
     "side_by_side",
     "time_graphs",
     "time_law_graph",
+    "write_movements_report",
     "write_picture",
+    "write_report",
 ]

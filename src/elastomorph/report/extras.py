@@ -10,11 +10,11 @@ from elastomorph.errors import MissingExtraError
 __all__ = ["imported", "rendering"]
 
 _EXTRA = "demo"
-_NAME_TO_INSTALL = {"vtkmodules": "vtk", "PIL": "pillow"}
+_NAME_TO_INSTALL = {"vtkmodules": "vtk", "PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg"}
 
 
 def imported(module: str) -> Any:
-    """A module of vtk, matplotlib or Pillow, by its dotted name.
+    """A module of vtk, matplotlib, Pillow or imageio-ffmpeg, by its dotted name.
 
     Raises:
         MissingExtraError: The package is not installed.

@@ -9,7 +9,7 @@ from elastomorph.mesh import Mesh
 from elastomorph.report.camera import Camera
 from elastomorph.report.materials import parts_of
 
-__all__ = ["View", "camera_for", "drawn_vertices"]
+__all__ = ["CLOSE_UPS", "View", "camera_for", "drawn_vertices", "head_points"]
 
 View = str | tuple[float, float]
 """A view by name, or degrees to the face's left and up."""
@@ -21,7 +21,7 @@ _THROAT = 0.1
 """How much of the neck is shown, over the height of the head."""
 _MOVING = 0.25
 """What moves this much of the largest motion belongs in the picture, wherever it is."""
-_CLOSE_UPS = {  # view: parts it shows in order of preference, and how much of their surroundings
+CLOSE_UPS = {  # view: parts it shows in order of preference, and how much of their surroundings
     "mouth": ((("lips",), 0.25), (("teeth",), 0.15), (("mouth", "tongue"), 0.35)),
     "eyes": ((("sclera", "iris", "pupil"), 0.25), (("lash",), 0.2)),
 }
@@ -50,20 +50,32 @@ def camera_for(
     Raises:
         ParameterError: No such view.
     """
-    positions = mesh.vertices if poses is None else np.asarray(poses, dtype=np.float64)
-    positions = positions.reshape(-1, *mesh.vertices.shape)
-    shown = drawn_vertices(mesh)
-    if isinstance(view, str) and view in _CLOSE_UPS:
-        chosen, border = _close_up(mesh, shown, view)
+    positions = _positions(mesh, poses)
+    if isinstance(view, str) and view in CLOSE_UPS:
+        chosen, border = _close_up(mesh, drawn_vertices(mesh), view)
         points = positions[:, chosen].reshape(-1, 3)
         spread = border * np.ptp(points, axis=0).max() * np.array([1.0, 1.0, 0.0])
         points = np.concatenate([points - spread, points + spread])
         return Camera.framing(points, view, size=size, margin=0.0)
+    return Camera.framing(head_points(mesh, poses), view, size=size, margin=margin)
+
+
+def head_points(mesh: Mesh, poses: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Positions of what a picture of the whole head must show: no shoulders, but all that moves.
+
+    Args:
+        mesh: The head.
+        poses: (..., V, 3) positions that must all fit; those of the mesh by default.
+
+    Returns:
+        (P, N, 3), of each of P poses the same N vertices.
+    """
+    positions = _positions(mesh, poses)
+    shown = drawn_vertices(mesh)
     head = shown[mesh.vertices[shown, 1] >= _neck(mesh, shown)]
     motion = np.linalg.norm(positions[:, shown] - positions[0, shown], axis=2).max(axis=0)
     moving = shown[motion > _MOVING * motion.max()]
-    points = positions[:, np.union1d(head, moving)]
-    return Camera.framing(points, view, size=size, margin=margin)
+    return positions[:, np.union1d(head, moving)]
 
 
 def drawn_vertices(mesh: Mesh) -> NDArray[np.int64]:
@@ -76,11 +88,17 @@ def drawn_vertices(mesh: Mesh) -> NDArray[np.int64]:
     return np.flatnonzero(used if used.any() else ~used)
 
 
+def _positions(mesh: Mesh, poses: ArrayLike | None) -> NDArray[np.float64]:
+    """(P, V, 3)."""
+    positions = mesh.vertices if poses is None else np.asarray(poses, dtype=np.float64)
+    return positions.reshape(-1, *mesh.vertices.shape)
+
+
 def _close_up(mesh: Mesh, shown: NDArray[np.int64], view: str) -> tuple[NDArray[np.int64], float]:
     """Vertices a close-up must show, and its border over their extent."""
     parts = parts_of(mesh)
     faces = mesh.faces
-    for names, border in _CLOSE_UPS[view]:
+    for names, border in CLOSE_UPS[view]:
         numbers = [parts[name] for name in names if name in parts]
         if numbers:
             chosen = np.zeros(len(faces), dtype=bool)

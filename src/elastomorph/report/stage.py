@@ -20,7 +20,7 @@ from elastomorph.report.materials import LOOKS, parts_of
 from elastomorph.report.normals import CornerPairs, corner_normals
 from elastomorph.report.window import Image, Window
 
-__all__ = ["Image", "Lines", "Stage"]
+__all__ = ["BACKGROUND", "Image", "Lines", "Stage"]
 
 BACKGROUND = (0.965, 0.965, 0.97)
 LIGHTS = (  # where the light stands in the camera's axes, strength, colour
@@ -84,7 +84,6 @@ class Stage:
         self._hollows = _hollow_pass()
         border = round(BORDER * max(size))
         self._renderer = rendering().vtkRenderer()
-        self._renderer.SetBackground(*BACKGROUND)
         self._light()
         self._aim(border)
         for part in self._parts:
@@ -99,6 +98,7 @@ class Stage:
         lines: Sequence[Lines] = (),
         wireframe: bool = False,
         lit: bool = True,
+        background: tuple[float, float, float] = BACKGROUND,
     ) -> Image:
         """One pose.
 
@@ -109,6 +109,7 @@ class Stage:
             lines: Curves drawn on the surface.
             wireframe: Draw the edges of the polygons.
             lit: False shows the bare colours, without light and shade.
+            background: Red, green, blue from 0 to 1.
 
         Returns:
             (height, width, 3) uint8.
@@ -133,6 +134,7 @@ class Stage:
             part.pose(placed, normals, painted, lit)
         for actor in actors:
             self._renderer.AddActor(actor)
+        self._renderer.SetBackground(*background)
         self._renderer.SetPass(self._hollows if lit else None)
         self._renderer.ResetCameraClippingRange()
         try:

@@ -10,6 +10,7 @@ from elastomorph.evaluation.rigid_parts import RigidParts, find_rigid_parts
 from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.mesh import Mesh
 from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
+from elastomorph.rig import Rig
 from elastomorph.sequence import MeshSequence
 
 __all__ = ["Subject", "built_in_subject", "rig_subject"]
@@ -27,6 +28,7 @@ class Subject:
         jaw: Name of the target that opens the jaw, or of the one that moves most.
         motion: A recorded motion, where there is one.
         rigid_parts: Parts that turn rigidly with the jaw: the only ground truth a rig holds.
+        unit: Unit of the coordinates, or an empty string where nobody knows it.
     """
 
     name: str
@@ -36,21 +38,35 @@ class Subject:
     jaw: str
     motion: MeshSequence | None = None
     rigid_parts: RigidParts | None = field(default=None)
+    unit: str = ""
 
 
 def built_in_subject() -> Subject:
     """The built-in head with its shapes, its expressions and its recorded motion."""
     from elastomorph.samples import expressions, head, recorded_motion, shapes
 
-    return Subject("built-in head", head(), shapes(), expressions(), "jawOpen", recorded_motion())
+    return Subject(
+        "built-in head",
+        head(),
+        shapes(),
+        expressions(),
+        "jawOpen",
+        recorded_motion(),
+        unit="cm",
+    )
 
 
-def rig_subject(folder: str | Path, say: Callable[[str], None] = lambda _: None) -> Subject:
+def rig_subject(
+    folder: str | Path,
+    say: Callable[[str], None] = lambda _: None,
+    rig: Rig | None = None,
+) -> Subject:
     """A rig from a folder of mesh files, one of them named like a neutral.
 
     Args:
         folder: The folder, or one that holds it as ``ict-facekit``.
         say: Told which file is being read.
+        rig: The rig, where it is not simply every mesh of the folder.
 
     Raises:
         FileError: No folder, no neutral, or no targets.
@@ -59,7 +75,7 @@ def rig_subject(folder: str | Path, say: Callable[[str], None] = lambda _: None)
     place = Path(folder)
     if (place / "ict-facekit").is_dir():
         place = place / "ict-facekit"
-    rig = read_rig_folder(place, say=say)
+    rig = read_rig_folder(place, say=say) if rig is None else rig
     neutral = rig.neutral
     targets = {name: morph.target for name, morph in rig.morphs.items()}
     jaw = "jawOpen" if "jawOpen" in targets else _farthest(neutral, targets)

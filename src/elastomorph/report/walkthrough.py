@@ -19,9 +19,17 @@ from elastomorph.paths import interpolate, prepare
 from elastomorph.report.closures import closure_comparison
 from elastomorph.report.curves_picture import curves_picture
 from elastomorph.report.evaluation_files import write_evaluation, write_text
+from elastomorph.report.page.faces import (
+    closures_picture,
+    expressions_picture,
+    jaw_picture,
+    sheet_picture,
+)
+from elastomorph.report.page.picture import Picture
 from elastomorph.report.strips import expression_strip
 from elastomorph.report.subject import Subject
 from elastomorph.report.time_laws import time_law_graph
+from elastomorph.report.walkthrough_report import write_walkthrough_report
 
 __all__ = ["TargetFacts", "Walkthrough", "walk_through"]
 
@@ -68,7 +76,11 @@ class Walkthrough:
 
 
 def walk_through(
-    subject: Subject, folder: str | Path, say: Callable[[str], None] = lambda _: None
+    subject: Subject,
+    folder: str | Path,
+    say: Callable[[str], None] = lambda _: None,
+    *,
+    call: str = "",
 ) -> Walkthrough:
     """Run the paper's experiments on a face.
 
@@ -76,6 +88,7 @@ def walk_through(
         subject: The face.
         folder: Where to write; made if it is missing.
         say: Told what is being done.
+        call: The command that does it again, for the report.
 
     Raises:
         FileError: A file cannot be written.
@@ -105,22 +118,32 @@ def walk_through(
     end = jaw if motion is None else motion.target
     morphs = {m: interpolate(neutral, end, m, curves=curves) for m in DEFAULT_METHODS}
     written += _write_in_betweens(neutral, morphs, place / "in-betweens")
+    pictures: list[Picture] = []
     if motion is None:
         say("drawing in-betweens")
         written.append(place / "in-betweens.png")
         rows = {morph.method: morph for morph in morphs.values()}
-        expression_strip(rows, written[-1], times=(0, 0.2, 0.4, 0.6, 0.8, 1), title=subject.jaw)
+        image = expression_strip(rows, written[-1], title=subject.jaw)
+        pictures.append(jaw_picture(image, subject.jaw, list(rows)))
 
     say("drawing expressions")
     to = prepare(neutral, "beam:2", curves=curves)
     written += [place / "expressions.png", place / "time-laws.png", place / "closures.png"]
-    expression_strip({name: to(mesh) for name, mesh in subject.expressions.items()}, written[-3])
+    expressions = {name: to(mesh) for name, mesh in subject.expressions.items()}
+    image = expression_strip(expressions, written[-3])
+    pictures += [expressions_picture(image, expressions), sheet_picture(expressions)]
     time_law_graph(written[-2])
     say("comparing closures")
     seams = closure_seams(neutral, jaw, curves)
-    closure_comparison(neutral, jaw, written[-1], curves=curves)
+    image = closure_comparison(neutral, jaw, written[-1], curves=curves)
+    pictures.append(closures_picture(image, subject.jaw, seams))
     targets = list(_targets(subject, curves, say))
     written.append(write_text(place / "targets.csv", _targets_csv(targets)))
+    if evaluation is not None:
+        written.append(place / "report.html")
+        write_walkthrough_report(
+            subject, evaluation, targets, pictures, written[-1], call=call, say=say
+        )
     return Walkthrough(subject, curves, evaluation, seams, targets, written)
 
 

@@ -1,0 +1,177 @@
+"""The report of one comparison: everything found, in one page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from elastomorph.errors import FileError, FormatError
+from elastomorph.evaluation import Evaluation, Suggestion
+from elastomorph.evaluation.summary import summaries
+from elastomorph.io.atomic import replacing
+from elastomorph.report.page.about import About, Lengths
+from elastomorph.report.page.compared import compared, counted
+from elastomorph.report.page.content import (
+    column_words,
+    informed_methods,
+    picture_content,
+    verdict_content,
+)
+from elastomorph.report.page.document import Section, document
+from elastomorph.report.page.error_table import error_table, ranking_lists
+from elastomorph.report.page.faces import evaluation_pictures
+from elastomorph.report.page.graph_section import graph_section
+from elastomorph.report.page.live import live_viewer
+from elastomorph.report.page.markup import Markup, joined
+from elastomorph.report.page.picture import Picture
+from elastomorph.report.page.recipe import methods_table, recipe
+from elastomorph.report.page.verdict import reach_verdict
+
+__all__ = ["report_page", "require_page_path", "write_page", "write_report"]
+
+_ONE_MOTION = (
+    "All of this was measured on one motion of one face. On other motions other methods have come "
+    "closest: judge by several."
+)
+
+
+def write_report(
+    evaluation: Evaluation,
+    path: str | Path,
+    about: About | None = None,
+    *,
+    suggestions: Sequence[Suggestion] = (),
+    pictures: Sequence[Picture] = (),
+    draw: bool = True,
+    say: Callable[[str], None] = lambda _: None,
+) -> None:
+    """Write one self-contained HTML page about an evaluation, the whole of it or nothing.
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        path: The page, ``.html``; its folder must exist.
+        about: Where the motion came from, and the settings.
+        suggestions: What in-betweens would be worth, see `elastomorph.suggest_inbetweens`.
+        pictures: Further pictures of faces.
+        draw: Draw graphs, faces and the viewer; without them the page needs no extra.
+        say: Told what is being done.
+
+    Raises:
+        FormatError: The suffix is not .html.
+        FileError: The page cannot be written.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    require_page_path(path)
+    page = report_page(
+        evaluation, about, suggestions=suggestions, pictures=pictures, draw=draw, say=say
+    )
+    write_page(path, page)
+
+
+def report_page(
+    evaluation: Evaluation,
+    about: About | None = None,
+    *,
+    suggestions: Sequence[Suggestion] = (),
+    pictures: Sequence[Picture] = (),
+    draw: bool = True,
+    say: Callable[[str], None] = lambda _: None,
+) -> str:
+    """The page that `write_report` writes; arguments and errors are the same."""
+    about = about or About()
+    lines = summaries(evaluation)
+    lengths = Lengths(evaluation.diameter, about.unit)
+    informed = informed_methods(evaluation)
+    verdict = reach_verdict(
+        lines,
+        lengths,
+        informed=informed,
+        suggestions=suggestions,
+        timing_known=about.timing_known,
+        what="this recording" if about.timing_known else "the known way",
+    )
+    shape = len(evaluation.truth.mesh.faces) > 0
+    table = error_table(
+        lines,
+        "Errors of each method, in % of D",
+        informed=informed,
+        shape=shape,
+        timing_known=about.timing_known,
+    )
+    graphs = faces = Markup("")
+    viewer, live = Markup(""), False
+    if draw:
+        say("drawing graphs")
+        graphs = graph_section(evaluation, suggestions, timing_known=about.timing_known)
+        shown = list(pictures)
+        if shape and about.timing_known:
+            shown = evaluation_pictures(evaluation, lengths, informed, say) + shown
+        faces = picture_content(shown)
+        say("adding the viewer")
+        viewer, live = live_viewer(evaluation, about.name, about.unit, informed)
+    sections = [
+        Section("compared", "What was compared", compared(evaluation, about, informed)),
+        Section(
+            "outcome",
+            "The outcome",
+            verdict_content(
+                verdict,
+                about.remarks,
+                _ONE_MOTION,
+                ranking_lists(lines, timing_known=about.timing_known),
+            ),
+        ),
+        Section(
+            "errors",
+            "Errors",
+            joined(
+                [
+                    column_words(evaluation.diameter, about.unit, shape=shape, informed=informed),
+                    table,
+                ]
+            ),
+        ),
+        Section("graphs", "Curve by curve and over time", graphs),
+        Section("faces", "Faces", faces),
+        Section("viewer", "Live viewer", viewer),
+        Section(
+            "recipe",
+            "To reproduce it",
+            recipe(
+                evaluation.truth,
+                about,
+                methods_table(evaluation, about, "Methods with all their settings"),
+            ),
+        ),
+    ]
+    subtitle = (
+        f"{counted(len(evaluation.results), 'method')} of interpolation against "
+        f"{counted(len(evaluation.truth), 'frame')}"
+    )
+    return document(about.name, subtitle, sections, viewer=live)
+
+
+def require_page_path(path: str | Path) -> None:
+    """Refuse early what could not be written after a long computation.
+
+    Raises:
+        FormatError: The suffix is not .html.
+        FileError: There is no such folder.
+    """
+    if Path(path).suffix.lower() not in (".html", ".htm"):
+        raise FormatError(path, "a report is a web page; name it with the suffix .html")
+    if not Path(path).resolve().parent.is_dir():
+        raise FileError(
+            path, f"the folder {Path(path).parent} does not exist; create it first or name another"
+        )
+
+
+def write_page(path: str | Path, page: str) -> None:
+    """Write a finished page, the whole of it or nothing.
+
+    Raises:
+        FileError: The page cannot be written.
+    """
+    content = page.encode()
+    with replacing(path) as file:
+        file.write(content)

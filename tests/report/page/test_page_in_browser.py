@@ -1,0 +1,80 @@
+"""The page in a real browser: no requests, no errors, no obstacle, on a desk and on a phone."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+CHROMIUM = os.environ.get("ELASTOMORPH_CHROMIUM") or shutil.which("chromium")
+AXE = Path(__file__).parents[3] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    driver = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("there is no chromium to look at the page with")
+    with driver.sync_playwright() as playwright:
+        opened = playwright.chromium.launch(
+            executable_path=CHROMIUM,
+            args=["--no-sandbox", "--disable-gpu", "--no-first-run",
+                  "--disable-background-networking"],
+        )  # fmt: skip
+        yield opened
+        opened.close()
+
+
+@pytest.fixture(scope="module")
+def address(page: str, tmp_path_factory: pytest.TempPathFactory) -> str:
+    file = tmp_path_factory.mktemp("report") / "report.html"
+    file.write_text(page, encoding="utf-8")
+    return file.as_uri()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1280, 720), (390, 844)])
+def test_it_opens_from_disk_and_asks_for_nothing(
+    browser: Any, address: str, size: tuple[int, int], theme: str
+) -> None:
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]}, color_scheme=theme
+    )
+    said: list[str] = []
+    asked: list[str] = []
+    tab = context.new_page()
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.goto(address)
+    assert tab.evaluate("document.documentElement.scrollWidth") == size[0]
+    tab.locator("iframe").scroll_into_view_if_needed()
+    alive = tab.frame_locator("iframe").locator("#said")
+    alive.wait_for()
+    # The frame's own script has run, under the policy of the page around it.
+    assert alive.text_content() == 'alive & "well"'
+    tab.evaluate("Promise.all([...document.images].map(image => image.decode()))")
+    if AXE.is_file():
+        found = tab.evaluate(
+            AXE.read_text(encoding="utf-8") + "; axe.run(document, {iframes: false})"
+        )
+        assert [each["id"] for each in found["violations"]] == []
+    assert said == []
+    outside = [url for url in asked if not url.startswith(("data:", "about:"))]
+    assert outside == [address]
+    context.close()
+
+
+def test_it_is_read_without_javascript(browser: Any, address: str) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    tab = context.new_page()
+    tab.goto(address)
+    words = tab.locator("noscript").text_content()
+    assert "switched off" in words
+    assert tab.locator("h1").is_visible()
+    assert tab.locator("table.errors").is_visible()
+    context.close()
