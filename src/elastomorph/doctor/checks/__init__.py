@@ -1,0 +1,1 @@
+"""One kind of fault a module: what it looks for, and how it says what it found."""

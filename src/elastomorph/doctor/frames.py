@@ -1,0 +1,142 @@
+"""Units and axes between two positions of the same vertices: which factor, which axis is which."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["UNITS", "Frame", "frame_between"]
+
+UNITS: tuple[tuple[float, str], ...] = (
+    (10.0, "such as millimetres instead of centimetres"),
+    (100.0, "such as centimetres instead of metres"),
+    (1000.0, "such as millimetres instead of metres"),
+    (2.54, "such as centimetres instead of inches"),
+    (25.4, "such as millimetres instead of inches"),
+    (39.3701, "such as inches instead of metres"),
+    (12.0, "such as inches instead of feet"),
+    (30.48, "such as centimetres instead of feet"),
+    (304.8, "such as millimetres instead of feet"),
+    (3.28084, "such as feet instead of metres"),
+)
+_NEAR = 1.04
+# Axes are changed if that explains all but this part of what the other axes leave unexplained.
+_BETTER = 0.25
+_POORLY = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """How positions differ in unit and axes: there = factor · here[:, axes] · signs, nearly.
+
+    Attributes:
+        factor: Sizes there over sizes here; exactly 1 where they are about the same.
+        unit: What the factor may mean; empty for a factor of no two units.
+        axes: Which of our axes is each of theirs.
+        signs: 1 or -1 for each of their axes.
+    """
+
+    factor: float
+    unit: str
+    axes: tuple[int, int, int]
+    signs: tuple[int, int, int]
+
+    @property
+    def same_axes(self) -> bool:
+        """Whether every axis is itself."""
+        return self.axes == (0, 1, 2) and self.signs == (1, 1, 1)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether left and right change places."""
+        return bool(np.linalg.det(self._matrix) < 0)
+
+    @property
+    def known(self) -> bool:
+        """Whether the positions can be brought back: the factor is 1 or one of two units."""
+        return self.factor == 1.0 or bool(self.unit)
+
+    @property
+    def _matrix(self) -> NDArray[np.float64]:
+        matrix = np.zeros((3, 3))
+        matrix[[0, 1, 2], self.axes] = self.signs
+        return matrix
+
+    def back(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) their positions in our unit and axes."""
+        ours = np.empty_like(points)
+        ours[:, self.axes] = points * np.array(self.signs, dtype=float)
+        return ours / self.factor
+
+    def describe_axes(self) -> str:
+        """Which axis holds what, such as ``x, -z, y in place of x, y, z``."""
+        names = ["xyz"[axis] for axis in self.axes]
+        signed = [
+            name if sign > 0 else f"-{name}" for name, sign in zip(names, self.signs, strict=True)
+        ]
+        return f"{', '.join(signed)} in place of x, y, z"
+
+
+def frame_between(here: NDArray[np.float64], there: NDArray[np.float64], scale: float) -> Frame:
+    """The unit and the axes of positions, compared with others of the same vertices.
+
+    Sizes are compared by the median distance from the median, which few moving vertices do not
+    change; axes by which of the 48 signed permutations fits best in least squares, if the axes as
+    they are fit badly.
+
+    Args:
+        here: (N, 3) positions.
+        there: (N, 3) the same vertices elsewhere.
+        scale: Factors up to this are no change of unit.
+    """
+    mine, their = here - np.median(here, axis=0), there - np.median(there, axis=0)
+    sizes = [float(np.median(np.linalg.norm(points, axis=1))) for points in (mine, their)]
+    factor, unit = 1.0, ""
+    if min(sizes) > 0:
+        ratio = sizes[1] / sizes[0]
+        if max(ratio, 1 / ratio) > scale:
+            factor, unit = _named(ratio)
+    axes, signs = _axes(here - here.mean(axis=0), there - there.mean(axis=0))
+    return Frame(factor, unit, axes, signs)
+
+
+def _named(ratio: float) -> tuple[float, str]:
+    for known, words in UNITS:
+        if 1 / _NEAR < ratio / known < _NEAR:
+            return known, words
+        if 1 / _NEAR < ratio * known < _NEAR:
+            first, _, second = words.removeprefix("such as ").partition(" instead of ")
+            return 1 / known, f"such as {second} instead of {first}"
+    return ratio, ""
+
+
+def _axes(
+    mine: NDArray[np.float64], their: NDArray[np.float64]
+) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+    same = ((0, 1, 2), (1, 1, 1))
+    lengths = float((mine**2).sum() * (their**2).sum())
+    if lengths == 0:
+        return same
+    products = their.T @ mine
+    fits = {
+        (axes, signs): sum(signs[i] * products[i, axes[i]] for i in range(3))
+        for axes in permutations((0, 1, 2))
+        for signs in product((1, -1), repeat=3)
+    }
+    # What least squares with the best factor leaves, as a part of all.
+    left = {key: 1.0 - max(fit, 0.0) ** 2 / lengths for key, fit in fits.items()}
+    as_it_is = left[same]
+    best = min(left, key=lambda key: (round(left[key], 9), key != same, -_handedness(key)))
+    if as_it_is > _POORLY and left[best] < _BETTER * as_it_is:
+        return best  # type: ignore[return-value]
+    return same
+
+
+def _handedness(key: tuple[tuple[int, ...], tuple[int, ...]]) -> int:
+    axes, signs = key
+    matrix = np.zeros((3, 3))
+    matrix[[0, 1, 2], axes] = signs
+    return round(float(np.linalg.det(matrix)))

@@ -1,0 +1,139 @@
+"""An examination as text for people and as a document for machines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from elastomorph.doctor.checks.surface import SurfaceFacts
+from elastomorph.doctor.examination import Examination
+from elastomorph.doctor.findings import SEVERITIES, Finding
+from elastomorph.doctor.repair import Repair
+from elastomorph.doctor.words import counted
+
+__all__ = ["as_document", "as_text"]
+
+_FILES_SHOWN = 12
+
+
+def as_text(examination: Examination, repair: Repair | None = None) -> str:
+    """What a rigger reads: the gravest first, each kind once, one line a file."""
+    short = _short_names(examination)
+    lines = [
+        f"{examination.neutral} and {counted(examination.targets, 'target', 'targets')}"
+        if examination.targets
+        else examination.neutral
+    ]
+    if examination.facts is not None:
+        lines += [f"  {text}" for text in _fact_lines(examination.facts)]
+    if examination.symmetric is False:
+        lines.append("  no plane of symmetry, so left and right targets were not compared")
+    for (severity, _), group in groupby(examination.findings, key=lambda f: (f.severity, f.name)):
+        found = list(group)
+        lines += ["", f"{severity.upper()}  {found[0].title}  [{found[0].name}]"]
+        width = min(28, max(len(short[f.file]) for f in found))
+        for one in found[:_FILES_SHOWN]:
+            place = f", line {one.line:,}" if one.line is not None else ""
+            lines.append(f"  {short[one.file]:<{width}}  {one.message}{place}")
+        if len(found) > _FILES_SHOWN:
+            lines.append(f"  and {len(found) - _FILES_SHOWN} more; --json lists all")
+        lines.append(f"  → {found[0].remedy}  ({found[0].link})")
+    lines += ["", _verdict(examination)]
+    if repair is not None:
+        lines += ["", *_repair_lines(repair)]
+    return "\n".join(lines)
+
+
+def as_document(examination: Examination, repair: Repair | None = None) -> dict[str, Any]:
+    """The same for machines; every vertex is listed."""
+    facts = examination.facts
+    return {
+        "neutral": examination.neutral,
+        "targets": list(examination.targets),
+        "facts": facts
+        and {
+            **asdict(facts.counts),
+            "borders": facts.borders,
+            "poles_by_valence": facts.poles_by_valence,
+        },
+        "symmetric": examination.symmetric,
+        "counts": {severity: examination.count(severity) for severity in SEVERITIES},  # type: ignore[arg-type]
+        "findings": [_entry(found) for found in examination.findings],
+        "repair": repair
+        and {
+            "folder": repair.folder,
+            "repaired": [{"file": file, "done": list(done)} for file, done in repair.repaired],
+            "copied": list(repair.copied),
+            "left_out": list(repair.left_out),
+        },
+    }
+
+
+def _entry(found: Finding) -> dict[str, Any]:
+    return {
+        "name": found.name,
+        "severity": found.severity,
+        "file": found.file,
+        "line": found.line,
+        "vertices": list(found.vertices),
+        "message": found.message,
+        "remedy": found.remedy,
+        "link": found.link,
+    }
+
+
+def _fact_lines(facts: SurfaceFacts) -> Iterator[str]:
+    counts = facts.counts
+    polygons = sum(counts.polygons.values())
+    yield (
+        f"{counts.vertices:,} vertices, {polygons:,} polygons, "
+        f"{counted(counts.components, 'piece', 'pieces')}, D = {counts.diameter:.6g}"
+    )
+    if not polygons:
+        return
+    valences = sorted(facts.poles_by_valence.items())
+    usual = [f"{number:,} of valence {valence}" for valence, number in valences if valence <= 6]
+    many = sum(number for valence, number in valences if valence > 6)
+    if many:
+        usual.append(f"{many:,} of 7 to {valences[-1][0]}")
+    poles = f"poles: {', '.join(usual)}" if usual else "no poles"
+    yield (
+        f"{counted(counts.border_edges, 'border edge', 'border edges')} in "
+        f"{counted(facts.borders, 'border', 'borders')}; {poles}"
+    )
+
+
+def _verdict(examination: Examination) -> str:
+    counts = [
+        counted(examination.count(severity), severity, f"{severity}s")  # type: ignore[arg-type]
+        for severity in SEVERITIES
+        if examination.count(severity)  # type: ignore[arg-type]
+    ]
+    if not counts:
+        return "nothing found: these files are one rig"
+    return ", ".join(counts)
+
+
+def _repair_lines(repair: Repair) -> Iterator[str]:
+    yield (
+        f"{repair.folder}: {counted(repair.repaired, 'file', 'files')} repaired and read back, "
+        f"{len(repair.copied):,} copied as they were"
+    )
+    for file, done in repair.repaired[:_FILES_SHOWN]:
+        yield f"  {Path(file).name}: {', '.join(done)}"
+    if len(repair.repaired) > _FILES_SHOWN:
+        yield f"  and {len(repair.repaired) - _FILES_SHOWN} more; --json lists all"
+    if repair.left_out:
+        names = ", ".join(Path(file).name for file in repair.left_out)
+        yield f"  left out, as they could not be repaired: {names}"
+
+
+def _short_names(examination: Examination) -> dict[str, str]:
+    """Names without folders, where that is clear."""
+    files = [examination.neutral, *examination.targets]
+    names = [Path(file).name for file in files]
+    clear = len(set(names)) == len(names)
+    return dict(zip(files, names if clear else files, strict=True))

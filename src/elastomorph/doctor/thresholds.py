@@ -1,0 +1,52 @@
+"""From where on a doctor speaks up: every threshold in one place, with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Thresholds"]
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Lengths are fractions of D, the largest distance between two vertices of the neutral.
+
+    Attributes:
+        nothing: A target that moves no vertex farther does nothing; two targets that differ no
+            more are the same. A file with six digits rounds by a tenth of this.
+        area: A polygon whose area is at most this part of its longest edge squared has none; one
+            that keeps at most this part of its area has lost it.
+        head: The stillest quarter of the vertices of a target may move so far before one asks
+            whether the head moved; scans are stabilised to about this.
+        steadier: A rigid motion is one of the head if it takes away more than this part of what
+            the stillest quarter moves.
+        jump: A vertex jumps that leaves the median of its neighbours by more than this part of
+            its mean edge,
+        jump_alone: and by more than this many times what they differ among themselves,
+        jump_clearly: and if the product of both, in mean edges and in such differences, is larger
+            than this: a short leap counts only where the neighbours agree well. Corners of lashes
+            reach 4 in a blink, vertices left behind 10 and more.
+        scale: A target larger or smaller by more than this factor has another unit. No
+            expression comes near it.
+        torn: Half of the edges of a target may be this many times longer; the most that an
+            expression does to half of a face is a few percent.
+        asymmetry: Largest difference of a mirrored pair, as a part of the larger motion,
+        asymmetry_of_d: and as a fraction of D; both must be exceeded.
+        one_sided: A pair differs so much, as a part of its motion, that it is no longer a note.
+        bend: A linear path off its rotation path by more than this at t = 0.5 deserves an
+            in-between.
+    """
+
+    nothing: float = 1e-5
+    area: float = 1e-6
+    head: float = 5e-4
+    steadier: float = 0.5
+    jump: float = 0.5
+    jump_alone: float = 5.0
+    jump_clearly: float = 6.0
+    scale: float = 1.2
+    torn: float = 2.0
+    asymmetry: float = 0.1
+    asymmetry_of_d: float = 1e-3
+    one_sided: float = 0.5
+    bend: float = 2.5e-3

@@ -1,0 +1,61 @@
+"""Small meshes, and copies of meshes with one fault each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.doctor import Examination, Finding
+from elastomorph.mesh import Mesh
+
+
+def shuffled(mesh: Mesh, seed: int = 0) -> tuple[Mesh, NDArray[np.int64]]:
+    """A copy with vertices, polygons and first corners in another order; the new number of each."""
+    random = np.random.default_rng(seed)
+    number = random.permutation(len(mesh.vertices))
+    faces = [
+        np.roll(number[mesh.faces[i]], random.integers(len(mesh.faces[i]))).tolist()
+        for i in random.permutation(len(mesh.faces))
+    ]
+    vertices = np.empty_like(mesh.vertices)
+    vertices[number] = mesh.vertices
+    return Mesh(vertices, faces), number
+
+
+def turned_over(mesh: Mesh) -> Mesh:
+    """A copy with every polygon run the other way round."""
+    return Mesh(mesh.vertices, [face[::-1].tolist() for face in mesh.faces])
+
+
+def grid(columns: int, rows: int, seed: int | None = None) -> Mesh:
+    """A flat grid of quads in the plane z = 0, all wound alike; bent at random with a seed."""
+    x, y = np.meshgrid(np.arange(columns + 1.0), np.arange(rows + 1.0))
+    points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    if seed is not None:
+        points += np.random.default_rng(seed).uniform(-0.3, 0.3, points.shape)
+    corner = np.array(
+        [r * (columns + 1) + c for r in range(rows) for c in range(columns)], dtype=np.int64
+    )
+    quads = np.stack([corner, corner + 1, corner + columns + 2, corner + columns + 1], axis=1)
+    return Mesh(points, quads)
+
+
+def turn(points: NDArray[np.float64], degrees: float, axis: int = 1) -> NDArray[np.float64]:
+    """Points turned about a coordinate axis."""
+    angle = np.radians(degrees)
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    turned = points.copy()
+    turned[:, first] = np.cos(angle) * points[:, first] - np.sin(angle) * points[:, second]
+    turned[:, second] = np.sin(angle) * points[:, first] + np.cos(angle) * points[:, second]
+    return turned
+
+
+def names(examination: Examination) -> list[tuple[str, str]]:
+    """Name and file of all findings."""
+    return sorted((found.name, found.file) for found in examination.findings)
+
+
+def only(findings: list[Finding] | tuple[Finding, ...]) -> Finding:
+    """The one finding there must be."""
+    assert len(findings) == 1, [found.message for found in findings]
+    return findings[0]

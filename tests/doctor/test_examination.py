@@ -1,0 +1,245 @@
+"""Each fault planted in a sound rig is found, by its name, and nothing else is."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from planted_faults import names, shuffled, turn, turned_over
+
+from elastomorph.doctor import (
+    KINDS,
+    BeamSettings,
+    Examination,
+    Settings,
+    as_document,
+    as_text,
+    examine,
+)
+from elastomorph.doctor.findings import Finding, finding
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.mesh import Mesh
+from elastomorph.physics import Material
+
+SMILE = "mouthSmile_L.obj"
+
+
+def examined(face: Mesh, rig: dict[str, Mesh], settings: Settings | None = None) -> Examination:
+    return examine(face, rig.items(), settings, file="neutral.obj")
+
+
+def with_polygons(mesh: Mesh, faces: list[list[int]]) -> Mesh:
+    return Mesh(mesh.vertices, faces)
+
+
+def spiked(mesh: Mesh) -> Mesh:
+    points = mesh.vertices.copy()
+    points[2100] += [0.0, 0.0, 0.05 * mesh.diameter]
+    return mesh.with_vertices(points)
+
+
+def collapsed(mesh: Mesh) -> Mesh:
+    points = mesh.vertices.copy()
+    points[mesh.faces[1000]] = points[mesh.faces[1000]].mean(axis=0)
+    return mesh.with_vertices(points)
+
+
+TARGET_FAULTS: dict[str, Callable[[Mesh], Mesh]] = {
+    "vertex-order": lambda mesh: shuffled(mesh)[0],
+    "polygon-order": lambda m: with_polygons(m, [f.tolist() for f in m.faces][::-1]),
+    "reversed-winding": turned_over,
+    "triangulated": lambda m: with_polygons(m, m.faces.triangles().tolist()),
+    "different-counts": lambda m: with_polygons(m, [f.tolist() for f in m.faces][:-1]),
+    "different-units": lambda m: m.with_vertices(m.vertices / 2.54),
+    "different-axes": lambda m: m.with_vertices(m.vertices[:, [0, 2, 1]] * [1, -1, 1]),
+    "mirrored": lambda m: m.with_vertices(m.vertices * [-1, 1, 1]),
+    "moves-the-head": lambda m: m.with_vertices(turn(m.vertices, 2.0) + [0, 0.4, 0]),
+    "jumping-vertices": spiked,
+    "zero-area": collapsed,
+    "scrambled-vertices": lambda m: m.with_vertices(
+        np.random.default_rng(0).permutation(m.vertices)
+    ),
+}
+
+
+def test_a_sound_rig_has_no_findings(face: Mesh, rig: dict[str, Mesh]) -> None:
+    found = examined(face, rig)
+    assert found.findings == ()
+    assert found.symmetric
+    assert not found.repaired
+    assert not found.beyond_repair
+    assert "nothing found" in as_text(found)
+
+
+@pytest.mark.parametrize("name", TARGET_FAULTS)
+def test_a_fault_of_a_target_is_found_alone(face: Mesh, rig: dict[str, Mesh], name: str) -> None:
+    """The grin with the fault has no other finding, and the others have none."""
+    found = examined(face, {**rig, SMILE: TARGET_FAULTS[name](rig[SMILE])})
+    assert names(found) == [(name, SMILE)]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "vertex-order",
+        "polygon-order",
+        "triangulated",
+        "different-units",
+        "different-axes",
+        "mirrored",
+    ],
+)
+def test_what_can_be_repaired_is_as_it_was(face: Mesh, rig: dict[str, Mesh], name: str) -> None:
+    found = examined(face, {**rig, SMILE: TARGET_FAULTS[name](rig[SMILE])})
+    mesh = found.repaired[SMILE].mesh
+    assert mesh.faces == face.faces
+    np.testing.assert_allclose(mesh.vertices, rig[SMILE].vertices, rtol=0, atol=1e-13 * 30)
+    assert not found.beyond_repair
+
+
+def test_all_at_once_is_undone(face: Mesh, rig: dict[str, Mesh]) -> None:
+    """Shuffled, Z up, in millimetres and with the head turned."""
+    smile = rig[SMILE]
+    moved = turn(smile.vertices, 3.0)
+    there = (10.0 * moved)[:, [0, 2, 1]] * [1, -1, 1]
+    rig[SMILE] = shuffled(smile.with_vertices(there))[0]
+    found = examined(face, rig, Settings(steady=True))
+    kinds = {"vertex-order", "different-units", "different-axes", "moves-the-head"}
+    assert names(found) == sorted((kind, SMILE) for kind in kinds)
+    off = np.abs(found.repaired[SMILE].mesh.vertices - smile.vertices).max()
+    assert off <= 1e-6 * face.diameter
+
+
+def test_chosen_vertices_are_brought_back(face: Mesh, rig: dict[str, Mesh]) -> None:
+    """In the target that moved the head, and in no other."""
+    smile = rig[SMILE]
+    same = [(mesh.vertices == face.vertices).all(axis=1) for mesh in rig.values()]
+    rig[SMILE] = smile.with_vertices(turn(smile.vertices, 3.0))
+    found = examined(face, rig, Settings(still=np.flatnonzero(np.all(same, axis=0))))
+    assert list(found.repaired) == [SMILE]
+    np.testing.assert_allclose(found.repaired[SMILE].mesh.vertices, smile.vertices, atol=1e-9)
+
+
+def test_without_being_told_to_the_head_is_left_where_it_is(
+    face: Mesh, rig: dict[str, Mesh]
+) -> None:
+    rig[SMILE] = TARGET_FAULTS["moves-the-head"](rig[SMILE])
+    assert not examined(face, rig).repaired
+
+
+def test_faults_across_targets(face: Mesh, rig: dict[str, Mesh]) -> None:
+    faulty = {**rig, "puff.obj": face, "z_browInnerUp.obj": rig["browInnerUp.obj"]}
+    assert names(examined(face, faulty)) == [
+        ("does-nothing", "puff.obj"),
+        ("duplicate-targets", "z_browInnerUp.obj"),
+    ]
+    del rig["eyeBlink_R.obj"]
+    assert names(examined(face, rig)) == [("missing-pair", "eyeBlink_L.obj")]
+
+
+def test_faults_of_the_neutral_are_said_once(face: Mesh, rig: dict[str, Mesh]) -> None:
+    """Not again for every target that has them too."""
+    faces = [f.tolist() for f in face.faces]
+    faces[1000] = faces[1000][::-1]
+    points = np.concatenate([face.vertices, [[0.0, 0.0, 0.0]]])
+    neutral = Mesh(points, faces)
+    targets = {
+        name: neutral.with_vertices(np.concatenate([mesh.vertices, points[-1:]]))
+        for name, mesh in rig.items()
+    }
+    found = examined(neutral, targets)
+    assert names(found) == [
+        ("inconsistent-winding", "neutral.obj"),
+        ("isolated-vertices", "neutral.obj"),
+    ]
+
+
+def test_a_material_is_tried_only_when_given(face: Mesh) -> None:
+    beam = BeamSettings(Material(damping=8 * np.pi**4))
+    found = examine(face, [], Settings(beam=beam), file="neutral.obj")
+    assert names(found) == [("resonant-material", "neutral.obj")]
+
+
+def test_an_unreadable_target_does_not_hide_the_others(face: Mesh, rig: dict[str, Mesh]) -> None:
+    error = FormatError("bad.obj", "nan is no coordinate", line=7)
+    rig["eyeBlink_L.obj"] = face
+    found = examine(face, [*rig.items(), ("bad.obj", error)], file="neutral.obj")
+    assert ("unreadable", "bad.obj") in names(found)
+    assert ("does-nothing", "eyeBlink_L.obj") in names(found)
+    assert found.unreadable
+    assert found.beyond_repair == ("bad.obj",)
+    worst = found.findings[0]
+    assert (worst.name, worst.line, worst.message) == ("unreadable", 7, "nan is no coordinate")
+
+
+def test_vertices_the_neutral_does_not_have_are_refused(face: Mesh) -> None:
+    with pytest.raises(ParameterError, match="has no vertex 99,999"):
+        examine(face, [], Settings(seeds=((99_999, 0),)))
+    with pytest.raises(ParameterError, match="three vertices"):
+        examine(face, [], Settings(still=np.array([1, 2])))
+
+
+def test_text_says_each_kind_once_gravest_first(face: Mesh, rig: dict[str, Mesh]) -> None:
+    """A line a file, and one remedy for all of them."""
+    copies = {f"copy{i:02}.obj": rig[SMILE] for i in range(20)}
+    larger = TARGET_FAULTS["different-units"](rig[SMILE])
+    text = as_text(examined(face, {**rig, **copies, "unit.obj": larger}))
+    assert text.index("ERROR") < text.index("WARNING")
+    assert text.count(KINDS["duplicate-targets"].remedy) == 1
+    assert "and 9 more" in text
+    assert len(text.splitlines()) < 30
+    assert max(map(len, text.splitlines())) < 200
+
+
+def test_the_document_has_every_field(face: Mesh, rig: dict[str, Mesh]) -> None:
+    rig[SMILE] = spiked(rig[SMILE])
+    document = as_document(examined(face, rig))
+    assert set(document) == {
+        "neutral", "targets", "facts", "symmetric", "counts", "findings", "repair"
+    }  # fmt: skip
+    assert document["counts"] == {"error": 0, "warning": 1, "note": 0}
+    (entry,) = document["findings"]
+    assert entry == {
+        "name": "jumping-vertices",
+        "severity": "warning",
+        "file": SMILE,
+        "line": None,
+        "vertices": [2100],
+        "message": entry["message"],
+        "remedy": KINDS["jumping-vertices"].remedy,
+        "link": "docs/findings.md#jumping-vertices",
+    }
+
+
+def test_findings_are_of_known_kinds() -> None:
+    with pytest.raises(ParameterError, match="unknown kind"):
+        finding("no-such-kind", "a.obj", "")
+    assert isinstance(finding("vertex-order", "a.obj", ""), Finding)
+
+
+@given(seed=st.integers(0, 10_000), shape=st.sampled_from(["solid", "flat", "line", "point"]))
+@settings(max_examples=120, deadline=None)
+def test_any_meshes_are_examined(seed: int, shape: str) -> None:
+    """Polygons that cross, repeat and collapse give findings, never an exception or a warning."""
+    random = np.random.default_rng(seed)
+    count, number = int(random.integers(1, 10)), int(random.integers(0, 7))
+
+    def polygons() -> list[list[int]]:
+        sizes = random.integers(3, 6, size=number)
+        return [random.integers(0, count, size=size).tolist() for size in sizes]
+
+    span = {"solid": [1, 1, 1], "flat": [1, 1, 0], "line": [1, 0, 0], "point": [0, 0, 0]}[shape]
+    points = random.normal(size=(count, 3)) * span
+    neutral = Mesh(points, polygons())
+    targets = {}
+    for name in ("a_L.obj", "a_R.obj", "b.obj"):
+        noise = random.normal(size=(count, 3)) * random.choice([0.0, 0.1, 1e3, 1e-9])
+        faces = neutral.faces if random.random() < 0.7 else polygons()
+        targets[name] = Mesh(points * random.choice([1, -1, 10, 0]) + noise, faces)
+    found = examined(neutral, targets, Settings(steady=True, beam=BeamSettings(Material())))
+    assert as_text(found)
+    assert json.dumps(as_document(found), allow_nan=False)
