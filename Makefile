@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 WEB_READY := web/node_modules/.ready
 
-.PHONY: demo test check format requirements clean
+.PHONY: demo test check docs format page coverage requirements clean
 
 demo: $(READY)
 	$(BIN)/elastomorph demo
@@ -24,6 +24,21 @@ check: $(READY)
 format: $(READY)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# The documentation site, into out/docs: nothing is fetched, and every warning is an error.
+docs: $(READY)
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
+
+# The viewer page that the package ships, built from web/viewer.
+page: $(WEB_READY)
+	npm run --silent --prefix web types
+	npm run --silent --prefix web build
+
+# Which branches of the code the tests take, the readers' first.
+coverage: $(READY) $(WEB_READY)
+	$(BIN)/coverage run -m pytest -n 0
+	$(BIN)/coverage report --include '*/elastomorph/io/*' --format=markdown
+	$(BIN)/coverage report --format=total
 
 # The environment is rebuilt when the pinned versions or the package's own description change.
 $(READY): requirements/dev.txt pyproject.toml

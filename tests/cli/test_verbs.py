@@ -193,6 +193,7 @@ def test_demo_runs_the_whole_paper(tmp_path: Path, capsys: pytest.CaptureFixture
     for name in facts["files"]:
         assert Path(name).stat().st_size > 0, name
     wanted = {"curves.png", "in-betweens.png", "errors-by-curve.png", "expressions.png"}
+    wanted.add("report.html")
     assert wanted <= {Path(name).name for name in facts["files"]}
     rows = list(csv.DictReader((tmp_path / "out" / "table.csv").read_text().splitlines()))
     assert float(rows[0]["lme"]) == pytest.approx(facts["methods"]["linear"]["LME"])

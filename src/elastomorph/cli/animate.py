@@ -24,7 +24,10 @@ def add_to(app: typer.Typer) -> None:
 
 def animate(
     rig: Annotated[
-        str, typer.Argument(help="A rig: .glb, .usd, .fbx, .npz, a folder; 'built-in' for ours.")
+        str,
+        typer.Argument(
+            help="A rig: .glb, .usd, .fbx, .npz, a folder, settings (.toml); 'built-in' for ours."
+        ),
     ],
     performance: Annotated[
         Path,
@@ -55,10 +58,11 @@ def animate(
     picture: Annotated[
         Path | None, typer.Option(help="A picture (PNG) of five frames of the take.")
     ] = None,
-    method: options.MethodText = "beam:2",
+    method: options.MethodText = None,
+    settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Play a recorded performance on a rig and write it for other programs.
+    """Play a recorded performance on a rig: a file for other programs.
 
     Example: elastomorph animate rig.glb take.csv -o take.glb --start 10 --stop 20
     """
@@ -66,6 +70,7 @@ def animate(
     from elastomorph.io.performance_csv import read_performance
     from elastomorph.io.takes import holds_positions, write_take
     from elastomorph.performance import match
+    from elastomorph.settings.export import export_options
 
     if output is None and picture is None and not only_list:
         raise ParameterError("say where to write the take (-o take.glb), or ask for --list")
@@ -77,7 +82,9 @@ def animate(
             take = take.part(
                 float("-inf") if start is None else start, float("inf") if stop is None else stop
             )
-        face_rig = options.full_rig(None if rig == "built-in" else Path(rig), method, say)
+        place = options.named_rig(rig, settings)
+        chosen = options.settings_of(place, settings, method)
+        face_rig = options.full_rig(place, method, say, chosen)
         found = match(take.names, face_rig.names)
     written = take
     if output is not None and not only_list:
@@ -89,7 +96,8 @@ def animate(
         if rate is not None or positions:
             written = take.resampled(take.rate if rate is None else rate)
         with _counting(as_json, len(written) if positions else None) as watch:
-            write_take(output, face_rig, written, found, clip=clip, watch=watch)
+            export = {} if chosen is None else export_options(chosen, output)
+            write_take(output, face_rig, written, found, clip=clip, watch=watch, export=export)
     if picture is not None:
         from elastomorph.performance import slider_weights
         from elastomorph.report.take_strip import take_strip

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 from contextlib import suppress
+from inspect import cleandoc
 from typing import NoReturn
 
 import typer
@@ -16,12 +18,16 @@ from elastomorph.cli import (
     blend,
     curves,
     demo,
+    doctor,
     evaluate,
     export,
     fit,
     inbetweens,
+    init,
     inspect,
     interpolate,
+    render,
+    view,
 )
 from elastomorph.errors import ElastomorphError
 
@@ -36,7 +42,9 @@ app = typer.Typer(
 )
 for verb in (
     demo,
+    init,
     inspect,
+    doctor,
     curves,
     interpolate,
     evaluate,
@@ -45,9 +53,25 @@ for verb in (
     blend,
     export,
     animate,
+    render,
+    view,
     bench,
 ):
     verb.add_to(app)
+
+
+def _lay_out_help(verbs: typer.Typer) -> None:
+    """Examples stay on lines of their own; a verb is listed by its first words, uncut."""
+    for command in verbs.registered_commands:
+        text = cleandoc(getattr(command.callback, "__doc__", None) or "")
+        command.help = re.sub(r"^(Examples?:)\s*", "\b\n\\1\n  ", text, flags=re.MULTILINE)
+        command.short_help = re.split(r"[:;]|\.$", text.partition("\n")[0])[0] + "."
+    for group in verbs.registered_groups:
+        if group.typer_instance is not None:
+            _lay_out_help(group.typer_instance)
+
+
+_lay_out_help(app)
 
 
 @app.callback(invoke_without_command=True)

@@ -21,20 +21,24 @@ def bench(
     expressions: Annotated[
         str | None, typer.Option(help="Names separated by commas; the paper's five by default.")
     ] = None,
-    method: options.MethodText = "beam:3",
+    method: Annotated[
+        str, typer.Option(help="linear, cosine, ease:R, beam:R or beam:R:closure.")
+    ] = "beam:3",
+    settings: options.SettingsFile = None,
     levels: Annotated[int, typer.Option(help="Values of each weight.", min=2)] = 6,
     t: Annotated[float, typer.Option("--time", "-t", help="Common time of all faces.")] = 0.5,
     repeats: Annotated[int, typer.Option(help="Runs; the shortest counts.", min=1)] = 5,
     as_json: options.AsJson = False,
 ) -> None:
-    """Time the paper's experiment, all combinations of five expressions, beside its bounds.
+    """Time the paper's experiment: all combinations of five expressions, beside its bounds.
 
     Example: elastomorph bench path/to/rig --levels 4
     """
     from elastomorph.report.bench import PAPER_MILLISECONDS, bench_faces
 
     with options.progress(as_json) as say:
-        face_rig = options.expression_rig(rig, expressions, method, say)
+        chosen = options.settings_of(rig, settings, method)
+        face_rig = options.expression_rig(rig, expressions, method, say, chosen)
         targets = [morph.target for morph in face_rig.morphs.values()]
         count, rows = bench_faces(
             face_rig.neutral, targets, method=method, levels=levels, t=t, repeats=repeats, say=say

@@ -45,7 +45,8 @@ def blend(
     normalize: Annotated[
         bool, typer.Option(help="Divide the weights of a face by their sum, as the paper does.")
     ] = True,
-    method: options.MethodText = "beam:2",
+    method: options.MethodText = None,
+    settings: options.SettingsFile = None,
     sheet: Annotated[Path | None, typer.Option(help="A contact sheet of 50 faces (PNG).")] = None,
     grid: Annotated[
         Path | None, typer.Option(help="Neutral to expression, one row each (PNG).")
@@ -59,11 +60,12 @@ def blend(
       elastomorph blend rig.glb -w jawOpen=0.4 -w mouthSmile_L=1 -o face.obj
     """
     with options.progress(as_json) as say:
+        chosen = options.settings_of(rig, settings, method)
         if weight:
-            face_rig = options.full_rig(rig, method, say)
+            face_rig = options.full_rig(rig, method, say, chosen)
             found = _one(face_rig, weight, t, output)
         else:
-            face_rig = options.expression_rig(rig, expressions, method, say)
+            face_rig = options.expression_rig(rig, expressions, method, say, chosen)
             found = _all(face_rig, levels, t, normalize, output, sheet, say)
         if grid is not None:
             from elastomorph.report import expression_strip

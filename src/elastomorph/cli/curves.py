@@ -24,9 +24,10 @@ def curves(
         Path | None, typer.Option(help="A picture (PNG) of the curves, one colour each.")
     ] = None,
     keep: options.CurveFile = None,
+    settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Trace the edge loops of a face and choose curves that cover every vertex once.
+    """Find curves along edge loops: they cover every vertex of a face once.
 
     Example: elastomorph curves face.obj -o curves.json --picture curves.png
     """
@@ -37,7 +38,7 @@ def curves(
         say(f"reading {face}")
         mesh = read(face)
         say("tracing edge loops")
-        network = options.network(mesh, keep)
+        network = options.network(mesh, options.curve_file(keep, settings))
         if output is not None:
             write_curves(output, network)
         if picture is not None:

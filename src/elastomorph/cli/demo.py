@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.call_words import call_words
 
 if TYPE_CHECKING:
     from elastomorph.report.walkthrough import Walkthrough
@@ -23,6 +23,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def demo(
+    context: typer.Context,
     data: Annotated[
         Path | None,
         typer.Option(help="A folder with a rig: a neutral and its targets. Default: built-in."),
@@ -30,6 +31,7 @@ def demo(
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for everything it makes.")
     ] = Path("out"),
+    settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Run the paper on a face: curves, in-betweens by every method, errors, graphs and pictures.
@@ -41,9 +43,17 @@ def demo(
 
     start = time.perf_counter()
     with options.progress(as_json) as say:
-        say("building the head" if data is None else f"reading {data}")
-        subject = built_in_subject() if data is None else rig_subject(data, say)
-        found = walk_through(subject, output, say)
+        # The targets are what counts, for every method is tried: the straight lines cost nothing.
+        chosen = options.settings_of(data, settings, "linear")
+        if chosen is not None:
+            from elastomorph.settings import rig_from_settings
+
+            rig = rig_from_settings(chosen, say=say)
+            subject = rig_subject(chosen.character.folder, say, rig)
+        else:
+            say("building the head" if data is None else f"reading {data}")
+            subject = built_in_subject() if data is None else rig_subject(data, say)
+        found = walk_through(subject, output, say, call=call_words(context))
     seconds = time.perf_counter() - start
     if as_json:
         options.print_json(_facts(found, seconds))
@@ -72,6 +82,8 @@ def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from elastomorph.report.walkthrough_report import motion_words, target_words
+
     console = Console()
     subject = found.subject
     console.print(
@@ -79,7 +91,7 @@ def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
         f"curves, {len(found.targets)} targets"
     )
     if found.evaluation is not None:
-        console.print("\n" + _what_is_compared(found), soft_wrap=True, highlight=False)
+        console.print("\n" + motion_words(subject), soft_wrap=True, highlight=False)
         console.print(found.evaluation.table())
     table = Table(title=f"{subject.jaw}, quadratic beam at t = 0.5", title_justify="left")
     for column in ("closure", "seam, % of D", "flips", "stretch"):
@@ -90,23 +102,7 @@ def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
             seam.closure, f"{100 * shape.seam:.3f}", f"{shape.flips:,}", f"{shape.stretch:.2f}"
         )
     console.print(table)
-    farthest = max(found.targets, key=lambda facts: facts.from_ease)
-    console.print(
-        f"Of {len(found.targets)} targets, the quadratic beam differs from the ease t² by at most "
-        f"{farthest.from_ease:.3%} of D ({farthest.name}, t = 0.5): on these materials it changes "
-        "when a shape arrives, hardly the way it takes.",
-        highlight=False,
-    )
+    console.print(target_words(found.targets), highlight=False)
     console.print(f"\n{len(found.written)} files in {output}/, {seconds:.1f} s", highlight=False)
-
-
-def _what_is_compared(found: Walkthrough) -> str:
-    parts = found.subject.rigid_parts
-    if found.subject.motion is not None or parts is None:
-        return "Against the recorded motion of 11 poses, from an anatomical model without the PDE:"
-    degrees = math.degrees(parts.screw.angle)
-    return (
-        f"Against the {parts.components} parts ({len(parts.vertices):,} vertices, their own D) "
-        f"that turn rigidly with {found.subject.jaw}, by {degrees:.1f}°. Their arc is known, their "
-        "timing is not: only the path columns count."
-    )
+    if (output / "report.html") in found.written:
+        console.print(f"Begin with {output / 'report.html'}", highlight=False)

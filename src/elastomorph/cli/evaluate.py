@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.call_words import call_words
+from elastomorph.cli.evaluation_page import EvaluationPage
 
 if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
@@ -25,6 +28,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def evaluate(
+    context: typer.Context,
     truth: Annotated[
         str,
         typer.Argument(help="Frames: scan.####.obj, a folder, 'scan.*.ply', .npz; a marker take."),
@@ -33,6 +37,11 @@ def evaluate(
         Path | None,
         typer.Option("--output", "-o", help="Folder for tables, graphs and pictures."),
     ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="One page with everything found, to read and to pass on: report.html."),
+    ] = None,
+    unit: Annotated[str, typer.Option(help="Unit of the coordinates, for the report: cm.")] = "",
     every: Annotated[
         bool, typer.Option("--all", help="Every method, scanned in-betweens too, ranked.")
     ] = False,
@@ -50,53 +59,74 @@ def evaluate(
         str | None,
         typer.Option(help="Vertices known to be rigid: a .json list, or 0-99,120."),
     ] = None,
-    mass: options.Mass = 1.0,
-    damping: options.Damping = 1.0,
-    stiff: options.Rigidity = 1.0,
+    mass: options.Mass = None,
+    damping: options.Damping = None,
+    stiff: options.Rigidity = None,
     keep: options.CurveFile = None,
+    settings: options.SettingsFile = None,
     pictures: Annotated[
-        bool, typer.Option(help="Draw graphs and faces into the output folder.")
+        bool, typer.Option(help="Draw graphs and faces into the output folder and the report.")
     ] = True,
     as_json: options.AsJson = False,
 ) -> None:
-    """Interpolate from the first recorded frame to the last and compare with those between.
+    """Judge methods by recorded frames: from the first to the last, against those between.
 
     Examples:
       elastomorph evaluate scan.####.obj -o out --method linear --method beam:2
+      elastomorph evaluate scan.####.obj --all --report report.html --unit cm
       elastomorph evaluate take.npz --curves markers.json --movements --all
     """
     from elastomorph.errors import ParameterError
     from elastomorph.evaluation import DEFAULT_METHODS, every_method
     from elastomorph.evaluation import evaluate as compare
+    from elastomorph.settings import settings_tables
+    from elastomorph.settings.choice import MethodChoice
 
     if every and method:
         raise ParameterError("give --all or --method, not both")
     if movements and (rigid or output):
-        raise ParameterError("--movements prints tables only: leave --rigid and --output out")
+        raise ParameterError(
+            "--movements prints tables and writes reports only: leave --rigid and --output out"
+        )
+    if report is not None:
+        from elastomorph.report.page.report import require_page_path
+
+        require_page_path(report)
     with options.progress(as_json) as say:
         say("reading")
+        character = options.settings_of(
+            None, settings, MethodChoice(mass=mass, damping=damping, rigidity=stiff)
+        )
+        if character is not None and keep is not None:
+            character = character.with_curves(keep)
+        keep = options.curve_file(keep, settings)
         motion, network = _read(truth, keep)
-        material = options.material(mass, damping, stiff)
+        material = options.material(mass, damping, stiff, character)
 
         def methods(part: MeshSequence) -> Any:
             if every:
                 return every_method(part, network, material=material, progress=say)
             return _with_material(method or list(DEFAULT_METHODS), material)
 
+        page = EvaluationPage(report, call_words(context), truth, unit, keep, pictures)
         if movements:
-            _movements(motion, network, methods, edge, as_json, say)
+            _movements(motion, network, methods, edge, as_json, page, say)
             return
-        result = compare(motion, methods(motion), network, progress=say)
+        chosen = methods(motion)
+        result = compare(motion, chosen, network, progress=say)
+        if character is not None:
+            result = replace(result, settings=settings_tables(character))
         bodies = _bodies(result, motion, rigid)
         if output is not None:
             from elastomorph.report.evaluation_files import write_evaluation
 
             output.mkdir(parents=True, exist_ok=True)
             write_evaluation(result, output, graphs=pictures, faces=pictures, say=say)
+        page.write(result, chosen, say)
     if as_json:
         typer.echo(result.to_json(), nl=False)
     else:
-        _tell(result, motion, bodies, every, output)
+        _tell(result, motion, bodies, every, [f"{output}/"] * bool(output) + page.names)
 
 
 def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
@@ -140,6 +170,7 @@ def _movements(
     methods: Callable[[MeshSequence], Any],
     edge: float,
     as_json: bool,
+    page: EvaluationPage,
     say: Callable[[str], None],
 ) -> None:
     from dataclasses import asdict
@@ -151,6 +182,7 @@ def _movements(
     from elastomorph.evaluation.table import method_table
 
     judged = evaluate_movements(motion, network, methods, edge=edge, progress=say)
+    page.write_movements(judged, motion, methods(judged[0].evaluation.truth))
     means = mean_lines(judged)
     if as_json:
         options.print_json(
@@ -168,6 +200,8 @@ def _movements(
         console.print(method_table(lines, title, shape=shape))
     for sentence in rankings(means[list(means)[-1]]):
         console.print(sentence, highlight=False)
+    if page.names:
+        console.print(f"written to {page.names[0]}", highlight=False)
 
 
 def _tell(
@@ -175,7 +209,7 @@ def _tell(
     motion: MeshSequence,
     bodies: dict[str, Rigidity],
     every: bool,
-    output: Path | None,
+    written: list[str],
 ) -> None:
     from rich.console import Console
 
@@ -195,5 +229,5 @@ def _tell(
         console.print(
             f"  {label:<22}{100 * found.change:8.3f}{100 * found.off_screw:8.3f}", highlight=False
         )
-    if output is not None:
-        console.print(f"written to {output}/", highlight=False)
+    if written:
+        console.print(f"written to {' and '.join(written)}", highlight=False)

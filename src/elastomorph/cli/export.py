@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from elastomorph.cli import options
+
+if TYPE_CHECKING:
+    from elastomorph.settings import Settings
 
 __all__ = ["add_to"]
 
@@ -20,10 +23,14 @@ def add_to(app: typer.Typer) -> None:
 
 def export(
     rig: Annotated[
-        str, typer.Argument(help="A rig: .glb, .usd, .fbx, .npz, a folder; 'built-in' for ours.")
+        str,
+        typer.Argument(
+            help="A rig: .glb, .usd, .fbx, .npz, a folder, settings (.toml); 'built-in' for ours."
+        ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help=".glb, .usd, .usda, .usdc, .npz")],
-    method: options.MethodText = "beam:2",
+    method: options.MethodText = None,
+    settings: options.SettingsFile = None,
     only: Annotated[
         str | None, typer.Option(help="Names separated by commas; all by default.")
     ] = None,
@@ -36,23 +43,23 @@ def export(
     timing: options.TimingText = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Write a rig with its paths as morph targets that any player of linear ones can play.
+    """Write a rig for other programs: its paths as morph targets, which any player can play.
 
     Example: elastomorph export path/to/rig -o rig.glb --method beam:2
     """
     from elastomorph.io import write
 
-    settings: dict[str, Any] = {
-        "normals": normals,
-        "tolerance": tolerance,
-        "timing": options.timing(timing),
-    }
+    given = {"normals": normals, "tolerance": tolerance, "timing": options.timing(timing)}
+    said: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    _require_format(output, list(said))
     with options.progress(as_json) as say:
-        face_rig = options.full_rig(None if rig == "built-in" else Path(rig), method, say)
-        if only is not None:
-            face_rig = face_rig.only([name.strip() for name in only.split(",")])
+        place = options.named_rig(rig, settings)
+        chosen = options.settings_of(place, settings, method)
+        face_rig = options.full_rig(place, method, say, chosen, only)
         say(f"writing {output}")
-        report = write(output, face_rig, **{k: v for k, v in settings.items() if v is not None})
+        if chosen is not None:
+            said = _overriding(chosen, output, said, timing, only)
+        report = write(output, face_rig, **said)
     facts: dict[str, Any] = {
         "morphs": len(face_rig.morphs),
         "bytes": output.stat().st_size,
@@ -67,6 +74,38 @@ def export(
         if isinstance(value, dict | list | tuple):
             continue
         typer.echo(f"{name.replace('_', ' '):>20}  {_text(name, value)}")
+
+
+def _require_format(output: Path, names: list[str]) -> None:
+    """Refuse options that the format of the output does not have, before anything is read."""
+    from elastomorph.errors import ParameterError
+
+    suffix = output.suffix.lower()
+    known: dict[str, list[str]] = {".glb": ["normals", "tolerance", "timing"], ".npz": []}
+    known |= {usd: ["tolerance"] for usd in (".usd", ".usda", ".usdc")}
+    for name in names:
+        if name not in known.get(suffix, names):
+            formats = ", ".join(own for own, options in known.items() if name in options)
+            raise ParameterError(f"--{name} is for {formats}; {output} has no such option")
+
+
+def _overriding(
+    settings: Settings, output: Path, said: dict[str, Any], timing: str | None, only: str | None
+) -> dict[str, Any]:
+    """Options of the writer: those of settings, and in their place those of the command line."""
+    from elastomorph.settings.export import export_options
+
+    plain = {name: value for name, value in said.items() if name != "timing"}
+    names = [*said, *(["only"] if only is not None else [])]
+    settings = settings.with_options(
+        *names,
+        timing=settings.timing if timing is None else timing,
+        **{
+            own: {**getattr(settings, own), **(plain if own in output.suffix.lower() else {})}
+            for own in ("glb", "usd")
+        },
+    )
+    return export_options(settings, output)
 
 
 def _text(name: str, value: object) -> str:

@@ -35,12 +35,15 @@ def fit(
     ] = False,
     closure: options.Closure = "limit",
     keep: options.CurveFile = None,
+    settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Estimate the material and the load that captured motions have in common.
+    """Estimate material and load common to recorded motions.
 
     Each motion goes from its first frame to its last; with several, each is also compared with
-    the fit of all others. Example: elastomorph fit smile1.npz smile2.npz smile3.npz -o fit.json
+    the fit of all others.
+
+    Example: elastomorph fit smile1.npz smile2.npz smile3.npz -o fit.json
     """
     from elastomorph.fitting import fit as estimate
     from elastomorph.io import read_sequence
@@ -53,7 +56,7 @@ def fit(
             takes.append(read_sequence(motion))
         found = estimate(
             takes,
-            options.network(takes[0].mesh, keep),
+            options.network(takes[0].mesh, options.curve_file(keep, settings)),
             degree=degree,
             per_curve=per_curve,
             closure=closure,

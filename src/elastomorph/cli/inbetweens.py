@@ -51,9 +51,10 @@ def suggest(
         str, typer.Option(help="spline (smooth), or linear from shape to shape.")
     ] = "spline",
     keep: options.CurveFile = None,
+    settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Find the frames of a recorded motion at which in-betweens reduce the error most.
+    """Find the recorded frames that pay most as in-betweens.
 
     Example: elastomorph inbetweens suggest scan.####.obj -n 2 -o inbetweens.png
     """
@@ -66,7 +67,7 @@ def suggest(
         found = suggest_inbetweens(
             motion,
             min(_USUAL, len(motion) - 2) if count is None else count,
-            curves=options.network(motion.mesh, keep),
+            curves=options.network(motion.mesh, options.curve_file(keep, settings)),
             measure=measure,
             method=method,
             progress=say,

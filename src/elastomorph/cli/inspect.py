@@ -1,17 +1,19 @@
-"""``elastomorph inspect``: what is in a mesh file, and how far targets are from their neutral."""
+"""``elastomorph inspect``: what is in a file, how it was made, how far targets are from neutral."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from elastomorph.cli import options
 
 if TYPE_CHECKING:
-    from elastomorph.inspection import MeshFacts
+    from elastomorph.inspection import Displacement, MeshFacts
+    from elastomorph.rig import Rig
 
 __all__ = ["add_to"]
 
@@ -23,38 +25,93 @@ def add_to(app: typer.Typer) -> None:
 
 def inspect(
     files: Annotated[
-        list[Path], typer.Argument(help="A mesh file; further ones are taken as its targets.")
+        list[Path],
+        typer.Argument(
+            help="A mesh and further ones as its targets; a rig (.glb, …); an evaluation (.json)."
+        ),
     ],
     as_json: options.AsJson = False,
 ) -> None:
-    """Say what a mesh file holds; with several files, compare the others with the first.
+    """Say what a file holds and how it was made; compare further meshes with the first.
 
-    Example: elastomorph inspect neutral.obj jawOpen.obj smile.obj
+    A rig shows its paths and, like an evaluation, the settings it was made with.
+
+    Examples:
+      elastomorph inspect neutral.obj jawOpen.obj smile.obj
+      elastomorph inspect head.glb
     """
     from elastomorph.inspection import displacement, mesh_facts
     from elastomorph.io import read
+    from elastomorph.io.settings_used import settings_used
 
+    first = files[0]
+    changes: dict[str, Displacement] = {}
+    methods: dict[str, str] = {}
+    facts = None
     with options.progress(as_json) as say:
-        say(f"reading {files[0]}")
-        neutral = read(files[0])
-        facts = mesh_facts(neutral)
-        changes = {}
-        for file in files[1:]:
-            say(f"reading {file}")
-            changes[str(file)] = displacement(neutral, read(file))
+        say(f"reading {first}")
+        used = settings_used(first)
+        if first.suffix.lower() != ".json":
+            rig = _rig(first)
+            neutral = read(first) if rig is None else rig.neutral
+            facts = mesh_facts(neutral)
+            if rig is not None:
+                methods = {name: morph.method for name, morph in rig.morphs.items()}
+                changes = {n: displacement(neutral, m.target) for n, m in rig.morphs.items()}
+            for file in files[1:]:
+                say(f"reading {file}")
+                changes[str(file)] = displacement(neutral, read(file))
     if as_json:
-        targets = {name: asdict(change) for name, change in changes.items()}
-        options.print_json({"file": str(files[0]), **asdict(facts), "targets": targets})
+        targets = {
+            name: asdict(change) | ({"method": methods[name]} if name in methods else {})
+            for name, change in changes.items()
+        }
+        made = {} if used is None else {"settings": used}
+        known = {} if facts is None else {**asdict(facts), "targets": targets}
+        options.print_json({"file": str(first), **known, **made})
         return
-    typer.echo(str(files[0]))
-    for name, value in _lines(facts).items():
-        typer.echo(f"{name:>20}  {value}")
+    typer.echo(str(first))
+    if facts is not None:
+        for name, value in _lines(facts).items():
+            typer.echo(f"{name:>20}  {value}")
+    for line in _made_with(used, first):
+        typer.echo(line)
     if changes:
         typer.echo("\n  moved vertices   largest   mean of moved   target  (% of D)")
     for name, change in changes.items():
         typer.echo(
             f"{change.moved:>16,} {change.largest:>9.3%} {change.mean_of_moved:>15.3%}   {name}"
+            + (f"  ({methods[name]})" if name in methods else "")
         )
+
+
+def _rig(file: Path) -> Rig | None:
+    """The rig in a file; None where it is a mesh."""
+    from elastomorph.io.npz_members import open_npz
+    from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read_rig
+
+    suffix = file.suffix.lower()
+    if suffix == ".npz":
+        with open_npz(file) as members:
+            return read_rig(file) if "rig_version" in members.names else None
+    only_rigs = set(known_suffixes(RIG_FORMATS)) - set(known_suffixes(MESH_FORMATS))
+    return read_rig(file) if suffix in only_rigs else None
+
+
+def _made_with(used: dict[str, Any] | None, file: Path) -> list[str]:
+    """The settings, one line a key, as a settings file would name it."""
+    if used is None:
+        return [] if file.suffix.lower() != ".json" else ["  no settings are kept in it"]
+    lines = ["  made with the settings"]
+    waiting: list[tuple[str, Any]] = list(used.items())
+    while waiting:
+        name, value = waiting.pop(0)
+        if isinstance(value, dict):
+            waiting = [(f"{name}.{key}", own) for key, own in value.items()] + waiting
+        else:
+            text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+            lines.append(f"{name:>30}  {text}")
+    return lines
 
 
 def _lines(facts: MeshFacts) -> dict[str, str]:

@@ -26,25 +26,26 @@ def interpolate(
             "--output", "-o", help="A mesh file for one time, a pattern half.####.obj for several."
         ),
     ],
-    method: Annotated[
-        str, typer.Option(help="linear, cosine, ease:R, beam:R or beam:R:closure.")
-    ] = "beam:2",
+    method: options.MethodText = None,
+    settings: options.SettingsFile = None,
     time: Annotated[
         list[float] | None, typer.Option("--time", "-t", help="A time; may be given repeatedly.")
     ] = None,
     frames: Annotated[
         int | None, typer.Option(help="Equal steps from t = 0 to t = 1, ends included.", min=2)
     ] = None,
-    mass: options.Mass = 1.0,
-    damping: options.Damping = 1.0,
-    rigidity: options.Rigidity = 1.0,
+    mass: options.Mass = None,
+    damping: options.Damping = None,
+    rigidity: options.Rigidity = None,
     harmonics: Annotated[
         int | None, typer.Option(help="Modes above this number follow the limit law.")
     ] = None,
-    basis: Annotated[str, typer.Option(help="Modes of open curves: cosine or fourier.")] = "cosine",
+    basis: Annotated[
+        str | None, typer.Option(help="Modes of open curves: cosine (default) or fourier.")
+    ] = None,
     stiffness: Annotated[
-        str, typer.Option(help="uniform, or length: short curves are stiffer.")
-    ] = "uniform",
+        str | None, typer.Option(help="uniform (default), or length: short curves are stiffer.")
+    ] = None,
     keep: options.CurveFile = None,
     region: Annotated[
         str | None, typer.Option(help="Vertices to restrict it to: a .json list, or 0-9408,11248.")
@@ -59,7 +60,7 @@ def interpolate(
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Interpolate between two known shapes by the closed-form solution.
+    """Interpolate between two known shapes, by any method.
 
     Example: elastomorph interpolate neutral.obj jawOpen.obj --frames 11 -o half.####.obj
     """
@@ -68,35 +69,47 @@ def interpolate(
     from elastomorph.errors import ParameterError
     from elastomorph.io import read, write, write_sequence
     from elastomorph.io.region_file import read_region
-    from elastomorph.paths import Method
+    from elastomorph.mesh import require_same_topology
     from elastomorph.paths import interpolate as find_path
     from elastomorph.sequence import MeshSequence
+    from elastomorph.settings import PathMaker
+    from elastomorph.settings.choice import MethodChoice
 
     if time and frames:
         raise ParameterError("give --time or --frames, not both")
     clip = np.linspace(0, 1, frames) if frames else np.array(sorted(set(time or [0.5])))
-    law = options.timing(timing)
-    times = clip if law is None else law.at(clip)
-    chosen = Method.parse(
+    choice = MethodChoice.of(
         method,
-        material=options.material(mass, damping, rigidity),
+        mass=mass,
+        damping=damping,
+        rigidity=rigidity,
         harmonics=harmonics,
         basis=basis,
         stiffness=stiffness,
     )
+    chosen = options.settings_of(None, settings, choice)
+    if chosen is not None and keep is not None:
+        chosen = chosen.with_curves(keep)
+    law = options.timing(timing or (None if chosen is None else chosen.timing))
+    times = clip if law is None else law.at(clip)
     with options.progress(as_json) as say:
         say("reading")
         start, end = read(neutral), read(target)
         say("solving")
-        morph = find_path(
-            start,
-            end,
-            chosen,
-            curves=options.network(start, keep),
-            region=None if region is None else read_region(region),
-            falloff=falloff,
-            rest=rest,
-        )
+        if chosen is not None and region is None:
+            require_same_topology(start, end)
+            morph = PathMaker(chosen, start).path(target.stem, end)
+        else:
+            way = choice if chosen is None else chosen.choice_for(target.stem)
+            morph = find_path(
+                start,
+                end,
+                way.method(),
+                curves=options.network(start, options.curve_file(keep, settings)),
+                region=None if region is None else read_region(region),
+                falloff=falloff,
+                rest=rest,
+            )
         positions = morph.at(times)
         say("writing")
         if len(times) == 1:

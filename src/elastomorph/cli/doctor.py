@@ -1,0 +1,132 @@
+"""``elastomorph doctor``: are these files one rig, and a sound one?"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastomorph.cli import options
+from elastomorph.errors import ElastomorphError, ParameterError
+
+if TYPE_CHECKING:
+    from elastomorph.doctor import Settings
+
+__all__ = ["add_to"]
+
+_UNUSABLE = 2
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(doctor)
+
+
+def doctor(
+    files: Annotated[
+        list[Path], typer.Argument(help="A neutral and its targets, or a folder of them.")
+    ],
+    repair_to: Annotated[
+        Path | None,
+        typer.Option(
+            "--repair", metavar="FOLDER", help="Write the rig as it should be into this folder."
+        ),
+    ] = None,
+    seeds: Annotated[
+        str | None,
+        typer.Option(
+            help="Vertices known to belong together, neutral first: 12=40,13=41 or a JSON file.",
+        ),
+    ] = None,
+    align: Annotated[
+        str | None,
+        typer.Option(
+            help="Take the motion of the head out: 'auto', or vertices that should be still, "
+            "as 0-9408,11248 or a JSON file.",
+        ),
+    ] = None,
+    pairs: Annotated[
+        str | None, typer.Option(help="How names tell left and right: _lft=_rgt,lf_=rt_.")
+    ] = None,
+    mass: Annotated[float | None, typer.Option(help="Try a material with this m.")] = None,
+    damping: Annotated[float | None, typer.Option(help="Try a material with this c.")] = None,
+    rigidity: Annotated[float | None, typer.Option(help="Try a material with this k.")] = None,
+    order: Annotated[int | None, typer.Option(help="Try a load t^R of this order.")] = None,
+    closure: Annotated[
+        str | None, typer.Option(help="Try this time law of a curve's mean.")
+    ] = None,
+    bend: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            help="Percent of D between the straight and the turning path at t = 0.5 from which "
+            "an in-between pays.",
+        ),
+    ] = 0.25,
+    fail_on: Annotated[
+        str, typer.Option(help="Exit with status 1 from this severity on: error or warning.")
+    ] = "error",
+    as_json: options.AsJson = False,
+) -> None:
+    """Examine the files of a rig: order, surface, units, motion of the head, sides, in-betweens.
+
+    Exit status: 0 sound, 1 findings, 2 a file or an option that cannot be understood.
+
+    Example: elastomorph doctor neutral.obj jawOpen.obj smile.obj --repair fixed
+    """
+    try:
+        from elastomorph.doctor import as_document, as_text, examine_files, repair
+
+        if fail_on not in ("error", "warning"):
+            raise ParameterError(f"--fail-on must be error or warning, found {fail_on!r}")
+        if align is not None and repair_to is None:
+            raise ParameterError("--align changes targets: say with --repair where they go")
+        beam = (mass, damping, rigidity, order, closure)
+        settings = _settings(seeds, align, pairs, beam, bend)
+        with options.progress(as_json) as say:
+            examination = examine_files(options.mesh_files(files), settings, say=say)
+            written = None
+            if repair_to is not None and examination.facts is not None:
+                say(f"writing {repair_to}")
+                written = repair(examination, repair_to)
+    except ElastomorphError as error:
+        sys.stderr.write(f"error: {error}\n")
+        raise typer.Exit(_UNUSABLE) from None
+    if as_json:
+        options.print_json(as_document(examination, written))
+    else:
+        typer.echo(as_text(examination, written))
+    if examination.unreadable:
+        raise typer.Exit(_UNUSABLE)
+    if examination.worst_is("warning" if fail_on == "warning" else "error"):
+        raise typer.Exit(1)
+
+
+def _settings(
+    seeds: str | None,
+    align: str | None,
+    pairs: str | None,
+    beam: tuple[float | None, float | None, float | None, int | None, str | None],
+    bend: float,
+) -> Settings:
+    from elastomorph.doctor import BeamSettings, Settings, Thresholds
+    from elastomorph.doctor.files import read_seeds
+    from elastomorph.doctor.side_names import SIDES, parse_sides
+    from elastomorph.io.region_file import read_region
+    from elastomorph.physics import Material
+
+    mass, damping, rigidity, order, closure = beam
+    material = None
+    if any(value is not None for value in beam):
+        constants = [1.0 if value is None else value for value in (mass, damping, rigidity)]
+        material = BeamSettings(Material(*constants), order or 2, closure or "limit")
+    return Settings(
+        seeds=() if seeds is None else read_seeds(seeds),
+        sides=SIDES if pairs is None else parse_sides(pairs),
+        still=None if align in (None, "auto") else read_region(str(align)),
+        steady=align == "auto",
+        beam=material,
+        thresholds=Thresholds(bend=bend / 100.0),
+    )

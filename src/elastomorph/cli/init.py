@@ -1,0 +1,72 @@
+"""``elastomorph init``: a settings file for the character in a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from elastomorph.cli import options
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(init)
+
+
+def init(
+    folder: Annotated[
+        Path, typer.Argument(help="The folder of a character: its neutral and targets, or a rig.")
+    ],
+    neutral: Annotated[
+        str | None, typer.Option(help="File of the neutral, if its name does not tell.")
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace settings that are there.")
+    ] = False,
+    as_json: options.AsJson = False,
+) -> None:
+    """Look at a folder and write elastomorph.toml: what was found, and what could be set.
+
+    Every verb that is given the folder as a rig then takes the settings from it.
+
+    Examples:
+      elastomorph init path/to/face
+      elastomorph init path/to/face --force
+    """
+    from elastomorph.settings.suggestions import arkit_names, correctives, turning
+    from elastomorph.settings.template import write_settings
+
+    with options.progress(as_json) as say:
+        file, found = write_settings(folder, neutral=neutral, force=force, say=say)
+    corrected = correctives(found.shapes)
+    facts = {
+        "written": str(file),
+        "neutral": None if found.neutral is None else found.neutral.name,
+        "rig": None if found.rig is None else found.rig.name,
+        "vertices": found.vertices,
+        "targets": len(found.shapes),
+        "ARKit names": len(arkit_names(found.shapes)),
+        "turning": [name for name in turning(found.shapes) if name not in corrected],
+        "correctives": list(corrected),
+        "in-betweens": {
+            name: [path.name for path in own.values()] for name, own in found.inbetweens.items()
+        },
+        "motions": found.sequences,
+        "curves": [path.name for path in found.curves],
+        "regions": [path.name for path in found.regions],
+        "takes": [path.name for path in found.takes],
+    }
+    if as_json:
+        options.print_json(facts)
+        return
+    for name, value in facts.items():
+        if isinstance(value, list | dict):
+            value = ", ".join(value)
+        if value not in (None, ""):
+            typer.echo(
+                f"{name:>14}  {value:,}" if isinstance(value, int) else f"{name:>14}  {value}"
+            )

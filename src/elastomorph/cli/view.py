@@ -1,0 +1,136 @@
+"""``elastomorph view``: a face and its paths in the browser."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastomorph.cli import options
+
+if TYPE_CHECKING:
+    from elastomorph.rig import Rig
+    from elastomorph.viewer import Scene, ViewerServer
+
+__all__ = ["add_to"]
+
+_PAGES = (".html", ".htm")
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verb to the command line."""
+    app.command()(view)
+
+
+def view(
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RIG|FOLDER|REPORT|GLB…",
+            help="Rigs (.glb, .usd, .fbx, .npz, a folder of meshes, 'built-in'), several to "
+            "compare them; or a report (.html).",
+        ),
+    ],
+    method: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="linear, cosine, ease:R, beam:R[:closure], …: paths made anew from the targets; "
+            "may be given repeatedly to compare. Default: those of the file, beam:2 for a folder."
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Write the page (.html) instead of serving it."),
+    ] = None,
+    unit: Annotated[str, typer.Option(help="Unit of the coordinates, for legends.")] = "",
+    port: Annotated[
+        int | None, typer.Option(help="Port of 127.0.0.1; a free one by default.")
+    ] = None,
+    open_browser: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open the address in the browser.")
+    ] = True,
+    settings: options.SettingsFile = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Look at a rig, or compare several, in the browser; Ctrl-C ends it.
+
+    The page is served to this machine only, under an address with a secret in it.
+
+    Examples:
+      elastomorph view rig.glb
+      elastomorph view path/to/rig --method linear --method beam:2
+      elastomorph view built-in -o head.html
+    """
+    from elastomorph.errors import ParameterError
+
+    if output is not None and port is not None:
+        raise ParameterError("give --output or --port, not both: a written page is not served")
+    reports = [file for file in files if Path(file).suffix.lower() in _PAGES]
+    if reports:
+        if len(files) > 1 or method or output is not None or unit:
+            raise ParameterError(
+                f"{reports[0]} is a finished page: view it by itself, without further options"
+            )
+        _show(_report(Path(reports[0]), port or 0), open_browser, as_json)
+        return
+    with options.progress(as_json) as say:
+        scene = _scene(files, method or [], unit, settings, say)
+        if output is not None:
+            from elastomorph.viewer import write_viewer
+
+            say(f"writing {output}")
+            write_viewer(output, scene)
+    if output is None:
+        from elastomorph.viewer import serve
+
+        _show(serve(scene, port or 0), open_browser, as_json)
+    elif as_json:
+        options.print_json({"written": str(output), "bytes": output.stat().st_size})
+    else:
+        typer.echo(f"{scene.title} → {output} ({output.stat().st_size / 1e6:.1f} MB)")
+
+
+def _scene(
+    files: list[str],
+    methods: list[str],
+    unit: str,
+    settings: Path | None,
+    say: Callable[[str], None],
+) -> Scene:
+    from elastomorph.errors import ParameterError
+    from elastomorph.viewer.subjects import read_scene
+
+    for what in (files, methods):
+        twice = [one for one in what if what.count(one) > 1]
+        if twice:
+            raise ParameterError(f"{twice[0]} was given twice")
+
+    def read(file: str) -> Rig:
+        # The targets are what counts if methods are named: the straight lines cost nothing.
+        method = "linear" if methods else None
+        place = options.named_rig(file, settings)
+        return options.full_rig(place, method, say, options.settings_of(place, settings, method))
+
+    return read_scene(files, methods, unit=unit, read=read, say=say)
+
+
+def _report(path: Path, port: int) -> ViewerServer:
+    from elastomorph.io.atomic import read_bytes
+    from elastomorph.viewer.server import serve_page
+
+    return serve_page(read_bytes(path), port)
+
+
+def _show(server: ViewerServer, open_browser: bool, as_json: bool) -> None:
+    import webbrowser
+
+    with server:
+        if as_json:
+            options.print_json({"address": server.address})
+        else:
+            typer.echo(f"{server.address}\nshown to this machine only; Ctrl-C ends it")
+        if open_browser:
+            webbrowser.open(server.address)
+        server.wait()
