@@ -5,28 +5,29 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+INSTALLED := $(VENV)/.installed
 WEB_READY := web/node_modules/.ready
 
 .PHONY: demo test check docs format page coverage requirements clean
 
-demo: $(READY)
+demo: $(INSTALLED)
 	$(BIN)/elastomorph demo
 
-test: $(READY) $(WEB_READY)
+# Tests run against the package as people install it, never against the source folder.
+test: $(INSTALLED) $(WEB_READY)
 	$(BIN)/python -m pytest -n auto
 
-check: $(READY)
+check: $(INSTALLED) docs
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest tests/test_documentation.py
 
 format: $(READY)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
 # The documentation site, into out/docs: nothing is fetched, and every warning is an error.
-docs: $(READY)
+docs: $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
 
 # The viewer page that the package ships, built from web/viewer.
@@ -35,7 +36,7 @@ page: $(WEB_READY)
 	npm run --silent --prefix web build
 
 # Which branches of the code the tests take, the readers' first.
-coverage: $(READY) $(WEB_READY)
+coverage: $(INSTALLED) $(WEB_READY)
 	$(BIN)/coverage run -m pytest -n 0
 	$(BIN)/coverage report --include '*/elastomorph/io/*' --format=markdown
 	$(BIN)/coverage report --format=total
@@ -44,8 +45,15 @@ coverage: $(READY) $(WEB_READY)
 $(READY): requirements/dev.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements/dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $(READY)
+
+# A wheel is built and installed again whenever the source has changed.
+$(INSTALLED): $(READY) $(shell find src -type f -not -path '*/__pycache__/*')
+	rm -rf $(VENV)/wheel
+	$(BIN)/python -m hatchling build -t wheel -d $(VENV)/wheel >/dev/null
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall \
+	  $(VENV)/wheel/*.whl
+	touch $(INSTALLED)
 
 # What checks glTF files with other people's software; tests that need it skip without npm.
 $(WEB_READY): web/package-lock.json

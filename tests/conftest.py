@@ -1,18 +1,37 @@
-"""Where the tests find the real rig and captures."""
+"""Where the tests find the real rig and captures, and a browser."""
 
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
 
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+CHROMIUM = os.environ.get("ELASTOMORPH_CHROMIUM") or shutil.which("chromium")
+# Draws in software, the same everywhere, and asks nobody for anything by itself.
+ARGUMENTS = [
+    "--disable-gpu",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--force-color-profile=srgb",
+]
+
 # The same examples in every run, so that a change is judged by what it changed;
-# HYPOTHESIS_PROFILE=explore looks for new ones.
-settings.register_profile("steady", derandomize=True)
-settings.register_profile("explore", print_blob=True)
+# HYPOTHESIS_PROFILE=explore looks for new ones. No deadline for an example: while a browser draws
+# in software beside it, one may wait for longer than it takes.
+settings.register_profile("steady", derandomize=True, deadline=None)
+settings.register_profile("explore", print_blob=True, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
 
 
@@ -32,3 +51,25 @@ def _caches_of_their_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Debian's Chromium, or the one that ELASTOMORPH_CHROMIUM names.
+
+    One for all tests of a process: two of Playwright's loops cannot run in one thread.
+    """
+    driver = pytest.importorskip(
+        "playwright.sync_api", reason="no browser tests: Playwright is not installed"
+    )
+    if CHROMIUM is None:
+        pytest.skip(
+            "no browser tests: there is no chromium; install Debian's package, or name a "
+            "Chromium in ELASTOMORPH_CHROMIUM"
+        )
+    with driver.sync_playwright() as playwright:
+        opened = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=ARGUMENTS, chromium_sandbox=False
+        )
+        yield opened
+        opened.close()

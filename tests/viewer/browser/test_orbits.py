@@ -11,14 +11,13 @@ from pictures import differing, near, picture, rgb
 from projecting import front_view
 from visiting import Visit, settled, state, update
 
-MIDDLING = (1000, 640)  # a window whose picture takes half as long to draw as that of a desk
 # Of the first, second and third model, as on the labels of the page.
 COLOURS = (rgb("#2f8fe0"), rgb("#f0862a"), rgb("#23a776"))
 PLACES = tuple(itertools.product((0.42, 0.46, 0.5, 0.54, 0.58), (0.3, 0.47, 0.66)))
 
 
 def test_a_click_picks_and_the_orbit_is_the_path(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone, size=MIDDLING)
+    page = visit(faces.alone)
     neutral, chin = faces.neutral.vertices, faces.chin
     view = front_view(page, neutral, PLACES)
     page.mouse.click(*view.project(neutral[chin])[0].round())
@@ -44,7 +43,7 @@ def test_a_click_picks_and_the_orbit_is_the_path(visit: Visit, faces: Faces) -> 
 
 def test_a_curved_path_is_drawn_curved(visit: Visit, faces: Faces) -> None:
     """From the side: each method's way of the chin is as bent on the picture as in space."""
-    page = visit(faces.together, size=MIDDLING)
+    page = visit(faces.together)
     page.evaluate("elastomorph.look('side')")
     bends = {}
     for number, name in enumerate(faces.rigs):

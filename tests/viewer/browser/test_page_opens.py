@@ -8,9 +8,9 @@ import numpy as np
 from faces import Faces
 from visiting import Visit, empty_page, positions, wait
 
+from elastomorph.viewer import page as pages
 from elastomorph.viewer import serve
 from elastomorph.viewer.notebook import notebook_html
-from elastomorph.viewer.page import shipped_page
 
 WELCOME = "Shows faces whose expressions move along curved, elastic paths"
 
@@ -87,7 +87,7 @@ def test_without_a_face_it_says_what_it_is_for(visit: Visit) -> None:
 def test_without_3d_it_says_what_to_do(visit: Visit, faces: Faces, tmp_path: Path) -> None:
     """Where the browser draws no WebGL 2 there is an alert, not an empty page."""
     visit.forgiven = "Error creating WebGL context"
-    page_text = shipped_page()
+    page_text = pages.shipped_page()
     assert "<head>" in page_text
     refusing = "<script>HTMLCanvasElement.prototype.getContext = () => null</script>"
     file = tmp_path / "no-webgl.html"

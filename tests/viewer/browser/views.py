@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 SMILE = {"mouthSmile_L": 0.9, "mouthSmile_R": 0.9, "browInnerUp": 0.6, "jawOpen": 0.25}
+JAW = {"weights": {"jawOpen": 1}, "t": 0.5}
 CALM = {
     **{"weights": {}, "t": 1, "playing": False, "clip": None, "mirror": False},
     **{"arrangement": "single", "shown": [1], "swipe": 0.5, "ghost": False, "onion": 0},
@@ -20,70 +21,66 @@ CALM = {
 }
 
 
-def _tab(page: Page, name: str) -> None:
-    tab = page.get_by_role("tab", name=name)
-    if tab.get_attribute("aria-selected") != "true":
-        tab.click()
+def _show(page: Page, tab: str, **patch: object) -> None:
+    """A tab of the panel and a state, calm but for what is said: one change, one drawing."""
+    strip = page.get_by_role("tab", name=tab)
+    if strip.get_attribute("aria-selected") != "true":
+        strip.click()
+    update(page, **{**CALM, **patch})
 
 
 def _sliders(page: Page, faces: Faces) -> None:
-    _tab(page, "Sliders")
-    update(page, weights=SMILE)
+    _show(page, "Sliders", weights=SMILE)
 
 
 def _search(page: Page, faces: Faces) -> None:
-    _tab(page, "Sliders")
-    update(page, weights=SMILE, mirror=True)
+    _show(page, "Sliders", weights=SMILE, mirror=True)
     page.get_by_role("searchbox").fill("smile")
 
 
 def _side(page: Page, faces: Faces) -> None:
-    _tab(page, "Compare")
-    update(page, weights={"jawOpen": 1}, t=0.5, arrangement="side", shown=[0, 2], heat=True)
-    update(page, against=2, picked=[faces.chin], orbits=True)
+    side = {"arrangement": "side", "shown": [0, 2], "heat": True, "against": 2}
+    _show(page, "Compare", **JAW, **side, picked=[faces.chin], orbits=True)
 
 
 def _three(page: Page, faces: Faces) -> None:
-    _tab(page, "Compare")
-    update(page, weights=SMILE, t=0.6, arrangement="side", shown=[0, 1, 2], ghost=True)
+    three = {"arrangement": "side", "shown": [0, 1, 2]}
+    _show(page, "Compare", weights=SMILE, t=0.6, **three, ghost=True)
 
 
 def _swipe(page: Page, faces: Faces) -> None:
-    _tab(page, "Compare")
-    update(page, weights={"jawOpen": 1}, t=0.5, arrangement="swipe", shown=[0, 2], swipe=0.55)
+    _show(page, "Compare", **JAW, arrangement="swipe", shown=[0, 2], swipe=0.55)
 
 
 def _heat(page: Page, faces: Faces) -> None:
-    _tab(page, "Sliders")
-    update(page, weights={"jawOpen": 1}, t=0.5, shown=[0], against=2, heat=True)
+    _show(page, "Sliders", **JAW, shown=[0], against=2, heat=True)
 
 
 def _fixed_heat(page: Page, faces: Faces) -> None:
-    _tab(page, "Compare")
-    update(page, weights={"jawOpen": 1}, t=0.5, shown=[0], against=2, heat=True, heatTop=0.02)
+    _show(page, "Compare", **JAW, shown=[0], against=2, heat=True, heatTop=0.02)
 
 
 def _orbits(page: Page, faces: Faces) -> None:
-    _tab(page, "Compare")
-    update(page, weights={"jawOpen": 1}, picked=[faces.chin, 1110, 300], orbits=True, onion=4)
+    picked = [faces.chin, 1110, 300]
+    _show(page, "Compare", weights={"jawOpen": 1}, picked=picked, orbits=True, onion=4)
 
 
 def _lines(page: Page, faces: Faces) -> None:
-    _tab(page, "Display")
-    update(page, weights=SMILE, wireframe=True, loops=True, shading="flat", light="matcap")
+    lines = {"wireframe": True, "loops": True, "shading": "flat", "light": "matcap"}
+    _show(page, "Display", weights=SMILE, **lines)
 
 
 def _take(page: Page, faces: Faces) -> None:
-    _tab(page, "Sliders")
-    update(page, clip="a take", clipTime=0.5)
+    _show(page, "Sliders", clip="a take", clipTime=0.5)
 
 
 def _keys(page: Page, faces: Faces) -> None:
+    _show(page, "Sliders")
     page.get_by_role("button", name="Keys (?)").click()
 
 
 def _alert(page: Page, faces: Faces) -> None:
-    _tab(page, "Sliders")
+    _show(page, "Sliders")
     page.locator("input[type=file]").set_input_files(
         {"name": "meeting notes.glb", "mimeType": "", "buffer": b"Meeting at nine."}
     )
@@ -107,12 +104,11 @@ VIEWS: dict[str, View] = {
 }
 
 
-def calm(page: Page) -> None:
-    """Back to where every view begins."""
+def close_all(page: Page) -> None:
+    """Closes what a view has opened over the picture."""
     page.evaluate("document.querySelector('dialog[open]')?.close()")
     page.evaluate("document.querySelectorAll('.message button').forEach(b => b.click())")
     search = page.get_by_role("searchbox")
     if search.is_visible() and search.input_value():
         search.fill("")
     page.evaluate("document.activeElement?.blur()")
-    update(page, **CALM)
