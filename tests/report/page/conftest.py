@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from parsed_page import Element, parsed
 from stand_in import VIEWER
@@ -18,13 +16,13 @@ def small_viewer(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session")
-def page(evaluation: Evaluation) -> Iterator[str]:
+def page(evaluation: Evaluation) -> str:
     """The page with everything in it."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("elastomorph.viewer.page.shipped_page", lambda: VIEWER)
         about = About("ball & more", source="A ball grows.", unit="cm", call="elastomorph <this>")
         found = suggest_inbetweens(evaluation.truth, 2, curves=evaluation.curves)
-        yield report_page(evaluation, about, suggestions=found)
+        return report_page(evaluation, about, suggestions=found)
 
 
 @pytest.fixture(scope="session")
