@@ -127,3 +127,11 @@ def test_same_topology_passes_and_any_difference_is_named() -> None:
         require_same_topology(neutral, Mesh(SQUARE, PYRAMID[:4]))
     with pytest.raises(TopologyError, match=r"6 vertices, neutral\.obj has 5"):
         require_same_topology(neutral, Mesh(np.vstack([SQUARE, SQUARE[:1]]), PYRAMID))
+
+
+def test_a_difference_in_an_endless_polygon_is_told_in_short() -> None:
+    one = Mesh(np.eye(3), [[0, 1, 2] * 100_000])
+    other = Mesh(np.eye(3), [[0, 1, 2] * 99_999])
+    with pytest.raises(TopologyError, match=r"\[0, 1, 2, .*, and 299,985 more\] instead of") as why:
+        require_same_topology(one, other)
+    assert len(str(why.value)) < 500

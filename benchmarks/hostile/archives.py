@@ -165,6 +165,7 @@ def damaged_arrays(random: Random, members: Mapping[str, np.ndarray]) -> tuple[s
     return ", ".join(labels), archive(own, random.choice((zipfile.ZIP_STORED, _DEFLATED)))
 
 
+@np.errstate(all="ignore")
 def _strange_arrays(array: np.ndarray) -> list[tuple[str, Any]]:
     found: list[tuple[str, Any]] = [
         ("pickled", np.array([{"a": 1}, None], dtype=object)),

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
 from random import Random
@@ -26,112 +25,21 @@ from elastomorph.io.point_cache import read_mdd, read_pc2, write_mdd, write_pc2
 from elastomorph.io.region_file import read_region
 from elastomorph.io.rig_npz import read_rig_npz, write_rig_npz
 from elastomorph.performance import Performance
+from elastomorph.settings import read_settings
 from hostile import archives, documents, scenes, texts
-from hostile.byte_changes import MOST_BYTES, changed, recoded
-from hostile.case import Case, Folder, Link, Pipe
-from hostile.judge import require, same, sound
+from hostile.format import Format
+from hostile.frames import NumberedFrames, sequence_folders
+from hostile.judge import require, same
 from hostile.seeds import face, motion, rig, written
 
 __all__ = ["FORMATS", "Format"]
 
-Maker = Callable[[Random], Case]
 _ROOT = Path(__file__).resolve().parents[2]
 
 
-@dataclass(frozen=True)
-class Format:
-    """A format, and how it is attacked.
-
-    Attributes:
-        name: What people call it.
-        file: Name of the file that the reader is given, or a pattern.
-        seeds: Makes whole files; each must load.
-        read: The reader.
-        judge: Raises where a thing that was read is not what it must be.
-        again: Writes a thing to a path below a folder and reads it back; raises where it differs.
-            None where the format has no writer.
-        crafted: Makes inputs by hand, each a label and the content of the file.
-        folders: Makes inputs of several files.
-        damage: Makes one input that is intact as a container and damaged within.
-        isolated: Whether the reader works in a process of its own.
-    """
-
-    name: str
-    file: str
-    seeds: Callable[[], list[bytes]]
-    read: Callable[[Path], Any]
-    judge: Callable[[Any], None] = sound
-    again: Callable[[Any, Path], None] | None = None
-    crafted: Callable[[], Iterable[tuple[str, bytes]]] = tuple
-    folders: Callable[[], Iterable[Case]] = tuple
-    damage: Callable[[Random], tuple[str, bytes]] | None = None
-    isolated: bool = False
-    _kept: dict[str, list[bytes]] = field(default_factory=dict)
-
-    def whole(self) -> list[bytes]:
-        """The seeds, made once."""
-        if "seeds" not in self._kept:
-            self._kept["seeds"] = self.seeds()
-        return self._kept["seeds"]
-
-    def fixed(self) -> Iterator[Case]:
-        """All inputs that chance has no part in, but for the cuts."""
-        for number, seed in enumerate(self.whole()):
-            yield Case(f"seed {number}", self.file, {self.file: seed}, "loaded")
-        yield from _not_files(self.file, self.whole()[0])
-        for label, content in recoded(self.whole()[0]).items():
-            yield Case(label, self.file, {self.file: content})
-        for label, content in self.crafted():
-            yield Case(label, self.file, {self.file: content})
-        yield from self.folders()
-
-    def cuts(self) -> list[tuple[int, int]]:
-        """Every seed at every length."""
-        return [(n, length) for n, seed in enumerate(self.whole()) for length in range(len(seed))]
-
-    def cut(self, number: int, length: int) -> Case:
-        """A seed cut off."""
-        label = f"seed {number} cut to {length} bytes"
-        return Case(label, self.file, {self.file: self.whole()[number][:length]})
-
-    def random(self, random: Random) -> Case:
-        """An input made by chance."""
-        if self.damage is not None and random.random() < 0.5:
-            label, content = self.damage(random)
-        else:
-            seed, other = random.choice(self.whole()), random.choice(self.whole())
-            label, content = changed(random, seed, other)
-        return Case(label, self.file, {self.file: content[: MOST_BYTES - 1]})
-
-
-def _not_files(name: str, seed: bytes) -> Iterator[Case]:
-    """Links, folders, pipes and devices under the name of a file."""
-    if "#" in name:
-        return
-    suffix = Path(name).suffix
-    yield Case("nothing", name, {}, "refused")
-    yield Case("a folder", name, {name: Folder()}, "refused")
-    yield Case("a pipe", name, {name: Pipe()}, "refused")
-    yield Case("an endless device", name, {name: Link("/dev/zero")}, "refused")
-    yield Case("an empty device", name, {name: Link("/dev/null")}, "refused")
-    yield Case("a link to nothing", name, {name: Link("gone")}, "refused")
-    yield Case("a link to itself", name, {name: Link(name)}, "refused")
-    yield Case("a link to the file", name, {name: Link("real"), "real": seed}, "loaded")
-    yield Case("a link out of the folder", name, {name: Link("../../real"), "../../real": seed})
-    yield Case("capitals", name.upper(), {name.upper(): seed}, "loaded")
-    yield Case("blanks and letters", f"a b ß漢{suffix}", {f"a b ß漢{suffix}": seed}, "loaded")
-    yield Case("a name too long", "n" * 300 + suffix, {}, "refused")
-    yield Case("a path too long", "n/" * 3000 + name, {}, "refused")
-    yield Case("a file for a folder", f"file/{name}", {"file": seed}, "refused")
-    yield Case("the home folder", f"~/{name}", {}, "refused")
-    yield Case("a NUL in the name", f"a\0{suffix}", {}, "refused")
-
-
-def _encoded(
-    made: Iterable[tuple[str, str]], encoding: str = "utf-8"
-) -> Iterator[tuple[str, bytes]]:
+def _encoded(made: Iterable[tuple[str, str]]) -> Iterator[tuple[str, bytes]]:
     for label, text in made:
-        yield label, text.encode(encoding, "replace")
+        yield label, text.encode("utf-8", "replace")
 
 
 def _ply_bytes() -> Iterator[tuple[str, bytes]]:
@@ -178,6 +86,12 @@ _CURVES = (
     b'{"vertex_count": 100, "curves": [\n{"vertices": [4, 8, 15], "closed": true, "name": "upper '
     b'lip"},\n{"vertices": [16, 23]}]}\n',
     b"[[0, 1, 2, 0], [42, 43]]",
+)
+_SETTINGS = (
+    b'[character]\nunit = "cm"\n[method]\ndefault = "beam:3"\nclosure = "rest"\n'
+    b'[method.material]\ndamping = 0.5\n[timing]\ndefault = "linear"\n'
+    b'[methods]\njawOpen = "rotation"\n[regions.mouth]\nvertices = "0-99,120"\nfalloff = 2.5\n'
+    b'method = "linear"\n[groups]\njaw = ["jawOpen", "jaw*"]\n[export.glb]\nfps = 30\n'
 )
 _REGION = (b"[3, 4, 5]", b'{"vertices": [0, 2147483647]}')
 
@@ -268,11 +182,6 @@ def _usdz_seeds() -> list[bytes]:
     return [scenes.usdz(_usd("usdc"))]
 
 
-def _refused_package(path: Path) -> Any:
-    """A .usdz package, which is not read: a .usd file of its bytes must be refused too."""
-    return read_rig(path)
-
-
 @cache
 def _fbx(binary: bool) -> bytes:
     sys.path.append(str(_ROOT / "tests" / "io" / "fbx"))
@@ -306,68 +215,16 @@ def _sound_region(region: Any) -> None:
     require(not region.size or (region.min() >= 0 and region.max() < 2**31), "from 0")
 
 
-def _sequence_folders() -> Iterator[Case]:
-    """Numbered files that do not fit each other, or whose numbers do not."""
-    obj = written("a.obj", write_obj, face())
-    npz = written("a.npz", write_npz, face())
-    two = {"scan.1.obj": obj, "scan.2.obj": obj}
-    yield Case("two frames", "scan.#.obj", dict(two), "loaded")
-    yield Case("a wildcard", "scan.*.obj", dict(two), "loaded")
-    yield Case("the folder", "", dict(two), "loaded")
-    yield Case("archives", "scan.#.npz", {"scan.1.npz": npz, "scan.2.npz": npz}, "loaded")
-    yield Case("one frame", "scan.#.obj", {"scan.1.obj": obj}, "refused")
-    yield Case("none", "scan.#.obj", {}, "refused")
-    yield Case("one number twice", "scan.#.obj", {"scan.1.obj": obj, "scan.01.obj": obj}, "refused")
-    for number in ("9" * 200, "2147483648", "99999999999999999999"):
-        yield Case(f"number {number[:9]}", "scan.#.obj", {**two, f"scan.{number}.obj": obj})
-        near = {f"scan.{number[:-1]}{i}.obj": obj for i in (7, 8)}
-        yield Case(f"numbers near {number[:9]}", "scan.#.obj", near)
-    yield Case(
-        "a link to itself", "scan.#.obj", {**two, "scan.3.obj": Link("scan.3.obj")}, "refused"
-    )
-    yield Case("a pipe among them", "scan.#.obj", {**two, "scan.3.obj": Pipe()}, "refused")
-    yield Case("a folder among them", "scan.#.obj", {**two, "scan.3.obj": Folder()}, "loaded")
-    yield Case(
-        "a link among them", "scan.#.obj", {**two, "scan.3.obj": Link("scan.1.obj")}, "loaded"
-    )
-    yield Case("an empty frame", "scan.#.obj", {**two, "scan.3.obj": b""}, "refused")
-    yield Case("another mesh", "scan.#.obj", {**two, "scan.3.obj": b"v 0 0 0\n"}, "refused")
-    yield Case("brackets", "scan.[.obj", dict(two), "refused")
-    yield Case("two runs", "s#n.#.obj", dict(two), "refused")
-    yield Case("only #", "#.obj", {"1.obj": obj, "2.obj": obj}, "loaded")
-    yield Case("a NUL", "scan.\0#.obj", dict(two), "refused")
-    yield Case("formats mixed", "", {**two, "scan.3.npz": npz}, "refused")
-    yield Case("two thousand frames", "f#.obj", {f"f{i}.obj": obj for i in range(1900)}, "loaded")
-    zeros = next(
-        content
-        for label, content in archives.archive_files({"vertices": face().vertices}, "vertices")
-        if label.startswith("vertices of 40 MB of zeros as i1")
-    )
-    bombs = {f"f{i}.npz": zeros for i in range(MOST_BYTES // len(zeros))}
-    yield Case("archives of zeros", "f#.npz", dict(bombs))
-    for cut in range(0, len(obj), 7):
-        yield Case(f"a frame cut to {cut}", "scan.#.obj", {**two, "scan.3.obj": obj[:cut]})
+def _sound_settings(settings: Any) -> None:
+    require(settings.path.name.lower() == "elastomorph.toml" or settings.path.exists(), "its file")
+    for region in settings.regions.values():
+        require(0 <= region.falloff < float("inf"), "a falloff from 0")
+    for own in settings.inbetweens.values():
+        require(all(0 < time < 1 for time in own.files), "times between 0 and 1")
 
 
 def _cache_seeds(write: Callable[..., Any], name: str) -> list[bytes]:
     return [written(name, write, motion().frames)]
-
-
-class _NumberedFrames(Format):
-    """Every random input is a whole frame beside a damaged one."""
-
-    def random(self, random: Random) -> Case:
-        obj = self.whole()[0]
-        label, content = changed(random, obj, obj)
-        return Case(label, self.file, {"scan.1.obj": obj, "scan.2.obj": content})
-
-    def cut(self, number: int, length: int) -> Case:
-        obj = self.whole()[0]
-        files = {"scan.1.obj": obj, "scan.2.obj": obj[:length]}
-        return Case(f"a frame cut to {length} bytes", self.file, dict(files))
-
-    def fixed(self) -> Iterator[Case]:
-        yield from self.folders()
 
 
 FORMATS: tuple[Format, ...] = (
@@ -457,6 +314,7 @@ FORMATS: tuple[Format, ...] = (
         isolated=True,
     ),
     Format("USD binary", "face.usdc", lambda: [_usd("usdc")], read_rig, isolated=True),
+    Format("USD package", "face.usdz", _usdz_seeds, read_rig, wanted="refused"),
     Format(
         "FBX text",
         "face.fbx",
@@ -499,12 +357,20 @@ FORMATS: tuple[Format, ...] = (
         crafted=lambda: _encoded(texts.region_files()),
         damage=partial(_json_damage, _REGION),
     ),
-    _NumberedFrames(
+    Format(
+        "TOML settings",
+        "elastomorph.toml",
+        lambda: [_SETTINGS],
+        read_settings,
+        _sound_settings,
+        crafted=lambda: _encoded(texts.settings_files()),
+    ),
+    NumberedFrames(
         "numbered frames",
         "scan.#.obj",
         partial(_meshes, write_obj, "face.obj"),
         read_sequence,
-        folders=_sequence_folders,
+        folders=sequence_folders,
     ),
     Format(
         "MDD cache",

@@ -6,7 +6,15 @@ from collections.abc import Iterator
 
 from hostile.byte_changes import MOST_BYTES
 
-__all__ = ["csv_files", "curve_files", "livelink_files", "obj_files", "ply_files", "region_files"]
+__all__ = [
+    "csv_files",
+    "curve_files",
+    "livelink_files",
+    "obj_files",
+    "ply_files",
+    "region_files",
+    "settings_files",
+]
 
 _TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 _HUGE = ("9" * 5000, "0" * 5000 + "1", "1e999", "1" * 400, "-" + "9" * 30, "1e18", "-1e18")
@@ -236,3 +244,30 @@ def region_files() -> Iterator[tuple[str, str]]:
         yield f"vertices {number[:8]}", f'{{"vertices": {number}}}'
     yield "one vertex again", "[0" + ",0" * 450_000 + "]"
     yield "nothing", "[]"
+
+
+def settings_files() -> Iterator[tuple[str, str]]:
+    """TOML that is or is not settings, each with what it is."""
+    for depth in (30, 100, 1000, 20_000, 100_000):
+        yield f"arrays {depth} deep", "a = " + "[" * depth + "]" * depth
+        yield f"tables {depth} deep", "a = " + "{b = " * depth + "1" + "}" * depth
+        yield f"keys {depth} deep", "a" + ".a" * depth + " = 1"
+        yield f"a header {depth} deep", "[a" + ".a" * depth + "]"
+        yield f"quoted keys {depth} deep", 'a."b' + '"."b' * depth + '" = 1'
+    for number in (*_HUGE, "nan", "inf", "-1", "0", "1e-320", "true", "[]", "{}", "1979-05-27"):
+        yield f"falloff {number[:8]}", f'[regions.a]\nvertices = "0"\nfalloff = {number}'
+        yield f"vertices {number[:8]}", f"[regions.a]\nvertices = {number}"
+        yield f"range {number[:8]}", f'[regions.a]\nvertices = "0-{number}"'
+        yield f"fps {number[:8]}", f"[export.glb]\nfps = {number}"
+        yield f"method {number[:8]}", f"[method]\ndefault = {number}"
+        yield f"inbetween {number[:8]}", f'[inbetweens.a]\n"{number}" = "a.obj"'
+    for name in ("../a.obj", "/etc/passwd", "~/a", "a" * 5000, "\\u0000", "", "gone.obj"):
+        yield f"neutral {name[:12]}", f'[character]\nneutral = "{name}"'
+        yield f"targets {name[:12]}", f'[character]\ntargets = ["{name}"]'
+    yield "keys", "[methods]\n" + _counted('a# = "beam"\n')[:250_000]
+    yield "groups", "[groups]\n" + _counted('a# = ["b"]\n')[:250_000].rsplit("\n", 1)[0]
+    yield "a long unknown key", "k" * 200_000 + " = 1"
+    yield "a long text", '[method]\ndefault = "' + "b" * 200_000 + '"'
+    yield "too large", _filled("# a comment\n")
+    yield "half a character", '[methods]\n"\\ud800" = "beam"'
+    yield "a key twice", "[method]\ndefault = 'beam'\ndefault = 'beam'"

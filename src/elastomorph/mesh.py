@@ -16,6 +16,8 @@ from elastomorph.polygons import Polygons
 
 __all__ = ["FaceLabels", "Mesh", "Source", "UVMap", "as_vertices", "require_same_topology"]
 
+_MOST_SHOWN = 12
+
 
 @dataclass(frozen=True, eq=False)
 class UVMap:
@@ -217,8 +219,15 @@ def _first_difference(neutral: Mesh, target: Mesh) -> str:
                 line = f" (line {target.source.face_lines[face]:,})"
             return (
                 f"the first polygon that differs is {face:,}{line}, "
-                f"{theirs[face].tolist()} instead of {ours[face].tolist()}"
+                f"{_corners_shown(theirs[face])} instead of {_corners_shown(ours[face])}"
             )
     if len(ours) != len(theirs):
         return f"{len(theirs):,} polygons instead of {len(ours):,}"
     return "the polygons are the same"
+
+
+def _corners_shown(polygon: NDArray[np.int32]) -> str:
+    """The corners of a polygon; of one that is no polygon of people, the first."""
+    shown = ", ".join(map(str, polygon[:_MOST_SHOWN].tolist()))
+    rest = len(polygon) - _MOST_SHOWN
+    return f"[{shown}, and {rest:,} more]" if rest > 0 else f"[{shown}]"

@@ -17,8 +17,16 @@ def test_what_is_spent_adds_up() -> None:
     budget = MemoryBudget("face.glb", 1000)
     budget.spend(allowed_memory(1000) - 10)
     budget.spend(10)
-    with pytest.raises(FormatError, match=r"face\.glb: it would take more memory than 32 MiB"):
+    words = r"face\.glb: it would take more memory than 32 MiB, as no face in a file of 1,000 bytes"
+    with pytest.raises(FormatError, match=words):
         budget.spend(1)
+
+
+def test_a_larger_file_may_take_more_for_each_byte() -> None:
+    """Eight hundred sparse correctives of a production head fit into what ten megabytes may."""
+    rates = [allowed_memory(size + 1) - allowed_memory(size) for size in (0, 999_999, 2_000_000)]
+    assert rates == sorted(rates)
+    MemoryBudget("head.glb", 10_000_000).spend_fields(24_000, 800, copies=2)
 
 
 def test_files_that_belong_to_it_add_to_what_it_may_take() -> None:

@@ -194,7 +194,7 @@ def test_an_archive_that_unpacks_to_far_more_than_its_size_is_refused_at_once(
     assert (tmp_path / "bomb.npz").stat().st_size < 200_000
     tracemalloc.start()
     try:
-        with pytest.raises(FormatError, match="more memory than 32 MiB and 192 times"):
+        with pytest.raises(FormatError, match="would take more memory than"):
             read_npz(tmp_path / "bomb.npz")
         assert tracemalloc.get_traced_memory()[1] < 4 << 20
     finally:

@@ -262,3 +262,26 @@ def test_absurd_files_are_refused_soon(character: Path, text: str) -> None:
 
 def test_settings_may_be_written_by_programs(character: Path) -> None:
     assert read_settings(written(character, as_toml(TABLES))).character.neutral == "neutral.obj"
+
+
+@pytest.mark.parametrize("name", ["n" * 300, "n/" * 3000, "a\0b"])
+def test_a_path_that_cannot_be_is_an_error_of_ours(tmp_path: Path, name: str) -> None:
+    with pytest.raises(FileError):
+        read_settings(tmp_path / f"{name}.toml")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{'k' * 100_000} = 1",
+        f'[method]\ndefault = "{"b" * 100_000}"',
+        f'[character]\nneutral = "{"n" * 100_000}"',
+        f'[inbetweens.a]\n"{"9" * 100_000}" = "a.obj"',
+    ],
+)
+def test_a_message_about_an_endless_name_can_be_read(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "elastomorph.toml"
+    path.write_text(text)
+    with pytest.raises(FormatError, match=r"elastomorph\.toml, line") as caught:
+        read_settings(path)
+    assert len(str(caught.value)) < 1000

@@ -1,9 +1,9 @@
 """How much memory a file may take: in proportion to its size, so that none can fill the machine.
 
 A few bytes can announce or unpack to gigabytes. What is about to be used is counted beforehand,
-with the copies that reading makes of it, and a file that asks for more than 32 MiB and 192 times
-its own size is refused. Real files stay far below that. One under a megabyte so takes at most
-256 MB.
+with the copies that reading makes of it, and a file that asks for more than it may is refused: 32
+MiB, 192 times its size up to a megabyte, and 512 times what it has beyond. Real files stay far
+below that, and one under a megabyte takes at most 256 MB.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from elastomorph.errors import FormatError
 __all__ = ["MemoryBudget", "allowed_memory"]
 
 _BASE = 32 << 20
-_TIMES_ITS_SIZE = 192
+_SMALL = 1_000_000
+_TIMES_SMALL, _TIMES_LARGE = 192, 512
 
 # A target or a mesh is a handful of objects, however little it moves or shows.
 _BYTES_OF_OBJECTS = 12 << 10
@@ -25,7 +26,7 @@ _MORE_THAN_DENSE = 1.1
 
 def allowed_memory(size: int) -> int:
     """Bytes of memory that reading a file of ``size`` bytes may take."""
-    return _BASE + _TIMES_ITS_SIZE * size
+    return _BASE + _TIMES_SMALL * min(size, _SMALL) + _TIMES_LARGE * max(0, size - _SMALL)
 
 
 class MemoryBudget:
@@ -33,11 +34,12 @@ class MemoryBudget:
 
     def __init__(self, path: str | Path, size: int) -> None:
         self._path = path
-        self._left = float(allowed_memory(size))
+        self._size = size
+        self._spent = 0.0
 
     def add_size(self, size: int) -> None:
         """Bytes of another file that belongs to this one."""
-        self._left += _TIMES_ITS_SIZE * size
+        self._size += size
 
     def spend(self, amount: float) -> None:
         """Count bytes of memory about to be used.
@@ -45,12 +47,13 @@ class MemoryBudget:
         Raises:
             FormatError: The file asks for more than it may.
         """
-        self._left -= amount
-        if self._left < 0:
+        self._spent += amount
+        allowed = allowed_memory(self._size)
+        if self._spent > allowed:
             raise FormatError(
                 self._path,
-                f"it would take more memory than {_BASE >> 20} MiB and {_TIMES_ITS_SIZE} times its "
-                "own size, as no file of a face does; it is damaged or was made to harm",
+                f"it would take more memory than {allowed >> 20:,} MiB, as no face in a file of "
+                f"{self._size:,} bytes does; it is damaged or was made to harm",
             )
 
     def spend_objects(self, count: int) -> None:

@@ -12,7 +12,7 @@ from elastomorph.errors import FormatError, MeshError, ParameterError
 
 __all__ = ["naming_file", "shortened"]
 
-_LONGEST = 400
+_LONGEST = 700
 
 
 @contextmanager

@@ -145,8 +145,6 @@ def pack_arrays(file: IO[bytes], arrays: Mapping[str, NDArray[Any]]) -> None:
 def _naming_damage(path: str | Path) -> Iterator[None]:
     try:
         yield
-    except FormatError:
-        raise
     except Exception as error:  # damage shows as a dozen different exceptions of three libraries
         said = str(error).encode("ascii", "backslashreplace").decode()[:200]
         raise FormatError(

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import opened
+from elastomorph.io.checked import shortened
 from elastomorph.settings.lines import line_of
 from elastomorph.settings.schema import Key
 
@@ -58,7 +59,7 @@ class Document:
         Raises:
             FormatError: Always, with the line where it is known.
         """
-        raise FormatError(self.path, problem, line=line_of(self._text, where))
+        raise FormatError(self.path, shortened(problem), line=line_of(self._text, where))
 
     @contextmanager
     def naming(self, where: Where) -> Iterator[None]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from elastomorph.errors import FileError
+from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.gltf.writer import require_glb_settings
 from elastomorph.io.usd.writer import require_usd_settings
 from elastomorph.paths.through import SPLINES
@@ -27,7 +28,7 @@ _TOP = tuple(dict.fromkeys(name.partition(".")[0] for name in (*TABLES, *FREE)))
 def find_settings(folder: str | Path) -> Path | None:
     """The settings file in a folder, if there is one."""
     file = Path(folder) / FILE_NAME
-    return file if file.is_file() else None
+    return file if is_file(file) else None
 
 
 def read_settings(path: str | Path) -> Settings:
@@ -46,7 +47,7 @@ def read_settings(path: str | Path) -> Settings:
             and, for a mistyped name, the nearest known one.
     """
     file = Path(path)
-    if file.is_dir():
+    if is_folder(file):
         found = find_settings(file)
         if found is None:
             raise FileError(

@@ -259,6 +259,14 @@ def test_another_file_that_is_damaged_is_named(tmp_path: Path) -> None:
         read_in_this_process(path, tmp_path)
 
 
+def test_another_file_of_no_format_of_usd_is_named(tmp_path: Path) -> None:
+    (tmp_path / "part.txt").write_text("#usda 1.0\n")
+    path = tmp_path / "a.usda"
+    path.write_text('#usda 1.0\ndef "A" (references = @./part.txt@) {}\n')
+    with pytest.raises(FormatError, match=r"part\.txt"):
+        read_in_this_process(path, tmp_path)
+
+
 def test_a_file_shown_twice_counts_once(tmp_path: Path) -> None:
     write_usd(tmp_path / "part.usda", sample_rig())
     path = tmp_path / "a.usda"

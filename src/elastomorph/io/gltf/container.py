@@ -154,7 +154,7 @@ class GltfFile:
         except (OSError, RuntimeError, ValueError):
             inside = False
         if not inside:
-            self.refuse(f"it refers to {_shown(uri)}, which lies outside its own folder")
+            self.refuse(f"it refers to {_shown(uri)}, which is no file in its own folder")
         return found
 
 
