@@ -38,6 +38,7 @@ page: $(WEB_READY)
 # Which branches of the code the tests take, the readers' first.
 coverage: $(INSTALLED) $(WEB_READY)
 	$(BIN)/coverage run -m pytest -n 0
+	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report --include '*/elastomorph/io/*' --format=markdown
 	$(BIN)/coverage report --format=total
 
@@ -67,4 +68,4 @@ requirements:
 	  --no-header --no-annotate --quiet pyproject.toml --output-file requirements/dev.txt
 
 clean:
-	rm -rf $(VENV) web/node_modules out .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) web/node_modules out .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -115,6 +115,12 @@ def test_diameter_equals_the_exhaustive_search(count: int, rank: int, seed: int)
     assert largest_distance(points) == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.parametrize("place", [0.0, 2.0, 0.1])
+def test_a_crowd_in_one_place_has_no_size(place: float) -> None:
+    """Pairs of this many points would not end within an hour."""
+    assert largest_distance(np.full((200_000, 3), place)) == pytest.approx(0.0, abs=1e-12)
+
+
 def test_same_topology_passes_and_any_difference_is_named() -> None:
     neutral = Mesh(SQUARE, PYRAMID, source=Source("neutral.obj"))
     require_same_topology(neutral, neutral.with_vertices(2 * SQUARE))

@@ -25,7 +25,9 @@ def largest_distance(points: NDArray[np.float64]) -> float:
     singular, axes = np.linalg.svd(centred, full_matrices=False)[1:]
     rank = int((singular > 1e-12 * max(float(singular[0]), np.finfo(float).tiny)).sum())
     candidates = points
-    if rank == 1:
+    if rank == 0:  # all of them coincide
+        candidates = points[:1]
+    elif rank == 1:
         along = centred @ axes[0]
         candidates = points[[int(along.argmin()), int(along.argmax())]]
     elif rank >= 2 and len(points) > 50:
