@@ -1,11 +1,13 @@
-"""The largest distance between two points of a set: the length D that errors are divided by."""
+"""Lengths that errors and tolerances are divided by: D of a mesh, and of what targets move."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["largest_distance"]
+__all__ = ["largest_distance", "moved_extent"]
 
 _BLOCK = 512
 
@@ -40,3 +42,21 @@ def largest_distance(points: NDArray[np.float64]) -> float:
         offsets = candidates[start : start + _BLOCK, None] - candidates[None, start:]
         largest = max(largest, float(np.einsum("ijk,ijk->ij", offsets, offsets).max()))
     return float(np.sqrt(largest))
+
+
+def moved_extent(neutral: NDArray[np.float64], targets: Iterable[NDArray[np.float64]]) -> float:
+    """D of a rig: the largest distance between two vertices that a target moves.
+
+    A body below the face, which no target moves, does not count: it would loosen every tolerance.
+
+    Args:
+        neutral: (V, 3) positions at rest.
+        targets: (V, 3) positions of each target.
+
+    Returns:
+        A length in the unit of the vertices; 0 where nothing moves.
+    """
+    moved = np.zeros(len(neutral), dtype=bool)
+    for target in targets:
+        moved |= (target != neutral).any(axis=1)
+    return largest_distance(neutral[moved]) if moved.any() else 0.0

@@ -12,7 +12,28 @@ from elastomorph.bend_curve import BendCurve, as_times
 from elastomorph.errors import MeshError
 from elastomorph.mesh import Mesh, require_same_topology
 
-__all__ = ["Morph"]
+__all__ = ["Choice", "Morph"]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Why the method ``auto`` took a straight line or a bent path.
+
+    Attributes:
+        distance: Largest distance, halfway, between the path of ``rotation`` and the straight
+            line, as a fraction of D; an upper bound where that was enough to decide.
+        allowed: The distance up to which the straight line is taken, as a fraction of D.
+        exact: Whether `distance` is the distance itself, not an upper bound.
+    """
+
+    distance: float
+    allowed: float
+    exact: bool = True
+
+    @property
+    def straight(self) -> bool:
+        """Whether the straight line was taken."""
+        return self.distance <= self.allowed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -33,6 +54,7 @@ class Morph:
             which no seam can open between curves.
         bake_error: Largest distance between the stored path and the path it stands for, as a
             fraction of ``neutral.diameter``; 0 where the storage is exact.
+        choice: Why ``auto`` chose this path; None where the method was named.
 
     Raises:
         TopologyError: Neutral and target differ in vertices or polygons.
@@ -46,6 +68,7 @@ class Morph:
     method: str = "linear"
     limit_law: BendCurve = field(default_factory=lambda: BendCurve.polynomial([0.0]))
     bake_error: float = 0.0
+    choice: Choice | None = None
 
     def __post_init__(self) -> None:
         require_same_topology(self.neutral, self.target)

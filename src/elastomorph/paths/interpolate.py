@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 from importlib import import_module
-from typing import cast
+from typing import Any, cast
 
 from numpy.typing import ArrayLike
 
@@ -32,6 +32,7 @@ def interpolate(
     rest: str = "linear",
     rigidity: ArrayLike | None = None,
     pinned: ArrayLike | None = None,
+    extent: float | None = None,
     **settings: object,
 ) -> Morph:
     """The path from a neutral to a target.
@@ -40,7 +41,7 @@ def interpolate(
         neutral: The mesh at t = 0.
         target: The mesh at t = 1, with the vertices and polygons of the neutral.
         method: A name (``linear``, ``cosine``, ``ease``, ``beam``, ``plate``, ``arc``,
-            ``rotation``), a text such as ``beam:3``, or a `Method`.
+            ``rotation``, ``auto``), a text such as ``beam:3``, or a `Method`.
         curves: The curves that beams follow; found by `extract_curves` by default.
         region: Vertex indices, or (V,) bool; the method is used there only, on the parts of the
             curves inside.
@@ -49,6 +50,9 @@ def interpolate(
         rest: What vertices outside the region do: ``linear`` or ``neutral`` (stay).
         rigidity: (V,) painted rigidity of a ``plate``, times that of its material.
         pinned: Vertices of a ``plate`` that follow the limit law, indices or (V,) bool.
+        extent: The length D that ``straight_within`` of ``auto`` is a fraction of, in the unit of
+            the vertices: for a rig the size of what its targets move, see
+            `elastomorph.extent.moved_extent`. ``neutral.diameter`` by default.
         **settings: Fields of `Method`: ``order``, ``material``, ``closure``, ``load``, ``basis``,
             ``stiffness``, ``harmonics``.
 
@@ -69,6 +73,7 @@ def interpolate(
         rest=rest,
         rigidity=rigidity,
         pinned=pinned,
+        extent=extent,
         **settings,
     )
     return prepared(target)
@@ -84,6 +89,7 @@ def prepare(
     rest: str = "linear",
     rigidity: ArrayLike | None = None,
     pinned: ArrayLike | None = None,
+    extent: float | None = None,
     **settings: object,
 ) -> Path:
     """A function from target to path, for many targets of one neutral.
@@ -95,9 +101,11 @@ def prepare(
         raise MeshError(f"{neutral.name} has {count} vertices; a face needs at least 3")
     chosen = _method(method, settings)
     options = {"rigidity": rigidity, "pinned": pinned}
-    painted = {name: value for name, value in options.items() if value is not None}
+    painted: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     if painted and chosen.name != "plate":
         raise ParameterError(f"only a plate takes {' and '.join(painted)}, not {chosen.name}")
+    if chosen.name == "auto" and extent is not None:
+        painted["extent"] = extent
     # One file a method, imported when it is first used: some need large parts of SciPy.
     make = import_module(f"elastomorph.paths.{chosen.name}").prepare
     if region is None:

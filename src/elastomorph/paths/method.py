@@ -9,7 +9,7 @@ from elastomorph.physics import BASES, CLOSURES, STIFFNESSES, Load, Material
 
 __all__ = ["METHODS", "Method"]
 
-METHODS = ("linear", "cosine", "ease", "beam", "plate", "arc", "rotation")
+METHODS = ("linear", "cosine", "ease", "beam", "plate", "arc", "rotation", "auto")
 _WITH_ORDER = ("ease", "beam", "plate")
 _ELASTIC = ("beam", "plate")
 
@@ -21,7 +21,8 @@ class Method:
     Attributes:
         name: ``linear`` (Eq. 34), ``cosine`` ((1 - cos πt)/2), ``ease`` (p(t)/p(1) on the straight
             line), ``beam`` (Eqs. 31-33 for any order), ``plate`` (the same on the surface), ``arc``
-            (circular arcs of the local rotation), ``rotation`` (least distortion).
+            (circular arcs of the local rotation), ``rotation`` (least distortion), ``auto`` (the
+            straight line where ``rotation`` stays close to it, else ``rotation``).
         order: R of the load t^R, from 1 to 20.
         material: m, c, k of ``beam`` and ``plate``.
         closure: Time law of the mean of a curve, or of a piece of the surface, see
@@ -33,6 +34,8 @@ class Method:
         harmonics: Modes above this number follow the limit law; all are solved by default.
         tolerance: How closely the bends of ``arc`` and ``rotation`` hold their path, as a fraction
             of D; smaller ones cost more bends.
+        straight_within: How far from the straight line ``auto`` lets the path of ``rotation`` be,
+            halfway and as a fraction of D, and still goes straight.
 
     Raises:
         ParameterError: A setting is unknown or out of range.
@@ -47,6 +50,7 @@ class Method:
     stiffness: str = "uniform"
     harmonics: int | None = None
     tolerance: float = 1e-4
+    straight_within: float = 5e-4
 
     def __post_init__(self) -> None:
         for value, allowed, what in (
@@ -63,6 +67,10 @@ class Method:
             Load.power(self.order)
         if not isinstance(self.tolerance, float) or not self.tolerance > 0:
             raise ParameterError(f"tolerance must be a number above 0, found {self.tolerance!r}")
+        if not isinstance(self.straight_within, float) or not self.straight_within >= 0:
+            raise ParameterError(
+                f"straight_within must be a number ≥ 0, found {self.straight_within!r}"
+            )
         if self.harmonics is not None and (
             not isinstance(self.harmonics, int) or self.harmonics < 0
         ):
