@@ -57,7 +57,8 @@ def test_a_timing_holds_outside_its_clip(law: timing.Timing) -> None:
 def test_the_shape_of_the_times_is_kept(law: timing.Timing) -> None:
     assert law.at(0.3).shape == ()
     assert law.at([0.3]).shape == (1,)
-    np.testing.assert_array_equal(law([0.3, 0.9]), [law.at(0.3), law.at(0.9)])
+    # A power of one number and of many are different functions of the processor.
+    np.testing.assert_allclose(law([0.3, 0.9]), [law.at(0.3), law.at(0.9)], rtol=1e-14)
 
 
 @names

@@ -40,7 +40,7 @@ def test_batch_is_pose_and_blend_row_by_row(small: Rig, rows: np.ndarray) -> Non
     posed = small.batch(rows, dtype=np.float64)
     blended = small.batch(rows, times, dtype=np.float64)
     own = small.batch(rows, np.tile(times[:, None], 3), dtype=np.float64)
-    np.testing.assert_array_equal(blended, own)
+    np.testing.assert_allclose(blended, own, rtol=0, atol=1e-13)
     for i, row in enumerate(rows):
         np.testing.assert_allclose(posed[i], small.pose(named(row)), atol=1e-12)
         np.testing.assert_allclose(blended[i], small.blend(named(row), times[i]), atol=1e-12)

@@ -60,6 +60,7 @@ def test_topology_is_shared_and_the_face_moves(face, neutral):
 def test_no_weights_are_the_neutral_bit_for_bit(neutral):
     np.testing.assert_array_equal(pose({}), neutral.vertices)
     np.testing.assert_array_equal(pose(dict.fromkeys(EXPRESSIONS["angry"], 0.0)), neutral.vertices)
+    np.testing.assert_array_equal(pose(dict.fromkeys(SHAPES, 0.0)), neutral.vertices)
 
 
 @pytest.mark.parametrize("face", ["sad", "angry", "grinning", "puff", "jawOpen", "cheekPuff"])

@@ -44,6 +44,17 @@ def test_lids_keep_their_distance_from_the_eyeballs_centre(neutral, whole, closi
     )
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_lids_that_do_not_turn_keep_every_bit(neutral, whole, seed):
+    """Wherever they are: taking the centre off and adding it again may change the last bit."""
+    points = neutral.vertices + 1e-3 * np.random.default_rng(seed).standard_normal((1, 3))
+    np.testing.assert_array_equal(turn_lids(points, {"L": (0.0, 0.0)}), points)
+    turned = turn_lids(points, {"L": (0.5, 0.0), "R": (0.0, 0.5)})
+    outline = whole.lay.eye[:3]
+    still = np.concatenate([outline, whole.partner[outline]])
+    np.testing.assert_array_equal(turned[still], points[still])
+
+
 def test_a_lid_that_closes_fully_meets_the_other(neutral, whole):
     turned = turn_lids(neutral.vertices, {"L": (0.86, 0.14)})
     edge = turned[whole.lay.eye[lids.MARGIN + 1]] - EYE_CENTRE

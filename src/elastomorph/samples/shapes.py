@@ -30,7 +30,8 @@ _LIDS = {
 def pose(weights: Mapping[str, float]) -> Points:
     """Positions of all vertices when several shapes act at once.
 
-    Displacements of the skin add up; the lids' turns add up as angles.
+    Displacements of the skin add up; the lids' turns add up as angles. A weight of zero adds
+    nothing, not even rounding.
 
     Args:
         weights: How far each shape goes; a name without its side stands for both sides.
@@ -39,6 +40,8 @@ def pose(weights: Mapping[str, float]) -> Points:
     points = build().mesh.vertices.copy()
     closing = {"L": np.zeros(2), "R": np.zeros(2)}
     for name, weight in weights.items():
+        if weight == 0.0:
+            continue
         for full in _sided(name):
             if full in moves:
                 points += moves[full](weight)

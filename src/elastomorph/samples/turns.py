@@ -16,6 +16,8 @@ __all__ = ["keep_off_eyes", "turn_jaw", "turn_lids"]
 # How much of a lid's turn each ring around the eye makes, from the outline inwards.
 _LID_SHARES = np.array([0.0, 0.0, 0.0, 0.04, 0.22, 0.62, 1.0, 1.0, 1.0, 1.0])
 _LID_SHARES.flags.writeable = False
+_TURNING = np.flatnonzero(_LID_SHARES)
+_TURNING.flags.writeable = False
 
 
 def turn_jaw(points: Points, degrees: float, glide: tuple[float, float] = (0.0, 0.0)) -> Points:
@@ -41,7 +43,7 @@ def turn_lids(points: Points, closing: dict[str, tuple[float, float]]) -> Points
     """Points after the lids have swept over the eyeballs.
 
     A lid's vertex turns about the axis along x through the centre of its eyeball, so that its
-    distance from the centre stays what it was.
+    distance from the centre stays what it was. What does not turn keeps every bit.
 
     Args:
         points: (V, 3) positions of the head's vertices.
@@ -56,11 +58,13 @@ def turn_lids(points: Points, closing: dict[str, tuple[float, float]]) -> Points
         edge = head.mesh.vertices[rings[lids.MARGIN + 1]] - centre
         height = np.arctan2(edge[:, 1], edge[:, 2])
         for above, amount in ((True, upper), (False, lower)):
+            if amount == 0.0:
+                continue
             for step in range(1, lids.STEPS):
                 here, there = lids.place(step, above), lids.place(step, not above)
                 gap = height[there] - height[here]
-                angle = amount * gap * _LID_SHARES
-                column = rings[:, here]
+                angle = amount * gap * _LID_SHARES[_TURNING]
+                column = rings[_TURNING, here]
                 out[column] = centre + _turned(out[column] - centre, angle)
     return out
 
