@@ -17,6 +17,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -77,7 +79,7 @@ def kill_again_and_again(command: tuple[str, ...], times: int, chance: random.Ra
         _write_inputs(folder)
         inputs = set(folder.iterdir())
         start = time.perf_counter()
-        _run(command, folder, temporary).wait()
+        _complete(command, folder, temporary)
         seconds = time.perf_counter() - start
         new = {path: path.read_bytes() for path in set(folder.iterdir()) - inputs}
         if not new:
@@ -86,10 +88,8 @@ def kill_again_and_again(command: tuple[str, ...], times: int, chance: random.Ra
         for _ in range(times):
             for path, content in old.items():
                 path.write_bytes(content)
-            process = _run(command, folder, temporary)
-            time.sleep(seconds * (1.05 - 0.9 * chance.random() ** 2))
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+            with _running(command, folder, temporary):
+                time.sleep(seconds * (1.05 - 0.9 * chance.random() ** 2))
             now = {path: path.read_bytes() for path in new}
             broken = [p.name for p in new if now[p] not in (old[p], new[p])]
             found.broken += broken
@@ -97,7 +97,7 @@ def kill_again_and_again(command: tuple[str, ...], times: int, chance: random.Ra
                 found.old += now == old
                 found.new += now != old
             found.orphans += len(_others(folder, inputs | set(new)) + _others(temporary, set()))
-        if _run(command, folder, temporary).wait():
+        if _complete(command, folder, temporary):
             raise SystemExit(f"elastomorph {' '.join(command)} failed after it was killed")
         found.after = len(_others(folder, inputs | set(new)) + _others(temporary, set()))
     return found
@@ -111,8 +111,18 @@ def _write_inputs(folder: Path) -> None:
     em.write(folder / "smile.obj", shapes()["mouthSmile_L"])
 
 
-def _run(command: tuple[str, ...], folder: Path, temporary: Path) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
+def _complete(command: tuple[str, ...], folder: Path, temporary: Path) -> int:
+    """The exit status of a run that nobody disturbs."""
+    with _running(command, folder, temporary) as process:
+        return process.wait()
+
+
+@contextmanager
+def _running(
+    command: tuple[str, ...], folder: Path, temporary: Path
+) -> Iterator[subprocess.Popen[bytes]]:
+    """A command that is killed at the end, with all that it started."""
+    process = subprocess.Popen(
         [sys.executable, "-m", "elastomorph", *command],
         cwd=folder,
         env=os.environ | {"TMPDIR": str(temporary)},
@@ -120,6 +130,12 @@ def _run(command: tuple[str, ...], folder: Path, temporary: Path) -> subprocess.
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
+    with process:
+        try:
+            yield process
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
 
 
 def _others(folder: Path, known: set[Path]) -> list[Path]:

@@ -9,10 +9,13 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import AbstractContextManager
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+from children import started
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals and limits")
 
@@ -27,19 +30,17 @@ WRITING = [
 ]
 
 
-def started(words: tuple[str, ...], folder: Path, most_bytes: int | None = None, **files: object):  # type: ignore[no-untyped-def]
+def running(
+    words: tuple[str, ...], folder: Path, most_bytes: int | None = None, **files: object
+) -> AbstractContextManager[subprocess.Popen[str]]:
     """A command in a process of its own, whose files may be no longer than some bytes."""
     limit = f"resource.setrlimit(resource.RLIMIT_FSIZE, ({most_bytes}, {most_bytes}))"
     program = (
         f"import resource\n{limit if most_bytes is not None else ''}\n"
         "from elastomorph.cli import main\nmain()"
     )
-    return subprocess.Popen(
-        [sys.executable, "-c", program, *words],
-        cwd=folder,
-        env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
-        **files,  # type: ignore[call-overload]
-    )
+    environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
+    return started("-c", program, *words, cwd=folder, env=environment, **files)
 
 
 @pytest.mark.parametrize("words", WRITING[:5], ids=lambda words: words[-1])
@@ -48,8 +49,9 @@ def test_a_disk_that_is_full_midway_leaves_the_old_file(
 ) -> None:
     face = tmp_path / words[-1]
     face.write_bytes(b"the old file")
-    process = started(words, tmp_path, 20_000, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
-    said = process.communicate()[1].decode()
+    files = {"stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL}
+    with running(words, tmp_path, 20_000, **files) as process:
+        said = process.communicate()[1]
     assert process.returncode == 1, said
     assert said.startswith("error: ")
     assert len(said.splitlines()) == 1
@@ -61,9 +63,11 @@ def test_a_disk_that_is_full_midway_leaves_the_old_file(
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("words", [("--help",), WRITING[5]], ids=["help", "json"])
 def test_output_that_cannot_be_written_is_an_error(tmp_path: Path, words: tuple[str, ...]) -> None:
-    with Path("/dev/full").open("wb") as full:
-        process = started(words, tmp_path, stdout=full, stderr=subprocess.PIPE)
-        said = process.communicate()[1].decode()
+    with (
+        Path("/dev/full").open("wb") as full,
+        running(words, tmp_path, stdout=full, stderr=subprocess.PIPE) as process,
+    ):
+        said = process.communicate()[1]
     assert process.returncode == 1
     assert said.startswith("error: the output: ")
     assert "Traceback" not in said
@@ -75,12 +79,14 @@ def test_output_that_cannot_be_written_is_an_error(tmp_path: Path, words: tuple[
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int) -> None:
     """The command is stopped as soon as its temporary file is there."""
     words = ("blend", "--levels", "7", "-o", "faces.npy")
-    process = started(words, tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
     patience = time.monotonic() + 60
-    while not any(tmp_path.iterdir()) and process.poll() is None and time.monotonic() < patience:
-        time.sleep(0.005)
-    process.send_signal(number)
-    said = process.communicate()[1].decode()
+    files = {"stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL}
+    with running(words, tmp_path, **files) as process:
+        while not any(tmp_path.iterdir()) and process.poll() is None:
+            assert time.monotonic() < patience
+            time.sleep(0.005)
+        process.send_signal(number)
+        said = process.communicate()[1]
     assert process.returncode == status, said
     assert "Traceback" not in said
     assert list(tmp_path.iterdir()) == []

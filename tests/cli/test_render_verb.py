@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from calls import status_of as run
 from PIL import Image, ImageSequence
 
 import elastomorph as em
+from children import started
 from elastomorph.samples import expressions, head
 
 SMALL = ("--size", "96x120")
@@ -153,9 +153,7 @@ def test_ctrl_c_leaves_nothing_behind(tmp_path: Path) -> None:
     pytest.importorskip("imageio_ffmpeg")
     words = ["render", "--turntable", "--frames", "5000", *SMALL, "-o", str(tmp_path / "a.mp4")]
     code = "import sys; from elastomorph.cli import main; main(sys.argv[1:])"
-    with subprocess.Popen(
-        [sys.executable, "-c", code, *words], stderr=subprocess.PIPE, text=True
-    ) as process:
+    with started("-c", code, *words, stderr=subprocess.PIPE) as process:
         until = time.monotonic() + 60
         while not list(tmp_path.iterdir()) and time.monotonic() < until:
             time.sleep(0.05)

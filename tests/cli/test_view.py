@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 import signal
 import subprocess
-import sys
 import urllib.request
 from pathlib import Path
 from typing import Any
@@ -17,6 +15,7 @@ import pytest
 from calls import status_of as run
 
 import elastomorph as em
+from children import started
 from elastomorph.rig import Rig
 from elastomorph.samples import expressions, head
 from elastomorph.viewer import ViewerServer
@@ -240,16 +239,15 @@ def test_mistakes(
 def test_it_ends_when_asked(tmp_path: Path, number: signal.Signals) -> None:
     """Ctrl-C is how one leaves, not an error; until then the page is there."""
     (tmp_path / "report.html").write_text("a report")
-    command = [sys.executable, "-m", "elastomorph", "view", "report.html", "--no-open", "--json"]
-    with subprocess.Popen(
-        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    words = ("-m", "elastomorph", "view", "report.html", "--no-open", "--json")
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with started(*words, cwd=tmp_path, **pipes) as process:
         assert process.stdout is not None
         lines = [process.stdout.readline() for _ in range(3)]
         address = json.loads("".join(lines))["address"]
         with urllib.request.urlopen(address, timeout=10) as reply:
             assert reply.read() == b"a report"
-        os.kill(process.pid, number)
+        process.send_signal(number)
         _, said = process.communicate(timeout=20)
     assert process.returncode == (0 if number is signal.SIGINT else 128 + number)
     assert said == ""
