@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import ParameterError
 from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.morph import Morph
@@ -149,9 +150,10 @@ class Rig:
         driven = self.sliders.drive((at + 1j * step * rate)[None])[0]
         times, speeds = driven.real, driven.imag / step
         moving = np.zeros_like(self.neutral.vertices)
-        for fields, time, speed in zip(self.fields.morphs, times, speeds, strict=True):
-            if speed:
-                fields.add_to(moving, (speed * fields.slopes(np.array(time))).tolist())
+        with one_blas_thread():
+            for fields, time, speed in zip(self.fields.morphs, times, speeds, strict=True):
+                if speed:
+                    fields.add_to(moving, (speed * fields.slopes(np.array(time))).tolist())
         return moving
 
     def batch(
@@ -232,9 +234,10 @@ class Rig:
     def _sum(self, zeta: NDArray[np.float64], times: NDArray[np.float64]) -> NDArray[np.float64]:
         positions = self.neutral.vertices.copy()
         moments = zip(self.fields.morphs, zeta.tolist(), times.tolist(), strict=True)
-        for fields, weight, time in moments:
-            if weight:
-                fields.add_to(positions, [weight * f for f in fields.factors_at(time)])
+        with one_blas_thread():
+            for fields, weight, time in moments:
+                if weight:
+                    fields.add_to(positions, [weight * f for f in fields.factors_at(time)])
         return positions
 
     def _blended(
