@@ -3,7 +3,8 @@
 Run:  python benchmarks/rig_speed.py [--data FOLDER] [--faces 1000000]
 
 - `rig.batch` of 7775 faces of 5071 vertices (5 expressions with 2 bends each, float32, into a given
-  buffer) against the bare product of the same shapes and a copy of the same output;
+  buffer) against the bare product of the same shapes and a copy of the same output, on the machine
+  as it is and with every core kept busy by another process;
 - `rig.pose` of a whole production rig with 15 sliders active against the dense product of all its
   targets in NumPy;
 - `rig.stream` over a million faces: memory above the start, and rate against `rig.batch`.
@@ -14,7 +15,8 @@ from __future__ import annotations
 import argparse
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 
@@ -26,16 +28,16 @@ from elastomorph.report.bench import PAPER_MILLISECONDS
 from elastomorph.rig import Rig
 from elastomorph.rig.combinations import weight_combinations
 from elastomorph.samples import expressions, head
-from measuring import data_folder
+from measuring import busy_cores, data_folder
 
 VERTICES = 5071
 
 
-def paired(first: Callable[[], object], second: Callable[[], object], rounds: int) -> list[float]:
-    """Seconds of both, shortest of several rounds in turn, so that a busy moment hits both."""
-    times: list[list[float]] = [[], []]
+def in_turn(tasks: Sequence[Callable[[], object]], rounds: int) -> list[float]:
+    """Seconds of each, shortest of several rounds in turn, so that a busy moment hits all."""
+    times: list[list[float]] = [[] for _ in tasks]
     for _ in range(rounds):
-        for task, found in zip((first, second), times, strict=True):
+        for task, found in zip(tasks, times, strict=True):
             start = time.perf_counter()
             task()
             found.append(time.perf_counter() - start)
@@ -59,6 +61,7 @@ def has_torch() -> bool:
 
 
 def batch(rig: Rig, rounds: int) -> float:
+    """Faces per second at best."""
     rows, t = weight_combinations(5), 0.5
     out = np.zeros((len(rows), VERTICES, 3), dtype=np.float32)
     other = np.zeros_like(out)
@@ -66,20 +69,22 @@ def batch(rig: Rig, rounds: int) -> float:
     coefficients = np.full((len(rows), len(matrix)), 0.1, dtype=np.float32)
     print(f"{len(rows):,} faces × {VERTICES:,} vertices, matrix {matrix.shape}")
     varied = np.linspace(0.2, 0.8, rows.size).reshape(rows.shape)
-    backends = ["numpy", "torch"] if has_torch() else ["numpy"]
     rate = 0.0
-    for when, times in (("one time for all", t), ("a time for each", varied)):
-        for backend in backends:
-            task = partial(rig.batch, rows, times, out, backend=backend)
-            ours, bare = paired(task, lambda: np.matmul(coefficients, matrix, out=flat), rounds)
-            again, copied = paired(task, lambda: np.copyto(out, other), rounds)
-            ours = min(ours, again)
-            rate = max(rate, len(rows) / ours)
-            faster = PAPER_MILLISECONDS / 1e3 / (ours / len(rows))
-            print(
-                f"  {backend:>5}, {when:<17}{ours * 1e3:6.1f} ms = {ours / bare:.2f} × bare", end=""
-            )
-            print(f" matmul = {ours / copied:.2f} × np.copyto, {faster:,.0f} × the paper per face")
+    bare = partial(np.matmul, coefficients, matrix, out=flat)
+    copy = partial(np.copyto, out, other)
+    for load, machine in (("", nullcontext()), (", every core busy elsewhere", busy_cores())):
+        with machine:
+            for when, times in (("one time for all", t), ("a time for each", varied)):
+                for backend in ["numpy", "torch"] if has_torch() else ["numpy"]:
+                    task = partial(rig.batch, rows, times, out, backend=backend)
+                    ours, product, copied = in_turn((task, bare, copy), rounds)
+                    rate = max(rate, len(rows) / ours)
+                    faster = PAPER_MILLISECONDS / 1e3 / (ours / len(rows))
+                    print(
+                        f"  {backend:>5}, {when}{load}: {ours * 1e3:.1f} ms = "
+                        f"{ours / product:.2f} × bare matmul = {ours / copied:.2f} × np.copyto, "
+                        f"{faster:,.0f} × the paper per face"
+                    )
     return rate
 
 
@@ -114,9 +119,11 @@ def pose(folder: Path, rounds: int) -> None:
         dense, neutral = deltas.astype(dtype), rig.neutral.vertices.astype(dtype).ravel()
         row = np.zeros(len(dense), dtype=dtype)
         row[:15] = 0.5
-        ours, product = paired(
-            lambda: rig.pose(weights),
-            lambda neutral=neutral, row=row, dense=dense: neutral + row @ dense,
+        ours, product = in_turn(
+            (
+                lambda: rig.pose(weights),
+                lambda neutral=neutral, row=row, dense=dense: neutral + row @ dense,
+            ),
             rounds * 5,
         )
         print(f"  rig.pose         {ours * 1e3:7.2f} ms = {ours / product:.2f} × the dense", end="")

@@ -9,6 +9,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from elastomorph.bend_curve import BendCurve
+from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import BakeError, MeshError
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
@@ -18,6 +19,8 @@ __all__ = ["bake"]
 _MOST_BENDS = 15
 
 
+# Many small products: threads of BLAS would wait for each other after every one.
+@one_blas_thread()
 def bake(
     path: Callable[[float], NDArray[np.float64]],
     neutral: Mesh,

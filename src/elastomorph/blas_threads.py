@@ -15,7 +15,7 @@ from functools import lru_cache
 from threading import Lock
 from typing import Any, TypeVar
 
-__all__ = ["in_own_threads", "one_blas_thread"]
+__all__ = ["in_own_threads", "one_blas_thread", "usable_cores"]
 
 Task = TypeVar("Task")
 
@@ -35,7 +35,7 @@ def in_own_threads(work: Callable[[Task], object], tasks: Iterable[Task]) -> Non
     """
     waiting = list(tasks)
     with one_blas_thread() as allowed:
-        threads = min(allowed, _usable_cores(), len(waiting))
+        threads = min(allowed, usable_cores(), len(waiting))
         if threads <= 1:
             for task in waiting:
                 work(task)
@@ -55,9 +55,18 @@ def one_blas_thread() -> Iterator[int]:
     libraries = _libraries()
     _inside.enter(libraries)
     try:
-        yield max(_inside.before, default=_usable_cores())
+        yield max(_inside.before, default=usable_cores())
     finally:
         _inside.leave(libraries)
+
+
+def usable_cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "process_cpu_count"):
+        return os.process_cpu_count() or 1
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0)) or 1
+    return os.cpu_count() or 1
 
 
 class _Inside:
@@ -95,7 +104,7 @@ if hasattr(os, "register_at_fork"):
 
 @lru_cache(maxsize=1)
 def _libraries() -> tuple[Any, ...]:
-    """The BLAS libraries of NumPy and SciPy; finding them takes a millisecond, so it is done once."""
+    """The BLAS libraries of NumPy and SciPy, found once, for that takes a millisecond."""
     import scipy.linalg.blas  # noqa: F401  (so that its library is loaded and found)
     from threadpoolctl import ThreadpoolController
 
@@ -125,11 +134,3 @@ def _limit_this_thread() -> None:
 def _counts_by_thread(library: Any) -> bool:
     """Whether each thread that calls the library has a number of its own."""
     return getattr(library, "threading_layer", "") == "openmp"
-
-
-def _usable_cores() -> int:
-    if hasattr(os, "process_cpu_count"):
-        return os.process_cpu_count() or 1
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0)) or 1
-    return os.cpu_count() or 1

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from elastomorph.blas_threads import one_blas_thread
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import CurveError, MeshError, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
@@ -81,6 +82,8 @@ def evaluate(
     return Evaluation(truth, curves, tuple(results))
 
 
+# Hundreds of small products: threads of BLAS would wait for each other after every one.
+@one_blas_thread()
 def _measure(
     label: str, morph: Morph, truth: MeshSequence, along: CurveVertices, probe: ShapeProbe
 ) -> MethodResult:
