@@ -12,18 +12,18 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 
 
-@pytest.fixture
+def _curved_sheet(rows: int, columns: int) -> em.Mesh:
+    x, y = np.meshgrid(np.arange(columns + 1.0), np.arange(rows + 1.0))
+    z = 0.3 * np.sin(x) + 0.2 * np.cos(1.3 * y)
+    corner = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
+    quads = np.stack([corner, corner + 1, corner + columns + 2, corner + columns + 1], axis=1)
+    return em.Mesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), quads)
+
+
+@pytest.fixture(scope="session")
 def sheet() -> Callable[[int, int], em.Mesh]:
     """A curved sheet of quads, (rows + 1)·(columns + 1) vertices."""
-
-    def build(rows: int, columns: int) -> em.Mesh:
-        x, y = np.meshgrid(np.arange(columns + 1.0), np.arange(rows + 1.0))
-        z = 0.3 * np.sin(x) + 0.2 * np.cos(1.3 * y)
-        corner = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
-        quads = np.stack([corner, corner + 1, corner + columns + 2, corner + columns + 1], axis=1)
-        return em.Mesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), quads)
-
-    return build
+    return _curved_sheet
 
 
 @pytest.fixture

@@ -13,10 +13,10 @@ import elastomorph as em
 from elastomorph.rotations import (
     ArcBend,
     EdgeBend,
+    LeastDistortion,
     Neighbourhoods,
     SurfaceEdges,
     VertexRotations,
-    least_distortion,
     vertex_rotations,
 )
 from elastomorph.surface import surface_operators
@@ -37,7 +37,8 @@ def test_the_equation_itself_keeps_a_rigid_copy_rigid(
     half = np.radians(degrees) / 2
     quaternion = np.append(np.cos(half), np.sin(half) * vector / np.linalg.norm(vector))
     each = VertexRotations(np.tile(quaternion, (len(end), 1)), ())
-    bend = least_distortion(mesh.vertices, end, each, SurfaceEdges.of(surface_operators(mesh)))
+    surface = SurfaceEdges.of(surface_operators(mesh))
+    bend = LeastDistortion.of(mesh.vertices, end, each, surface).bend()
     for t in (0.2, 0.5, 0.9):
         found = (1 - t) * mesh.vertices + t * end + bend.at(t)
         true = rigid(mesh.vertices, t * vector, *where)
@@ -78,10 +79,11 @@ def test_it_minimises_the_stated_energy(sheet: Sheet) -> None:
     matrix, right = np.array(rows), np.array(wanted)
     right -= matrix[:, still] @ mesh.vertices[still]
     expected = np.linalg.lstsq(matrix[:, ~still], right, rcond=None)[0]
-    bend = least_distortion(mesh.vertices, end, turns, surface).at(t)
-    found = mesh.vertices + t * chords + bend
-    np.testing.assert_allclose(found[~still], expected, atol=1e-7)
-    assert not bend[still].any()
+    turning = LeastDistortion.of(mesh.vertices, end, turns, surface)
+    for bend in (turning.at(t), turning.bend().at(t)):
+        found = mesh.vertices + t * chords + bend
+        np.testing.assert_allclose(found[~still], expected, atol=1e-7)
+        assert not bend[still].any()
 
 
 def test_negative_weights_count_as_none(sheet: Sheet) -> None:

@@ -13,14 +13,20 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.baking import bake
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.morph import Morph
 from elastomorph.paths.method import Method
 from elastomorph.paths.region import curve_edges
-from elastomorph.rotations import ArcBend, Neighbourhoods, VertexRotations, vertex_rotations
+from elastomorph.rotations import (
+    ArcBend,
+    Neighbourhoods,
+    PolynomialBend,
+    VertexRotations,
+    moments_needed,
+    vertex_rotations,
+)
 from elastomorph.rotations.folds import without_folds
 
 __all__ = [
@@ -57,22 +63,25 @@ def prepare(
 
     def to(target: Mesh) -> Morph:
         rotations = local_rotations(neutral, target, around, _RINGS)
-        path = _arcs(neutral, target, rotations)
-        return stored(path, neutral, target, method, around, rotations)
+        moving = (neutral.vertices != target.vertices).any(axis=1)
+        arcs = ArcBend.of((target.vertices - neutral.vertices)[moving], rotations.vectors[moving])
+        count = moments_needed(2.0 * float(arcs.half.max(initial=0.0)))
+        bend = PolynomialBend.through(arcs.at, count, moving)
+        return stored(bend, neutral, target, method, around, rotations)
 
     return to
 
 
 def stored(
-    path: Path,
+    bend: PolynomialBend,
     neutral: Mesh,
     target: Mesh,
     method: Method,
     around: Neighbourhoods,
     rotations: VertexRotations,
 ) -> Morph:
-    """A path as bends, eased where polygons would turn over."""
-    morph = bake(path, neutral, target, tolerance=method.tolerance, method=method.label)
+    """A path as few bends, eased where polygons would turn over."""
+    morph = bend.baked(neutral, target, tolerance=method.tolerance, method=method.label)
     return without_folds(morph, around.adjacency, rotations.whole)
 
 
@@ -104,10 +113,7 @@ def arc_path(
         ParameterError: `rings` is negative.
     """
     around = neighbourhoods(neutral) if around is None else around
-    return _arcs(neutral, target, local_rotations(neutral, target, around, rings))
-
-
-def _arcs(neutral: Mesh, target: Mesh, rotations: VertexRotations) -> Path:
+    rotations = local_rotations(neutral, target, around, rings)
     chords = target.vertices - neutral.vertices
     return bent_path(neutral, target, ArcBend.of(chords, rotations.vectors).at)
 

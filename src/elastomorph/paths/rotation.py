@@ -19,12 +19,7 @@ from elastomorph.paths.arc import (
     stored,
 )
 from elastomorph.paths.method import Method
-from elastomorph.rotations import (
-    Neighbourhoods,
-    SurfaceEdges,
-    VertexRotations,
-    least_distortion,
-)
+from elastomorph.rotations import LeastDistortion, Neighbourhoods, SurfaceEdges
 from elastomorph.surface import surface_operators
 
 __all__ = ["prepare", "rotation_path"]
@@ -54,8 +49,8 @@ def prepare(
 
     def to(target: Mesh) -> Morph:
         rotations = local_rotations(neutral, target, around, _RINGS)
-        path = _turning(neutral, target, rotations, surface)
-        return stored(path, neutral, target, method, around, rotations)
+        turning = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
+        return stored(turning.bend(), neutral, target, method, around, rotations)
 
     return to
 
@@ -90,11 +85,5 @@ def rotation_path(
     around = neighbourhoods(neutral) if around is None else around
     surface = SurfaceEdges.of(surface_operators(neutral)) if surface is None else surface
     rotations = local_rotations(neutral, target, around, rings)
-    return _turning(neutral, target, rotations, surface)
-
-
-def _turning(
-    neutral: Mesh, target: Mesh, rotations: VertexRotations, surface: SurfaceEdges
-) -> Path:
-    bend = least_distortion(neutral.vertices, target.vertices, rotations, surface)
-    return bent_path(neutral, target, bend.at)
+    turning = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
+    return bent_path(neutral, target, turning.bend().at)

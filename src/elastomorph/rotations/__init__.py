@@ -1,7 +1,8 @@
 """How the surface turns between two meshes, and the paths that turn with it."""
 
 from elastomorph.rotations.components import common_turn
-from elastomorph.rotations.least_distortion import SurfaceEdges, least_distortion
+from elastomorph.rotations.least_distortion import LeastDistortion, SurfaceEdges
+from elastomorph.rotations.polynomial_bend import PolynomialBend, moments_needed
 from elastomorph.rotations.turning import ArcBend, EdgeBend
 from elastomorph.rotations.vertex_rotations import (
     Neighbourhoods,
@@ -12,10 +13,12 @@ from elastomorph.rotations.vertex_rotations import (
 __all__ = [
     "ArcBend",
     "EdgeBend",
+    "LeastDistortion",
     "Neighbourhoods",
+    "PolynomialBend",
     "SurfaceEdges",
     "VertexRotations",
     "common_turn",
-    "least_distortion",
+    "moments_needed",
     "vertex_rotations",
 ]

@@ -18,19 +18,24 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array, csr_array, dia_array
+from scipy.sparse import coo_array, csr_array
 
-from elastomorph.rotations.polynomial_bend import PolynomialBend, moments_needed
+from elastomorph.rotations.polynomial_bend import PolynomialBend, at_nodes, moments_needed
 from elastomorph.rotations.turning import ArcBend, EdgeBend
 from elastomorph.rotations.vertex_rotations import VertexRotations
 from elastomorph.surface import SurfaceOperators
+from elastomorph.surface.factored import factored
 
-__all__ = ["SurfaceEdges", "least_distortion"]
+__all__ = ["LeastDistortion", "SurfaceEdges"]
 
 # The part of its shorter length that an edge may be off its rotated self and still count half.
 _HALF_TRUSTED = 0.3
 # μ: only waves far longer than the whole surface, such as a shift of a part, are left to the arcs.
 _SCREEN = 0.01
+# Chebyshev coefficients solved for together, and the part of the longest chord below which two of
+# them in a row end the series.
+_TOGETHER = 4
+_NEGLIGIBLE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,51 +65,95 @@ class SurfaceEdges:
         return cls(ends, -joined.data[once], surface.mass)
 
 
-def least_distortion(
-    start: NDArray[np.float64],
-    end: NDArray[np.float64],
-    rotations: VertexRotations,
-    surface: SurfaceEdges,
-) -> PolynomialBend:
-    """The bend of the least distorted path.
+@dataclass(frozen=True, eq=False)
+class LeastDistortion:
+    """The bend of the least distorted path between two shapes, ready for any moment.
 
     Vertices that do not move stay exactly, components that turn as a whole do so exactly.
 
-    Args:
-        start: (V, 3) positions at t = 0.
-        end: (V, 3) positions at t = 1.
-        rotations: Of each vertex.
-        surface: The edges.
+    Attributes:
+        moving: (V,) vertices that move: all others have no bend.
+        longest: The largest turn of a vertex, radians.
     """
-    chords = end - start
-    moving = (chords != 0).any(axis=1)
-    free = moving.copy()
-    for part in rotations.whole:
-        free[part] = False
-    whole = [_whole_bend(start[p], end[p], rotations.vectors[p[0]]) for p in rotations.whole]
-    screened = [_Screened.of(start, end, rotations, surface, free)] if free.any() else []
 
-    def bend(t: float) -> NDArray[np.float64]:
-        offset = np.zeros_like(chords)
-        for part, turn in zip(rotations.whole, whole, strict=True):
-            offset[part] = turn(t)
-        for equation in screened:
-            offset[free] = equation.at(t)
-        offset[~moving] = 0.0
-        return offset
+    moving: NDArray[np.bool_]
+    longest: float
+    _whole: _Whole
+    _screened: _Screened | None
+    _free: NDArray[np.bool_]
 
-    longest = float(np.linalg.norm(rotations.vectors, axis=1).max(initial=0.0))
-    return PolynomialBend.through(bend, moments_needed(longest))
+    @classmethod
+    def of(
+        cls,
+        start: NDArray[np.float64],
+        end: NDArray[np.float64],
+        rotations: VertexRotations,
+        surface: SurfaceEdges,
+    ) -> LeastDistortion:
+        """Prepare for all times.
+
+        Args:
+            start: (V, 3) positions at t = 0.
+            end: (V, 3) positions at t = 1.
+            rotations: Of each vertex.
+            surface: The edges.
+        """
+        moving = (start != end).any(axis=1)
+        free = moving.copy()
+        for part in rotations.whole:
+            free[part] = False
+        screened = _Screened.of(start, end, rotations, surface, free) if free.any() else None
+        longest = float(np.linalg.norm(rotations.vectors, axis=1).max(initial=0.0))
+        return cls(moving, longest, _Whole.of(start, end, rotations), screened, free)
+
+    def at(self, t: float) -> NDArray[np.float64]:
+        """(V, 3) offset from the straight line, by one solve."""
+        offsets = np.zeros((len(self.moving), 3))
+        offsets[self._whole.vertices] = self._whole.at(t)
+        if self._screened is not None:
+            offsets[self._free] = self._screened.solve(self._screened.wanted(t))
+        offsets[~self.moving] = 0.0
+        return offsets
+
+    def bend(self) -> PolynomialBend:
+        """The offset at all times, to about 1e-9 of the longest chord."""
+        count = moments_needed(self.longest)
+        coefficients = np.zeros((count, len(self.moving), 3))
+        coefficients[:, self._whole.vertices] = at_nodes(self._whole.at, count)
+        if self._screened is not None:
+            coefficients[:, self._free] = self._screened.series(count)
+        return PolynomialBend(coefficients[:, self.moving], self.moving)
 
 
-def _whole_bend(
-    start: NDArray[np.float64], end: NDArray[np.float64], vector: NDArray[np.float64]
-) -> Callable[[float], NDArray[np.float64]]:
-    """Bend of a component with one rotation: its mean on an arc, all else turned about it."""
-    means = start.mean(axis=0, keepdims=True), end.mean(axis=0, keepdims=True)
-    mean = ArcBend.of(means[1] - means[0], vector)
-    about = EdgeBend.of(start - means[0], end - means[1], vector)
-    return lambda t: mean.at(t) + about.at(t)
+@dataclass(frozen=True, eq=False)
+class _Whole:
+    """Components with one rotation each: their mean on an arc, all else turned about it."""
+
+    vertices: NDArray[np.int64]
+    part: NDArray[np.int64]
+    means: ArcBend
+    about: EdgeBend
+
+    @classmethod
+    def of(
+        cls, start: NDArray[np.float64], end: NDArray[np.float64], rotations: VertexRotations
+    ) -> _Whole:
+        parts = rotations.whole
+        vertices = np.concatenate([np.zeros(0, np.int64), *parts])
+        part = np.repeat(np.arange(len(parts)), [len(p) for p in parts])
+        first, last = (
+            np.array([points[p].mean(axis=0) for p in parts]).reshape(-1, 3)
+            for points in (start, end)
+        )
+        vectors = rotations.vectors[[p[0] for p in parts]] if parts else np.zeros((0, 3))
+        about = EdgeBend.of(
+            start[vertices] - first[part], end[vertices] - last[part], vectors[part]
+        )
+        return cls(vertices, part, ArcBend.of(last - first, vectors), about)
+
+    def at(self, t: float) -> NDArray[np.float64]:
+        """(vertices, 3) bend at a time."""
+        return self.means.at(t)[self.part] + self.about.at(t)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +168,8 @@ class _Screened:
     edges: EdgeBend
     divergence: csr_array
     pull: NDArray[np.float64]
-    inverse: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    solve: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    negligible: float
 
     @classmethod
     def of(
@@ -130,41 +180,49 @@ class _Screened:
         surface: SurfaceEdges,
         free: NDArray[np.bool_],
     ) -> _Screened:
-        from scipy.sparse.linalg import splu
-
         used = free[surface.ends].any(axis=1)
         ends, weights = surface.ends[used], surface.weights[used]
         before, after = (points[ends[:, 1]] - points[ends[:, 0]] for points in (start, end))
         edges = EdgeBend.of(before, after, rotations.of_edges(ends))
         weights = weights * _trust(before, after, edges)
-        numbers = np.arange(len(ends))
-        number_of = np.cumsum(free) - 1
-        rows, columns, signs = [], [], []
-        for side, sign in ((0, -1.0), (1, 1.0)):
-            mine = free[ends[:, side]]
-            rows.append(number_of[ends[mine, side]])
-            columns.append(numbers[mine])
-            signs.append(np.full(int(mine.sum()), sign))
-        shape = (int(free.sum()), len(ends))
-        index = (np.concatenate(rows), np.concatenate(columns))
-        incidence = csr_array(coo_array((np.concatenate(signs), index), shape=shape))
-        divergence = csr_array(incidence @ dia_array((weights[None], 0), shape=(len(ends),) * 2))
+        count, numbers = int(free.sum()), np.arange(len(ends))
+        row_of = np.cumsum(free) - 1
+        first, second = free[ends].T
+        rows = np.concatenate([row_of[ends[first, 0]], row_of[ends[second, 1]]])
+        columns = np.concatenate([numbers[first], numbers[second]])
+        signed = np.concatenate([-weights[first], weights[second]])
+        divergence = csr_array(coo_array((signed, (rows, columns)), shape=(count, len(ends))))
         pull = _SCREEN * surface.mass[free]
-        screen = dia_array((pull[None], 0), shape=(shape[0], shape[0]))
-        matrix = csc_array(divergence @ incidence.T + screen)
-        factored = splu(
-            matrix,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
+        both = first & second
+        solve = factored(
+            row_of[ends[both]],
+            weights[both],
+            pull + np.bincount(rows, np.abs(signed), minlength=count),
         )
-        arcs = ArcBend.of((end - start)[free], rotations.vectors[free])
-        return cls(arcs, edges, divergence, pull, factored.solve)
+        chords = (end - start)[free]
+        negligible = _NEGLIGIBLE * float(np.linalg.norm(chords, axis=1).max())
+        arcs = ArcBend.of(chords, rotations.vectors[free])
+        return cls(arcs, edges, divergence, pull, solve, negligible)
 
-    def at(self, t: float) -> NDArray[np.float64]:
-        """(free vertices, 3) bend at a time."""
-        wanted = self.divergence @ self.edges.at(t) + self.pull[:, None] * self.arcs.at(t)
-        return self.inverse(wanted)
+    def wanted(self, t: float) -> NDArray[np.float64]:
+        """(free vertices, 3) right-hand side at a time."""
+        return self.divergence @ self.edges.at(t) + self.pull[:, None] * self.arcs.at(t)
+
+    def series(self, count: int) -> NDArray[np.float64]:
+        """(count, free vertices, 3) Chebyshev coefficients of the bend over t(1 - t).
+
+        They fall faster than any power once turns are followed, so the last of them are left out.
+        """
+        wanted = at_nodes(self.wanted, count)
+        found = np.zeros_like(wanted)
+        for first in range(0, count, _TOGETHER):
+            some = wanted[first : first + _TOGETHER]
+            columns = some.transpose(1, 0, 2).reshape(some.shape[1], -1)
+            solved = self.solve(columns).reshape(some.shape[1], -1, 3).transpose(1, 0, 2)
+            found[first : first + _TOGETHER] = solved
+            if np.abs(solved[-2:]).max() < self.negligible:
+                break
+        return found
 
 
 def _trust(

@@ -1,4 +1,4 @@
-"""A path that is costly to evaluate, as a polynomial through a few of its moments."""
+"""A bend known at a few moments is known at all: polynomials through Chebyshev nodes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,11 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-__all__ = ["PolynomialBend", "moments_needed"]
+from elastomorph.baking import bake_polynomial, bend_basis
+from elastomorph.mesh import Mesh
+from elastomorph.morph import Morph
+
+__all__ = ["PolynomialBend", "at_nodes", "moments_needed"]
 
 # The interpolation error of a turning unit vector; a bake keeps 1e-4 of D.
 _ACCURACY = 1e-9
@@ -21,28 +25,51 @@ class PolynomialBend:
     """t(1 - t)·q(t) with a polynomial q in Chebyshev form: zero at both ends, as every bend is.
 
     Attributes:
-        coefficients: (N, V, 3) of T_j(2t - 1) in q.
+        coefficients: (N, M, 3) of T_j(2t - 1) in q, of the vertices that bend.
+        bent: (V,) which of all vertices these are.
     """
 
     coefficients: NDArray[np.float64]
+    bent: NDArray[np.bool_]
 
     @classmethod
-    def through(cls, bend: Callable[[float], NDArray[np.float64]], count: int) -> PolynomialBend:
+    def through(
+        cls, bend: Callable[[float], NDArray[np.float64]], count: int, bent: NDArray[np.bool_]
+    ) -> PolynomialBend:
         """The polynomial that agrees with a bend at Chebyshev nodes.
 
         Args:
-            bend: (V, 3) offset from the straight line at a time strictly between 0 and 1.
+            bend: (M, 3) offset from the straight line at a time strictly between 0 and 1.
             count: Number of nodes.
+            bent: (V,) which vertices bend.
         """
-        nodes = (1.0 - np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2.0
-        values = np.stack([bend(float(t)) / (t * (1.0 - t)) for t in nodes])
-        basis = chebyshev.chebvander(2.0 * nodes - 1.0, count - 1)
-        return cls(np.tensordot(np.linalg.inv(basis), values, axes=1))
+        return cls(at_nodes(bend, count), bent)
 
     def at(self, t: float) -> NDArray[np.float64]:
         """(V, 3) offset from the straight line."""
-        basis = chebyshev.chebvander(np.array([2.0 * t - 1.0]), len(self.coefficients) - 1)[0]
-        return np.asarray(np.tensordot(t * (1.0 - t) * basis, self.coefficients, axes=1))
+        basis = bend_basis(np.array([t]), len(self.coefficients) - 1)[0]
+        offsets = np.zeros((len(self.bent), 3))
+        offsets[self.bent] = np.tensordot(basis, self.coefficients, axes=1)
+        return offsets
+
+    def baked(self, neutral: Mesh, target: Mesh, *, tolerance: float, method: str) -> Morph:
+        """The morph with the fewest bends, see `elastomorph.baking.bake`."""
+        return bake_polynomial(
+            self.coefficients, self.bent, neutral, target, tolerance=tolerance, method=method
+        )
+
+
+def at_nodes(bend: Callable[[float], NDArray[np.float64]], count: int) -> NDArray[np.float64]:
+    """(count, M, 3) Chebyshev coefficients of q in t(1 - t)·q(t), from as many moments.
+
+    Args:
+        bend: (M, 3) what vanishes at both ends, at a time strictly between 0 and 1.
+        count: Number of nodes.
+    """
+    nodes = (1.0 - np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2.0
+    values = np.stack([bend(float(t)) / (t * (1.0 - t)) for t in nodes])
+    basis = chebyshev.chebvander(2.0 * nodes - 1.0, count - 1)
+    return np.tensordot(np.linalg.inv(basis), values, axes=1)
 
 
 def moments_needed(angle: float) -> int:

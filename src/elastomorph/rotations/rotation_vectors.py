@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["nearest_quaternions", "on_the_side_of", "rotation_vectors"]
+__all__ = ["goes_either_way", "nearest_quaternions", "on_the_side_of", "rotation_vectors"]
 
 # Prior for "no turn", as a part of the covariance: it decides only what the edges leave open.
 _PRIOR = 1e-10
@@ -55,8 +55,13 @@ def on_the_side_of(
         beside: (N, 4) or (1, 4) quaternions of any length.
     """
     across = np.sum(quaternions * beside, axis=1) < 0
-    across &= np.abs(quaternions[:, 0]) <= -np.cos(_LONGEST / 2.0)
+    across &= goes_either_way(quaternions)
     return np.where(across[:, None], -quaternions, quaternions)
+
+
+def goes_either_way(quaternions: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) rotations that are at most 240° long by either way round."""
+    return np.asarray(np.abs(quaternions[:, 0]) <= -np.cos(_LONGEST / 2.0))
 
 
 def rotation_vectors(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:

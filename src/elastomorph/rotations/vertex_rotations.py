@@ -12,6 +12,7 @@ from scipy.sparse import coo_array, csr_array
 from elastomorph.components import connected_parts
 from elastomorph.rotations.components import common_turn
 from elastomorph.rotations.rotation_vectors import (
+    goes_either_way,
     nearest_quaternions,
     on_the_side_of,
     rotation_vectors,
@@ -56,6 +57,13 @@ class Neighbourhoods:
         others = edges[:, ::-1].T.ravel()
         adjacency = csr_array(coo_array((one, (ends, others)), shape=(count, count)))
         return cls(edges, at_vertex, adjacency, connected_parts(count, edges))
+
+    def within(self, vertices: NDArray[np.bool_], rings: int) -> NDArray[np.bool_]:
+        """(V,) the vertices and all that are up to a number of edges away."""
+        reached = vertices.astype(np.float64)
+        for _ in range(rings):
+            reached = np.minimum(1.0, reached + self.adjacency @ reached)
+        return np.asarray(reached > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,16 +122,22 @@ def vertex_rotations(
     most = nearest_quaternions(covariances.sum(axis=0).reshape(1, 3, 3))
     for _ in range(rings):
         covariances = covariances + around.adjacency @ covariances
-    quaternions = nearest_quaternions(covariances.reshape(-1, 3, 3))
+    moving = (start != end).any(axis=1)
+    near = around.within(moving, rings + 1)
+    # Edges that stay as they are turn by nothing.
+    quaternions = np.tile([1.0, 0.0, 0.0, 0.0], (len(start), 1))
+    quaternions[near] = nearest_quaternions(covariances[near].reshape(-1, 3, 3))
     # A mesh that hardly turns as a whole has no say about its parts.
     turns_far = bool(most[0, 0] < np.cos(np.pi / 4))
     if turns_far:
         quaternions = on_the_side_of(quaternions, most)
     for _ in range(_ALIGNMENTS):
+        if not goes_either_way(quaternions).any():
+            break
         quaternions = on_the_side_of(quaternions, around.adjacency @ quaternions)
     whole = []
     for part in around.parts:
-        if (start[part] == end[part]).all():
+        if not moving[part].any():
             quaternions[part] = 1.0, 0.0, 0.0, 0.0
             continue
         turn = common_turn(start[part], end[part], diameter)
