@@ -19,7 +19,6 @@ from elastomorph.rotations import (
     VertexRotations,
     vertex_rotations,
 )
-from elastomorph.surface import surface_operators
 
 Rigid = Callable[..., NDArray[np.float64]]
 Sheet = Callable[[int, int], em.Mesh]
@@ -37,7 +36,7 @@ def test_the_equation_itself_keeps_a_rigid_copy_rigid(
     half = np.radians(degrees) / 2
     quaternion = np.append(np.cos(half), np.sin(half) * vector / np.linalg.norm(vector))
     each = VertexRotations(np.tile(quaternion, (len(end), 1)), ())
-    surface = SurfaceEdges.of(surface_operators(mesh))
+    surface = SurfaceEdges.of(mesh)
     bend = LeastDistortion.of(mesh.vertices, end, each, surface).bend()
     for t in (0.2, 0.5, 0.9):
         found = (1 - t) * mesh.vertices + t * end + bend.at(t)
@@ -56,7 +55,7 @@ def test_it_minimises_the_stated_energy(sheet: Sheet) -> None:
     around = Neighbourhoods.of(len(end), mesh.edges)
     turns = vertex_rotations(mesh.vertices, end, around, diameter=mesh.diameter, rings=1)
     assert turns.whole == ()
-    surface = SurfaceEdges.of(surface_operators(mesh))
+    surface = SurfaceEdges.of(mesh)
     t = 0.4
     rows, wanted = [], []
     for (i, j), weight in zip(surface.ends, surface.weights, strict=True):
@@ -89,6 +88,6 @@ def test_it_minimises_the_stated_energy(sheet: Sheet) -> None:
 def test_negative_weights_count_as_none(sheet: Sheet) -> None:
     """Obtuse triangles leave an energy that is bounded below."""
     mesh = em.Mesh([[0, 0, 0], [1, 0, 0], [0.5, 0.1, 0], [0.5, -0.1, 0]], [[0, 1, 2], [1, 0, 3]])
-    surface = SurfaceEdges.of(surface_operators(mesh))
+    surface = SurfaceEdges.of(mesh)
     assert (surface.weights > 0).all()
     assert [0, 1] not in surface.ends.tolist()

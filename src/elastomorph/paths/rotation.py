@@ -20,7 +20,6 @@ from elastomorph.paths.arc import (
 )
 from elastomorph.paths.method import Method
 from elastomorph.rotations import LeastDistortion, Neighbourhoods, SurfaceEdges
-from elastomorph.surface import surface_operators
 
 __all__ = ["prepare", "rotation_path"]
 
@@ -45,7 +44,7 @@ def prepare(
         BakeError: A turn is too sharp to be stored.
     """
     around = neighbourhoods(neutral)
-    surface = SurfaceEdges.of(surface_operators(neutral))
+    surface = SurfaceEdges.of(neutral)
 
     def to(target: Mesh) -> Morph:
         rotations = local_rotations(neutral, target, around, _RINGS)
@@ -83,7 +82,7 @@ def rotation_path(
         ParameterError: `rings` is negative.
     """
     around = neighbourhoods(neutral) if around is None else around
-    surface = SurfaceEdges.of(surface_operators(neutral)) if surface is None else surface
+    surface = SurfaceEdges.of(neutral) if surface is None else surface
     rotations = local_rotations(neutral, target, around, rings)
     turning = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
     return bent_path(neutral, target, turning.bend().at)

@@ -13,18 +13,19 @@ for all times.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
+from elastomorph.mesh import Mesh
 from elastomorph.rotations.polynomial_bend import PolynomialBend, at_nodes, moments_needed
 from elastomorph.rotations.turning import ArcBend, EdgeBend
 from elastomorph.rotations.vertex_rotations import VertexRotations
-from elastomorph.surface import SurfaceOperators
-from elastomorph.surface.factored import factored
+from elastomorph.surface import surface_operators
+from elastomorph.surface.cholesky import Cholesky
+from elastomorph.surface.dissection import EliminationTree
 
 __all__ = ["LeastDistortion", "SurfaceEdges"]
 
@@ -46,23 +47,30 @@ class SurfaceEdges:
         ends: (E, 2) vertices.
         weights: (E,) half the sum of the cotangents opposite, not below 0.
         mass: (V,) share of the area.
+        tree: The order in which equations of these edges are solved.
     """
 
     ends: NDArray[np.integer]
     weights: NDArray[np.float64]
     mass: NDArray[np.float64]
+    tree: EliminationTree
 
     @classmethod
-    def of(cls, surface: SurfaceOperators) -> SurfaceEdges:
+    def of(cls, mesh: Mesh) -> SurfaceEdges:
         """The edges that the Laplacian of a surface joins.
 
         Negative weights, of edges in very obtuse triangles, count as none: with weights changed
         edge by edge they could make the energy unbounded.
+
+        Raises:
+            MeshError: The mesh has no polygon with an area.
         """
+        surface = surface_operators(mesh)
         joined = coo_array(surface.stiffness)
         once = (joined.row < joined.col) & (joined.data < 0)
         ends = np.stack([joined.row[once], joined.col[once]], axis=1)
-        return cls(ends, -joined.data[once], surface.mass)
+        tree = EliminationTree.of(mesh.vertices, ends)
+        return cls(ends, -joined.data[once], surface.mass, tree)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +119,7 @@ class LeastDistortion:
         offsets = np.zeros((len(self.moving), 3))
         offsets[self._whole.vertices] = self._whole.at(t)
         if self._screened is not None:
-            offsets[self._free] = self._screened.solve(self._screened.wanted(t))
+            offsets[self._free] = self._screened.factor.solve(self._screened.wanted(t))
         offsets[~self.moving] = 0.0
         return offsets
 
@@ -168,7 +176,7 @@ class _Screened:
     edges: EdgeBend
     divergence: csr_array
     pull: NDArray[np.float64]
-    solve: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    factor: Cholesky
     negligible: float
 
     @classmethod
@@ -194,15 +202,12 @@ class _Screened:
         divergence = csr_array(coo_array((signed, (rows, columns)), shape=(count, len(ends))))
         pull = _SCREEN * surface.mass[free]
         both = first & second
-        solve = factored(
-            row_of[ends[both]],
-            weights[both],
-            pull + np.bincount(rows, np.abs(signed), minlength=count),
-        )
+        diagonal = pull + np.bincount(rows, np.abs(signed), minlength=count)
+        factor = Cholesky.of(surface.tree, free, ends[both], weights[both], diagonal)
         chords = (end - start)[free]
         negligible = _NEGLIGIBLE * float(np.linalg.norm(chords, axis=1).max())
         arcs = ArcBend.of(chords, rotations.vectors[free])
-        return cls(arcs, edges, divergence, pull, solve, negligible)
+        return cls(arcs, edges, divergence, pull, factor, negligible)
 
     def wanted(self, t: float) -> NDArray[np.float64]:
         """(free vertices, 3) right-hand side at a time."""
@@ -218,7 +223,7 @@ class _Screened:
         for first in range(0, count, _TOGETHER):
             some = wanted[first : first + _TOGETHER]
             columns = some.transpose(1, 0, 2).reshape(some.shape[1], -1)
-            solved = self.solve(columns).reshape(some.shape[1], -1, 3).transpose(1, 0, 2)
+            solved = self.factor.solve(columns).reshape(some.shape[1], -1, 3).transpose(1, 0, 2)
             found[first : first + _TOGETHER] = solved
             if np.abs(solved[-2:]).max() < self.negligible:
                 break

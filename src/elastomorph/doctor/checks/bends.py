@@ -16,7 +16,6 @@ from elastomorph.mesh import Mesh
 from elastomorph.paths.arc import local_rotations, neighbourhoods
 from elastomorph.paths.rotation import rotation_path
 from elastomorph.rotations import ArcBend, Neighbourhoods, SurfaceEdges
-from elastomorph.surface import surface_operators
 
 __all__ = ["BendCheck"]
 
@@ -48,7 +47,7 @@ class BendCheck:
 
     @cached_property
     def _surface(self) -> SurfaceEdges:
-        return SurfaceEdges.of(surface_operators(self._neutral))
+        return SurfaceEdges.of(self._neutral)
 
     def target(self, mesh: Mesh, file: str) -> list[Finding]:
         """Whether an in-between would pay, where, and how much.
