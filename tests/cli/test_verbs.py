@@ -112,14 +112,25 @@ class TestVerbs:
 
     def test_evaluate_every_method(self, capsys: pytest.CaptureFixture[str]) -> None:
         """All methods in one table, ranked, and whether the sheet stays rigid: it slides whole."""
-        assert run("evaluate", "scan.#.obj", "--all", "--rigid", "0-48") == 0
+        assert run("evaluate", "scan.#.obj", "--rigid", "0-48") == 0
         said = capsys.readouterr().out
-        for label in ("plate R=2", "arc", "rotation", "through 1", "through 2"):
+        for label in ("plate R=2", "arc", "rotation", "auto", "through 1", "through 2"):
             assert label in said
         assert "At the captured times (LME): 1. " in said
         rigid = said[said.index("rigid body") :]
         assert "linear" in rigid
-        assert rigid.count("0.000   0.000") == 12
+        assert rigid.count("0.000   0.000") == 13
+
+    def test_all_adds_to_the_methods_named(self, capsys: pytest.CaptureFixture[str]) -> None:
+        """A method named is compared alone; with --all it stands beside every other."""
+        named = ("evaluate", "scan.#.obj", "--method", "ease:4", "--json")
+        labels = []
+        for more in ((), ("--all",)):
+            assert run(*named, *more) == 0
+            methods = json.loads(capsys.readouterr().out)["methods"]
+            labels.append([method["label"] for method in methods])
+        assert labels[0] == ["ease R=4"]
+        assert {"linear", "auto", "through 2", "ease R=4"} <= set(labels[1])
 
     def test_evaluate_prints_json(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run("evaluate", "scan.#.obj", "--method", "linear", "--json") == 0
@@ -153,7 +164,6 @@ class TestVerbs:
                 "soon",
             ),
             (["evaluate", "scan.#.ply"], "scan.#.ply"),
-            (["evaluate", "scan.#.obj", "--all", "--method", "linear"], "not both"),
             (["curves", "neutral.obj", "--curves", "twice.json"], "twice.json"),
             (["demo", "--data", "nowhere"], "nowhere"),
         ],

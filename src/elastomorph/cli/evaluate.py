@@ -43,11 +43,14 @@ def evaluate(
     ] = None,
     unit: Annotated[str, typer.Option(help="Unit of the coordinates, for the report: cm.")] = "",
     every: Annotated[
-        bool, typer.Option("--all", help="Every method, scanned in-betweens too, ranked.")
+        bool, typer.Option("--all", help="Every method beside those named, not only these.")
     ] = False,
     method: Annotated[
         list[str] | None,
-        typer.Option(help="linear, cosine, ease:R, beam:R[:closure], …; may be given repeatedly."),
+        typer.Option(
+            help="linear, auto, rotation, beam:R[:closure], …; may be given repeatedly. Without "
+            "it every method, scanned in-betweens too, ranked."
+        ),
     ] = None,
     movements: Annotated[
         bool, typer.Option(help="Find onsets and offsets in a long take and evaluate each.")
@@ -72,18 +75,17 @@ def evaluate(
     """Judge methods by recorded frames: from the first to the last, against those between.
 
     Examples:
+      elastomorph evaluate scan.####.obj --report report.html --unit cm
       elastomorph evaluate scan.####.obj -o out --method linear --method beam:2
-      elastomorph evaluate scan.####.obj --all --report report.html --unit cm
-      elastomorph evaluate take.npz --curves markers.json --movements --all
+      elastomorph evaluate take.npz --curves markers.json --movements
     """
     from elastomorph.errors import ParameterError
-    from elastomorph.evaluation import DEFAULT_METHODS, every_method
     from elastomorph.evaluation import evaluate as compare
+    from elastomorph.evaluation import every_method
     from elastomorph.settings import settings_tables
     from elastomorph.settings.choice import MethodChoice
 
-    if every and method:
-        raise ParameterError("give --all or --method, not both")
+    every = every or not method
     if movements and (rigid or output):
         raise ParameterError(
             "--movements prints tables and writes reports only: leave --rigid and --output out"
@@ -104,13 +106,14 @@ def evaluate(
         material = options.material(mass, damping, stiff, character)
 
         def methods(part: MeshSequence) -> Any:
+            found = _with_material(method or [], material)
             if every:
-                return every_method(part, network, material=material, progress=say)
-            return _with_material(method or list(DEFAULT_METHODS), material)
+                return every_method(part, network, material=material, progress=say) | found
+            return found
 
-        page = EvaluationPage(report, call_words(context), truth, unit, keep, pictures)
+        page = EvaluationPage(report, call_words(context), truth, unit, keep, pictures, every)
         if movements:
-            _movements(motion, network, methods, edge, as_json, page, say)
+            _movements(motion, network, methods, every, edge, as_json, page, say)
             return
         chosen = methods(motion)
         result = compare(motion, chosen, network, progress=say)
@@ -168,6 +171,7 @@ def _movements(
     motion: MeshSequence,
     network: CurveNetwork,
     methods: Callable[[MeshSequence], Any],
+    every: bool,
     edge: float,
     as_json: bool,
     page: EvaluationPage,
@@ -177,6 +181,7 @@ def _movements(
 
     from rich.console import Console
 
+    from elastomorph.evaluation import left_out
     from elastomorph.evaluation.movements import evaluate_movements, mean_lines
     from elastomorph.evaluation.summary import rankings
     from elastomorph.evaluation.table import method_table
@@ -198,8 +203,9 @@ def _movements(
     shape = len(motion.mesh.faces) > 0
     for title, lines in means.items():
         console.print(method_table(lines, title, shape=shape))
-    for sentence in rankings(means[list(means)[-1]]):
-        console.print(sentence, highlight=False)
+    for sentence in (*rankings(means[list(means)[-1]]), *([left_out(motion)] if every else [])):
+        if sentence:
+            console.print(sentence, highlight=False)
     if page.names:
         console.print(f"written to {page.names[0]}", highlight=False)
 
@@ -213,14 +219,16 @@ def _tell(
 ) -> None:
     from rich.console import Console
 
+    from elastomorph.evaluation import left_out
     from elastomorph.evaluation.summary import rankings, summaries
 
     console = Console()
     if motion.missing:
         console.print(f"missing from the numbering: {', '.join(motion.missing)}")
     console.print(result.table())
-    for sentence in rankings(summaries(result)) if every else ():
-        console.print(sentence, highlight=False)
+    for sentence in (*rankings(summaries(result)), left_out(motion)) if every else ():
+        if sentence:
+            console.print(sentence, highlight=False)
     if bodies:
         ends = next(iter(bodies.values())).ends
         console.print(f"\nrigid body, as its ends show within {ends:.3%} of D", highlight=False)

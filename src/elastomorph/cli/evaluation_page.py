@@ -34,6 +34,7 @@ class EvaluationPage:
         unit: Unit of the coordinates, or an empty string.
         curves: The file with artists' curves, if any.
         draw: Draw graphs, faces and the viewer.
+        every: Whether every method was asked for, so that it is said which ones are missing.
     """
 
     path: Path | None
@@ -42,6 +43,7 @@ class EvaluationPage:
     unit: str
     curves: Path | None
     draw: bool
+    every: bool
 
     @property
     def names(self) -> list[str]:
@@ -85,6 +87,7 @@ class EvaluationPage:
     def _about(
         self, truth: MeshSequence, methods: Mapping[str, Any], *, movements: bool = False
     ) -> About:
+        from elastomorph.evaluation import left_out
         from elastomorph.report.page import About
 
         name = Path(self.truth).name or self.truth
@@ -93,12 +96,14 @@ class EvaluationPage:
             traced = f"the artists' curves of {self.curves.name}"
             if len(truth.mesh.faces):
                 traced += ", and the rest of the face traced along its edges"
-        remarks = (_LONG_WORDS,) if not movements and len(truth) >= _LONG else ()
+        remarks = [_LONG_WORDS] if not movements and len(truth) >= _LONG else []
+        if self.every and not len(truth.mesh.faces):
+            remarks.append(left_out(truth))
         return About(
             name,
             unit=self.unit,
             call=self.call,
             curves=traced,
             methods=methods,
-            remarks=remarks,
+            remarks=tuple(remarks),
         )

@@ -2,7 +2,7 @@
 
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.evaluation import DEFAULT_METHODS, evaluate
-from elastomorph.evaluation.every_method import every_method
+from elastomorph.evaluation.every_method import every_method, left_out
 from elastomorph.evaluation.inbetweens import Suggestion, suggest_inbetweens
 from elastomorph.evaluation.results import Evaluation, MethodResult
 from elastomorph.evaluation.rigidity import Rigidity, rigidity
@@ -25,6 +25,7 @@ __all__ = [
     "every_method",
     "find_movements",
     "free_timing",
+    "left_out",
     "resting_pose",
     "rigidity",
     "suggest_inbetweens",

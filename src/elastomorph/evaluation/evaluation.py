@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,12 +36,13 @@ def evaluate(
     curves: CurveNetwork | None = None,
     *,
     material: Material | None = None,
+    extent: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Evaluation:
     """Interpolate between the first and the last frame of a motion and compare with the rest.
 
     Every method is measured twice: at the times of the frames, and with free timing, where each
-    frame picks its own moment of the path. What vanishes with free timing was a matter of timing.
+    frame picks its own moment of the path. What falls with free timing was a matter of timing.
 
     Args:
         truth: The recorded motion; its frames carry times from 0 to 1.
@@ -49,6 +51,8 @@ def evaluate(
         curves: The curves along which errors are measured and which beams follow; found by
             `extract_curves` by default. A mesh without polygons needs them.
         material: m, c, k of methods given as text; by default 1, 1, 1.
+        extent: The length D that errors are fractions of, in the unit of the vertices: where the
+            motion is that of a part, the size of the whole. That of the first frame by default.
         progress: Called with the label of each method before it is evaluated.
 
     Raises:
@@ -69,6 +73,8 @@ def evaluate(
     along = CurveVertices.of(curves, len(truth.mesh.vertices))
     target = truth.target
     probe = ShapeProbe.of(truth.mesh, target, curves.curve_of)
+    if extent is not None:
+        probe = replace(probe, diameter=extent)
     results = []
     for number, (label, method) in enumerate(chosen.items(), start=1):
         if progress is not None:
@@ -79,7 +85,7 @@ def evaluate(
         else:
             morph = interpolate(truth.mesh, target, method, curves=curves)
         results.append(_measure(label, morph, truth, along, probe))
-    return Evaluation(truth, curves, tuple(results))
+    return Evaluation(truth, curves, tuple(results), extent=extent)
 
 
 # Hundreds of small products: threads of BLAS would wait for each other after every one.

@@ -1,4 +1,4 @@
-"""All methods at once: what `evaluate` ranks when it is asked for everything."""
+"""All methods at once: what `evaluate` ranks when nobody names any."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from elastomorph.paths import Method
 from elastomorph.physics import Material
 from elastomorph.sequence import MeshSequence
 
-__all__ = ["every_method"]
+__all__ = ["every_method", "left_out"]
 
-_ON_SURFACES = ("plate:2", "arc", "rotation")
-_ON_MARKERS = ("arc",)
+_OF_SURFACES = ("plate:2", "rotation", "auto")
 _MOST_INBETWEENS = 2
 
 
@@ -35,10 +34,10 @@ def every_method(
         progress: Told what is being prepared.
 
     Returns:
-        linear, cosine, ease, beam and arc; plate and rotation where there are polygons; a path
-        through one and through two recorded frames, as far as there are frames.
+        linear, cosine, ease, beam and arc; plate, rotation and auto where there are polygons; a
+        path through one and through two recorded frames, as far as there are frames.
     """
-    texts = DEFAULT_METHODS + (_ON_SURFACES if len(truth.mesh.faces) else _ON_MARKERS)
+    texts = (*DEFAULT_METHODS, "arc", *(_OF_SURFACES if len(truth.mesh.faces) else ()))
     found: dict[str, Method | Morph] = {}
     for text in texts:
         method = Method.parse(text, material=material or Material())
@@ -50,3 +49,14 @@ def every_method(
         for suggestion in suggest_inbetweens(truth, most, curves=curves)[1:]:
             found[f"through {len(suggestion.frames)}"] = suggestion.morph
     return found
+
+
+def left_out(truth: MeshSequence) -> str:
+    """A sentence about the methods that this motion does not allow; empty where it allows all."""
+    if len(truth.mesh.faces):
+        return ""
+    names = [Method.parse(text).name for text in _OF_SURFACES]
+    return (
+        f"Left out: {', '.join(names[:-1])} and {names[-1]} follow a surface, and markers have no "
+        "polygons."
+    )

@@ -25,8 +25,8 @@ __all__ = ["Evaluation", "MethodResult"]
 class MethodResult:
     """How one method did. All errors are fractions of D, the diameter of the neutral.
 
-    Free timing lowers the squared error over all curves; where one curve disagrees with the rest
-    of the face, the largest error may rise.
+    Free timing makes the sum of squares over all curves least; where one curve disagrees with the
+    rest of the face, the largest error may rise.
 
     Attributes:
         label: Name of the method.
@@ -108,17 +108,20 @@ class Evaluation:
         curves: The curves along which errors are measured.
         results: One for each method, in the order they were given.
         settings: The settings of the character they were made with, as JSON, where there are any.
+        extent: D, where it is not that of the first frame: the size of the whole that it is part
+            of.
     """
 
     truth: MeshSequence
     curves: CurveNetwork
     results: tuple[MethodResult, ...]
     settings: Mapping[str, Any] | None = None
+    extent: float | None = None
 
     @property
     def diameter(self) -> float:
         """D, in the unit of the vertices."""
-        return self.truth.mesh.diameter
+        return self.truth.mesh.diameter if self.extent is None else self.extent
 
     def __getitem__(self, label: str) -> MethodResult:
         """The result of the method with this label.

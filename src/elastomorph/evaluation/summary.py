@@ -56,14 +56,22 @@ def summaries(evaluation: Evaluation) -> list[MethodSummary]:
 
 
 def mean_summaries(evaluations: Sequence[Evaluation]) -> list[MethodSummary]:
-    """The mean of each number over several motions that were evaluated with the same methods."""
-    every = [summaries(evaluation) for evaluation in evaluations]
+    """The mean of each number over several motions, of the methods that all of them have.
+
+    A motion of few frames leaves no room for scanned in-betweens, so not every method is
+    everywhere.
+    """
+    every = [{line.label: line for line in summaries(each)} for each in evaluations]
+    shared = [label for label in every[0] if all(label in lines for lines in every)]
     return [
         MethodSummary(
-            lines[0].label,
-            **{name: float(np.mean([getattr(line, name) for line in lines])) for name in _NUMBERS},
+            label,
+            **{
+                name: float(np.mean([getattr(lines[label], name) for lines in every]))
+                for name in _NUMBERS
+            },
         )
-        for lines in zip(*every, strict=True)
+        for label in shared
     ]
 
 

@@ -85,7 +85,8 @@ def time_graphs(
 ) -> None:
     """Errors over time at the times of the frames (a, b) and with free timing (c, d).
 
-    What vanishes from the upper graphs to the lower was a matter of timing, not of the path.
+    What falls from the upper graphs to the lower was a matter of timing, not of the path. The times
+    of (c, d) make the sum of squares least, so the largest error may also rise.
 
     Args:
         evaluation: Methods compared with a recorded motion.

@@ -61,7 +61,8 @@ def column_words(
         " are over the inner frames. With ",
         element("b", "free timing"),
         " each recorded frame is compared with the moment of the path that fits it best: what "
-        "vanishes there was timing.",
+        "falls there was timing. Fits best means the least sum of squares over all curves; the "
+        "table shows maxima, so a number may rise there.",
     ]
     if shape:
         words += [

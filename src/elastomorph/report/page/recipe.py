@@ -33,6 +33,7 @@ _WORDS = {
     "plate": "the whole surface an elastic plate between the two shapes",
     "arc": "circular arcs of the local rotation",
     "rotation": "least distortion of the surface: parts that turn are turned",
+    "auto": "the straight line where rotation hardly differs from it, else rotation",
 }
 
 
@@ -168,8 +169,10 @@ def method_words(method: Method | Morph) -> tuple[str, str]:
         ]
     if method.name == "beam":
         settings += [f"basis {method.basis} on open curves", f"stiffness {method.stiffness}"]
-    if method.name in ("arc", "rotation"):
+    if method.name in ("arc", "rotation", "auto"):
         settings.append(f"tolerance {percent(method.tolerance)}")
+    if method.name == "auto":
+        settings.append(f"straight within {percent(method.straight_within)}")
     return _WORDS[method.name], ", ".join(settings)
 
 
