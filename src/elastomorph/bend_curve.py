@@ -98,6 +98,19 @@ class BendCurve:
         return float(self.slope(0.0)), float(self.slope(1.0))
 
     @cached_property
+    def peak(self) -> tuple[float, float]:
+        """The time within [0, 1] at which the curve is farthest from 0, and its value there."""
+        times = list(self.breaks)
+        for start, stop, row in zip(self.breaks, self.breaks[1:], self.coefficients, strict=False):
+            level = np.polynomial.polynomial.polytrim(np.polynomial.polynomial.polyder(row))
+            turns = np.polynomial.polynomial.polyroots(level) if len(level) > 1 else np.zeros(0)
+            real = turns.real[np.abs(turns.imag) <= 1e-9]
+            times += [float(start + turn) for turn in real if 0 < turn < stop - start]
+        values = self(times)
+        highest = int(np.abs(values).argmax())
+        return float(times[highest]), float(values[highest])
+
+    @cached_property
     def _break_list(self) -> list[float]:
         return [float(time) for time in self.breaks]
 

@@ -34,7 +34,7 @@ def motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> em.MeshSequence:
     )
     target = neutral.with_vertices(neutral.vertices + [0, 0, 2.0])
     between = neutral.with_vertices(neutral.vertices + [0.5, 0, 0.3] * np.sin(neutral.vertices))
-    path = through(neutral, target, {3 / 8: between})
+    path = through(neutral, target, {3 / 8: between}, method="spline")
     found = em.MeshSequence(neutral, path.at(np.linspace(0, 1, 9)))
     em.write_sequence("scan.##.obj", found)
     return found
@@ -74,10 +74,27 @@ def test_json_has_what_the_library_finds(motion: em.MeshSequence) -> None:
 @pytest.mark.usefixtures("motion")
 def test_straight_pieces_can_be_asked_for() -> None:
     words = ("suggest", "scan.##.obj", "-n", 2, "--json", "--method")
-    smooth, straight = (json.loads(run(*words, method)) for method in ("spline", "linear"))
-    assert (smooth["method"], straight["method"]) == ("spline", "linear")
-    assert straight["suggestions"][0] == smooth["suggestions"][0]
-    assert straight["suggestions"][1]["lme"] > smooth["suggestions"][1]["lme"]
+    spline, straight = (json.loads(run(*words, law))["suggestions"] for law in ("spline", "linear"))
+    assert [one["method"] for one in spline] == ["linear", "spline", "spline"]
+    assert [one["method"] for one in straight] == ["linear", "piecewise", "piecewise"]
+    assert straight[0] == spline[0]
+    assert straight[1]["lme"] > spline[1]["lme"]
+
+
+@pytest.mark.usefixtures("motion")
+def test_the_law_that_won_is_named_and_its_overshoot_told() -> None:
+    """The motion is a spline through its fourth frame, which rises to 1.03.
+
+    One at τ = 1/8 has, x = (1 - t)/(1 - τ) before the end, b = x + 3.5(x - x³): 1.964 at most.
+    """
+    (_, one) = json.loads(run("suggest", "scan.##.obj", "-n", 1, "--json"))["suggestions"]
+    assert one["method"] == "spline"
+    assert 1 < one["largest_weight"] < 1.2
+    assert "overshoots" not in run("suggest", "scan.##.obj", "-n", 1)
+    for number in (3, 4, 5, 6, 7, 8):
+        Path(f"scan.{number:02}.obj").unlink()
+    printed = " ".join(run("suggest", "scan.##.obj", "--method", "spline").split())
+    assert "The path overshoots, by weights up to 1.96 for 1; smooth never does." in printed
 
 
 @pytest.mark.usefixtures("motion")

@@ -110,6 +110,19 @@ class TestVerbs:
         assert float(rows[0]["path_lme"]) < 1e-6
         assert json.loads(Path("out/evaluation.json").read_text())["methods"]
 
+    def test_evaluate_laws_between_recorded_frames(
+        self, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        texts = ("linear", "through:1:smooth", "through:1:piecewise")
+        words = [word for text in texts for word in ("--method", text)]
+        assert run("evaluate", "scan.#.obj", *words, "--json") == 0
+        rows = json.loads(capsys.readouterr().out)["methods"]
+        assert [row["label"] for row in rows] == [
+            "linear",
+            *(t.replace(":", " ") for t in texts[1:]),
+        ]
+        assert max(row["lme"] for row in rows[1:]) < rows[0]["lme"]
+
     def test_evaluate_every_method(self, capsys: pytest.CaptureFixture[str]) -> None:
         """All methods in one table, ranked, and whether the sheet stays rigid: it slides whole."""
         assert run("evaluate", "scan.#.obj", "--rigid", "0-48") == 0

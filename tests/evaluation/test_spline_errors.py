@@ -1,4 +1,4 @@
-"""Errors of many splines at once are those of the splines one by one."""
+"""Errors of many paths at once are those of the paths one by one."""
 
 from __future__ import annotations
 
@@ -13,23 +13,21 @@ from elastomorph.evaluation.spline_errors import (
     MeanSquare,
     cardinal_weights,
 )
-from elastomorph.paths.through import cardinal_curves
+from elastomorph.paths.through import LAWS, cardinal_curves
 
 
-@pytest.mark.parametrize("method", ["spline", "linear"])
+@pytest.mark.parametrize("law", LAWS)
 @given(
     st.lists(
         st.lists(st.integers(1, 99), min_size=3, max_size=3, unique=True), min_size=1, max_size=5
     )
 )
 @settings(max_examples=40, deadline=None)
-def test_many_splines_at_once_are_the_curves_one_by_one(
-    method: str, choices: list[list[int]]
-) -> None:
+def test_many_choices_at_once_are_the_curves_one_by_one(law: str, choices: list[list[int]]) -> None:
     keys = np.sort(np.array(choices), axis=1) / 100
     grid = np.linspace(0, 1, 101)
-    for row, values in zip(keys, cardinal_weights(keys, grid, method), strict=True):
-        for curve, column in zip(cardinal_curves(row.tolist(), method), values.T, strict=True):
+    for row, values in zip(keys, cardinal_weights(keys, grid, law), strict=True):
+        for curve, column in zip(cardinal_curves(row.tolist(), law), values.T, strict=True):
             np.testing.assert_allclose(column, curve(grid), atol=1e-9 * np.abs(column).max())
 
 

@@ -1,4 +1,4 @@
-"""Paths through scanned in-betweens: natural cubic splines of every vertex."""
+"""Paths through scanned in-betweens: what each law promises, and that every shape is reached."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 from scipy.interpolate import CubicSpline
 
-from elastomorph.errors import MeshError, ParameterError, TopologyError
+from elastomorph.errors import ElastomorphWarning, MeshError, ParameterError, TopologyError
 from elastomorph.mesh import Mesh
-from elastomorph.paths.through import cardinal_curves, inner_curvatures, through
+from elastomorph.paths.through import LAWS, cardinal_curves, inner_curvatures, law_for, through
 
 FACES = [[0, 1, 2, 3], [3, 2, 4]]
-TIMES = (0.15, 0.4, 0.85)
+TIMES = (0.2, 0.45, 0.8)
 GRID = np.linspace(0.0, 1.0, 401)
 
 some_times = st.lists(
@@ -39,18 +39,22 @@ def second_derivative(times: tuple[float, ...], piece: int, local: float) -> np.
     )
 
 
+def hats(times: list[float]) -> np.ndarray:
+    """(n, T) on the grid: straight from 0 at the neighbour to 1 at the own time and back."""
+    knots = [0.0, *times, 1.0]
+    return np.array([np.interp(GRID, knots, unit) for unit in np.eye(len(knots))[1:-1]])
+
+
 class TestCardinalCurves:
-    @pytest.mark.parametrize("method", ["spline", "linear"])
+    @pytest.mark.parametrize("law", LAWS)
     @given(times=some_times)
     @settings(max_examples=60, deadline=None)
-    def test_one_at_its_own_time_and_zero_at_all_others(
-        self, method: str, times: list[float]
-    ) -> None:
+    def test_one_at_its_own_time_and_zero_at_all_others(self, law: str, times: list[float]) -> None:
         """b_i(t_j) is exactly 1 or 0, and both ends are exactly 0."""
         rising = sorted(times)
-        values = np.array([curve(rising) for curve in cardinal_curves(rising, method)])
+        values = np.array([curve(rising) for curve in cardinal_curves(rising, law)])
         np.testing.assert_array_equal(values, np.eye(len(rising)))
-        for curve in cardinal_curves(rising, method):
+        for curve in cardinal_curves(rising, law):
             assert curve(0.0) == 0
             assert curve(1.0) == 0
 
@@ -65,6 +69,49 @@ class TestCardinalCurves:
             expected = CubicSpline(knots, unit, bc_type="natural")(GRID)
             scale = np.abs(expected).max()
             np.testing.assert_allclose(curve(GRID), expected, atol=1e-12 * scale)
+
+    @given(times=some_times)
+    @settings(max_examples=60, deadline=None)
+    def test_piecewise_and_smooth_are_the_hat_and_its_smoothstep(self, times: list[float]) -> None:
+        """h and h²(3 - 2h), written out; no weight leaves [0, 1]."""
+        rising = sorted(times)
+        for h, straight, smooth in zip(
+            hats(rising),
+            cardinal_curves(rising, "piecewise"),
+            cardinal_curves(rising, "smooth"),
+            strict=True,
+        ):
+            np.testing.assert_allclose(straight(GRID), h, atol=1e-12)
+            np.testing.assert_allclose(smooth(GRID), h * h * (3 - 2 * h), atol=1e-12)
+            for curve in (straight, smooth):
+                assert curve(GRID).min() >= -1e-15
+                assert curve(GRID).max() <= 1 + 1e-15
+                assert curve.peak[1] == pytest.approx(1, abs=1e-12)
+
+    @given(times=some_times)
+    @settings(max_examples=60, deadline=None)
+    def test_smooth_has_no_slope_at_any_shape(self, times: list[float]) -> None:
+        """d/dt h²(3 - 2h) = 6h(1 - h)h′ is 0 at h = 0 and h = 1, from the left and the right."""
+        rising = sorted(times)
+        breaks = np.array([0.0, *rising, 1.0])
+        for curve in cardinal_curves(rising, "smooth"):
+            gaps = np.diff(breaks)
+            _, first, second, third = curve.coefficients.T
+            np.testing.assert_array_equal(first, 0)
+            scale = 1e-12 / gaps.min()
+            np.testing.assert_allclose(2 * second * gaps + 3 * third * gaps**2, 0, atol=scale)
+
+    def test_a_single_one_by_hand(self) -> None:
+        """At τ = 0.1, t = 0.05 and t = 0.55 are half way up and down: weights 0.5 of a bump.
+
+        The spline is x + 4.5(x - x³) at x = (1 - t)/0.9 before the end: 2.34 where 13.5x² = 5.5.
+        """
+        (smooth,), (spline,) = cardinal_curves([0.1], "smooth"), cardinal_curves([0.1])
+        np.testing.assert_allclose(smooth([0.05, 0.1, 0.55]), [0.5, 1, 0.5], atol=1e-15)
+        assert smooth(0.025) == pytest.approx(0.0625 * 2.5)  # h = 1/4: h²(3 - 2h)
+        assert smooth.peak == pytest.approx((0.1, 1.0))
+        assert spline.peak[1] == pytest.approx(2.34, abs=0.005)
+        assert spline.peak[1] == pytest.approx(spline(GRID).max(), abs=1e-3)
 
     def test_natural_ends(self) -> None:
         """The second derivative is zero at 0 and at 1."""
@@ -89,9 +136,10 @@ class TestCardinalCurves:
         np.testing.assert_allclose(inner_curvatures([0, 0.5, 1]), [[-12]])
         assert curve(0.25) == pytest.approx(0.75 - 4 / 64)
 
-    def test_time_reversed_times_give_reversed_curves(self) -> None:
-        forward = [curve(GRID) for curve in cardinal_curves(TIMES)]
-        backward = cardinal_curves([1 - time for time in reversed(TIMES)])
+    @pytest.mark.parametrize("law", LAWS)
+    def test_time_reversed_times_give_reversed_curves(self, law: str) -> None:
+        forward = [curve(GRID) for curve in cardinal_curves(TIMES, law)]
+        backward = cardinal_curves([1 - time for time in reversed(TIMES)], law)
         for ours, theirs in zip(forward, reversed(backward), strict=True):
             np.testing.assert_allclose(ours, theirs(1 - GRID), atol=1e-13)
 
@@ -102,7 +150,7 @@ class TestCardinalCurves:
 
 
 class TestThrough:
-    @pytest.mark.parametrize("method", ["spline", "linear"])
+    @pytest.mark.parametrize("method", LAWS)
     def test_every_in_between_is_reached(self, method: str) -> None:
         given_shapes = shapes(TIMES)
         morph = through(shape(0), shape(1), given_shapes, method=method)
@@ -121,13 +169,68 @@ class TestThrough:
         np.testing.assert_allclose(morph.at(GRID), expected, atol=1e-13)
 
     def test_the_linear_path_is_straight_from_shape_to_shape(self) -> None:
-        morph = through(shape(0), shape(1), shapes(TIMES), method="linear")
+        morph = through(shape(0), shape(1), shapes(TIMES), method="piecewise")
         keys = np.stack(
             [m.vertices for m in (shape(0), *shapes(TIMES).values(), shape(1))]
         ).reshape(5, -1)
         for time in GRID[::40]:
             expected = [np.interp(time, [0, *TIMES, 1], column) for column in keys.T]
             np.testing.assert_allclose(morph.at(time).ravel(), expected, atol=1e-13)
+
+    @pytest.mark.parametrize("time", [0.02, 0.3, 0.5, 0.97])
+    def test_through_one_shape_the_default_is_the_bump(self, time: float) -> None:
+        """V = V₀ + tΔ + h²(3 - 2h)·D, D = Y - V₀ - τΔ, h = min(t/τ, (1 - t)/(1 - τ))."""
+        first, last, between = (shape(seed).vertices for seed in range(3))
+        morph = through(shape(0), shape(1), {time: shape(2)})
+        h = np.minimum(GRID / time, (1 - GRID) / (1 - time))[:, None, None]
+        t = GRID[:, None, None]
+        bend = between - first - time * (last - first)
+        expected = first + t * (last - first) + h * h * (3 - 2 * h) * bend
+        np.testing.assert_allclose(morph.at(GRID), expected, atol=1e-13)
+        assert len(morph.bends) == 1
+        assert morph.method == f"through {time:g}"
+
+    def test_through_two_shapes_the_default_is_the_spline(self) -> None:
+        two = shapes(TIMES[:2])
+        default, spline = (through(shape(0), shape(1), two, method=m) for m in (None, "spline"))
+        np.testing.assert_array_equal(default.at(GRID), spline.at(GRID))
+        assert default.method == spline.method == "through 0.2,0.45"
+        smooth = through(shape(0), shape(1), two, method="smooth")
+        assert smooth.method == "through 0.2,0.45 smooth"
+
+    @pytest.mark.parametrize("method", LAWS)
+    def test_a_face_moved_turned_and_scaled_takes_its_path_along(self, method: str) -> None:
+        """Every law is linear in the shapes and keeps what is constant."""
+        turn, _ = np.linalg.qr(np.random.default_rng(9).normal(size=(3, 3)))
+
+        def placed(mesh: Mesh) -> Mesh:
+            return mesh.with_vertices(2.5 * mesh.vertices @ turn + [1, -2, 3])
+
+        path = through(shape(0), shape(1), shapes(TIMES), method=method)
+        between = {time: placed(mesh) for time, mesh in shapes(TIMES).items()}
+        moved = through(placed(shape(0)), placed(shape(1)), between, method=method)
+        expected = 2.5 * path.at(GRID) @ turn + [1, -2, 3]
+        np.testing.assert_allclose(moved.at(GRID), expected, atol=1e-12)
+
+    def test_a_path_that_overshoots_says_so(self) -> None:
+        early = {0.1: shape(2)}
+        with pytest.warns(ElastomorphWarning, match=r"t = 0\.1 has the weight 2\.34"):
+            through(shape(0), shape(1), early, method="spline")
+        for method in ("smooth", "piecewise"):
+            through(shape(0), shape(1), early, method=method)  # a warning would be an error here
+        straight = shape(0).with_vertices(0.9 * shape(0).vertices + 0.1 * shape(1).vertices)
+        through(shape(0), shape(1), {0.1: straight}, method="spline")
+
+    def test_laws_by_name(self) -> None:
+        """By default by the number of shapes; ``linear`` is what `piecewise` once was called."""
+        assert [law_for(None, count) for count in range(4)] == ["spline", "smooth", *["spline"] * 2]
+        assert [law_for(law, 1) for law in LAWS] == list(LAWS)
+        assert law_for("linear", 1) == "piecewise"
+        old, new = (
+            through(shape(0), shape(1), shapes(TIMES), method=m) for m in ("linear", "piecewise")
+        )
+        assert old.method == new.method == "through 0.2,0.45,0.8 piecewise"
+        np.testing.assert_array_equal(old.at(GRID), new.at(GRID))
 
     def test_no_curve_through_the_shapes_bends_less(self) -> None:
         """Any other path through the same shapes has a larger ∫ ‖V″‖² dt."""
@@ -203,7 +306,7 @@ class TestThrough:
             through(shape(0), shape(1), [shape(2)])  # type: ignore[arg-type]
 
     def test_an_unknown_method(self) -> None:
-        with pytest.raises(ParameterError, match="spline, linear"):
+        with pytest.raises(ParameterError, match="smooth, spline, piecewise"):
             through(shape(0), shape(1), {}, method="quintic")
 
     def test_another_topology(self) -> None:

@@ -170,6 +170,23 @@ def test_a_path_passes_through_its_inbetweens(folder: Path) -> None:
         np.testing.assert_allclose(morph.at(share), em.read(folder / file).vertices, atol=1e-12)
 
 
+@pytest.mark.parametrize("law", ["smooth", "spline", "piecewise", "linear"])
+def test_each_law_between_inbetweens_can_be_asked_for(folder: Path, law: str) -> None:
+    files = {"0.3": "brow_30.obj", "0.6": "brow_60.obj"}
+    brow = rig_of(folder, changed(TABLES, inbetweens__brow=files | {"method": law})).morphs["brow"]
+    shapes = {float(time): em.read(folder / file) for time, file in files.items()}
+    expected = em.through(brow.neutral, brow.target, shapes, method=law)
+    assert_same_path(brow, expected)
+    assert brow.method == expected.method
+
+
+def test_one_inbetween_is_passed_through_smoothly(folder: Path) -> None:
+    """Unless told, by the same default as in Python."""
+    brow = rig_of(folder, changed(TABLES, inbetweens__brow={"0.3": "brow_30.obj"})).morphs["brow"]
+    shapes = {0.3: em.read(folder / "brow_30.obj")}
+    assert_same_path(brow, em.through(brow.neutral, brow.target, shapes, method="smooth"))
+
+
 def test_inbetweens_are_no_targets(folder: Path) -> None:
     """Though a pattern, or the folder itself, has them among the others."""
     tables = changed(

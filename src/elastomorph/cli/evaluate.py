@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -48,8 +48,8 @@ def evaluate(
     method: Annotated[
         list[str] | None,
         typer.Option(
-            help="linear, auto, rotation, beam:R[:closure], …; may be given repeatedly. Without "
-            "it every method, scanned in-betweens too, ranked."
+            help="linear, auto, rotation, beam:R[:closure], through:N[:law] (the best N frames as "
+            "in-betweens), …; may be given repeatedly. Without it every method, ranked."
         ),
     ] = None,
     movements: Annotated[
@@ -106,7 +106,7 @@ def evaluate(
         material = options.material(mass, damping, stiff, character)
 
         def methods(part: MeshSequence) -> Any:
-            found = _with_material(method or [], material)
+            found = _by_label(method or [], part, network, material, say)
             if every:
                 return every_method(part, network, material=material, progress=say) | found
             return found
@@ -143,16 +143,22 @@ def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
     return motion, options.network(motion.mesh, keep)
 
 
-def _with_material(texts: list[str], material: Any) -> dict[str, Any]:
+def _by_label(
+    texts: Sequence[str],
+    motion: MeshSequence,
+    network: CurveNetwork,
+    material: Any,
+    say: Callable[[str], None],
+) -> dict[str, Any]:
     from elastomorph.errors import ParameterError
-    from elastomorph.paths import Method
+    from elastomorph.evaluation.method_texts import method_of
 
-    found = {}
+    found: dict[str, Any] = {}
     for text in texts:
-        method = Method.parse(text, material=material)
-        if method.label in found:
+        label, method = method_of(text, motion, network, material=material, progress=say)
+        if label in found:
             raise ParameterError(f"the method {text!r} was given twice")
-        found[method.label] = method
+        found[label] = method
     return found
 
 

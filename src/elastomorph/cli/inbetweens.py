@@ -48,8 +48,9 @@ def suggest(
         typer.Option(help="Choose by lme (largest error), lae (largest of a curve) or mean."),
     ] = "lme",
     method: Annotated[
-        str, typer.Option(help="spline (smooth), or linear from shape to shape.")
-    ] = "spline",
+        str | None,
+        typer.Option(help="smooth, spline or piecewise; by default smooth or spline, the better."),
+    ] = None,
     keep: options.CurveFile = None,
     settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
@@ -84,7 +85,6 @@ def suggest(
                 "frames": len(motion),
                 "diameter": motion.mesh.diameter,
                 "measure": measure,
-                "method": method,
                 "suggestions": [_facts(suggestion) for suggestion in found],
             }
         )
@@ -102,6 +102,8 @@ def suggest(
 def _facts(suggestion: Suggestion) -> dict[str, Any]:
     return {
         "count": len(suggestion.frames),
+        "method": suggestion.law,
+        "largest_weight": suggestion.largest_weight,
         "frames": list(suggestion.names),
         "indices": list(suggestion.frames),
         "times": list(suggestion.times),
@@ -118,12 +120,21 @@ def _table(suggestions: Sequence[Suggestion]) -> Table:
     from rich.table import Table
     from rich.text import Text
 
+    from elastomorph.paths.through import OVERSHOOT
+
     legend = "Errors in % of D; ÷: how many times smaller the LME is than without in-betweens."
     if not all(suggestion.certain for suggestion in suggestions):
         legend += " ~: not every choice of frames was compared."
+    swinging = [each for each in suggestions if each.largest_weight > OVERSHOOT]
+    if swinging:
+        weights = ", ".join(
+            f"{each.largest_weight:.2f} for {len(each.frames)}" for each in swinging
+        )
+        legend += f" The path overshoots, by weights up to {weights}; smooth never does."
     table = Table(box=SIMPLE_HEAD, caption=legend, caption_justify="left", pad_edge=False)
     for header in ("n", "LME", "÷", "LAE", "mean LME", "mean LAE"):
         table.add_column(header, justify="right", no_wrap=True)
+    table.add_column("method", no_wrap=True)
     table.add_column("frames (t)")
     linear = suggestions[0]
     for each in suggestions:
@@ -134,5 +145,5 @@ def _table(suggestions: Sequence[Suggestion]) -> Table:
             f"{name} ({time:.3f})" for name, time in zip(each.names, each.times, strict=True)
         )
         number = str(len(each.frames)) + ("" if each.certain else "~")
-        table.add_row(number, lme, ratio, lae, mean_lme, mean_lae, Text(where or "linear"))
+        table.add_row(number, lme, ratio, lae, mean_lme, mean_lae, each.law, Text(where))
     return table

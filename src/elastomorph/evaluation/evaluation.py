@@ -11,6 +11,7 @@ from elastomorph.blas_threads import one_blas_thread
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import CurveError, MeshError, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
+from elastomorph.evaluation.method_texts import method_of
 from elastomorph.evaluation.results import Evaluation, MethodResult
 from elastomorph.evaluation.shape import Shape, ShapeProbe
 from elastomorph.evaluation.timing import free_timing
@@ -46,8 +47,9 @@ def evaluate(
 
     Args:
         truth: The recorded motion; its frames carry times from 0 to 1.
-        methods: Texts such as ``beam:2``, `Method` objects, or finished morphs from the first
-            frame to the last; a mapping gives them labels of your own.
+        methods: Texts such as ``beam:2``, or ``through:1`` and ``through:2:spline`` for the best
+            frames of the motion as in-betweens; `Method` objects; or finished morphs from the
+            first frame to the last. A mapping gives them labels of your own.
         curves: The curves along which errors are measured and which beams follow; found by
             `extract_curves` by default. A mesh without polygons needs them.
         material: m, c, k of methods given as text; by default 1, 1, 1.
@@ -62,7 +64,6 @@ def evaluate(
         ParameterError: A method is not understood, there is none, or two have one label.
         ResonanceError: A material is singular for its load.
     """
-    chosen = _labelled(methods, material)
     if curves is None:
         curves = extract_curves(truth.mesh)
     if curves.vertex_count != len(truth.mesh.vertices):
@@ -71,6 +72,7 @@ def evaluate(
             f"{len(truth.mesh.vertices):,}: extract them from its first frame"
         )
     along = CurveVertices.of(curves, len(truth.mesh.vertices))
+    chosen = _labelled(methods, material, truth, curves)
     target = truth.target
     probe = ShapeProbe.of(truth.mesh, target, curves.curve_of)
     if extent is not None:
@@ -121,7 +123,10 @@ def _measure(
 
 
 def _labelled(
-    methods: Sequence[AnyMethod] | Mapping[str, AnyMethod] | AnyMethod, material: Material | None
+    methods: Sequence[AnyMethod] | Mapping[str, AnyMethod] | AnyMethod,
+    material: Material | None,
+    truth: MeshSequence,
+    curves: CurveNetwork,
 ) -> dict[str, Method | Morph]:
     """The methods by their labels, in order."""
     if isinstance(methods, AnyMethod):
@@ -135,15 +140,15 @@ def _labelled(
         raise ParameterError("there is no method to evaluate")
     found: dict[str, Method | Morph] = {}
     for label, method in pairs:
+        own = ""
         if isinstance(method, str):
-            method = Method.parse(method)
-            if material is not None:
-                method = method.with_material(material)
-        if not isinstance(method, Method | Morph):
+            own, method = method_of(method, truth, curves, material=material)
+        elif not isinstance(method, Method | Morph):
             raise ParameterError(
                 f"a method is a text such as 'beam:2', a Method or a Morph, found {method!r}"
             )
-        own = method.method if isinstance(method, Morph) else method.label
+        else:
+            own = method.method if isinstance(method, Morph) else method.label
         name = own if label is None else str(label)
         if name in found:
             raise ParameterError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -9,17 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.errors import CurveError, ParameterError
+from elastomorph.errors import CurveError, ElastomorphWarning, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.key_frames import EFFORT, Judge, best_frames
-from elastomorph.evaluation.spline_errors import LargestError, MeanSquare
+from elastomorph.evaluation.spline_errors import Choice, LargestError, MeanSquare
 from elastomorph.morph import Morph
-from elastomorph.paths.through import SPLINES, through
+from elastomorph.paths.through import law_for, through
 from elastomorph.sequence import MeshSequence
 
 __all__ = ["MEASURES", "Suggestion", "suggest_inbetweens"]
 
 MEASURES = ("lme", "lae", "mean")
+_SMOOTH_LAWS = ("smooth", "spline")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,6 +32,8 @@ class Suggestion:
         frames: Indices of the frames, rising; none for linear interpolation.
         times: Their times within (0, 1).
         names: Their names.
+        law: How the path leads through them, what `through` takes as its ``method``; ``linear``
+            without any.
         certain: Whether all choices of as many frames were compared.
         morph: The path through them.
         average: (T,) largest E_A over the curves in each frame of the motion.
@@ -39,10 +43,16 @@ class Suggestion:
     frames: tuple[int, ...]
     times: tuple[float, ...]
     names: tuple[str, ...]
+    law: str
     certain: bool
     morph: Morph
     average: NDArray[np.float64]
     maximum: NDArray[np.float64]
+
+    @property
+    def largest_weight(self) -> float:
+        """Largest weight of an in-between at any time; above 1 the path overshoots."""
+        return max((abs(curve.peak[1]) for curve in self.morph.bend_curves), default=0.0)
 
     @property
     def lme(self) -> float:
@@ -65,7 +75,7 @@ class Suggestion:
         return float(self.average[1:-1].mean()) if len(self.average) > 2 else 0.0
 
     def __repr__(self) -> str:
-        where = ", ".join(self.names) if self.names else "linear"
+        where = f"{', '.join(self.names)}, {self.law}" if self.names else self.law
         return f"Suggestion({where}: LME {self.lme:.3%}, LAE {self.lae:.3%} of D)"
 
 
@@ -75,7 +85,7 @@ def suggest_inbetweens(
     *,
     curves: CurveNetwork | None = None,
     measure: str = "lme",
-    method: str = "spline",
+    method: str | None = None,
     effort: float = EFFORT,
     progress: Callable[[str], None] | None = None,
 ) -> list[Suggestion]:
@@ -89,7 +99,9 @@ def suggest_inbetweens(
         measure: What the frames are chosen by. ``lme``: the largest error of a vertex over all
             frames. ``lae``: the largest mean over a curve. ``mean``: the root of the mean squared
             distance over all frames and vertices of curves.
-        method: How the path leads through them: ``spline`` or ``linear``, see `through`.
+        method: How the path leads through them: ``smooth``, ``spline`` or ``piecewise``, see
+            `through`. By default the first two are tried, each at its own best frames, and the
+            one that leaves less is returned.
         effort: Choices times frames that may be compared at once. All choices are where they are
             few enough: three in-betweens in 100 frames, two in 300. Else the best among every
             second, third … frame is improved by moving and exchanging frames.
@@ -106,8 +118,7 @@ def suggest_inbetweens(
     """
     if measure not in MEASURES:
         raise ParameterError(f"measure must be one of {', '.join(MEASURES)}, found {measure!r}")
-    if method not in SPLINES:
-        raise ParameterError(f"method must be one of {', '.join(SPLINES)}, found {method!r}")
+    laws = _SMOOTH_LAWS if method is None else (law_for(method, count),)
     inner = len(truth) - 2
     if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count <= inner:
         raise ParameterError(
@@ -121,43 +132,43 @@ def suggest_inbetweens(
             f"{len(truth.mesh.vertices):,}: extract them from its first frame"
         )
     along = CurveVertices.of(curves, len(truth.mesh.vertices))
-    suggestions = [_measured(truth, along, method, (), True)]
-    if count:
-        say = progress or (lambda _: None)
-        judge = _judge(truth, along, measure, method)
-        for choice in best_frames(judge, count, effort=effort, progress=say):
-            suggestions.append(_measured(truth, along, method, choice.frames, choice.certain))
+    suggestions = [_measured(truth, along, "linear", Choice((), 0.0, certain=True))]
+    say = progress or (lambda _: None)
+    found = [
+        best_frames(_judge(truth, along, measure, law), count, effort=effort, progress=say)
+        for law in laws
+    ]
+    for choices in zip(*found, strict=True):
+        law, best = min(zip(laws, choices, strict=True), key=lambda pair: pair[1].error)
+        suggestions.append(_measured(truth, along, law, best))
     return suggestions
 
 
-def _judge(truth: MeshSequence, along: CurveVertices, measure: str, method: str) -> Judge:
+def _judge(truth: MeshSequence, along: CurveVertices, measure: str, law: str) -> Judge:
     """The measure on the vertices of the curves; all lengths are fractions of D."""
     offsets = truth.frames[:, along.indices] / truth.mesh.diameter
     first, last = offsets[0].copy(), offsets[-1].copy()
     for frame, time in zip(offsets, truth.times, strict=True):
         frame -= (1.0 - time) * first + time * last
     if measure == "mean":
-        return MeanSquare(offsets, truth.times, method)
+        return MeanSquare(offsets, truth.times, law)
     if measure == "lae":
-        return LargestError(offsets, truth.times, along.starts, along.counts, method)
+        return LargestError(offsets, truth.times, along.starts, along.counts, law)
     each = np.arange(len(along.indices))
-    return LargestError(offsets, truth.times, each, np.ones_like(each), method)
+    return LargestError(offsets, truth.times, each, np.ones_like(each), law)
 
 
-def _measured(
-    truth: MeshSequence,
-    along: CurveVertices,
-    method: str,
-    frames: tuple[int, ...],
-    certain: bool,
-) -> Suggestion:
+def _measured(truth: MeshSequence, along: CurveVertices, law: str, choice: Choice) -> Suggestion:
     """The errors of the path as `elastomorph.evaluate` finds them."""
-    times = tuple(float(truth.times[frame]) for frame in frames)
-    shapes = {time: truth[frame] for time, frame in zip(times, frames, strict=True)}
-    morph = through(truth.mesh, truth.target, shapes, method=method)
+    times = tuple(float(truth.times[frame]) for frame in choice.frames)
+    shapes = {time: truth[frame] for time, frame in zip(times, choice.frames, strict=True)}
+    with warnings.catch_warnings():
+        # Measured here, so that an overshoot is part of the error; `largest_weight` tells of it.
+        warnings.simplefilter("ignore", ElastomorphWarning)
+        morph = through(truth.mesh, truth.target, shapes, method=law)
     average, maximum = np.empty((2, len(truth)))
     for i, time in enumerate(truth.times):
         errors = curve_errors(morph.at(float(time)), truth.frames[i], along, truth.mesh.diameter)
         average[i], maximum[i] = (error.max() for error in errors)
-    names = tuple(truth.names[frame] for frame in frames)
-    return Suggestion(frames, times, names, certain, morph, average, maximum)
+    names = tuple(truth.names[frame] for frame in choice.frames)
+    return Suggestion(choice.frames, times, names, law, choice.certain, morph, average, maximum)

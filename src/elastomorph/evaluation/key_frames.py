@@ -1,4 +1,4 @@
-"""The frames of a motion through which a spline comes closest to all of it."""
+"""The frames of a motion through which a path comes closest to all of it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Many choices of frames at once: the error of the spline through each.
+"""Many choices of frames at once: the error of the path through each.
 
-The spline through captured frames is linear in them: with the frames' offsets from the straight
-path, R_t = Y_t - V₀ - t·Δ, the error of the spline through frames f_1 … f_n at time t is
+A path through captured frames is linear in them: with the frames' offsets from the straight
+path, R_t = Y_t - V₀ - t·Δ, the error of the path through frames f_1 … f_n at time t is
 
     R_t - Σ_i b_i(t)·R_{f_i}
 
@@ -36,7 +36,7 @@ class Choice:
 
     Attributes:
         frames: Indices of the frames, rising.
-        error: The error of the spline through them, by the measure of the judge.
+        error: The error of the path through them, by the measure of the judge.
         certain: Whether all choices of as many frames were compared.
     """
 
@@ -46,7 +46,7 @@ class Choice:
 
 
 def cardinal_weights(
-    keys: NDArray[np.float64], times: NDArray[np.float64], method: str = "spline"
+    keys: NDArray[np.float64], times: NDArray[np.float64], law: str = "spline"
 ) -> NDArray[np.float64]:
     """Values of the cardinal curves of many choices of times.
 
@@ -55,7 +55,7 @@ def cardinal_weights(
     Args:
         keys: (S, n) rising times within (0, 1).
         times: (T,) times from 0 to 1.
-        method: ``spline`` or ``linear``, see `elastomorph.paths.through.through`.
+        law: One of `elastomorph.paths.through.LAWS`.
 
     Returns:
         (S, T, n).
@@ -67,12 +67,15 @@ def cardinal_weights(
     # How far each time has come towards each key, from the key before and from the key after.
     up = np.clip((when - breaks[:, None, :-2]) / gaps[..., :-1], 0.0, 1.0)
     down = np.clip((breaks[:, None, 2:] - when) / gaps[..., 1:], 0.0, 1.0)
-    if method == "linear":
-        return np.asarray(np.minimum(up, down))
+    hats = np.minimum(up, down)
+    if law == "piecewise":
+        return np.asarray(hats)
+    if law == "smooth":
+        return np.asarray(hats * hats * (3.0 - 2.0 * hats))
     curving = (
         gaps[..., :-1] ** 2 * (up * up * up - up) + gaps[..., 1:] ** 2 * (down * down * down - down)
     ) / 6.0
-    return np.asarray(np.minimum(up, down) + curving @ inner_curvatures(breaks))
+    return np.asarray(hats + curving @ inner_curvatures(breaks))
 
 
 class LargestError:
@@ -84,7 +87,7 @@ class LargestError:
         times: NDArray[np.float64],
         starts: NDArray[np.int64],
         counts: NDArray[np.int64],
-        method: str = "spline",
+        law: str = "spline",
     ) -> None:
         """Prepare to judge.
 
@@ -93,10 +96,10 @@ class LargestError:
             times: (T,) times of the frames, from 0 to 1.
             starts: (G,) where each group starts among the N vertices.
             counts: (G,) vertices of each group; the error of a group is the mean over them.
-            method: ``spline`` or ``linear``.
+            law: One of `elastomorph.paths.through.LAWS`.
         """
         self.times = times
-        self._method = method
+        self._law = law
         self._offsets, self._starts, self._counts = offsets, starts, counts
         self._witnesses: list[int] = []
 
@@ -139,7 +142,7 @@ class LargestError:
         step = max(1, _CHUNK // wanted.size)
         for first in range(0, len(choices), step):
             part = choices[first : first + step]
-            missed = cardinal_weights(self.times[part], times, self._method) @ offsets[part]
+            missed = cardinal_weights(self.times[part], times, self._law) @ offsets[part]
             missed -= wanted
             np.square(missed, out=missed)
             distances = np.sqrt(missed.reshape(len(part), len(times), -1, 3).sum(axis=3))
@@ -150,7 +153,7 @@ class LargestError:
 
     def _exact(self, frames: NDArray[np.int64]) -> tuple[float, list[int]]:
         """The error over all groups, and the groups that fail most, the worst first."""
-        weights = cardinal_weights(self.times[frames][None], self.times, self._method)[0]
+        weights = cardinal_weights(self.times[frames][None], self.times, self._law)[0]
         keys = self._offsets[frames].reshape(len(frames), -1)
         largest, worst = np.zeros(len(weights)), np.zeros(len(weights), dtype=np.int64)
         for i, row in enumerate(weights):
@@ -168,17 +171,17 @@ class MeanSquare:
     """The root of the mean squared distance over frames and vertices."""
 
     def __init__(
-        self, offsets: NDArray[np.float64], times: NDArray[np.float64], method: str = "spline"
+        self, offsets: NDArray[np.float64], times: NDArray[np.float64], law: str = "spline"
     ) -> None:
         """Prepare to judge.
 
         Args:
             offsets: (T, N, 3) of the frames from the straight path.
             times: (T,) times of the frames, from 0 to 1.
-            method: ``spline`` or ``linear``.
+            law: One of `elastomorph.paths.through.LAWS`.
         """
         self.times = times
-        self._method = method
+        self._law = law
         self._size = offsets.shape[0] * offsets.shape[1]
         flat = offsets.reshape(len(offsets), -1)
         # Squared distances between linear combinations of frames need their inner products only.
@@ -192,7 +195,7 @@ class MeanSquare:
         step = max(1, _CHUNK // (len(self.times) * choices.shape[1]))
         for first in range(0, len(choices), step):
             part = choices[first : first + step]
-            weights = cardinal_weights(self.times[part], self.times, self._method)
+            weights = cardinal_weights(self.times[part], self.times, self._law)
             among = self._gram[part[:, :, None], part[:, None, :]]
             crossed = self._gram[part].transpose(0, 2, 1)
             squares[first : first + step] = (weights * (weights @ among - 2 * crossed)).sum((1, 2))

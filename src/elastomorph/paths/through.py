@@ -1,16 +1,23 @@
 """A path through scanned in-betweens: any number of shapes, each reached at its own time.
 
 One bend for each in-between Y_i at t_i, D_i = Y_i - V₀ - t_i·Δ, driven by a cardinal curve b_i:
-1 at t_i and 0 at the time of every other shape. With natural cubic splines the path
+1 at t_i and 0 at the time of every other shape,
 
     V(t) = V₀ + t·Δ + Σ_i b_i(t)·D_i
 
-is the natural cubic spline of every vertex through all shapes, the curve of least ∫ ‖V″‖² dt:
-splines are linear in what they pass through, and the spline through a straight line is that line.
+Three laws say how b_i rises and falls between the times of its neighbours. With the hat
+h_i(t) = min((t - t_{i-1})/(t_i - t_{i-1}), (t_{i+1} - t)/(t_{i+1} - t_i)), cut off below 0:
+
+- ``piecewise``: b_i = h_i, straight from shape to shape.
+- ``smooth``: b_i = h_i²(3 - 2h_i). No speed jumps, and no weight leaves [0, 1].
+- ``spline``: natural cubic splines, the path of least ∫ ‖V″‖² dt through all shapes: splines are
+  linear in what they pass through, and the spline through a straight line is that line. One near
+  an end swings: a single in-between at t = 0.1 gets weights up to 2.34.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
@@ -18,16 +25,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.bend_curve import BendCurve
-from elastomorph.errors import MeshError, ParameterError
+from elastomorph.errors import ElastomorphWarning, MeshError, ParameterError
 from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.morph import Morph
 
-__all__ = ["SPLINES", "cardinal_curves", "inner_curvatures", "through"]
+__all__ = ["LAWS", "OVERSHOOT", "cardinal_curves", "inner_curvatures", "law_for", "through"]
 
-SPLINES = ("spline", "linear")
+LAWS = ("smooth", "spline", "piecewise")
+
+# What `piecewise` was called before it had company.
+_OLD_NAMES = {"linear": "piecewise"}
 
 # Shapes closer in time than this are one shape twice.
 _SAME_TIME = 1e-9
+# Where a weight exceeds this, the path goes farther than the in-between it belongs to.
+OVERSHOOT = 1.2
 # A bend below this part of the largest coordinate is rounding of the straight path.
 _NOISE = 8 * float(np.finfo(np.float64).eps)
 
@@ -37,7 +49,7 @@ def through(
     target: Mesh,
     inbetweens: Mapping[float, Mesh],
     *,
-    method: str = "spline",
+    method: str | None = None,
 ) -> Morph:
     """The path from a neutral to a target through shapes at given times.
 
@@ -48,8 +60,10 @@ def through(
         neutral: The mesh at t = 0.
         target: The mesh at t = 1.
         inbetweens: Meshes of the same topology by their times, each within (0, 1).
-        method: ``spline``: natural cubic splines, smooth in velocity and acceleration. ``linear``:
-            straight from shape to shape, as in-betweens of rigs are today.
+        method: The law between the shapes. ``smooth``: smooth in velocity, weights within [0, 1].
+            ``spline``: natural cubic splines, smooth in acceleration too. ``piecewise``: straight
+            from shape to shape, as in-betweens of rigs are today; ``linear`` is the same. By
+            default ``smooth`` through one in-between and ``spline`` through more.
 
     Returns:
         A morph with one bend for each in-between.
@@ -59,9 +73,11 @@ def through(
         ParameterError: A time is not within (0, 1) or comes twice (within 1e-9), or the method is
             unknown.
         MeshError: An in-between is not a Mesh.
+
+    Warns:
+        ElastomorphWarning: A weight exceeds 1.2, so that the path goes farther than the in-between.
     """
-    if method not in SPLINES:
-        raise ParameterError(f"method must be one of {', '.join(SPLINES)}, found {method!r}")
+    law = law_for(method, len(inbetweens) if isinstance(inbetweens, Mapping) else 0)
     require_same_topology(neutral, target)
     shapes = _in_order(inbetweens)
     for time, mesh in shapes:
@@ -75,16 +91,45 @@ def through(
     for bend, (time, mesh) in zip(bends, shapes, strict=True):
         np.subtract(mesh.vertices, straight.at(time), out=bend)
         bend[np.abs(bend).max(axis=1) <= _NOISE * np.abs(mesh.vertices).max()] = 0.0
-    curves = cardinal_curves([time for time, _ in shapes], method)
-    return Morph(neutral, target, bends, curves, method=_label(shapes, method))
+    times = [time for time, _ in shapes]
+    curves = cardinal_curves(times, law)
+    for time, bend, curve in zip(times, bends, curves, strict=True):
+        when, weight = curve.peak
+        if bend.any() and abs(weight) > OVERSHOOT:
+            warnings.warn(
+                f"the path overshoots: at t = {when:.3g} the in-between at t = {time:g} has the "
+                f"weight {weight:.2f}; with method='smooth' none leaves the range from 0 to 1",
+                ElastomorphWarning,
+                stacklevel=2,
+            )
+    return Morph(neutral, target, bends, curves, method=_label(times, law))
 
 
-def cardinal_curves(times: Sequence[float], method: str = "spline") -> tuple[BendCurve, ...]:
+def law_for(method: str | None, count: int) -> str:
+    """The law between shapes that a text asks for.
+
+    Args:
+        method: ``smooth``, ``spline`` or ``piecewise`` (also ``linear``), or None for the default.
+        count: Number of in-betweens, which the default depends on: the spline through a single
+            one swings; two and more stop each other from swinging, and no acceleration jumps.
+
+    Raises:
+        ParameterError: The text is none of them.
+    """
+    if method is None:
+        return "smooth" if count == 1 else "spline"
+    law = _OLD_NAMES.get(method, method)
+    if law not in LAWS:
+        raise ParameterError(f"method must be one of {', '.join(LAWS)}, found {method!r}")
+    return law
+
+
+def cardinal_curves(times: Sequence[float], law: str = "spline") -> tuple[BendCurve, ...]:
     """The bend curves b_i with b_i(t_j) = 1 where i = j, else 0, and b_i(0) = b_i(1) = 0.
 
     Args:
         times: n rising times within (0, 1).
-        method: ``spline`` or ``linear``, see `through`.
+        law: One of `LAWS`, see `through`.
 
     Returns:
         n curves, each with pieces between the times.
@@ -99,21 +144,18 @@ def cardinal_curves(times: Sequence[float], method: str = "spline") -> tuple[Ben
     count = len(breaks) - 2
     values = np.zeros((count, count + 2))
     values[:, 1:-1] = np.eye(count)
-    second = np.zeros_like(values)
-    if method == "spline":
+    rises = np.diff(values)
+    pieces = [values[:, :-1], rises / gaps]
+    if law == "smooth":
+        still = np.zeros_like(rises)
+        pieces = [values[:, :-1], still, 3.0 * rises / gaps**2, -2.0 * rises / gaps**3]
+    elif law == "spline":
+        second = np.zeros_like(values)
         second[:, 1:-1] = inner_curvatures(breaks).T
-    start, end = second[:, :-1], second[:, 1:]
-    coefficients = np.stack(
-        [
-            values[:, :-1],
-            np.diff(values) / gaps - gaps * (2.0 * start + end) / 6.0,
-            start / 2.0,
-            (end - start) / (6.0 * gaps),
-        ],
-        axis=2,
-    )
-    kept = coefficients if method == "spline" else coefficients[:, :, :2]
-    return tuple(BendCurve(breaks, rows) for rows in kept)
+        start, end = second[:, :-1], second[:, 1:]
+        pieces[1] = pieces[1] - gaps * (2.0 * start + end) / 6.0
+        pieces += [start / 2.0, (end - start) / (6.0 * gaps)]
+    return tuple(BendCurve(breaks, rows) for rows in np.stack(pieces, axis=2))
 
 
 def inner_curvatures(breaks: ArrayLike) -> NDArray[np.float64]:
@@ -172,8 +214,8 @@ def _in_order(inbetweens: Mapping[float, Mesh]) -> list[tuple[float, Mesh]]:
     return found
 
 
-def _label(shapes: Sequence[tuple[float, Mesh]], method: str) -> str:
-    if not shapes:
+def _label(times: Sequence[float], law: str) -> str:
+    if not times:
         return "linear"
-    when = ",".join(f"{time:.3g}" for time, _ in shapes)
-    return f"through {when}" if method == "spline" else f"through {when} {method}"
+    when = ",".join(f"{time:.3g}" for time in times)
+    return f"through {when}" if law == law_for(None, len(times)) else f"through {when} {law}"

@@ -10,7 +10,7 @@ from elastomorph.errors import FileError
 from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.gltf.writer import require_glb_settings
 from elastomorph.io.usd.writer import require_usd_settings
-from elastomorph.paths.through import SPLINES
+from elastomorph.paths.through import law_for
 from elastomorph.settings.choice import MethodChoice
 from elastomorph.settings.document import Document, Where, nearest, open_document
 from elastomorph.settings.schema import FREE, TABLES, Key
@@ -168,15 +168,12 @@ def _region(document: Document, name: str) -> Region:
 def _inbetweens(document: Document, name: str) -> Inbetweens:
     where = ("inbetweens", name)
     files: dict[float, str] = {}
-    method = "spline"
+    method: str | None = None
     for key, value in _flat(document.table(where)):
         if key == "method":
             method = document.value((*where, key), TABLES["inbetweens.*"]["method"], value)
-            if method not in SPLINES:
-                document.refuse(
-                    (*where, key),
-                    f"method must be one of {', '.join(SPLINES)}, found {method!r}",
-                )
+            with document.naming((*where, key)):
+                law_for(method, 0)
             continue
         # A bare 0.3 is, to TOML, the key 3 of the table 0.
         line = (*where, key) if key in document.table(where) else (*where, *key.split("."))
@@ -199,7 +196,7 @@ def _inbetweens(document: Document, name: str) -> Inbetweens:
         files[time] = document.value(line, _FILE, value)
     if not files:
         document.refuse(where, f"[inbetweens.{name}] names no shape; {FREE['inbetweens.*']}")
-    return Inbetweens(files, method)
+    return Inbetweens(files, law_for(method, len(files)))
 
 
 def _flat(table: Mapping[str, Any]) -> list[tuple[str, Any]]:

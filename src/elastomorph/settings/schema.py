@@ -67,7 +67,7 @@ TABLES: dict[str, dict[str, Key]] = {
         "rigidity": Key("number", "k = EI, above 0", "0.01"),
     },
     "inbetweens.*": {
-        "method": Key("text", "spline (smooth), or linear from shape to shape", '"linear"'),
+        "method": Key("text", "smooth, spline, or piecewise from shape to shape", '"spline"'),
     },
     "timing": {
         "default": Key("text", "how t runs over an exported clip", '"minimum-jerk"'),

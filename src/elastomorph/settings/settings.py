@@ -62,11 +62,11 @@ class Inbetweens:
 
     Attributes:
         files: The file at each time.
-        method: ``spline`` or ``linear``.
+        method: The law between them, one of `elastomorph.paths.through.LAWS`.
     """
 
     files: Mapping[float, str]
-    method: str = "spline"
+    method: str
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ def test_in_betweens_help_as_far_as_they_do() -> None:
 def suggestion(lme: float, *times: float) -> Suggestion:
     frames = tuple(range(1, len(times) + 1))
     errors = np.array([0.0, lme, 0.0])
-    return Suggestion(frames, times, ("x",) * len(times), True, None, errors, errors)  # type: ignore[arg-type]
+    return Suggestion(frames, times, ("x",) * len(times), "smooth", True, None, errors, errors)  # type: ignore[arg-type]
 
 
 def test_several_motions_have_no_one_length() -> None:
