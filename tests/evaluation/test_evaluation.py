@@ -81,7 +81,6 @@ def test_averages_and_largest_values(truth: MeshSequence, rows: CurveNetwork) ->
     """E_A ≤ E_M; LME and LAE are the largest of all, the means leave out both ends."""
     for result in evaluate(truth, curves=rows).results:
         assert (result.average <= result.maximum + 1e-15).all()
-        assert (result.path_average <= result.path_maximum + 1e-15).all()
         assert result.lme == result.maximum.max() > 0
         assert result.lae == result.average.max() > 0
         worst = [max(result.maximum[:, i]) for i in range(1, len(TIMES) - 1)]
@@ -96,13 +95,14 @@ def test_averages_and_largest_values(truth: MeshSequence, rows: CurveNetwork) ->
             np.testing.assert_allclose(ends, 0, atol=1e-14)
 
 
-def test_free_timing_lowers_the_squared_error(truth: MeshSequence, rows: CurveNetwork) -> None:
+def test_free_timing_is_never_worse(truth: MeshSequence, rows: CurveNetwork) -> None:
     """The captured times are one choice of many, so the best choice is no worse."""
-    for result in evaluate(truth, curves=rows).results:
-        on_time = result.morph.at(truth.times) - truth.frames
-        free = result.morph.at(result.path_times) - truth.frames
-        assert (free**2).sum() <= (on_time**2).sum() * (1 + 1e-12)
+    texts = [*DEFAULT_METHODS, "arc", "through:1", "through:2", "through:2:piecewise"]
+    for result in evaluate(truth, texts, curves=rows).results:
+        assert result.path_lme <= result.lme * (1 + 1e-12)
+        assert result.path_lae <= result.lae * (1 + 1e-12)
         assert (np.diff(result.path_times) >= 0).all()
+        assert (np.diff(result.path_average_times) >= 0).all()
 
 
 def test_straight_methods_share_one_path(truth: MeshSequence, rows: CurveNetwork) -> None:

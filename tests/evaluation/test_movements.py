@@ -51,7 +51,10 @@ def test_a_still_take_is_refused() -> None:
 @pytest.mark.slow
 @pytest.mark.realdata
 def test_in_betweens_pay_on_real_captures(data_dir: Path) -> None:
-    """One and two suggested in-betweens divide the mean LME of linear by 1.5 and 2.3 at least."""
+    """One and two suggested in-betweens divide the mean LME of linear by 2 and 3 at least.
+
+    Free timing never makes an error larger: it is one of many timings, and so are recorded times.
+    """
     lme: dict[str, list[float]] = {"linear": [], "through 1": [], "through 2": []}
     kinds = []
     for name in ("jaw", "eyebrows"):
@@ -63,10 +66,13 @@ def test_in_betweens_pay_on_real_captures(data_dir: Path) -> None:
         )
         for one in judged:
             kinds.append(one.movement.kind)
+            for result in one.evaluation.results:
+                assert result.path_lme <= result.lme * (1 + 1e-12)
+                assert result.path_lae <= result.lae * (1 + 1e-12)
             for label, values in lme.items():
                 values.append(one.evaluation[label].lme)
     assert kinds.count("onset") >= 4
     assert kinds.count("offset") >= 4
     linear, one_key, two_keys = (np.mean(values) for values in lme.values())
-    assert linear / one_key > 1.5
-    assert linear / two_keys > 2.3
+    assert linear / one_key > 2.0
+    assert linear / two_keys > 3.0

@@ -1,4 +1,4 @@
-"""Free timing: what each frame picks, and that no better order of moments exists."""
+"""Free timing: what each frame picks, and that no order of moments leaves a smaller error."""
 
 from __future__ import annotations
 
@@ -11,9 +11,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from elastomorph.bend_curve import BendCurve
-from elastomorph.evaluation.timing import best_in_order, free_timing
+from elastomorph.curves import Curve, CurveNetwork
+from elastomorph.errors import ParameterError
+from elastomorph.evaluation import timing
+from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
+from elastomorph.evaluation.timing import free_timing, least_in_order
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
+from elastomorph.sequence import MeshSequence
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -28,8 +33,33 @@ def powers(count: int) -> tuple[BendCurve, ...]:
     return tuple(BendCurve.power(k) for k in range(2, count + 2))
 
 
-def everything(morph: Morph) -> NDArray[np.int64]:
-    return np.arange(len(morph.neutral.vertices))
+def timed(
+    morph: Morph,
+    frames: NDArray[np.float64],
+    curves: list[list[int]] | None = None,
+    measure: str = "lme",
+) -> NDArray[np.float64]:
+    """Free timing along curves, by default one through all vertices."""
+    along = vertices_of(morph, curves)
+    return free_timing(morph, MeshSequence(morph.neutral, frames), along, measure)
+
+
+def vertices_of(morph: Morph, curves: list[list[int]] | None) -> CurveVertices:
+    count = len(morph.neutral.vertices)
+    chosen = [Curve(curve) for curve in ([list(range(count))] if curves is None else curves)]
+    return CurveVertices.of(CurveNetwork(chosen, count), count)
+
+
+def errors(
+    morph: Morph, frames: NDArray[np.float64], moments: NDArray[np.float64], along: CurveVertices
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(T,) largest mean of a curve and (T,) largest distance, frame by frame."""
+    pairs = [
+        curve_errors(morph.at(float(t)), f, along, 1.0)
+        for t, f in zip(moments, frames, strict=True)
+    ]
+    average, maximum = zip(*((a.max(), m.max()) for a, m in pairs), strict=True)
+    return np.array(average), np.array(maximum)
 
 
 @settings(max_examples=40, deadline=None)
@@ -41,7 +71,7 @@ def test_a_truth_on_the_path_is_found_at_its_own_times(
     rng = np.random.default_rng(seed)
     morph = Morph(neutral, target, fields(neutral, bends, seed), powers(bends))
     warp = np.concatenate([[0.0], np.sort(rng.random(frames - 2)), [1.0]])
-    found = free_timing(morph, morph.at(warp), everything(morph))
+    found = timed(morph, morph.at(warp))
     np.testing.assert_allclose(found, warp, atol=1e-9)
     assert np.abs(morph.at(found) - morph.at(warp)).max() < 1e-9
 
@@ -58,69 +88,105 @@ def test_a_straight_line_at_another_pace_is_found(
     linear = Morph(small, large, np.zeros((0, *delta.shape)), ())
     eased = Morph(small, large, delta[None], (law,))
     expected = times + law(times)
-    np.testing.assert_allclose(
-        free_timing(linear, eased.at(times), everything(linear)), expected, atol=1e-9
-    )
-    np.testing.assert_allclose(
-        free_timing(eased, linear.at(expected), everything(linear)), times, atol=1e-8
-    )
-
-
-def monotone_regression(wanted: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The least-squares rising fit by its minimax formula: max over j ≤ i of min over k ≥ i."""
-    count = len(wanted)
-    return np.array(
-        [
-            max(min(wanted[j : k + 1].mean() for k in range(i, count)) for j in range(i + 1))
-            for i in range(count)
-        ]
-    )
+    np.testing.assert_allclose(timed(linear, eased.at(times)), expected, atol=1e-9)
+    np.testing.assert_allclose(timed(eased, linear.at(expected)), times, atol=1e-8)
 
 
 @settings(max_examples=100, deadline=None)
 @given(seed=SEEDS)
-def test_on_a_straight_line_it_is_monotone_regression(
+def test_on_a_straight_line_the_least_largest_error_has_a_closed_form(
     neutral: Mesh, target: Mesh, seed: int
 ) -> None:
-    """On V₀ + tΔ the squared distance is ‖Δ‖²(t - s)², so the best order has a closed form."""
-    rng = np.random.default_rng(seed)
+    """On V₀ + tΔ a frame at s is |t - s|·max‖Δ_v‖ away from t.
+
+    Two frames in the wrong order, s_i > s_j, meet halfway at best; a frame beyond an end is as far
+    away as it is beyond.
+    """
     morph = Morph(neutral, target, np.zeros((0, *neutral.vertices.shape)), ())
-    wanted = rng.uniform(-0.2, 1.2, size=8)
-    positions = morph.at(np.concatenate([[0.0], wanted, [1.0]]))
-    noise = fields(neutral, 10, seed)  # orthogonal to the path: must not matter
-    direction = morph.delta / np.linalg.norm(morph.delta)
-    noise -= np.einsum("tvi,vi->t", noise, direction)[:, None, None] * direction
-    noise[[0, -1]] = 0
-    found = free_timing(morph, positions + noise, everything(morph))
-    expected = np.clip(monotone_regression(wanted), 0, 1)
-    # Where frames share a moment the cost is above 0, and near its minimum flat to half the digits.
-    np.testing.assert_allclose(found[1:-1], expected, atol=1e-7)
+    wanted = np.random.default_rng(seed).uniform(-0.2, 1.2, size=8)
+    frames = morph.at(np.concatenate([[0.0], wanted, [1.0]]))
+    found = timed(morph, frames)
+    turned = max(max(wanted[: j + 1]) - wanted[j] for j in range(8)) / 2
+    least = max(turned, (wanted - 1).max(), (-wanted).max(), 0.0)
+    longest = np.linalg.norm(morph.delta, axis=1).max()
+    _, maximum = errors(morph, frames, found, vertices_of(morph, None))
+    assert maximum.max() == pytest.approx(longest * least, rel=1e-9, abs=1e-9)
     assert (np.diff(found) >= 0).all()
     assert found[0] == 0
     assert found[-1] == 1
 
 
+ROWS = [[0, 1, 2, 3, 4], [5, 6, 7], [8, 9, 10, 11, 12, 13], [14]]
+
+
 @settings(max_examples=15, deadline=None)
 @given(seed=SEEDS)
-def test_no_order_of_moments_on_a_grid_is_better(neutral: Mesh, curved: Morph, seed: int) -> None:
-    """Brute force over every rising triple of 41 moments costs at least as much."""
+@pytest.mark.parametrize(("measure", "which"), [("lae", 0), ("lme", 1)])
+def test_no_order_of_moments_on_a_grid_is_better(
+    curved: Morph, seed: int, measure: str, which: int
+) -> None:
+    """Brute force over every rising triple of 41 moments, for the largest and then the sum."""
     rng = np.random.default_rng(seed)
-    frames = curved.at([0.0, *rng.random(3), 1.0]) + 0.5 * fields(neutral, 5, seed)
+    frames = curved.at([0.0, *rng.random(3), 1.0])
+    frames[1:-1] += 0.5 * fields(curved.neutral, 3, seed)
+    along = vertices_of(curved, ROWS)
     grid = np.linspace(0, 1, 41)
-    path = curved.at(grid)
-    costs = np.array([((path - frame) ** 2).sum(axis=(1, 2)) for frame in frames[1:-1]])
-    brute = min(
-        sum(costs[i, j] for i, j in enumerate(order))
-        for order in itertools.combinations_with_replacement(range(41), 3)
+    costs = np.array(
+        [errors(curved, np.repeat(f[None], 41, axis=0), grid, along)[which] for f in frames[1:-1]]
     )
-    on_grid = best_in_order(np.broadcast_to(grid, (3, 41)), costs)
+
+    def judged(order: tuple[int, ...]) -> tuple[float, float]:
+        own = costs[np.arange(3), list(order)]
+        return float(own.max()), float(own.sum())
+
+    brute = min(map(judged, itertools.combinations_with_replacement(range(41), 3)))
+    on_grid = least_in_order(np.broadcast_to(grid, (3, 41)), costs)
     chosen = np.searchsorted(grid, on_grid)
     assert (np.diff(chosen) >= 0).all()
-    assert costs[np.arange(3), chosen].sum() == pytest.approx(brute, rel=1e-12)
-    found = free_timing(curved, frames, everything(curved))
+    assert judged(tuple(chosen)) == pytest.approx(brute, rel=1e-12)
+    found = timed(curved, frames, ROWS, measure)
     assert (np.diff(found) >= 0).all()
-    own = ((curved.at(found) - frames)[1:-1] ** 2).sum()
-    assert own <= brute * (1 + 1e-9)
+    assert errors(curved, frames, found, along)[which].max() <= brute[0] * (1 + 1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=SEEDS, bends=st.integers(0, 3), noise=st.sampled_from([0.0, 0.01, 1.0]))
+@pytest.mark.parametrize(("measure", "which"), [("lae", 0), ("lme", 1)])
+def test_it_is_never_worse_than_the_recorded_times(
+    neutral: Mesh, target: Mesh, seed: int, bends: int, noise: float, measure: str, which: int
+) -> None:
+    """They are one order of moments of many, whatever the path and the frames."""
+    rng = np.random.default_rng(seed)
+    morph = Morph(neutral, target, fields(neutral, bends, seed), powers(bends))
+    frames = morph.at(np.concatenate([[0.0], np.sort(rng.random(7)), [1.0]]))
+    frames[1:-1] += noise * rng.normal(size=frames[1:-1].shape)
+    along, recorded = vertices_of(morph, ROWS), np.linspace(0, 1, 9)
+    found = timed(morph, frames, ROWS, measure)
+    free, fixed = (errors(morph, frames, when, along)[which] for when in (found, recorded))
+    assert free.max() <= fixed.max() * (1 + 1e-12)
+    assert (np.diff(found) >= 0).all()
+
+
+@pytest.mark.parametrize(("measure", "which"), [("lae", 0), ("lme", 1)])
+@pytest.mark.parametrize("seed", range(5))
+def test_witnesses_stand_for_all_vertices(
+    curved: Morph, monkeypatch: pytest.MonkeyPatch, seed: int, measure: str, which: int
+) -> None:
+    """Looking at a few vertices first leads to the same errors as looking at all at once."""
+    frames = curved.at(np.linspace(0, 1, 9) ** 2)
+    frames[1:-1] += 0.3 * fields(curved.neutral, 7, seed)
+    along = vertices_of(curved, ROWS)
+    every, some = [], []
+    for few, found in ((10**6, every), (0, some)):
+        monkeypatch.setattr(timing, "_FEW", few)
+        own = errors(curved, frames, timed(curved, frames, ROWS, measure), along)[which]
+        found += [own.max(), own.sum()]
+    assert some == pytest.approx(every, rel=1e-6)
+
+
+def test_an_unknown_measure(curved: Morph) -> None:
+    with pytest.raises(ParameterError, match="lme, lae, found 'mean'"):
+        timed(curved, curved.at([0.0, 0.5, 1.0]), measure="mean")
 
 
 def test_only_the_vertices_named_count(curved: Morph) -> None:
@@ -128,7 +194,7 @@ def test_only_the_vertices_named_count(curved: Morph) -> None:
     warp = np.array([0.0, 0.1, 0.7, 1.0])
     frames = curved.at(warp)
     frames[1:-1, 10:] += 50.0
-    np.testing.assert_allclose(free_timing(curved, frames, np.arange(10)), warp, atol=1e-9)
+    np.testing.assert_allclose(timed(curved, frames, [list(range(10))]), warp, atol=1e-9)
 
 
 def test_a_path_that_turns_back_is_searched_globally(neutral: Mesh, target: Mesh) -> None:
@@ -137,7 +203,7 @@ def test_a_path_that_turns_back_is_searched_globally(neutral: Mesh, target: Mesh
     # s(t) = t + 3(t - t²) passes 0.9 on the way out, turns at 4/3 and comes back to 1.
     morph = Morph(neutral, target, delta[None], (BendCurve.polynomial([0, 3, -3]),))
     frames = morph.at([0.0, 0.4, 0.6, 0.9, 1.0])
-    found = free_timing(morph, frames, everything(morph))
+    found = timed(morph, frames)
     np.testing.assert_allclose(morph.at(found), frames, atol=1e-9)
     assert (np.diff(found) >= 0).all()
 
@@ -145,7 +211,7 @@ def test_a_path_that_turns_back_is_searched_globally(neutral: Mesh, target: Mesh
 def test_a_motion_without_motion_has_some_timing(neutral: Mesh) -> None:
     """Where nothing moves every moment is as good as another."""
     still = Morph(neutral, neutral, np.zeros((0, *neutral.vertices.shape)), ())
-    found = free_timing(still, np.repeat(neutral.vertices[None], 4, axis=0), everything(still))
+    found = timed(still, np.repeat(neutral.vertices[None], 4, axis=0))
     assert found[0] == 0
     assert found[-1] == 1
     assert (np.diff(found) >= 0).all()

@@ -16,6 +16,16 @@ from elastomorph.evaluation.summary import conclusions, summaries
 __all__ = ["evaluation_json", "long_csv", "summary_csv"]
 
 
+_TABLES = (
+    "path_times",
+    "path_average_times",
+    "average",
+    "maximum",
+    "path_average",
+    "path_maximum",
+)
+
+
 def summary_csv(evaluation: Evaluation) -> str:
     """One line a method. Errors and seam are fractions of D, in full precision."""
     rows = [asdict(line) for line in summaries(evaluation)]
@@ -23,7 +33,10 @@ def summary_csv(evaluation: Evaluation) -> str:
 
 
 def long_csv(evaluation: Evaluation) -> str:
-    """One line for each method, curve and frame: E_A and E_M at the time and with free timing."""
+    """One line for each method, curve and frame: E_A and E_M at the time and with free timing.
+
+    ``path_maximum`` is taken at ``path_time``, ``path_average`` at ``path_average_time``.
+    """
     header = [
         "method",
         "curve",
@@ -32,6 +45,7 @@ def long_csv(evaluation: Evaluation) -> str:
         "average",
         "maximum",
         "path_time",
+        "path_average_time",
         "path_average",
         "path_maximum",
     ]
@@ -40,6 +54,7 @@ def long_csv(evaluation: Evaluation) -> str:
     rows: list[list[Any]] = [header]
     for result in evaluation.results:
         path_times = result.path_times.tolist()
+        path_average_times = result.path_average_times.tolist()
         for number, name in enumerate(_curve_names(evaluation)):
             columns = zip(
                 truth.names,
@@ -47,6 +62,7 @@ def long_csv(evaluation: Evaluation) -> str:
                 result.average[number].tolist(),
                 result.maximum[number].tolist(),
                 path_times,
+                path_average_times,
                 result.path_average[number].tolist(),
                 result.path_maximum[number].tolist(),
                 strict=True,
@@ -59,7 +75,8 @@ def evaluation_json(evaluation: Evaluation) -> str:
     """Everything measured, as strict JSON (an infinite stretch becomes null).
 
     Errors and seam are fractions of ``diameter``. ``average``, ``maximum``, ``path_average`` and
-    ``path_maximum`` hold one row a curve and one column a frame.
+    ``path_maximum`` hold one row a curve and one column a frame; ``path_maximum`` is taken at
+    ``path_times``, ``path_average`` at ``path_average_times``.
     """
     lines = summaries(evaluation)
     methods = []
@@ -68,7 +85,7 @@ def evaluation_json(evaluation: Evaluation) -> str:
             name: value if isinstance(value, str) or math.isfinite(value) else None
             for name, value in asdict(line).items()
         }
-        for name in ("path_times", "average", "maximum", "path_average", "path_maximum"):
+        for name in _TABLES:
             entry[name] = getattr(result, name).tolist()
         methods.append(entry)
     page = {

@@ -25,17 +25,19 @@ __all__ = ["Evaluation", "MethodResult"]
 class MethodResult:
     """How one method did. All errors are fractions of D, the diameter of the neutral.
 
-    Free timing makes the sum of squares over all curves least; where one curve disagrees with the
-    rest of the face, the largest error may rise.
+    With free timing `path_lme` and `path_lae` are the smallest that any order of moments reaches,
+    each at moments of its own, so neither is larger than at the captured times. `path_mean_lme`
+    and `path_mean_lae` are the means at these same moments.
 
     Attributes:
         label: Name of the method.
         morph: Its path.
         average: (C, T) E_A of each curve in each frame (Eq. 35 with the norm).
         maximum: (C, T) E_M of each curve in each frame.
-        path_times: (T,) the moment of the path each frame picks for itself, see `free_timing`.
-        path_average: (C, T) E_A at these moments.
-        path_maximum: (C, T) E_M at these moments.
+        path_times: (T,) the moments of the path at which `path_lme` is smallest, see `free_timing`.
+        path_average_times: (T,) the moments at which `path_lae` is smallest.
+        path_average: (C, T) E_A at ``path_average_times``.
+        path_maximum: (C, T) E_M at ``path_times``.
         seam: Largest jump between two curves, over the frames; see `Shape`.
         flips: Polygons turned over in the worst frame.
         stretch: Largest ratio of edge lengths, over the frames.
@@ -46,6 +48,7 @@ class MethodResult:
     average: NDArray[np.float64]
     maximum: NDArray[np.float64]
     path_times: NDArray[np.float64]
+    path_average_times: NDArray[np.float64]
     path_average: NDArray[np.float64]
     path_maximum: NDArray[np.float64]
     seam: float
@@ -84,12 +87,12 @@ class MethodResult:
 
     @property
     def path_mean_lme(self) -> float:
-        """Mean over the inner times of the largest maximum error with free timing."""
+        """Mean over the inner times of the largest maximum error, at ``path_times``."""
         return _inner_mean(self.path_maximum)
 
     @property
     def path_mean_lae(self) -> float:
-        """Mean over the inner times of the largest average error with free timing."""
+        """Mean over the inner times of the largest average error, at ``path_average_times``."""
         return _inner_mean(self.path_average)
 
     def __repr__(self) -> str:

@@ -51,9 +51,8 @@ _SHAPE_COLUMNS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("stretch", "stretch", _ratio),
 )
 LEGEND = (
-    "Errors and seam in % of D. path: with free timing, where each frame picks its own moment of "
-    "the path, such that the sum of squares is least; the table shows maxima, so a number may rise "
-    "there. What falls was timing. Bold: best of the column."
+    "Errors and seam in % of D. path: the frames pick, in order, the moments of the path at which "
+    "the error is smallest; what vanishes there was timing. Bold: best of the column."
 )
 
 
