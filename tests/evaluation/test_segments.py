@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.evaluation import Movement, find_movements, resting_pose
@@ -88,6 +89,75 @@ def test_small_and_short_movements_are_left_out() -> None:
     assert find_movements(take(np.zeros(50))) == []
 
 
+def line(*points: tuple[int, float]) -> NDArray[np.float64]:
+    """Straight from (frame, level) to (frame, level)."""
+    frames, levels = zip(*points, strict=True)
+    return np.interp(np.arange(frames[-1] + 1), frames, levels)
+
+
+# Up to 0.10, back to 0.063, on to 0.12 at once; then down in two goes, back up by 0.04 between.
+SPEECH = line(
+    (0, 0), (40, 0), (60, 0.1), (70, 0.063), (90, 0.12), (120, 0.12), (140, 0.05), (150, 0.09),
+    (180, 0), (260, 0),
+)  # fmt: skip
+
+
+def test_a_movement_that_turns_back_is_split_at_the_turn() -> None:
+    """The onset turns back by 0.037 of 0.12, the offset by 0.04 of it: 31 % and 33 %."""
+    found = find_movements(take(SPEECH), edge=0.0, **PLAIN)
+    assert found == [
+        Movement(40, 60, "onset"),
+        Movement(60, 70, "offset"),
+        Movement(70, 90, "onset"),
+        Movement(120, 140, "offset"),
+        Movement(140, 150, "onset"),
+        Movement(150, 180, "offset"),
+    ]
+    whole = [Movement(40, 90, "onset"), Movement(120, 180, "offset")]
+    assert find_movements(take(SPEECH), edge=0.0, turn=0.34, **PLAIN) == whole
+    assert len(find_movements(take(SPEECH), edge=0.0, turn=0.32, **PLAIN)) == 4
+
+
+def test_the_parts_of_a_split_have_their_edges_cut_off() -> None:
+    """12 % at either end of each: 20 frames lose 2, 10 frames lose 1."""
+    found = find_movements(take(SPEECH), edge=0.12, **PLAIN)
+    assert [(m.start, m.stop) for m in found[:3]] == [(42, 58), (61, 69), (72, 88)]
+
+
+def test_a_turn_smaller_than_a_movement_splits_without_being_one() -> None:
+    """It turns back by 0.004 of a rise of 0.01, and a movement reaches 0.005 at least."""
+    level = line((0, 0), (40, 0), (60, 0.01), (70, 0.006), (90, 0.012), (120, 0.012), (140, 0),
+                 (220, 0))  # fmt: skip
+    found = find_movements(take(level), edge=0.0, **PLAIN)
+    assert [(m.start, m.stop) for m in found] == [(40, 60), (70, 90), (120, 140)]
+
+
+def turned_back(level: NDArray[np.float64], move: Movement) -> float:
+    """How far a movement turns back, as a share of its rise."""
+    own = level[move.start : move.stop + 1]
+    rising = own if move.kind == "onset" else -own
+    back = max(max(rising[: i + 1]) - rising[i] for i in range(len(rising)))
+    return float(back / (rising[-1] - rising[0]))
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("turn", [0.05, 0.25, 0.6])
+def test_no_movement_turns_back_farther_than_allowed(seed: int, turn: float) -> None:
+    """On walks at random; played backwards, the same movements swap their kinds."""
+    rng = np.random.default_rng(seed)
+    walk = gaussian_filter1d(rng.normal(size=600).cumsum(), 4)
+    level = np.concatenate([np.zeros(700), 0.2 * np.abs(walk) / np.abs(walk).max(), np.zeros(60)])
+    found = find_movements(take(level), turn=turn, **PLAIN)
+    assert found
+    for move in found:
+        assert turned_back(level, move) <= turn * (1 + 1e-9)
+    last = len(level) - 1
+    back = find_movements(take(level[::-1]), turn=turn, **PLAIN)
+    assert {(last - m.stop, last - m.start, m.kind) for m in back} == {
+        (m.start, m.stop, "offset" if m.kind == "onset" else "onset") for m in found
+    }
+
+
 def test_the_resting_pose_is_the_one_held_longest() -> None:
     """Even if the face rests for just over half of the take."""
     level = np.concatenate([ramp(25, 10, 30, 10, 0.2), np.zeros(30)])
@@ -113,7 +183,8 @@ def test_a_slow_drift_of_the_rest_is_no_movement() -> None:
 def test_settings_and_takes_that_make_no_sense_are_refused() -> None:
     """By name."""
     still = take(np.zeros(5))
-    for setting in ({"least_rise": 0}, {"edge": 0.5}, {"smoothing": -1}, {"shortest": 1}):
+    for setting in ({"least_rise": 0}, {"edge": 0.5}, {"smoothing": -1}, {"shortest": 1},
+                    {"turn": 0}, {"turn": 1.1}):  # fmt: skip
         with pytest.raises(ParameterError, match=f"{next(iter(setting))} must be"):
             find_movements(still, **setting)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="reach must be 1 or more, found 0"):
@@ -144,3 +215,21 @@ def test_movements_of_a_real_take(data_dir: Path, name: str) -> None:
         if following is not None:
             assert movement.stop <= following.start
             assert movement.kind != following.kind
+
+
+@pytest.mark.realdata
+def test_movements_of_the_jaw_take_are_split_where_they_turn(data_dir: Path) -> None:
+    """Two of its movements turn back by 21 % and 18 %: they are split where less is allowed."""
+    with np.load(data_dir / "animface" / "jaw.npz", allow_pickle=False) as file:
+        frames = file["stab"].astype(float)
+    level = gaussian_filter1d(activity(frames, resting_pose(frames)), 3.0, mode="nearest")
+    found = find_movements(frames)
+    turning = [move for move in found if turned_back(level, move) > 0.1]
+    assert [round(turned_back(level, move), 2) for move in turning] == [0.21, 0.18]
+    parts = find_movements(frames, turn=0.1)
+    assert max(turned_back(level, move) for move in parts) <= 0.1
+    assert [move for move in found if move in parts] == [m for m in found if m not in turning]
+    for whole in turning:
+        inside = [m for m in parts if whole.start - 3 <= m.start and m.stop <= whole.stop + 3]
+        assert inside
+        assert whole not in inside

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -75,6 +76,7 @@ def find_movements(
     rest: NDArray[np.float64] | None = None,
     least_rise: float = 0.005,
     edge: float = 0.05,
+    turn: float = 0.25,
     smoothing: float = 3.0,
     reach: int = 30,
     shortest: int = 6,
@@ -88,6 +90,10 @@ def find_movements(
     offset is the mirror image. An excursion cut off by an end of the take has no onset, or no
     offset.
 
+    In speech, excursions run together. Where an onset or offset turns back by more than `turn` of
+    its rise, it is split at both ends of the turn, and each part, the turn too, is a movement if it
+    reaches `least_rise`; so no movement found turns back farther.
+
     Args:
         frames: (T, N, 3) positions of markers or vertices, rigid head motion removed, at a
             constant rate.
@@ -96,6 +102,7 @@ def find_movements(
             RMS distance of the markers. 0.005 is 1 mm on a face of 20 cm.
         edge: Share of the rise cut off at either end, from 0 to below 0.5: rest and apex are
             never quite still, and with 0 a movement holds on to the last of either.
+        turn: Share of its rise, above 0, by which a movement may turn back; 1 to split none.
         smoothing: Standard deviation of the Gaussian, in frames; 0 for none.
         reach: How many frames before and after an excursion its quietest frame is looked for:
             about half a second, lest a slow drift of the rest counts as movement.
@@ -108,6 +115,7 @@ def find_movements(
     for name, value, allowed, expected in (
         ("least_rise", least_rise, least_rise > 0, "above 0"),
         ("edge", edge, 0 <= edge < 0.5, "from 0 to below 0.5"),
+        ("turn", turn, 0 < turn <= 1, "above 0 and at most 1"),
         ("smoothing", smoothing, smoothing >= 0, "0 or more"),
         ("reach", reach, reach >= 1, "1 or more"),
         ("shortest", shortest, shortest >= 2, "2 or more"),
@@ -128,21 +136,50 @@ def find_movements(
         quiet_from = max(first - reach, excursions[number - 1][1] if number else 0)
         following = excursions[number + 1][0] if number + 1 < len(excursions) else count
         quiet_to = min(stop + reach, following)
+        peak = first + int(np.argmax(level[first:stop]))
+        stretches = []
         if first > quiet_from:
-            low, high = _rise(level[quiet_from:stop], first - quiet_from, edge)
-            found.append(Movement(quiet_from + low, quiet_from + high, "onset"))
+            stretches.append((quiet_from + int(np.argmin(level[quiet_from:first])), peak))
         if stop < quiet_to:
-            low, high = _rise(level[first:quiet_to][::-1], quiet_to - stop, edge)
-            found.append(Movement(quiet_to - 1 - high, quiet_to - 1 - low, "offset"))
+            stretches.append((peak, stop + int(np.argmin(level[stop:quiet_to]))))
+        for stretch in stretches:
+            for part in _one_way(level, stretch, turn * (1 - 2 * edge)):
+                if abs(level[part[1]] - level[part[0]]) >= least_rise:
+                    found.append(_trimmed(level, *part, edge))
     return [move for move in found if move.stop - move.start + 1 >= shortest]
 
 
-def _rise(level: NDArray[np.float64], quiet: int, edge: float) -> tuple[int, int]:
-    """First and last frame of the rise from the first `quiet` frames to the peak of the rest."""
-    base, peak = level[:quiet].min(), level[quiet:].max()
-    high = quiet + int(np.argmax(level[quiet:] >= peak - edge * (peak - base)))
-    low = int(np.flatnonzero(level[:high] <= base + edge * (peak - base))[-1])
-    return low, high
+def _one_way(
+    level: NDArray[np.float64], stretch: tuple[int, int], turn: float
+) -> list[tuple[int, int]]:
+    """First and last frames of the parts of a stretch that turn back by at most a share each."""
+    parts, waiting = [], [stretch]
+    while waiting:
+        start, stop = waiting.pop()
+        own = level[start : stop + 1]
+        rising = own if own[-1] > own[0] else -own
+        highest = np.maximum.accumulate(rising)
+        back = int(np.argmax(highest - rising))
+        if highest[back] - rising[back] <= turn * (rising[-1] - rising[0]):
+            parts.append((start, stop))
+            continue
+        ahead = int(np.argmax(rising[: back + 1]))
+        turns = (start, start + ahead, start + back, stop)
+        waiting += reversed(list(pairwise(turns)))
+    return parts
+
+
+def _trimmed(level: NDArray[np.float64], start: int, stop: int, edge: float) -> Movement:
+    """The movement from frame to frame, less a share of its rise at both ends."""
+    own = level[start : stop + 1]
+    onset = own[-1] > own[0]
+    rising = own if onset else own[::-1]
+    base, peak = rising[0], rising[-1]
+    high = int(np.argmax(rising >= peak - edge * (peak - base)))
+    low = int(np.flatnonzero(rising[:high] <= base + edge * (peak - base))[-1])
+    if onset:
+        return Movement(start + low, start + high, "onset")
+    return Movement(stop - high, stop - low, "offset")
 
 
 def _runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
