@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.doctor.findings import Finding, finding
-from elastomorph.doctor.frames import frame_between
 from elastomorph.doctor.relabelling import (
+    Doubts,
     Mismatch,
     Parts,
     Relabelling,
+    corners_either_way,
     corresponding_corners,
+    doubts_about,
     find_relabelling,
-    reversed_polygons,
+    split_polygons,
+    turned_corners,
 )
+from elastomorph.doctor.words import counted, listed
 from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.polygons import Polygons
 
 __all__ = ["InOrder", "NeutralOrder"]
 
-# Polygons up to this size are compared with triangles they may have been split into.
-_LARGEST_SPLIT = 16
 # If at most this part of the polygons differs, naming the first helps more than anything else.
 _FEW = 0.1
 
@@ -65,54 +67,105 @@ class NeutralOrder:
         return Parts(self.neutral, seeds=[pair[0] for pair in self.seeds])
 
     def examine(self, target: Mesh, file: str) -> InOrder:
-        """Compare a target with the neutral, and put it into its order where that is possible."""
+        """Compare a target with the neutral, and put it into its order where that is possible.
+
+        A numbering with which the polygons are those of the neutral is never touched, however they
+        are listed, split or wound.
+        """
         neutral = self.neutral
-        if target.faces == neutral.faces and len(target.vertices) == len(neutral.vertices):
-            return InOrder(target)
-        if len(target.vertices) == len(neutral.vertices) and _splits(neutral, target):
-            message = (
-                f"its {len(target.faces):,} triangles are the {len(neutral.faces):,} polygons of "
-                "the neutral, split"
-            )
-            mesh = neutral.with_vertices(target.vertices)
-            return InOrder(
-                mesh, (finding("triangulated", file, message),), "polygons of the neutral put back"
-            )
+        if len(target.vertices) == len(neutral.vertices):
+            if target.faces == neutral.faces:
+                return InOrder(target)
+            same = self._split(target, file) or self._same_numbers(target, file)
+            if same is not None:
+                return same
         if len(target.vertices) != len(neutral.vertices) or len(target.faces) != len(neutral.faces):
             return InOrder(None, (finding("different-counts", file, self._counts(target)),))
-        corners = corresponding_corners(neutral.faces, target.faces)
-        if corners is not None:
-            here = np.arange(len(target.vertices))
-            message = "the polygons are the same, but in another order or from another first vertex"
-            found = finding("polygon-order", file, message, line=self._first_line(target))
-            mesh = _reordered(neutral, target, here, corners)
-            return InOrder(mesh, (found,), "polygons reordered")
-        if corresponding_corners(neutral.faces, reversed_polygons(target.faces)) is not None:
-            message = "every polygon runs the other way round: its normals point inwards"
-            return InOrder(
-                neutral.with_vertices(target.vertices),
-                (finding("reversed-winding", file, message),),
-            )
         return self._relabelled(target, file)
 
+    def _split(self, target: Mesh, file: str) -> InOrder | None:
+        """A target whose polygons were split into triangles."""
+        turned = split_polygons(self.neutral.faces, target.faces, len(self.neutral.vertices))
+        if turned is None:
+            return None
+        message = (
+            f"its {len(target.faces):,} triangles are the {len(self.neutral.faces):,} polygons of "
+            "the neutral, split"
+        )
+        found = [finding("triangulated", file, message)]
+        if turned.any():
+            found.append(_reversed(target, file, np.flatnonzero(turned)))
+        mesh = self.neutral.with_vertices(target.vertices)
+        return InOrder(mesh, tuple(found), "polygons of the neutral put back")
+
+    def _same_numbers(self, target: Mesh, file: str) -> InOrder | None:
+        """A target that numbers vertices as the neutral does."""
+        faces, found, repairs = self.neutral.faces, [], []
+        corners = corresponding_corners(faces, target.faces)
+        if corners is None:
+            either = corners_either_way(faces, target.faces)
+            if either is None:
+                return None
+            corners = either.corners
+            partner = _partners(faces, target.faces, corners)
+            found.append(_reversed(target, file, np.sort(partner[either.turned])))
+            repairs.append("polygons wound as in the neutral")
+        partner = _partners(faces, target.faces, corners)
+        if not found or (partner != np.arange(len(faces))).any():
+            message = "the polygons are the same, but in another order or from another first vertex"
+            line = self._first_line(target)
+            found.append(finding("polygon-order", file, message, line=line))
+            repairs.append("polygons reordered")
+        mesh = _reordered(self.neutral, target, np.arange(len(target.vertices)), corners)
+        return InOrder(mesh, tuple(found), ", ".join(repairs))
+
     def _relabelled(self, target: Mesh, file: str) -> InOrder:
+        """A target that numbers vertices otherwise, if its polygons tell how."""
         found = self._search(target)
-        turned = isinstance(found, Relabelling) and not self._upright(found, target)
-        if turned or isinstance(found, Mismatch):
-            backwards = self._search(target, backwards=True)
-            if isinstance(backwards, Relabelling) and (
-                isinstance(found, Mismatch) or self._upright(backwards, target)
-            ):
-                message = (
-                    "vertices are in another order, and every polygon runs the other way round; "
-                    "no order of vertices alone makes it the neutral"
-                )
-                return InOrder(None, (finding("reversed-winding", file, message),))
         if isinstance(found, Mismatch):
             if found.seeds:
                 return InOrder(None, (finding("wrong-seed", file, found.reason),))
+            every = np.ones(len(target.faces), dtype=bool)
+            for turned in (every, self._without_equal(target)):
+                other = self._search(target, turned)
+                if isinstance(other, Relabelling) and not self._doubts(other, target):
+                    return self._renumbered(other, target, file, turned)
             line, message = self._polygons(target, found)
             return InOrder(None, (finding("different-polygons", file, message, line=line),))
+        doubts = self._doubts(found, target)
+        if not doubts:
+            return self._renumbered(found, target, file)
+        return self._in_doubt(found, doubts, target, file)
+
+    def _in_doubt(self, found: Relabelling, doubts: Doubts, target: Mesh, file: str) -> InOrder:
+        """Polygons that fit, but put something where it cannot be: parts may run backwards."""
+        first = target.faces.indices[target.faces.offsets[:-1]]
+        turned = np.isin(found.new_index[first], doubts.pieces) | (not doubts.pieces.size)
+        other = self._search(target, turned)
+        if isinstance(other, Relabelling) and not self._doubts(other, target):
+            if doubts.pieces.size:
+                return self._renumbered(other, target, file, turned)
+            # Run backwards, or its own mirror image: symmetric polygons fit both ways.
+            message = (
+                "vertices are in another order, and every polygon runs the other way round; "
+                "no order of vertices alone makes it the neutral"
+            )
+            return InOrder(None, (finding("reversed-winding", file, message),))
+        if not (doubts.farther or doubts.pieces.size):
+            return self._renumbered(found, target, file)
+        message = (
+            "its polygons are those of the neutral in another order of the vertices, but that "
+            "order would take them away from where they are"
+        )
+        return InOrder(None, (finding("different-polygons", file, message),))
+
+    def _renumbered(
+        self,
+        found: Relabelling,
+        target: Mesh,
+        file: str,
+        turned: NDArray[np.bool_] | None = None,
+    ) -> InOrder:
         moved = int((found.new_index != np.arange(len(found.new_index))).sum())
         message = (
             f"{moved:,} vertices have another number than in the neutral; connectivity tells "
@@ -123,10 +176,15 @@ class NeutralOrder:
                 f", and positions for {found.chosen:,} symmetric or like pieces "
                 f"({found.chosen_vertices:,} vertices)"
             )
+        findings = [finding("vertex-order", file, message)]
+        if turned is not None:
+            findings.append(_reversed(target, file, np.flatnonzero(turned)))
         mesh = _reordered(self.neutral, target, found.new_index, found.corners)
-        return InOrder(mesh, (finding("vertex-order", file, message),), "vertices reordered")
+        return InOrder(mesh, tuple(findings), "vertices reordered")
 
-    def _search(self, target: Mesh, backwards: bool = False) -> Relabelling | Mismatch:
+    def _search(
+        self, target: Mesh, turned: NDArray[np.bool_] | None = None
+    ) -> Relabelling | Mismatch:
         missing = [pair for pair in self.seeds if pair[1] >= len(target.vertices)]
         if missing:
             names = ", ".join(f"{a}={b}" for a, b in missing)
@@ -134,16 +192,37 @@ class NeutralOrder:
                 f"{names}: the target has no such vertex, only 0 to {len(target.vertices) - 1:,}",
                 True,
             )
-        faces = reversed_polygons(target.faces) if backwards else target.faces
-        seeds = [pair[1] for pair in self.seeds]
-        rounds = self._parts.colouring.rounds
-        parts = Parts(target, faces=faces, seeds=seeds, rounds=rounds)
-        return find_relabelling(self._parts, parts, scale=self.scale)
+        found = find_relabelling(self._parts, self._their_parts(target, turned), scale=self.scale)
+        if turned is None or isinstance(found, Mismatch):
+            return found
+        corners = turned_corners(target.faces, turned)[found.corners]
+        return replace(found, corners=corners)
 
-    def _upright(self, found: Relabelling, target: Mesh) -> bool:
-        """Whether left stays left: a symmetric mesh fits on its mirror image just as well."""
-        here = self.neutral.vertices[found.new_index]
-        return frame_between(here, target.vertices, self.scale).same_axes
+    def _their_parts(self, target: Mesh, turned: NDArray[np.bool_] | None) -> Parts:
+        faces = target.faces
+        if turned is not None:
+            faces = Polygons(faces.indices[turned_corners(faces, turned)], faces.offsets)
+        seeds = [pair[1] for pair in self.seeds]
+        return Parts(target, faces=faces, seeds=seeds, rounds=self._parts.colouring.rounds)
+
+    def _without_equal(self, target: Mesh) -> NDArray[np.bool_]:
+        """(F,) polygons of the target in pieces that are unlike all of the neutral."""
+        parts, ours = self._their_parts(target, None), self._parts.by_colour
+        alone = [
+            p for colour, alike in parts.by_colour.items() if colour not in ours for p in alike
+        ]
+        return np.asarray(
+            np.isin(parts.part_of[target.faces.indices[target.faces.offsets[:-1]]], alone)
+        )
+
+    def _doubts(self, found: Relabelling, target: Mesh) -> Doubts:
+        return doubts_about(
+            self.neutral.vertices,
+            target.vertices,
+            found.new_index,
+            self._parts.vertices,
+            self.scale,
+        )
 
     def _counts(self, target: Mesh) -> str:
         neutral = self.neutral
@@ -184,6 +263,31 @@ class NeutralOrder:
         return None
 
 
+def _partners(ours: Polygons, theirs: Polygons, corners: NDArray[np.int64]) -> NDArray[np.int32]:
+    """(F,) which of their polygons each of ours is."""
+    return theirs.corner_faces[corners[ours.offsets[:-1]]]
+
+
+def _reversed(target: Mesh, file: str, polygons: NDArray[np.integer]) -> Finding:
+    """The finding for polygons of a target that run the other way round than in the neutral."""
+    if len(polygons) == len(target.faces):
+        which = "every polygon runs the other way round: its normals point inwards"
+    else:
+        which = (
+            f"{counted(polygons, 'polygon runs', 'polygons run')} the other way round than in the "
+            f"neutral: {listed(polygons)}"
+        )
+    lines = target.source.face_lines if target.source else None
+    corners = np.isin(target.faces.corner_faces, polygons)
+    return finding(
+        "reversed-winding",
+        file,
+        which,
+        line=None if lines is None else int(lines[polygons[0]]),
+        vertices=np.unique(target.faces.indices[corners]).tolist(),
+    )
+
+
 def _reordered(
     neutral: Mesh, target: Mesh, new_index: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> Mesh:
@@ -219,27 +323,3 @@ def _moved(labels: FaceLabels | None, faces: NDArray[np.int32]) -> FaceLabels | 
 
 def _positions(mesh: Mesh) -> int:
     return len(np.unique(mesh.vertices, axis=0))
-
-
-def _splits(neutral: Mesh, target: Mesh) -> bool:
-    """Whether all polygons of the target are triangles inside polygons of the neutral."""
-    sizes = neutral.faces.sizes
-    if not len(target.faces) or (target.faces.sizes != 3).any() or sizes.max(initial=0) == 3:
-        return False
-    if int((sizes - 2).sum()) != len(target.faces) or sizes.max() > _LARGEST_SPLIT:
-        return False
-    allowed = []
-    for size in np.unique(sizes).tolist():
-        starts = neutral.faces.offsets[:-1][sizes == size]
-        rows = neutral.faces.indices[starts[:, None] + np.arange(size)].astype(np.int64)
-        allowed += [rows[:, list(three)] for three in combinations(range(size), 3)]
-    count = len(neutral.vertices)
-    wanted = _keys(target.faces.indices.reshape(-1, 3).astype(np.int64), count)
-    return bool(np.isin(wanted, _keys(np.concatenate(allowed), count)).all())
-
-
-def _keys(triangles: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """(T,) one number for each triangle and direction, whichever vertex comes first."""
-    first = triangles.argmin(axis=1)[:, None]
-    turned = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
-    return np.asarray((turned[:, 0] * count + turned[:, 1]) * count + turned[:, 2])
