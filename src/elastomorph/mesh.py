@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,10 +53,13 @@ class Source:
     Attributes:
         path: The file as the user named it.
         face_lines: (F,) line number of each polygon, where the format has lines.
+        encoding: How the names of labels and the material library stand in a text file, so that
+            it can be written again with the same bytes.
     """
 
     path: str
     face_lines: NDArray[np.int32] | None = None
+    encoding: Literal["utf-8", "latin-1"] = "utf-8"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

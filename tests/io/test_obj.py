@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from mesh_samples import assert_same_mesh, label_names
 
-from elastomorph.errors import ElastomorphError, FormatError
-from elastomorph.io.obj import read_obj
-from elastomorph.mesh import Mesh
+from elastomorph.errors import ElastomorphError, ElastomorphWarning, FormatError
+from elastomorph.io.npz import read_npz, write_npz
+from elastomorph.io.obj import read_obj, write_obj
+from elastomorph.mesh import FaceLabels, Mesh
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
@@ -182,6 +183,84 @@ def test_other_encodings_are_refused_with_advice(tmp_path: Path, encoding: str) 
 def test_a_nul_byte_is_refused_where_it_stands(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match=r"mesh\.obj, line 5: a NUL byte"):
         read_text(tmp_path, SQUARE + "# \0\n")
+
+
+@pytest.mark.parametrize("newline", ["\n", ""])
+def test_nul_bytes_at_the_end_are_padding(tmp_path: Path, newline: str) -> None:
+    """ZBrush ends its files in one."""
+    text = SQUARE + "f 1 2 3" + newline
+    padded = read_text(tmp_path, text.encode() + b"\0\0\0")
+    assert_same_mesh(padded, read_text(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("name", "encoding"),
+    [("Haut_weiß", "latin-1"), ("頬ソ", "shift-jis"), ("漢 字", "shift-jis"), ("頬ソ", "utf-8")],
+)
+def test_names_of_any_encoding_come_back_byte_for_byte(
+    tmp_path: Path, name: str, encoding: str
+) -> None:
+    """The last byte of ソ in Shift-JIS is a backslash, which continues no line there."""
+    raw = name.encode(encoding)
+    lines = [b"mtllib %b.mtl", b"v 0.0 0.0 0.0", b"v 1.0 0.0 0.0", b"v 1.0 1.0 0.0"]
+    lines += [b"g %b", b"usemtl %b", b"f 1 2 3", b"usemtl plain", b"f 3 2 1", b""]
+    text = b"\n".join(lines).replace(b"%b", raw)
+    mesh = read_text(tmp_path, text)
+    assert mesh.materials is not None
+    assert mesh.groups is not None
+    shown = name if encoding != "shift-jis" else raw.decode("latin-1")
+    assert mesh.materials.names == (shown, "plain")
+    assert mesh.groups.names == (shown,)
+    shown.encode("utf-8")  # what a terminal and JSON do
+    write_obj(tmp_path / "again.obj", mesh.with_vertices(mesh.vertices))
+    assert (tmp_path / "again.obj").read_bytes() == text
+    write_npz(tmp_path / "kept.npz", mesh)
+    write_obj(tmp_path / "again.obj", read_npz(tmp_path / "kept.npz"))
+    assert (tmp_path / "again.obj").read_bytes() == text
+
+
+def test_a_name_that_the_encoding_lacks_makes_the_file_utf_8(tmp_path: Path) -> None:
+    mesh = read_text(tmp_path, SQUARE.encode() + b"usemtl wei\xdf\nf 1 2 3\n")
+    assert mesh.materials is not None
+    labels = FaceLabels(("頬", *mesh.materials.names), mesh.materials.of_face + 1)
+    named = Mesh(mesh.vertices, mesh.faces, materials=labels, source=mesh.source)
+    write_obj(tmp_path / "new.obj", named)
+    again = read_obj(tmp_path / "new.obj")
+    assert label_names(again.materials) == ["weiß"]
+
+
+@pytest.mark.parametrize(
+    "faces",
+    [
+        "f 1/1/1 2/2/1 3/3/1\nf 1/1/1 3/3/1 4/4/1\n",
+        "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n",
+        "f 1/0 2/0 3/0\nf 1/-1 3/-2 4/9 # strict\n",
+    ],
+)
+def test_texture_indices_without_texture_coordinates_are_passed_over(
+    tmp_path: Path, faces: str
+) -> None:
+    with pytest.warns(
+        ElastomorphWarning, match=r"mesh\.obj, line 5: .* no vt lines.*\(2 in"
+    ) as said:
+        mesh = read_text(tmp_path, SQUARE + faces)
+    assert len(said) == 1
+    assert mesh.uv is None
+    assert [face.tolist() for face in mesh.faces] == [[0, 1, 2], [0, 2, 3]]
+
+
+@pytest.mark.parametrize(
+    ("stray", "words"),
+    [("f 1 2", "two corners"), ("vw 1 2 3", "'vw' is no keyword"), ("t 0 0", "'t' is no keyword")],
+)
+def test_lines_that_show_no_surface_are_passed_over(tmp_path: Path, stray: str, words: str) -> None:
+    text = SQUARE + "f 1 2 3\n" + f"{stray}\n" * 3 + "f 1 3 4\n"
+    with pytest.warns(ElastomorphWarning, match=rf"mesh\.obj, line 6: .*{words}.*\(3 in"):
+        mesh = read_text(tmp_path, text)
+    assert [face.tolist() for face in mesh.faces] == [[0, 1, 2], [0, 2, 3]]
+    assert mesh.source is not None
+    assert mesh.source.face_lines is not None
+    assert mesh.source.face_lines.tolist() == [5, 9]
 
 
 @pytest.mark.realdata

@@ -2,15 +2,16 @@
 
 A mesh is stored as ``vertices`` (V, 3), ``face_indices`` (C,) and ``face_offsets`` (F + 1,), and
 where it has them ``uv_coordinates`` (T, 2 or 3) and ``uv_corners`` (C,), ``material_names`` and
-``material_of_face`` (F,), ``group_names`` and ``group_of_face`` (F,), ``material_library``. A
-sequence has ``frames`` (T, V, 3), ``times`` (T,), ``names`` and ``missing`` in place of
-``vertices``. Polygons may be left out, and a sequence may leave out all but its frames.
+``material_of_face`` (F,), ``group_names`` and ``group_of_face`` (F,), ``material_library``, and
+``name_encoding`` where names were Latin-1. A sequence has ``frames`` (T, V, 3), ``times`` (T,),
+``names`` and ``missing`` in place of ``vertices``. Polygons may be left out, and a sequence may
+leave out all but its frames.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,6 +112,8 @@ def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:
             arrays[f"{kind}_of_face"] = labels.of_face
     if mesh.material_library is not None:
         arrays["material_library"] = np.array(mesh.material_library)
+    if mesh.source is not None and mesh.source.encoding != "utf-8":
+        arrays["name_encoding"] = np.array(mesh.source.encoding)
     return arrays
 
 
@@ -141,6 +144,9 @@ def mesh_of(path: str | Path, members: NpzMembers, vertices: NDArray[Any]) -> Me
     library = None
     if "material_library" in members.names:
         library = str(members.array("material_library", "U", ()))
+    encoding: Literal["utf-8", "latin-1"] = "utf-8"
+    if "name_encoding" in members.names and members.array("name_encoding", "U", ()) == "latin-1":
+        encoding = "latin-1"
     with naming_file(path):
         return Mesh(
             vertices,
@@ -149,7 +155,7 @@ def mesh_of(path: str | Path, members: NpzMembers, vertices: NDArray[Any]) -> Me
             materials=_labels(path, members, "material", len(faces)),
             groups=_labels(path, members, "group", len(faces)),
             material_library=library,
-            source=Source(str(path)),
+            source=Source(str(path), encoding=encoding),
         )
 
 

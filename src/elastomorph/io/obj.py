@@ -29,7 +29,11 @@ def read_obj(path: str | Path) -> Mesh:
 
     Materials (``usemtl``) and groups (the last ``g`` or ``o`` above a polygon) become its labels,
     ``vt`` its texture coordinates, ``mtllib`` the name of its material library. Lines may end in
-    LF, CR LF or CR.
+    LF, CR LF or CR, the file in NUL bytes. Names that are not UTF-8 are read as Latin-1, which has
+    a letter for every byte, and `write_obj` writes those bytes again.
+
+    What looks like part of the surface but is not is passed over with a warning: texture indices
+    in a file without ``vt``, polygons of two corners, and the lines ``vw`` and ``t``.
 
     Args:
         path: The file.
@@ -51,6 +55,8 @@ def _plain_text(path: str | Path, content: bytes) -> bytes:
     if content.startswith(_UTF16_MARKS):
         raise FormatError(path, "this is UTF-16 text; save the file as UTF-8")
     text = content.removeprefix(_UTF8_MARK)
+    if text.endswith(b"\0"):
+        text = text.rstrip(b"\0")  # padding, as ZBrush writes it
     if b"\r" in text:
         text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     nul = text.find(b"\0")

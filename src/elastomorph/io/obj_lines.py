@@ -18,8 +18,10 @@ from elastomorph.io.obj_statements import (
     IGNORED,
     NAMING,
     VERTEX_COLUMNS,
+    Dropped,
     Naming,
     ObjStatements,
+    is_continued,
     name_in,
     without_comment,
 )
@@ -29,6 +31,12 @@ __all__ = ["read_lines"]
 # Each piece can match in one way only: a long word that is no number is refused in one pass.
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _INDEX = re.compile(rb"[+-]?[0-9]+")
+_TEXTURE = re.compile(rb"^\s*vt(?:\s|\\)", re.MULTILINE)
+_TWO_CORNERS = "the polygon has two corners and shows no surface; it is left out"
+_STRAY = {
+    b"t": "'t' is no keyword of the OBJ format; the line is left out",
+    b"vw": "'vw' is no keyword of the OBJ format; the line is left out",
+}
 _LARGEST_INDEX = int(np.iinfo(np.int32).max)
 
 
@@ -42,62 +50,84 @@ def read_lines(path: str | Path, text: bytes) -> ObjStatements:
     Raises:
         FormatError: A statement is not what the format allows; the message names its line.
     """
-    vertices: list[list[float]] = []
-    texture: list[list[float]] = []
-    corners: list[int] = []
-    texture_corners: list[int] = []
-    sizes: list[int] = []
-    face_lines: list[int] = []
-    materials: list[Naming] = []
-    groups: list[Naming] = []
-    libraries: list[str] = []
+    reader = _LineReader(has_texture=_TEXTURE.search(text) is not None)
     for line, keyword, statement in _statements(text):
         try:
-            if keyword == b"v":
-                vertices.append(_vertex(statement.split()[1:]))
-            elif keyword == b"vt":
-                texture.append(_texture(statement.split()[1:]))
-            elif keyword in (b"f", b"fo"):
-                words = statement.split()[1:]
-                for word in words:
-                    vertex, coordinate = _corner(word, len(vertices), len(texture))
-                    corners.append(vertex)
-                    texture_corners.append(coordinate)
-                if len(words) < 3:
-                    raise _StatementError(
-                        f"a polygon needs at least 3 vertices, found {len(words)}; "
-                        "complete or delete it"
-                    )
-                sizes.append(len(words))
-                face_lines.append(line)
-            elif keyword in NAMING:
-                name = _name(statement)
-                if keyword == b"usemtl":
-                    materials.append(Naming(line, name))
-                elif keyword != b"mtllib":
-                    groups.append(Naming(line, name))
-                else:
-                    libraries.append(name)
-            elif keyword not in IGNORED:
-                raise _StatementError(_unknown(keyword))
+            reader.take(line, keyword, statement)
         except _StatementError as problem:
             raise FormatError(path, str(problem), line=line) from None
+    found = reader.found()
+    vertices, texture = len(found.vertices), len(found.texture)
     if not vertices:
         raise FormatError(path, "there are no vertices; expected lines such as 'v 0.5 1.25 -3'")
-    found = ObjStatements(
-        vertices=np.array(vertices, dtype=np.float64),
-        texture=_padded(texture),
-        corners=np.array(corners, dtype=np.int64),
-        texture_corners=np.array(texture_corners, dtype=np.int64),
-        sizes=np.array(sizes, dtype=np.int64),
-        face_lines=np.array(face_lines, dtype=np.int64),
-        materials=materials,
-        groups=groups,
-        libraries=libraries,
-    )
-    _require_existing(path, found, found.corners, len(vertices), "vertex", "vertices")
-    _require_existing(path, found, found.texture_corners, len(texture), "vt", "vt lines")
+    _require_existing(path, found, found.corners, vertices, "vertex", "vertices")
+    if texture:
+        _require_existing(path, found, found.texture_corners, texture, "vt", "vt lines")
     return found
+
+
+class _LineReader:
+    """Collects statements one after another."""
+
+    def __init__(self, *, has_texture: bool) -> None:
+        self._has_texture = has_texture
+        self._vertices: list[list[float]] = []
+        self._texture: list[list[float]] = []
+        self._corners: list[tuple[int, int]] = []
+        self._sizes: list[int] = []
+        self._face_lines: list[int] = []
+        self._namings: dict[bytes, list[Naming]] = {keyword: [] for keyword in NAMING}
+        self._dropped: dict[str, list[int]] = {}
+
+    def take(self, line: int, keyword: bytes, statement: bytes) -> None:
+        """Take one statement.
+
+        Raises:
+            _StatementError: It is not what the format allows.
+        """
+        if keyword == b"v":
+            self._vertices.append(_vertex(statement.split()[1:]))
+        elif keyword == b"vt":
+            self._texture.append(_texture(statement.split()[1:]))
+        elif keyword in (b"f", b"fo"):
+            self._take_face(line, statement.split()[1:])
+        elif keyword in NAMING:
+            self._namings[keyword].append(Naming(line, name_in(statement)))
+        elif keyword in _STRAY:
+            self._dropped.setdefault(_STRAY[keyword], []).append(line)
+        elif keyword not in IGNORED:
+            raise _StatementError(_unknown(keyword))
+
+    def _take_face(self, line: int, words: list[bytes]) -> None:
+        texture = len(self._texture) if self._has_texture else None
+        corners = [_corner(word, len(self._vertices), texture) for word in words]
+        if len(corners) == 2:
+            self._dropped.setdefault(_TWO_CORNERS, []).append(line)
+            return
+        if len(corners) < 3:
+            raise _StatementError(
+                f"a polygon needs at least 3 vertices, found {len(corners)}; complete or delete it"
+            )
+        self._corners += corners
+        self._sizes.append(len(corners))
+        self._face_lines.append(line)
+
+    def found(self) -> ObjStatements:
+        """What was taken."""
+        corners = np.array(self._corners, dtype=np.int64).reshape(-1, 2)
+        groups = self._namings[b"g"] + self._namings[b"o"]
+        return ObjStatements(
+            vertices=np.array(self._vertices, dtype=np.float64),
+            texture=_padded(self._texture),
+            corners=corners[:, 0],
+            texture_corners=corners[:, 1],
+            sizes=np.array(self._sizes, dtype=np.int64),
+            face_lines=np.array(self._face_lines, dtype=np.int64),
+            materials=self._namings[b"usemtl"],
+            groups=sorted(groups, key=lambda naming: naming.line),
+            libraries=[naming.name for naming in self._namings[b"mtllib"]],
+            dropped=[Dropped(lines[0], len(lines), what) for what, lines in self._dropped.items()],
+        )
 
 
 class _StatementError(ValueError):
@@ -114,20 +144,11 @@ def _statements(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
         keyword = words[0].removesuffix(b"\\")
         last = line
         parts = [without_comment(last, keyword)]
-        while last.endswith(b"\\") and parts[-1] == last:  # a comment is not continued
+        while is_continued(last, keyword) and parts[-1] == last:  # a comment is not continued
             parts[-1] = last[:-1]
             last = next(lines, (0, b""))[1]
             parts.append(without_comment(last, keyword))
         yield number, keyword, b" ".join(parts)
-
-
-def _name(statement: bytes) -> str:
-    try:
-        return name_in(statement)
-    except UnicodeDecodeError:
-        raise _StatementError(
-            f"the name in '{_shown(statement)}' is not UTF-8 text; save the file as UTF-8"
-        ) from None
 
 
 def _vertex(words: list[bytes]) -> list[float]:
@@ -159,10 +180,11 @@ def _number(word: bytes) -> float:
     return value
 
 
-def _corner(word: bytes, vertices: int, coordinates: int) -> tuple[int, int]:
+def _corner(word: bytes, vertices: int, coordinates: int | None) -> tuple[int, int]:
     """Vertex and vt of one polygon corner, both counted from 0, -1 for no vt.
 
-    The index of a normal must be a whole number; as normals are not kept, it may be any.
+    The index of a normal must be a whole number; as normals are not kept, it may be any. So may
+    that of a vt where ``coordinates`` says that the file has none.
     """
     parts = word.split(b"/")
     well_formed = 1 <= len(parts) <= 3 and _INDEX.fullmatch(parts[0])
@@ -174,7 +196,7 @@ def _corner(word: bytes, vertices: int, coordinates: int) -> tuple[int, int]:
     vertex = _index(parts[0], vertices, "vertices")
     if len(parts) == 1 or not parts[1]:
         return vertex, -1
-    return vertex, _index(parts[1], coordinates, "vt lines")
+    return vertex, 0 if coordinates is None else _index(parts[1], coordinates, "vt lines")
 
 
 def _index(word: bytes, so_far: int, what: str) -> int:

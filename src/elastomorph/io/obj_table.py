@@ -62,9 +62,11 @@ def read_table(text: bytes) -> ObjStatements | None:
         or vertices.shape[1] not in VERTEX_COLUMNS
         or texture.shape[1] > 3
         or not _all_exist(corners, 0, len(vertices))
-        or not _all_exist(texture_corners, -1, len(texture))
+        or (len(texture) and not _all_exist(texture_corners, -1, len(texture)))
     ):
         return None
+    if not len(texture):
+        texture_corners = np.minimum(texture_corners, 0)
     if texture.shape[1] < 2:
         texture = np.concatenate([texture, np.zeros((len(texture), 2 - texture.shape[1]))], axis=1)
 
@@ -82,6 +84,7 @@ def read_table(text: bytes) -> ObjStatements | None:
         materials=[naming for keyword, naming in namings if keyword == b"usemtl"],
         groups=[naming for keyword, naming in namings if keyword in (b"g", b"o")],
         libraries=[naming.name for keyword, naming in namings if keyword == b"mtllib"],
+        dropped=[],
     )
 
 
@@ -91,11 +94,7 @@ def _namings(lines: list[tuple[int, bytes]]) -> list[tuple[bytes, Naming]] | Non
     for number, line in lines:
         keyword = b"".join(line.split(None, 1)[:1])
         if keyword in NAMING:
-            try:
-                name = name_in(without_comment(line, keyword))
-            except UnicodeDecodeError:
-                return None
-            namings.append((keyword, Naming(number, name)))
+            namings.append((keyword, Naming(number, name_in(without_comment(line, keyword)))))
         elif keyword and not keyword.startswith(b"#") and keyword not in IGNORED:
             return None
     return namings

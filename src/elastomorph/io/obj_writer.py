@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import replacing
-from elastomorph.io.obj_statements import name_in, without_comment
+from elastomorph.io.obj_statements import is_continued, name_in, without_comment
 from elastomorph.mesh import FaceLabels, Mesh
 
 __all__ = ["write_obj"]
@@ -20,7 +20,8 @@ __all__ = ["write_obj"]
 def write_obj(path: str | Path, mesh: Mesh) -> None:
     """Write a mesh as OBJ: vertices, polygons, texture coordinates, materials and groups.
 
-    Reading the file gives back the same mesh, coordinates bit for bit.
+    Reading the file gives back the same mesh, coordinates bit for bit. Names stand in it as in the
+    file that the mesh was read from, if that was OBJ, and in UTF-8 otherwise.
 
     Args:
         path: The file; its folder must exist. A file that is there is replaced at once.
@@ -31,19 +32,20 @@ def write_obj(path: str | Path, mesh: Mesh) -> None:
         FormatError: A name or a texture coordinate is nothing that OBJ text can hold.
     """
     lines: list[str] = []
+    encoding = _encoding(mesh)
     if mesh.material_library is not None:
-        lines.append(f"mtllib {_writable(path, mesh.material_library, 'mtllib')}")
+        lines.append(_naming(path, "mtllib", mesh.material_library, encoding))
     lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
     if mesh.uv is not None:
         if not np.isfinite(mesh.uv.coordinates).all():
             raise FormatError(path, "texture coordinates that are not finite cannot be written")
         lines += ["vt " + " ".join(map(repr, row)) for row in mesh.uv.coordinates.tolist()]
-    switches = _switches(path, mesh)
+    switches = _switches(path, mesh, encoding)
     for face, statement in enumerate(_faces(mesh)):
         if face in switches:
             lines += switches[face]
         lines.append(statement)
-    content = "\n".join([*lines, ""]).encode("utf-8")
+    content = "\n".join([*lines, ""]).encode(encoding)
     with replacing(path) as file:
         file.write(content)
 
@@ -62,7 +64,7 @@ def _faces(mesh: Mesh) -> Iterator[str]:
         yield "f " + " ".join(corners[start:stop])
 
 
-def _switches(path: str | Path, mesh: Mesh) -> dict[int, list[str]]:
+def _switches(path: str | Path, mesh: Mesh, encoding: str) -> dict[int, list[str]]:
     """The ``g`` and ``usemtl`` statements that go before a polygon, by polygon."""
     switches: dict[int, list[str]] = {}
     for keyword, labels in (("g", mesh.groups), ("usemtl", mesh.materials)):
@@ -71,7 +73,7 @@ def _switches(path: str | Path, mesh: Mesh) -> dict[int, list[str]]:
         used: NDArray[np.int32] = np.unique(labels.of_face[labels.of_face >= 0])
         statements = {-1: keyword}
         for name in used.tolist():
-            statements[name] = f"{keyword} {_writable(path, labels.names[name], keyword)}"
+            statements[name] = _naming(path, keyword, labels.names[name], encoding)
         for face in _changes(labels):
             switches.setdefault(face, []).append(statements[int(labels.of_face[face])])
     return switches
@@ -83,18 +85,29 @@ def _changes(labels: FaceLabels) -> list[int]:
     return faces
 
 
-def _writable(path: str | Path, name: str, keyword: str) -> str:
-    """The name, if a reader of OBJ would get back just that."""
+def _encoding(mesh: Mesh) -> str:
+    """That of the file the mesh came from, unless a name has been added that it cannot hold."""
+    names = [name for labels in (mesh.materials, mesh.groups) if labels for name in labels.names]
+    encoding = mesh.source.encoding if mesh.source else "utf-8"
     try:
-        statement = f"{keyword} {name}".encode()
-        lines = statement.replace(b"\r", b"\n").split(b"\n")
-        read_back = name_in(without_comment(lines[0], keyword.encode()))
+        "\n".join([*names, mesh.material_library or ""]).encode(encoding)
     except UnicodeEncodeError:
-        read_back = ""
-    if not name or read_back != name or b"\0" in statement or statement.endswith(b"\\"):
+        return "utf-8"
+    return encoding
+
+
+def _naming(path: str | Path, keyword: str, name: str, encoding: str) -> str:
+    """The statement, if a reader of OBJ would get back just that name."""
+    try:
+        statement = f"{keyword} {name}".encode(encoding)
+        lines = statement.replace(b"\r", b"\n").split(b"\n")
+        kept = name_in(without_comment(lines[0], keyword.encode())) == name.encode(encoding)
+    except UnicodeEncodeError:
+        kept = False
+    if not (name and kept) or b"\0" in statement or is_continued(statement, keyword.encode()):
         raise FormatError(
             path,
             f"the name {name!r} cannot be written as '{keyword}' of an OBJ file: it must be one "
             "line of text without blanks at its ends, a lone # or a final backslash",
         )
-    return name
+    return f"{keyword} {name}"

@@ -226,5 +226,5 @@ def _said_to_come_from(mesh: Mesh, source: str | Path) -> Mesh:
         materials=mesh.materials,
         groups=mesh.groups,
         material_library=mesh.material_library,
-        source=Source(str(source)),
+        source=Source(str(source), encoding=mesh.source.encoding if mesh.source else "utf-8"),
     )

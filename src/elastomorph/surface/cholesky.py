@@ -23,7 +23,7 @@ _LEAST_PIVOT = 1e-14
 
 @dataclass(frozen=True, eq=False)
 class _Front:
-    """A node's part of the factor: its own rows, the rows above that they reach, and both blocks."""
+    """A node's part of the factor: its rows, the rows above that they reach, and both blocks."""
 
     start: int
     stop: int

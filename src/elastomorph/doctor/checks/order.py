@@ -297,7 +297,7 @@ def _reordered(
     faces = target.faces.corner_faces[corners[neutral.faces.offsets[:-1]]]
     source = target.source
     if source is not None and source.face_lines is not None:
-        source = Source(source.path, source.face_lines[faces])
+        source = replace(source, face_lines=source.face_lines[faces])
     return Mesh(
         vertices,
         neutral.faces,
