@@ -121,7 +121,7 @@ def test_sliders_have_the_name_that_people_see(
     assert rig_of(scene(quad(channels={channel: keys}))).names == (name,)
 
 
-def test_meshes_with_shapes_become_one_and_share_their_sliders(rig_of: Reader) -> None:
+def test_all_meshes_become_one_and_share_their_sliders(rig_of: Reader) -> None:
     """In the order of the file; the one with most channels gives unit and origin."""
     teeth = quad(
         name="teeth",
@@ -138,16 +138,19 @@ def test_meshes_with_shapes_become_one_and_share_their_sliders(rig_of: Reader) -
     eye = Model("eye", [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     rig = rig_of(scene(teeth, eye, head))
     own = np.array(head.vertices)
-    assert rig.neutral.vertices[4:].tobytes() == own.astype(float).tobytes()
+    assert rig.neutral.vertices[7:].tobytes() == own.astype(float).tobytes()
     assert rig.neutral.vertices[:4] == pytest.approx(2 * own + [200, 0, 0], abs=1e-12)
-    assert corners(rig) == [[0, 1, 2, 3], [4, 5, 6, 7]]
+    assert rig.neutral.vertices[4:7] == pytest.approx(
+        100 * np.array(eye.vertices) - [100, 0, 0], abs=1e-12
+    )
+    assert corners(rig) == [[0, 1, 2, 3], [4, 5, 6], [7, 8, 9, 10]]
     assert rig.neutral.groups is not None
-    assert rig.neutral.groups.names == ("teeth", "head")
+    assert rig.neutral.groups.names == ("teeth", "eye", "head")
     assert rig.names == ("jaw", "smile")
-    jaw = np.zeros((8, 3))
-    jaw[0], jaw[5] = [0, -2, 0], [0, -2, 0]
+    jaw = np.zeros((11, 3))
+    jaw[0], jaw[8] = [0, -2, 0], [0, -2, 0]
     assert rig.morphs["jaw"].delta == pytest.approx(jaw, abs=1e-12)
-    assert np.flatnonzero(rig.morphs["smile"].delta.any(axis=1)).tolist() == [6]
+    assert np.flatnonzero(rig.morphs["smile"].delta.any(axis=1)).tolist() == [9]
 
 
 def test_in_betweens_of_one_slider_may_differ_from_mesh_to_mesh(rig_of: Reader) -> None:
@@ -165,9 +168,9 @@ def test_in_betweens_of_one_slider_may_differ_from_mesh_to_mesh(rig_of: Reader) 
 def test_hidden_meshes_and_lower_levels_of_detail_are_left_out(rig_of: Reader) -> None:
     levels = Model("levels", lod_group=True, children=[quad(name="fine"), quad(name="coarse")])
     hidden = Model("old", shown=False, children=[quad(name="backup")])
-    rig = rig_of(scene(levels, hidden))
+    rig = rig_of(scene(levels, hidden, quad(name="other")))
     assert rig.neutral.groups is not None
-    assert rig.neutral.groups.names == ("fine",)
+    assert sorted(rig.neutral.groups.names) == ["fine", "other"]
 
 
 def test_where_all_is_hidden_it_is_taken_all_the_same(rig_of: Reader) -> None:
@@ -176,12 +179,15 @@ def test_where_all_is_hidden_it_is_taken_all_the_same(rig_of: Reader) -> None:
 
 def test_meshes_are_chosen_by_name_with_or_without_shapes(rig_of: Reader) -> None:
     eye = Model("eye", [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    rig = rig_of(scene(quad(), eye), meshes=["eye", "face"])
+    rig = rig_of(scene(quad(), eye, quad(name="brow")), mesh=["eye", "face"])
     assert rig.neutral.groups is not None
-    assert rig.neutral.groups.names == ("eye", "face")
-    assert rig.neutral.vertices[:3].tolist() == eye.vertices
-    with pytest.raises(ParameterError, match=r"no mesh 'nose': there are 'face' \(1 shapes\)"):
-        rig_of(scene(quad(), eye), meshes=["nose"])
+    assert rig.neutral.groups.names == ("face", "eye")
+    assert rig.neutral.vertices[4:].tolist() == eye.vertices
+    alone = rig_of(scene(quad(), eye), mesh="eye")
+    assert alone.neutral.vertices.tolist() == eye.vertices
+    assert alone.names == ()
+    with pytest.raises(FormatError, match=r"no mesh is called 'nose'; there are 'face' \(1 shapes"):
+        rig_of(scene(quad(), eye), mesh="nose")
 
 
 def test_texture_coordinates_and_materials_of_all_meshes(rig_of: Reader) -> None:
@@ -228,7 +234,9 @@ def test_two_channels_of_one_name_stay_two_sliders(rig_of: Reader) -> None:
 
 
 def test_files_without_shapes_say_what_to_switch_on(rig_of: Reader) -> None:
-    with pytest.raises(FormatError, match=r"none of its meshes.*'face' \(0 shapes\).*switch on"):
+    with pytest.raises(
+        FormatError, match=r"no mesh has blend shapes.*'face' \(no shapes\)\. Switch"
+    ):
         rig_of(scene(quad(channels={})))
     with pytest.raises(FormatError, match="there are no meshes"):
         rig_of(scene())
@@ -268,7 +276,7 @@ def test_a_full_weight_of_0_or_below_means_nothing_but_its_shape_does(rig_of: Re
 
 def test_a_choice_of_no_meshes_is_none(rig_of: Reader) -> None:
     with pytest.raises(ParameterError, match="name at least one mesh"):
-        rig_of(scene(quad()), meshes=[])
+        rig_of(scene(quad()), mesh=[])
 
 
 PART = {

@@ -1,14 +1,13 @@
-"""Reads the rig in an FBX file: its meshes with blend shapes as one face, its channels as sliders.
+"""Reads the rig in an FBX file: its meshes as one face, its blend shape channels as sliders.
 
 What a technical animator would otherwise do by hand:
 
-- meshes that have shapes and can be seen (the first level of detail only) become one mesh, in the
-  order of the file: control points keep their order within each, and a channel that several of
-  them have, such as ``jawOpen`` of head and teeth, is one slider. Groups name the mesh of each
-  polygon. Meshes without shapes are left out unless they are asked for by name;
+- the meshes that can be seen (the first level of detail only) become one, in the order of the file:
+  control points keep their order within each, and a channel that several of them have, such as
+  ``jawOpen`` of head and teeth, is one slider. Meshes without shapes are part of the neutral;
 - a channel with in-between shapes becomes a path through them, straight from one to the next as in
   the program it comes from;
-- positions are those stored, turned upright (see `elastomorph.io.fbx.placing`). Skinning, poses and
+- positions are those stored, turned upright (see `elastomorph.io.placing`). Skinning, poses and
   animation are not applied.
 """
 
@@ -31,10 +30,12 @@ from elastomorph.errors import (
 )
 from elastomorph.io.checked import naming_file
 from elastomorph.io.fbx.part import Channel, FbxPart, read_axes, read_parts
-from elastomorph.io.fbx.placing import Placing, placings
-from elastomorph.io.fbx.surface import joined
+from elastomorph.io.fbx.surface import mesh_of
 from elastomorph.io.fbx.worker import ADVICE
 from elastomorph.io.isolated import IsolatedReader, extracted
+from elastomorph.io.joined_rig import RigPart, joined_rig
+from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
+from elastomorph.io.placing import placings
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.rig import Rig
@@ -44,98 +45,77 @@ __all__ = ["read_fbx"]
 _READER = IsolatedReader("elastomorph.io.fbx.worker", "the reader of FBX files", ADVICE)
 
 
-def read_fbx(path: str | Path, *, meshes: Sequence[str] | None = None) -> Rig:
+def read_fbx(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
     """The rig in an FBX file, binary or text.
 
     Args:
         path: The file.
-        meshes: Names of the meshes to take, in that order, with or without shapes; the first gives
-            unit and origin. By default those that have shapes and are shown, the one with most
-            channels giving unit and origin.
+        mesh: Name of the mesh to read, or names of several, with or without shapes. By default
+            all that are shown.
 
     Returns:
-        The rig. At weight 1 of a slider its last shape is reached, whatever full weight the file
-        gives it.
+        The rig, in the order of the file; the mesh with most channels gives unit and origin. At
+        weight 1 of a slider its last shape is reached, whatever full weight the file gives it.
 
     Raises:
         FileError: The file is missing or cannot be read.
-        FormatError: It is not FBX, is damaged, has no blend shapes, or broke its reader.
+        FormatError: It is not FBX, is damaged, has no blend shapes or no mesh of a name, or broke
+            its reader.
         MissingExtraError: ufbx is not installed.
-        ParameterError: There is no mesh of a name.
+        ParameterError: An empty list of names.
     """
+    wanted = wanted_names(mesh)
     if find_spec("ufbx") is None:
         raise MissingExtraError("ufbx", "fbx")
     with extracted(_READER, path) as members:
         axes = read_axes(members)
-        parts = _chosen(path, read_parts(path, members), meshes)
-    # the one with most channels first, as unit and origin, but in the order of the file
-    main = parts[0] if meshes is not None else max(parts, key=lambda part: len(part.channels))
-    with naming_file(path):
-        places = placings(axes, [main, *parts])[1:]
+        parts = _chosen(path, read_parts(path, members), wanted)
+    main = max(range(len(parts)), key=lambda number: len(parts[number].channels))
     vertices = sum(len(part.vertices) for part in parts)
     shapes = sum(len(c.weights) for part in parts for c in part.channels.values())
     members.budget.spend_fields(vertices, shapes, copies=2)
     with naming_file(path):
-        neutral = joined(parts, places, str(path))
-        names = dict.fromkeys(name for part in parts for name in part.channels)
-        return Rig(neutral, {name: _morph(path, neutral, name, parts, places) for name in names})
-
-
-def _chosen(path: str | Path, parts: list[FbxPart], meshes: Sequence[str] | None) -> list[FbxPart]:
-    if meshes is not None:
-        by_name = {part.name: part for part in reversed(parts)}
-        for name in meshes:
-            if name not in by_name:
-                raise ParameterError(f"{path} has no mesh '{name}': {_listed(parts)}")
-        if not meshes:
-            raise ParameterError("name at least one mesh, or leave 'meshes' out")
-        return [by_name[name] for name in dict.fromkeys(meshes)]
-    moving = [part for part in parts if part.channels]
-    if not moving:
-        raise FormatError(
-            path,
-            f"none of its meshes has blend shapes ({_listed(parts)}); switch on blend shapes "
-            "(shape keys, morpher) when exporting",
+        neutral, morphs = joined_rig(
+            [
+                RigPart(part.name, own, _morphs(path, own, part), place)
+                for part, place in zip(parts, placings(axes, parts, main), strict=True)
+                for own in [mesh_of(part, str(path))]
+            ],
+            str(path),
         )
-    return [part for part in moving if part.shown] or moving
+        return Rig(neutral, morphs)
 
 
-def _listed(parts: list[FbxPart]) -> str:
-    names = [f"'{part.name[:60]}' ({len(part.channels)} shapes)" for part in parts[:8]]
-    return f"there are {', '.join(names) or 'no meshes'}" + (", …" if len(parts) > 8 else "")
+def _chosen(path: str | Path, parts: list[FbxPart], wanted: Sequence[str]) -> list[FbxPart]:
+    listed = [ListedMesh((part.name,), len(part.channels), part.shown) for part in parts]
+    try:
+        chosen = [parts[number] for number in chosen_meshes(listed, wanted)]
+    except ParameterError as problem:
+        raise FormatError(path, str(problem)) from None
+    # Objects without points show nothing; exporters leave them where something was.
+    return [part for part in chosen if len(part.vertices) or part.channels] or chosen
 
 
-def _morph(
-    path: str | Path,
-    neutral: Mesh,
-    name: str,
-    parts: Sequence[FbxPart],
-    places: Sequence[Placing],
-) -> Morph:
-    """One slider: what its channels do to all meshes that have it."""
-    target = neutral.vertices.copy()
-    bends: dict[tuple[float, ...], NDArray[np.float64]] = {}
-    start = 0
-    for part, place in zip(parts, places, strict=True):
-        own = slice(start, start + len(part.vertices))
-        start = own.stop
-        if name not in part.channels:
-            continue
-        times, offsets = _path(path, name, part.channels[name], len(part.vertices))
-        moved = [place.offsets(offset) for offset in offsets]
-        target[own] += moved[-1]
-        stops = [0.0, *times]
-        for key, (time, offset) in enumerate(zip(times[:-1], moved[:-1], strict=True), start=1):
-            away = offset - time * moved[-1]
-            if away.any():
-                around = tuple(stops[key - 1 : key + 2])
-                bend = bends.setdefault(around, np.zeros_like(target))
-                bend[own] += away
+def _morphs(path: str | Path, neutral: Mesh, part: FbxPart) -> dict[str, Morph]:
+    return {name: _morph(path, neutral, name, channel) for name, channel in part.channels.items()}
+
+
+def _morph(path: str | Path, neutral: Mesh, name: str, channel: Channel) -> Morph:
+    """What a slider does to one mesh."""
+    times, offsets = _path(path, name, channel, len(neutral.vertices))
+    bends: list[NDArray[np.float64]] = []
+    curves: list[BendCurve] = []
+    stops = [0.0, *times]
+    for key, (time, offset) in enumerate(zip(times[:-1], offsets[:-1], strict=True), start=1):
+        away = offset - time * offsets[-1]
+        if away.any():
+            bends.append(away)
+            curves.append(_hat(*stops[key - 1 : key + 2]))
     return Morph(
         neutral,
-        neutral.with_vertices(target),
-        np.array(list(bends.values())).reshape(-1, *target.shape),
-        tuple(_hat(*around) for around in bends),
+        neutral.with_vertices(neutral.vertices + offsets[-1]),
+        np.array(bends).reshape(-1, *neutral.vertices.shape),
+        tuple(curves),
         method="in-betweens" if bends else "linear",
     )
 
@@ -158,7 +138,7 @@ def _path(
             "are kept: those at weights of 0 or below, or at one weight with another, lie on no "
             "path from 0 to 1",
             ElastomorphWarning,
-            stacklevel=5,
+            stacklevel=6,
         )
     shapes = []
     for key in by_time.values():

@@ -1,25 +1,34 @@
-"""Where the meshes of an FBX file go: upright, in the units of the mesh itself.
+"""Where the meshes of a file go: in the units of one of them, and beside it as in the file.
 
-A shape is sculpted in the space of its mesh, so positions stay the numbers stored there, bit for
-bit, only *turned*: by the rotation of the node, and by the axes of the file, until up is +Y and the
-front is +Z. Scale and place of the node are not applied, so that what is made here lies exactly on
-the mesh it came from. Further meshes go where they stand relative to the first.
+A shape is sculpted in the space of its mesh, so positions of the main mesh stay the numbers stored
+there, bit for bit, or are only *turned*: by the rotation of its node, and by the axes of the file,
+until up is +Y and the front is +Z. Scale and place of its node are not applied, so that what is
+made here lies exactly on the mesh it came from. Further meshes go where they stand relative to it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import MeshError
-from elastomorph.io.fbx.part import FbxPart
 
-__all__ = ["Placing", "placings"]
+__all__ = ["HasPlace", "Placing", "placings"]
 
 _ROUNDING = 1e-9
+
+
+class HasPlace(Protocol):
+    """Anything with a transform."""
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """(4, 3) to the world: what x, y and z become, and the origin."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +48,24 @@ class Placing:
         """Whether it turns polygons inside out."""
         return bool(np.linalg.det(self.linear) < 0)
 
+    @property
+    def is_identity(self) -> bool:
+        """Whether it leaves everything as it is."""
+        return np.array_equal(self.linear, np.eye(3)) and not self.shift.any()
+
+    @property
+    def scale(self) -> float:
+        """The most that it lengthens a vector."""
+        return float(np.linalg.norm(self.linear, 2))
+
     def offsets(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N, 3) vectors in the space of the rig; exact for turns by right angles."""
+        """(..., 3) vectors in the space of the rig; exact for turns by right angles."""
         columns = np.abs(self.linear).argmax(axis=1)
         signs = self.linear[np.arange(3), columns]
         exchange = np.zeros((3, 3))
         exchange[np.arange(3), columns] = signs
         if np.array_equal(exchange, self.linear) and set(np.abs(signs).tolist()) == {1.0}:
-            turned: NDArray[np.float64] = vectors[:, columns] * signs
+            turned: NDArray[np.float64] = vectors[..., columns] * signs
         else:
             turned = vectors @ self.linear.T
         return turned
@@ -57,30 +76,35 @@ class Placing:
         return placed + self.shift if self.shift.any() else placed
 
 
-def placings(axes: NDArray[np.float64], parts: Sequence[FbxPart]) -> list[Placing]:
-    """How to place each mesh beside the first.
+def placings(
+    axes: NDArray[np.float64] | None, parts: Sequence[HasPlace], main: int = 0
+) -> list[Placing]:
+    """How to place each mesh beside the main one.
 
     Args:
-        axes: (3, 3) rows: right, up and front of the file.
-        parts: The meshes; the first gives unit and origin.
+        axes: (3, 3) rows: right, up and front of the file; None keeps the main mesh unturned.
+        parts: The meshes.
+        main: Which of them gives unit and origin.
 
     Raises:
         MeshError: The transforms are beyond all numbers.
     """
     try:
-        return _placings(axes, parts)
+        return _placings(axes, parts, parts[main].matrix)
     except np.linalg.LinAlgError:
         raise MeshError("its meshes stand at no place: their transforms are too large") from None
 
 
-def _placings(axes: NDArray[np.float64], parts: Sequence[FbxPart]) -> list[Placing]:
-    linear, origin = parts[0].matrix[:3].T, parts[0].matrix[3]
+def _placings(
+    axes: NDArray[np.float64] | None, parts: Sequence[HasPlace], main: NDArray[np.float64]
+) -> list[Placing]:
+    linear, origin = main[:3].T, main[3]
     if not _is_regular(linear):
         linear = np.eye(3)
-    turn = _orthogonal(axes @ linear)
+    turn = np.eye(3) if axes is None else _orthogonal(axes @ linear)
     placed = []
     for part in parts:
-        if np.array_equal(part.matrix, parts[0].matrix):
+        if np.array_equal(part.matrix, main):
             placed.append(Placing(turn, np.zeros(3)))
             continue
         relative = np.linalg.solve(

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from elastomorph.errors import MeshError
 from elastomorph.io.fbx.part import FbxPart
-from elastomorph.io.fbx.placing import placings
-from elastomorph.io.fbx.surface import joined
+from elastomorph.io.fbx.surface import mesh_of
+from elastomorph.io.joined_rig import RigPart, joined_rig
+from elastomorph.io.placing import placings
 
 Y_UP = np.eye(3)
 Z_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
@@ -71,7 +72,8 @@ def test_any_turn_keeps_distances_and_ignores_scale(angles: list[float], scale: 
 def test_a_mirrored_mesh_is_mirrored_and_not_inside_out(node: np.ndarray) -> None:
     own = part(node)
     places = placings(Y_UP, [own])
-    mesh = joined([own], places, "face.fbx")
+    whole = RigPart("face", mesh_of(own, "face.fbx"), {}, places[0])
+    mesh, _ = joined_rig([whole], "face.fbx")
     assert places[0].mirrors
     before = volume(own.vertices, list(own.indices.reshape(-1, 3)))
     assert volume(mesh.vertices, list(mesh.faces)) == pytest.approx(before)
