@@ -23,7 +23,7 @@ from elastomorph.doctor.relabelling import (
     turned_corners,
 )
 from elastomorph.doctor.words import counted, listed
-from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.polygons import Polygons
 
 __all__ = ["InOrder", "NeutralOrder"]
