@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from elastomorph.rotations import (
 from elastomorph.rotations.folds import without_folds
 
 __all__ = [
+    "Arcs",
     "Path",
     "arc_path",
     "bent_path",
@@ -37,6 +39,7 @@ __all__ = [
     "neighbourhoods",
     "prepare",
     "stored",
+    "warn_of_loose",
 ]
 
 _RINGS = 12
@@ -62,14 +65,64 @@ def prepare(
     around = neighbourhoods(neutral, curves)
 
     def to(target: Mesh) -> Morph:
-        rotations = local_rotations(neutral, target, around, _RINGS)
-        moving = (neutral.vertices != target.vertices).any(axis=1)
-        arcs = ArcBend.of((target.vertices - neutral.vertices)[moving], rotations.vectors[moving])
-        count = moments_needed(2.0 * float(arcs.half.max(initial=0.0)))
-        bend = PolynomialBend.through(arcs.at, count, moving)
-        return stored(bend, neutral, target, method, around, rotations)
+        warn_of_loose(neutral, target, around)
+        return Arcs.of(neutral, target, around).stored(method)
 
     return to
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """The arcs between two shapes, before they are stored.
+
+    Attributes:
+        neutral: The mesh at t = 0.
+        target: The mesh at t = 1.
+        around: The edges of the neutral.
+        rotations: Of its vertices.
+        moving: (V,) which of them move.
+        bend: The arcs of those that move.
+    """
+
+    neutral: Mesh
+    target: Mesh
+    around: Neighbourhoods
+    rotations: VertexRotations
+    moving: NDArray[np.bool_]
+    bend: ArcBend
+
+    @classmethod
+    def of(cls, neutral: Mesh, target: Mesh, around: Neighbourhoods, rings: int = _RINGS) -> Arcs:
+        """Find the rotations of a target and its arcs."""
+        rotations = local_rotations(neutral, target, around, rings)
+        return cls._with(neutral, target, around, rotations)
+
+    @classmethod
+    def _with(
+        cls, neutral: Mesh, target: Mesh, around: Neighbourhoods, rotations: VertexRotations
+    ) -> Arcs:
+        chords = target.vertices - neutral.vertices
+        moving = (chords != 0).any(axis=1)
+        bend = ArcBend.of(chords[moving], rotations.vectors[moving])
+        return cls(neutral, target, around, rotations, moving, bend)
+
+    def where_edges_turn(self) -> Arcs:
+        """Straight in components whose edges hardly turn by their rotations."""
+        start, end = self.neutral.vertices, self.target.vertices
+        rotations = self.rotations.where_edges_turn(start, end, self.around)
+        return self._with(self.neutral, self.target, self.around, rotations)
+
+    def at(self, t: float) -> NDArray[np.float64]:
+        """(V, 3) offset from the straight line."""
+        offsets = np.zeros((len(self.moving), 3))
+        offsets[self.moving] = self.bend.at(t)
+        return offsets
+
+    def stored(self, method: Method) -> Morph:
+        """The path as bends within the tolerance of a method."""
+        count = moments_needed(2.0 * float(self.bend.half.max(initial=0.0)))
+        bend = PolynomialBend.through(self.bend.at, count, self.moving)
+        return stored(bend, self.neutral, self.target, method, self.around, self.rotations)
 
 
 def stored(
@@ -113,9 +166,9 @@ def arc_path(
         ParameterError: `rings` is negative.
     """
     around = neighbourhoods(neutral) if around is None else around
-    rotations = local_rotations(neutral, target, around, rings)
-    chords = target.vertices - neutral.vertices
-    return bent_path(neutral, target, ArcBend.of(chords, rotations.vectors).at)
+    arcs = Arcs.of(neutral, target, around, rings)
+    warn_of_loose(neutral, target, around)
+    return bent_path(neutral, target, arcs.at)
 
 
 def neighbourhoods(neutral: Mesh, curves: CurveNetwork | None = None) -> Neighbourhoods:
@@ -129,11 +182,10 @@ def neighbourhoods(neutral: Mesh, curves: CurveNetwork | None = None) -> Neighbo
 def local_rotations(
     neutral: Mesh, target: Mesh, around: Neighbourhoods, rings: int
 ) -> VertexRotations:
-    """The rotations that a path turns by; warns of vertices at which nothing is known."""
+    """The rotations that a path turns by."""
     require_same_topology(neutral, target)
     if rings < 0:
         raise ParameterError(f"rings must be a whole number ≥ 0, found {rings!r}")
-    _warn_of_loose(neutral, target, around)
     return vertex_rotations(
         neutral.vertices, target.vertices, around, diameter=neutral.diameter, rings=rings
     )
@@ -151,8 +203,8 @@ def bent_path(neutral: Mesh, target: Mesh, bend: Path) -> Path:
     return path
 
 
-def _warn_of_loose(neutral: Mesh, target: Mesh, around: Neighbourhoods) -> None:
-    """Say which vertices move, but have no edges from which their rotation could be known."""
+def warn_of_loose(neutral: Mesh, target: Mesh, around: Neighbourhoods) -> None:
+    """Warn of vertices that move, but have no edges from which their rotation could be known."""
     loose = np.diff(around.at_vertex.indptr) == 0
     loose &= (neutral.vertices != target.vertices).any(axis=1)
     if loose.any():
@@ -160,5 +212,5 @@ def _warn_of_loose(neutral: Mesh, target: Mesh, around: Neighbourhoods) -> None:
             f"{int(loose.sum()):,} moving vertices of {neutral.name} are on no polygon (the first "
             f"is {int(np.argmax(loose))}): nothing says how they turn, so they move straight",
             ElastomorphWarning,
-            stacklevel=4,
+            stacklevel=3,
         )

@@ -10,12 +10,17 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
+from elastomorph.errors import MeshError
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Choice, Morph
-from elastomorph.paths import linear, rotation
+from elastomorph.paths import linear
+from elastomorph.paths.arc import Arcs, neighbourhoods
 from elastomorph.paths.method import Method
+from elastomorph.paths.rotation import Turning
+from elastomorph.rotations import SurfaceEdges
 
 __all__ = ["prepare"]
 
@@ -29,10 +34,14 @@ def prepare(
 ) -> Callable[[Mesh], Morph]:
     """A function from target to path, which says what it chose and why in `Morph.choice`.
 
+    The path of ``rotation`` is compared with the straight line halfway: by a bound where that is
+    enough, else by the one solve that the moment takes. A neutral without a surface, of markers,
+    has no such path: those of its curves that turn, such as a chin, follow ``arc``.
+
     Args:
         neutral: The mesh at t = 0.
         method: ``straight_within`` decides, ``tolerance`` is that of bends.
-        curves: Not used: the path follows the surface.
+        curves: What joins the vertices of a neutral without polygons; they go straight otherwise.
         extent: D, which ``straight_within`` is a fraction of; ``neutral.diameter`` by default.
 
     Raises:
@@ -40,13 +49,37 @@ def prepare(
     """
     scale = (neutral.diameter if extent is None else extent) or 1.0
     straight = linear.prepare(neutral, replace(method, name="linear"))
-    bent = rotation.prepare(neutral, replace(method, name="rotation"))
+    around = neighbourhoods(neutral, curves)
+    surface = _surface(neutral)
+    bent = replace(method, name="arc" if surface is None else "rotation")
 
     def to(target: Mesh) -> Morph:
-        morph = bent(target)
-        middle = (neutral.vertices + target.vertices) / 2
-        off = np.linalg.norm(morph.at(0.5) - middle, axis=1)
-        choice = Choice(float(off.max()) / scale, method.straight_within)
-        return replace(straight(target) if choice.straight else morph, choice=choice)
+        found: Arcs | Turning
+        if surface is None:
+            found = Arcs.of(neutral, target, around).where_edges_turn()
+            choice = Choice(_longest(found.at(0.5)) / scale, method.straight_within)
+        else:
+            found = Turning.of(neutral, target, around, surface)
+            choice = _choice(found, method.straight_within, scale)
+        path = straight(target) if choice.straight else found.stored(bent)
+        return replace(path, choice=choice)
 
     return to
+
+
+def _choice(turning: Turning, allowed: float, scale: float) -> Choice:
+    bound = turning.equation.at_most(0.5) / scale
+    if bound <= allowed:
+        return Choice(bound, allowed, exact=bound == 0.0)
+    return Choice(_longest(turning.equation.at(0.5)) / scale, allowed)
+
+
+def _surface(neutral: Mesh) -> SurfaceEdges | None:
+    try:
+        return SurfaceEdges.of(neutral)
+    except MeshError:  # no polygon has an area
+        return None
+
+
+def _longest(offsets: NDArray[np.float64]) -> float:
+    return float(np.linalg.norm(offsets, axis=1).max(initial=0.0))

@@ -7,6 +7,7 @@ that do not move stay, and components that move rigidly follow their screw, both
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.mesh import Mesh
@@ -17,11 +18,12 @@ from elastomorph.paths.arc import (
     local_rotations,
     neighbourhoods,
     stored,
+    warn_of_loose,
 )
 from elastomorph.paths.method import Method
-from elastomorph.rotations import LeastDistortion, Neighbourhoods, SurfaceEdges
+from elastomorph.rotations import LeastDistortion, Neighbourhoods, SurfaceEdges, VertexRotations
 
-__all__ = ["prepare", "rotation_path"]
+__all__ = ["Turning", "prepare", "rotation_path"]
 
 # Fewer than for arcs: the equation that joins the edges smooths by itself.
 _RINGS = 2
@@ -43,15 +45,51 @@ def prepare(
         MeshError: The neutral has no polygon with an area.
         BakeError: A turn is too sharp to be stored.
     """
-    around = neighbourhoods(neutral)
-    surface = SurfaceEdges.of(neutral)
+    around, surface = neighbourhoods(neutral), SurfaceEdges.of(neutral)
 
     def to(target: Mesh) -> Morph:
-        rotations = local_rotations(neutral, target, around, _RINGS)
-        turning = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
-        return stored(turning.bend(), neutral, target, method, around, rotations)
+        warn_of_loose(neutral, target, around)
+        return Turning.of(neutral, target, around, surface).stored(method)
 
     return to
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """The least distorted path between two shapes, before it is stored.
+
+    Attributes:
+        neutral: The mesh at t = 0.
+        target: The mesh at t = 1.
+        around: The edges of the neutral.
+        rotations: Of its vertices.
+        equation: What the bend solves.
+    """
+
+    neutral: Mesh
+    target: Mesh
+    around: Neighbourhoods
+    rotations: VertexRotations
+    equation: LeastDistortion
+
+    @classmethod
+    def of(
+        cls,
+        neutral: Mesh,
+        target: Mesh,
+        around: Neighbourhoods,
+        surface: SurfaceEdges,
+        rings: int = _RINGS,
+    ) -> Turning:
+        """Find the rotations of a target; nothing is solved yet."""
+        rotations = local_rotations(neutral, target, around, rings)
+        equation = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
+        return cls(neutral, target, around, rotations, equation)
+
+    def stored(self, method: Method) -> Morph:
+        """The path as bends within the tolerance of a method."""
+        bend = self.equation.bend()
+        return stored(bend, self.neutral, self.target, method, self.around, self.rotations)
 
 
 def rotation_path(
@@ -83,6 +121,6 @@ def rotation_path(
     """
     around = neighbourhoods(neutral) if around is None else around
     surface = SurfaceEdges.of(neutral) if surface is None else surface
-    rotations = local_rotations(neutral, target, around, rings)
-    turning = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
-    return bent_path(neutral, target, turning.bend().at)
+    turning = Turning.of(neutral, target, around, surface, rings)
+    warn_of_loose(neutral, target, around)
+    return bent_path(neutral, target, turning.equation.bend().at)

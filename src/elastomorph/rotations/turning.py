@@ -112,6 +112,12 @@ class EdgeBend:
         bend -= t * np.sin(back) * self.end_turned
         return bend
 
+    def missed(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) where the turn alone would carry each edge, less where it ends."""
+        angle = self.angle[:, None]
+        turned = (np.cos(angle) - 1.0) * self.start + np.sin(angle) * self.start_turned
+        return np.asarray(starts + turned - ends)
+
 
 def _split(vectors: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Angles and unit axes (zeros where nothing turns)."""

@@ -23,7 +23,7 @@ _LEAST_PIVOT = 1e-14
 
 @dataclass(frozen=True, eq=False)
 class _Front:
-    """A node's part of the factor: its rows, the rows above that they reach, and both blocks."""
+    """A node's rows of the factor, and the border of rows that they reach."""
 
     start: int
     stop: int
@@ -63,7 +63,7 @@ class Cholesky:
             diagonal: (N,) larger than the sum of the weights at the vertex.
         """
         inside = kept[tree.order]
-        place = np.cumsum(inside) - inside
+        place: NDArray[np.int64] = np.cumsum(inside) - inside
         row = np.cumsum(kept) - 1
         order = row[tree.order[inside]]
         position = np.empty(len(kept), dtype=np.int64)

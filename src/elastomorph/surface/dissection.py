@@ -16,7 +16,7 @@ from elastomorph.components import component_of
 __all__ = ["EliminationTree"]
 
 # Pieces of at most this many vertices are not cut again: small dense matrices are fast.
-_LEAF = 80
+_LEAF = 120
 
 
 @dataclass(frozen=True, eq=False)
