@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.numbers import as_numbers
 
 __all__ = ["BendCurve", "as_times"]
 
@@ -133,10 +134,7 @@ def as_times(times: ArrayLike) -> NDArray[np.float64]:
     Raises:
         ParameterError: A time is not a finite number.
     """
-    try:
-        t = np.asarray(times, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ParameterError(f"times must be numbers, found {times!r}") from None
+    t = as_numbers(times, "times")
     if t.ndim > 1:
         raise ParameterError(f"times must be one number or a list of them, found shape {t.shape}")
     if not np.isfinite(t).all():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
@@ -14,7 +15,15 @@ from elastomorph.errors import MeshError, TopologyError
 from elastomorph.extent import largest_distance
 from elastomorph.polygons import Polygons
 
-__all__ = ["FaceLabels", "Mesh", "Source", "UVMap", "as_vertices", "require_same_topology"]
+__all__ = [
+    "FaceLabels",
+    "Mesh",
+    "Source",
+    "UVMap",
+    "as_vertices",
+    "require_mesh",
+    "require_same_topology",
+]
 
 _MOST_SHOWN = 12
 
@@ -193,12 +202,30 @@ def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
     return own
 
 
+def require_mesh(value: object, what: str) -> None:
+    """Check that what should be a mesh is one.
+
+    Raises:
+        MeshError: It is something else; of a file's name the message says to read the file.
+    """
+    if not isinstance(value, Mesh):
+        raise MeshError(f"{what} must be a Mesh, found {_found(value)}")
+
+
+def _found(value: object) -> str:
+    if isinstance(value, str | PathLike):
+        return f"{str(value)!r}; read the file first: em.read({str(value)!r})"
+    return type(value).__name__
+
+
 def require_same_topology(neutral: Mesh, target: Mesh) -> None:
     """Check that two meshes share their vertices and polygons, in the same order.
 
     Raises:
         TopologyError: They do not; the message names the first polygon that differs.
+        MeshError: The target is no mesh.
     """
+    require_mesh(target, "the target")
     if len(neutral.vertices) != len(target.vertices):
         raise TopologyError(
             f"{target.name} has {len(target.vertices):,} vertices, {neutral.name} has "

@@ -210,7 +210,7 @@ def test_an_unknown_measure_or_method(wild: MeshSequence, rows: CurveNetwork) ->
 
 
 def test_curves_of_another_mesh(wild: MeshSequence) -> None:
-    with pytest.raises(CurveError, match="extract them from its first frame"):
+    with pytest.raises(CurveError, match="the first frame has 20: extract them"):
         suggest_inbetweens(wild, 1, curves=CurveNetwork([Curve([0, 1])], 2))
 
 

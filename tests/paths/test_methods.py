@@ -174,7 +174,7 @@ class TestRefusals:
             ({"stiffness": "soft"}, "stiffness must be one of"),
             ({"harmonics": -1}, "harmonics"),
             ({"order": 0}, "order R"),
-            ({"ordre": 2}, "unknown setting 'ordre'"),
+            ({"ordre": 2}, "beam has no ordre; it has order"),
             ({"method": em.Method(), "order": 2}, "within the Method"),
             ({"material": 3}, "Material"),
             ({"region": []}, "at least one"),

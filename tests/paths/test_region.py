@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import elastomorph as em
+from elastomorph.evaluation import rigidity
+from elastomorph.mesh import FaceLabels
 
 SIZE = 25
 
@@ -81,3 +83,37 @@ def test_part_of_a_curve_is_a_curve_of_its_own() -> None:
     )
     np.testing.assert_allclose(path.bends[:, run], alone.bends, atol=1e-13)
     assert not path.bends[:, :8].any()
+
+
+class TestRegionByName:
+    """The corners of the polygons of a group."""
+
+    NAMED = em.Mesh(
+        NEUTRAL.vertices,
+        NEUTRAL.faces,
+        groups=FaceLabels(
+            ("lips", "lids", "brows"), np.where(np.arange((SIZE - 1) ** 2) < 48, 0, -1)
+        ),
+    )
+
+    def test_is_the_region_of_its_vertices(self) -> None:
+        """48 quads are two rows of 24: three rows of vertices."""
+        target = self.NAMED.with_vertices(RAISED.vertices)
+        named = em.interpolate(self.NAMED, target, "ease:2", region="lips", falloff=1)
+        listed = em.interpolate(NEUTRAL, RAISED, "ease:2", region=np.arange(3 * SIZE), falloff=1)
+        np.testing.assert_array_equal(named.bends, listed.bends)
+        assert named.bends[0, : 3 * SIZE].any(axis=1).all()
+        assert not named.bends[0, 3 * SIZE :].any()
+
+    def test_an_unknown_one_names_the_nearest(self) -> None:
+        with pytest.raises(em.ParameterError, match=r"no group 'lip': did you mean 'lips'"):
+            em.prepare(self.NAMED, "ease", region="lip")
+        with pytest.raises(em.ParameterError, match="'nose': it has lips, lids, brows"):
+            em.prepare(self.NAMED, "ease", region="nose")
+        with pytest.raises(em.ParameterError, match="have no groups; name the vertices"):
+            em.prepare(NEUTRAL, "ease", region="lips")
+
+    def test_is_a_body_too(self) -> None:
+        """Raised without turning: as rigid as can be."""
+        morph = em.interpolate(self.NAMED, self.NAMED.with_vertices(RAISED.vertices), "linear")
+        assert rigidity(morph, "lips", [0.5]).ends < 1e-12

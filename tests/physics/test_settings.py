@@ -106,6 +106,23 @@ def test_overshoot_is_warned_of() -> None:
         guard_laws(MODES, "limit", Load.power(2), Material(1, 0.2 * b, 1))
 
 
+@pytest.mark.parametrize("share", [0.3, 0.47, 0.53, 0.6])
+def test_the_warning_names_a_damping_that_is_better_and_good_enough(share: float) -> None:
+    """On both sides of the resonance at c = B₁/2: beyond it, a smaller damping would be worse."""
+    b = float(MODES[0][1][0])
+
+    def dip(damping: float) -> float:
+        law = modal_response(MODES[0][1], Load.power(2), Material(1, damping, 1))
+        return float(excursion(law).max())
+
+    with pytest.warns(TimeLawWarning, match="nearest safe damping is") as caught:
+        guard_laws(MODES, "limit", Load.power(2), Material(1, share * b, 1))
+    named = float(str(caught[0].message).rsplit(" ", 1)[1])
+    assert dip(named) <= 0.01 < dip(share * b)
+    # One that is nearer by more than a step of the search is not good enough.
+    assert dip(named + 0.1 * (share * b - named)) > 0.01
+
+
 def test_a_load_that_overshoots_by_itself_needs_no_warning() -> None:
     load = Load([3, -2])
     with warnings.catch_warnings():

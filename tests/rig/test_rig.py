@@ -53,9 +53,18 @@ def test_equal_weights_of_sum_one_are_equation_38(small: Rig) -> None:
     np.testing.assert_allclose(small.blend(zeta, 0.4), plain, atol=1e-13)
     larger = {name: 3 * w for name, w in zeta.items()}
     np.testing.assert_allclose(small.blend(larger, 0.4, normalize=True), plain, atol=1e-13)
-    rows = np.array([[0.6, 1.5, 0.9], [0, 0, 0]])
+    rows = np.array([[0.6, 1.5, 0.9], [0.02, 0.05, 0.03]])
     faces = small.batch(rows, 0.4, normalize=True, dtype=np.float64)
-    np.testing.assert_allclose(faces, [plain, small.neutral.vertices], atol=1e-13)
+    np.testing.assert_allclose(faces, [plain, plain], atol=1e-13)
+
+
+@pytest.mark.parametrize("row", [[0, 0, 0], [0.5, -0.5, 0], [0.1, 0.2, -0.3]])
+def test_weights_without_a_sum_cannot_be_normalized(small: Rig, row: list[float]) -> None:
+    """The last sum is 5.6e-17 in floating point: weights divided by it are nobody's wish."""
+    with pytest.raises(em.ParameterError, match="the weights sum to 0"):
+        small.blend(dict(zip("abc", row, strict=True)), 0.4, normalize=True)
+    with pytest.raises(em.ParameterError, match="the weights of face 1 sum to 0"):
+        small.batch(np.array([[1, 2, 3], row]), 0.4, normalize=True)
 
 
 def test_each_expression_may_have_its_own_time(small: Rig) -> None:

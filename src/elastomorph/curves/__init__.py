@@ -2,7 +2,15 @@
 
 from elastomorph.curves.cover import extract_curves
 from elastomorph.curves.loops import edge_loops
-from elastomorph.curves.network import Curve, CurveNetwork
-from elastomorph.curves.region import region_weights
+from elastomorph.curves.network import Curve, CurveNetwork, require_curves_of
+from elastomorph.curves.region import region_of, region_weights
 
-__all__ = ["Curve", "CurveNetwork", "edge_loops", "extract_curves", "region_weights"]
+__all__ = [
+    "Curve",
+    "CurveNetwork",
+    "edge_loops",
+    "extract_curves",
+    "region_of",
+    "region_weights",
+    "require_curves_of",
+]

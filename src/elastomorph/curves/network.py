@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.curves.region import as_region
 from elastomorph.errors import CurveError
 
-__all__ = ["Curve", "CurveNetwork"]
+__all__ = ["Curve", "CurveNetwork", "require_curves_of"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -206,6 +206,29 @@ class CurveNetwork(Sequence[Curve]):
 
     def __repr__(self) -> str:
         return f"CurveNetwork({len(self.curves):,} curves, {self.vertex_count:,} vertices)"
+
+
+def require_curves_of(curves: object, vertex_count: int, mesh: str) -> None:
+    """Check that curves are curves, and of a mesh.
+
+    Args:
+        curves: What was given as curves.
+        vertex_count: Number of vertices of the mesh.
+        mesh: Its name, for the message.
+
+    Raises:
+        CurveError: Something else than a `CurveNetwork`, or the curves of another mesh.
+    """
+    if not isinstance(curves, CurveNetwork):
+        raise CurveError(
+            "curves must be a CurveNetwork, as em.extract_curves(mesh) finds it, found "
+            + (repr(curves) if isinstance(curves, str) else type(curves).__name__)
+        )
+    if curves.vertex_count != vertex_count:
+        raise CurveError(
+            f"the curves belong to a mesh of {curves.vertex_count:,} vertices, {mesh} has "
+            f"{vertex_count:,}: extract them from it"
+        )
 
 
 def _joined(arrays: Iterable[NDArray[np.int32]]) -> NDArray[np.int32]:

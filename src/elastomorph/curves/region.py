@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from difflib import get_close_matches
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import CurveError, ParameterError
+from elastomorph.mesh import Mesh
 
-__all__ = ["as_region", "region_weights"]
+__all__ = ["as_region", "region_of", "region_weights"]
+
+_MOST_SHOWN = 12
 
 
 def as_region(region: ArrayLike, vertex_count: int) -> NDArray[np.bool_]:
@@ -37,6 +43,38 @@ def as_region(region: ArrayLike, vertex_count: int) -> NDArray[np.bool_]:
     inside = np.zeros(vertex_count, dtype=np.bool_)
     inside[given.astype(np.int64)] = True
     return inside
+
+
+def region_of(mesh: Mesh, region: ArrayLike | str) -> NDArray[np.bool_]:
+    """Which vertices of a mesh a region holds, as (V,) bool.
+
+    Args:
+        mesh: The mesh.
+        region: Vertex indices or (V,) bool, as for `as_region`; or the name of a group of the
+            mesh's polygons, whose corners are the region.
+
+    Raises:
+        CurveError: Neither, or a vertex that does not exist.
+        ParameterError: The mesh has no group of this name; the message names the nearest.
+    """
+    if not isinstance(region, str):
+        return as_region(region, len(mesh.vertices))
+    if mesh.groups is None or region not in mesh.groups.names:
+        names = () if mesh.groups is None else mesh.groups.names
+        raise ParameterError(f"{mesh.name} has no group {region!r}: {_nearest(region, names)}")
+    chosen = mesh.groups.of_face == mesh.groups.names.index(region)
+    corners = mesh.faces.indices[chosen[mesh.faces.corner_faces]]
+    return as_region(corners, len(mesh.vertices))
+
+
+def _nearest(name: str, names: Sequence[str]) -> str:
+    if not names:
+        return "its polygons have no groups; name the vertices of the region by their numbers"
+    near = get_close_matches(name, names, n=3, cutoff=0.5)
+    if near:
+        return f"did you mean {' or '.join(map(repr, near))}?"
+    more = ", …" if len(names) > _MOST_SHOWN else ""
+    return f"it has {', '.join(names[:_MOST_SHOWN])}{more}"
 
 
 def region_weights(

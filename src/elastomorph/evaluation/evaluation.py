@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from elastomorph.blas_threads import one_blas_thread
-from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.errors import CurveError, MeshError, ParameterError
+from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
+from elastomorph.errors import MeshError, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.method_texts import method_of
 from elastomorph.evaluation.results import Evaluation, MethodResult
@@ -67,11 +67,7 @@ def evaluate(
     """
     if curves is None:
         curves = extract_curves(truth.mesh)
-    if curves.vertex_count != len(truth.mesh.vertices):
-        raise CurveError(
-            f"the curves belong to a mesh of {curves.vertex_count:,} vertices, the motion has "
-            f"{len(truth.mesh.vertices):,}: extract them from its first frame"
-        )
+    require_curves_of(curves, len(truth.mesh.vertices), "the first frame")
     along = CurveVertices.of(curves, len(truth.mesh.vertices))
     chosen = _labelled(methods, material, truth, curves)
     target = truth.target

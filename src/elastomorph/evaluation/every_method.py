@@ -40,7 +40,7 @@ def every_method(
     texts = (*DEFAULT_METHODS, "arc", *(_OF_SURFACES if len(truth.mesh.faces) else ()))
     found: dict[str, Method | Morph] = {}
     for text in texts:
-        method = Method.parse(text, material=material or Material())
+        method = Method.parse(text).with_material(material or Material())
         found[method.label] = method
     most = min(_MOST_INBETWEENS, len(truth) - 2)
     if most > 0:

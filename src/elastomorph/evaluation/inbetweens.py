@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.errors import CurveError, ElastomorphWarning, ParameterError
+from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
+from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.key_frames import EFFORT, Judge, best_frames
 from elastomorph.evaluation.spline_errors import Choice, LargestError, MeanSquare
@@ -126,11 +126,7 @@ def suggest_inbetweens(
         )
     if curves is None:
         curves = extract_curves(truth.mesh)
-    if curves.vertex_count != len(truth.mesh.vertices):
-        raise CurveError(
-            f"the curves belong to a mesh of {curves.vertex_count:,} vertices, the motion has "
-            f"{len(truth.mesh.vertices):,}: extract them from its first frame"
-        )
+    require_curves_of(curves, len(truth.mesh.vertices), "the first frame")
     along = CurveVertices.of(curves, len(truth.mesh.vertices))
     suggestions = [_measured(truth, along, "linear", Choice((), 0.0, certain=True))]
     say = progress or (lambda _: None)

@@ -39,7 +39,7 @@ def method_of(
     """
     name, *options = text.strip().split(":")
     if name != "through":
-        method = Method.parse(text, material=material or Material())
+        method = Method.parse(text).with_material(material or Material())
         return method.label, method
     if not (1 <= len(options) <= 2 and options[0].isascii() and options[0].isdigit()):
         raise ParameterError(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.curves.region import as_region
+from elastomorph.curves import region_of
 from elastomorph.errors import ParameterError
 from elastomorph.extent import largest_distance
 from elastomorph.morph import Morph
@@ -36,14 +36,14 @@ class Rigidity:
     ends: float
 
 
-def rigidity(morph: Morph, body: ArrayLike, times: Iterable[float]) -> Rigidity:
+def rigidity(morph: Morph, body: ArrayLike | str, times: Iterable[float]) -> Rigidity:
     """Measure how rigid a body stays along a path.
 
     Pairs are taken among at most 1500 vertices spread evenly over the body.
 
     Args:
         morph: The path.
-        body: Vertex indices, or (V,) bool, at least four vertices.
+        body: Vertex indices, (V,) bool or the name of a group, at least four vertices.
         times: Moments of the path.
 
     Raises:
@@ -52,7 +52,7 @@ def rigidity(morph: Morph, body: ArrayLike, times: Iterable[float]) -> Rigidity:
     """
     from scipy.optimize import minimize_scalar
 
-    vertices = np.flatnonzero(as_region(body, len(morph.neutral.vertices)))
+    vertices = np.flatnonzero(region_of(morph.neutral, body))
     if vertices.size < 4:
         raise ParameterError(f"a rigid body needs at least 4 vertices, found {vertices.size}")
     start, end = morph.neutral.vertices[vertices], morph.target.vertices[vertices]

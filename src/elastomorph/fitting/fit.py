@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.errors import CurveError, MeshError, ParameterError, TopologyError
+from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
+from elastomorph.errors import MeshError, ParameterError, TopologyError
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.fitting.curve_by_curve import fit_curves
 from elastomorph.fitting.errors import method_errors, pooled_errors
@@ -178,11 +178,7 @@ def _along(takes: Sequence[MeshSequence], network: CurveNetwork) -> CurveVertice
         MeshError: A motion ends where it starts, or D is 0.
     """
     count = len(takes[0].mesh.vertices)
-    if network.vertex_count != count:
-        raise CurveError(
-            f"the curves belong to a mesh of {network.vertex_count:,} vertices, the motions have "
-            f"{count:,}: extract them from a first frame"
-        )
+    require_curves_of(network, count, "the first frame")
     along = CurveVertices.of(network, count)
     diameter = takes[0].mesh.diameter
     if not diameter > 0:

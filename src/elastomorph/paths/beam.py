@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.bend_curve import BendCurve
-from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.errors import CurveError
+from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.paths.ease import law_bend
@@ -39,11 +38,7 @@ def prepare(
     """
     if curves is None:
         curves = extract_curves(neutral)
-    if curves.vertex_count != len(neutral.vertices):
-        raise CurveError(
-            f"the curves belong to a mesh of {curves.vertex_count:,} vertices, {neutral.name} has "
-            f"{len(neutral.vertices):,}: extract them from this neutral"
-        )
+    require_curves_of(curves, len(neutral.vertices), neutral.name)
     load = method.external_load
     modes = BeamModes.prepare(
         [(curve.vertices, curve.closed) for curve in curves],

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from importlib import import_module
 from typing import Any, cast
 
 from numpy.typing import ArrayLike
 
-from elastomorph.curves import CurveNetwork, extract_curves
+from elastomorph.curves import CurveNetwork, extract_curves, region_of, require_curves_of
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.morph import Morph
 from elastomorph.paths.method import Method
 from elastomorph.paths.region import blend_into_rest, weights_inside
@@ -27,7 +26,7 @@ def interpolate(
     method: str | Method = "beam",
     *,
     curves: CurveNetwork | None = None,
-    region: ArrayLike | None = None,
+    region: ArrayLike | str | None = None,
     falloff: float = 3,
     rest: str = "linear",
     rigidity: ArrayLike | None = None,
@@ -43,8 +42,8 @@ def interpolate(
         method: A name (``linear``, ``cosine``, ``ease``, ``beam``, ``plate``, ``arc``,
             ``rotation``, ``auto``), a text such as ``beam:3``, or a `Method`.
         curves: The curves that beams follow; found by `extract_curves` by default.
-        region: Vertex indices, or (V,) bool; the method is used there only, on the parts of the
-            curves inside.
+        region: Vertex indices, (V,) bool, or the name of a group of the neutral's polygons; the
+            method is used there only, on the parts of the curves inside.
         falloff: Rings of edges inside the border of the region over which its path blends into
             the rest, without a jump.
         rest: What vertices outside the region do: ``linear`` or ``neutral`` (stay).
@@ -53,16 +52,18 @@ def interpolate(
         extent: The length D that ``straight_within`` of ``auto`` is a fraction of, in the unit of
             the vertices: for a rig the size of what its targets move, see
             `elastomorph.extent.moved_extent`. ``neutral.diameter`` by default.
-        **settings: Fields of `Method`: ``order``, ``material``, ``closure``, ``load``, ``basis``,
-            ``stiffness``, ``harmonics``.
+        **settings: What the method named has, as fields of `Method`: ``order``, ``material``,
+            ``closure``, ``load``, ``basis``, ``stiffness``, ``harmonics``, ``tolerance``,
+            ``straight_within``.
 
     Raises:
         TopologyError: Neutral and target differ in vertices or polygons.
-        MeshError: The neutral has fewer than three vertices.
-        CurveError: The curves belong to another mesh.
-        ParameterError: A setting or a region is not understood.
+        MeshError: The neutral has fewer than three vertices, or it or the target is no Mesh.
+        CurveError: The curves belong to another mesh, or are none.
+        ParameterError: A setting or a region is not understood, or the method has no such setting.
         ResonanceError: The material is singular for this load.
     """
+    require_mesh(neutral, "the neutral")
     require_same_topology(neutral, target)
     prepared = prepare(
         neutral,
@@ -84,7 +85,7 @@ def prepare(
     method: str | Method = "beam",
     *,
     curves: CurveNetwork | None = None,
-    region: ArrayLike | None = None,
+    region: ArrayLike | str | None = None,
     falloff: float = 3,
     rest: str = "linear",
     rigidity: ArrayLike | None = None,
@@ -96,10 +97,13 @@ def prepare(
 
     Curves and time laws are found once. Arguments and errors as in `interpolate`.
     """
+    require_mesh(neutral, "the neutral")
     count = len(neutral.vertices)
     if count < 3:
         raise MeshError(f"{neutral.name} has {count} vertices; a face needs at least 3")
     chosen = _method(method, settings)
+    if curves is not None:
+        require_curves_of(curves, count, neutral.name)
     options = {"rigidity": rigidity, "pinned": pinned}
     painted: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     if painted and chosen.name != "plate":
@@ -111,23 +115,18 @@ def prepare(
     if region is None:
         return cast(Path, make(neutral, chosen, curves, **painted))
     network = extract_curves(neutral) if curves is None else curves
+    region = region_of(neutral, region)
     weights = weights_inside(neutral, network, region, falloff)
     prepared = make(neutral, chosen, network.restricted(region), **painted)
     return blend_into_rest(prepared, weights, rest)
 
 
 def _method(method: str | Method, settings: dict[str, object]) -> Method:
-    known = {field.name for field in fields(Method)} - {"name"}
-    for name in settings:
-        if name not in known:
-            raise ParameterError(
-                f"unknown setting {name!r}: a method has {', '.join(sorted(known))}"
-            )
-    given = {name: value for name, value in settings.items() if value is not None}
-    if isinstance(method, Method):
-        if given:
-            raise ParameterError(
-                f"give {', '.join(sorted(given))} within the Method, or the method by its name"
-            )
-        return method
-    return Method.parse(method, **given)
+    given = [name for name, value in settings.items() if value is not None]
+    if not isinstance(method, Method):
+        return Method.parse(method, **settings)
+    if given:
+        raise ParameterError(
+            f"give {', '.join(sorted(given))} within the Method, or the method by its name"
+        )
+    return method

@@ -5,13 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from elastomorph.errors import ParameterError
+from elastomorph.numbers import as_number
 from elastomorph.physics import BASES, CLOSURES, STIFFNESSES, Load, Material
 
-__all__ = ["METHODS", "Method"]
+__all__ = ["METHODS", "SETTINGS", "Method"]
 
-METHODS = ("linear", "cosine", "ease", "beam", "plate", "arc", "rotation", "auto")
-_WITH_ORDER = ("ease", "beam", "plate")
-_ELASTIC = ("beam", "plate")
+_PLATE = ("order", "load", "material", "closure", "harmonics")
+
+SETTINGS: dict[str, tuple[str, ...]] = {
+    "linear": (),
+    "cosine": (),
+    "ease": ("order", "load"),
+    "beam": (*_PLATE, "basis", "stiffness"),
+    "plate": _PLATE,
+    "arc": ("tolerance",),
+    "rotation": ("tolerance",),
+    "auto": ("tolerance", "straight_within"),
+}
+"""The settings that each method has."""
+
+METHODS = tuple(SETTINGS)
 
 
 @dataclass(frozen=True)
@@ -65,16 +78,18 @@ class Method:
             raise ParameterError(f"material must be a Material, found {self.material!r}")
         if self.load is None:
             Load.power(self.order)
-        if not isinstance(self.tolerance, float) or not self.tolerance > 0:
-            raise ParameterError(f"tolerance must be a number above 0, found {self.tolerance!r}")
-        if not isinstance(self.straight_within, float) or not self.straight_within >= 0:
-            raise ParameterError(
-                f"straight_within must be a number ≥ 0, found {self.straight_within!r}"
-            )
-        if self.harmonics is not None and (
-            not isinstance(self.harmonics, int) or self.harmonics < 0
+        for name, value in (
+            ("tolerance", as_number(self.tolerance, "tolerance", above=0)),
+            ("straight_within", as_number(self.straight_within, "straight_within", least=0)),
         ):
+            object.__setattr__(self, name, value)
+        whole = isinstance(self.harmonics, int) and not isinstance(self.harmonics, bool)
+        if self.harmonics is not None and not (whole and self.harmonics >= 0):
             raise ParameterError(f"harmonics must be a whole number ≥ 0, found {self.harmonics!r}")
+
+    def has(self, setting: str) -> bool:
+        """Whether a setting changes what this method does."""
+        return setting in SETTINGS[self.name]
 
     @property
     def external_load(self) -> Load:
@@ -85,25 +100,23 @@ class Method:
     def label(self) -> str:
         """A short name for tables, with the settings that differ from the usual ones."""
         words = [self.name]
-        if self.name in _WITH_ORDER:
+        if self.has("order"):
             if self.load is None:
                 words.append(f"R={self.order}")
             else:
                 words.append(f"load {','.join(f'{p:g}' for p in self.load.coefficients)}")
-        if self.name in _ELASTIC:
-            usual = Method()
-            words += [
-                value
-                for value, plain in ((self.closure, usual.closure), (self.basis, usual.basis))
-                if value != plain
-            ]
-            if self.stiffness != usual.stiffness:
-                words.append(f"by {self.stiffness}")
-            if self.harmonics is not None:
-                words.append(f"N={self.harmonics}")
-            if self.material != usual.material:
-                m = self.material
-                words.append(f"m={m.mass:g} c={m.damping:g} k={m.rigidity:g}")
+        usual = Method()
+        for setting in ("closure", "basis"):
+            value = getattr(self, setting)
+            if self.has(setting) and value != getattr(usual, setting):
+                words.append(value)
+        if self.has("stiffness") and self.stiffness != usual.stiffness:
+            words.append(f"by {self.stiffness}")
+        if self.has("harmonics") and self.harmonics is not None:
+            words.append(f"N={self.harmonics}")
+        if self.has("material") and self.material != usual.material:
+            m = self.material
+            words.append(f"m={m.mass:g} c={m.damping:g} k={m.rigidity:g}")
         return " ".join(words)
 
     @classmethod
@@ -112,11 +125,16 @@ class Method:
 
         Args:
             text: For example ``linear``, ``ease:2``, ``beam:3:unforced``.
-            **settings: Any other field, for all that the text leaves open.
+            **settings: Other fields that this method has; None leaves one open.
 
         Raises:
-            ParameterError: The text or a setting is not understood.
+            ParameterError: The text or a setting is not understood, the method has no such
+                setting, or it is given twice.
         """
+        if not isinstance(text, str):
+            raise ParameterError(
+                f"a method is a text such as 'beam:2' or a Method, found {type(text).__name__}"
+            )
         name, *options = text.strip().split(":")
         found: dict[str, object] = {"name": name}
         for option in options:
@@ -131,12 +149,19 @@ class Method:
                 )
         if len(options) != len(found) - 1:
             raise ParameterError(f"method {text!r} names an option twice")
-        if name in METHODS and name not in _WITH_ORDER and options:
-            raise ParameterError(f"method {text!r}: {name} has no order and no closure")
-        if name in METHODS and name not in _ELASTIC and "closure" in found:
-            raise ParameterError(f"method {text!r}: {name} has no closure")
-        return cls(**{**settings, **found})  # type: ignore[arg-type]
+        stated = [key for key, value in settings.items() if value is not None]
+        for key in [*found, *stated] if name in METHODS else []:
+            if key != "name" and key not in SETTINGS[name]:
+                has = ", ".join(SETTINGS[name]) or "no settings"
+                raise ParameterError(f"method {text!r}: {name} has no {key}; it has {has}")
+        for key in stated:
+            if key in found or (key == "load" and "order" in {*found, *stated}):
+                raise ParameterError(
+                    f"method {text!r}: the {key} is given twice; leave one of them out"
+                    + (" (the order R stands for the load t^R)" if key == "load" else "")
+                )
+        return cls(**{**found, **{key: settings[key] for key in stated}})  # type: ignore[arg-type]
 
     def with_material(self, material: Material) -> Method:
-        """The same method for another material."""
-        return replace(self, material=material)
+        """The same method for another material, where it has one."""
+        return replace(self, material=material) if self.has("material") else self

@@ -59,17 +59,19 @@ def guard_laws(
 
     Warns:
         TimeLawWarning: A law moves backwards or overshoots by more than 1 %, although the load
-            itself does not.
+            itself does not. Names the nearest damping at which none does.
     """
     kind, mode, value, worst = _worst(stiffness, closure, load, material)
     name = "the mean (mode 0)" if mode == 0 else f"mode {mode} of the {kind}"
+    if worst <= _allowed(load):
+        return
+    safe = _nearest_safe_damping(stiffness, closure, load, material)
+    remedy = (
+        f"the nearest safe damping is {safe:.6g}"
+        if np.isfinite(safe)
+        else "no damping helps: change the mass, the rigidity or the closure"
+    )
     if worst > RESONANT:
-        safe = _nearest_safe_damping(stiffness, closure, load, material)
-        remedy = (
-            f"the nearest safe damping is {safe:.6g}"
-            if np.isfinite(safe)
-            else "no damping helps: change the mass, the rigidity or the closure"
-        )
         raise ResonanceError(
             f"{name} (B = {value:.6g}) is resonant at mass {material.mass:g}, damping "
             f"{material.damping:g}, rigidity {material.rigidity:g} with a load of order "
@@ -78,13 +80,12 @@ def guard_laws(
             stiffness=value,
             safe_damping=safe,
         )
-    if worst > _allowed(load):
-        warnings.warn(
-            f"{name} (B = {value:.6g}) moves backwards or overshoots by {worst:.1%} of the way "
-            "to the target; another closure or a smaller damping may avoid it",
-            TimeLawWarning,
-            stacklevel=2,
-        )
+    warnings.warn(
+        f"{name} (B = {value:.6g}) moves backwards or overshoots by {worst:.1%} of the way "
+        f"to the target at damping {material.damping:g}: {remedy}",
+        TimeLawWarning,
+        stacklevel=2,
+    )
 
 
 def _allowed(load: Load) -> float:
@@ -116,9 +117,16 @@ def _nearest_safe_damping(
     load: Load,
     material: Material,
 ) -> float:
+    """The nearest damping, by ratio, at which no law leaves [0, 1] by more than is allowed.
+
+    Either side of a resonance the excursion grows towards it, so the way to a safe damping may be
+    up or down. Found with the digits it is shown with.
+    """
     for distance in np.geomspace(1.001, 1e6, 500):
         for factor in (1.0 / distance, distance):
-            damping = material.damping * float(factor)
+            damping = float(f"{material.damping * factor:.6g}")
+            if not 0.0 < damping < np.inf:
+                continue
             changed = Material(material.mass, damping, material.rigidity)
             if _worst(stiffness, closure, load, changed)[3] <= _allowed(load):
                 return damping

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.curves import CurveNetwork
-from elastomorph.errors import CurveError
+from elastomorph.curves import CurveNetwork, require_curves_of
 from elastomorph.mesh import Mesh
 from elastomorph.report.framing import View, camera_for, drawn_vertices
 from elastomorph.report.pictures import write_picture
@@ -80,11 +79,7 @@ def network_lines(mesh: Mesh, curves: CurveNetwork, width: float = 1.6) -> tuple
     Raises:
         CurveError: The curves belong to another mesh.
     """
-    if curves.vertex_count != len(mesh.vertices):
-        raise CurveError(
-            f"the curves belong to a mesh of {curves.vertex_count:,} vertices, this one has "
-            f"{len(mesh.vertices):,}: extract them from it"
-        )
+    require_curves_of(curves, len(mesh.vertices), mesh.name)
     colours = curve_colours(mesh, curves)
     shown = np.zeros(len(mesh.vertices), dtype=bool)
     shown[drawn_vertices(mesh)] = True

@@ -13,6 +13,7 @@ from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import ParameterError
 from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.morph import Morph
+from elastomorph.numbers import as_number, as_numbers
 from elastomorph.rig.fields import MorphFields, RigFields
 from elastomorph.rig.product import BLOCK, FieldProduct, checked_output
 from elastomorph.rig.sliders import Sliders
@@ -20,6 +21,8 @@ from elastomorph.rig.sliders import Sliders
 __all__ = ["Rig"]
 
 Times = float | Mapping[str, float]
+
+_NOISE = 1e-12
 
 
 class Rig:
@@ -122,7 +125,8 @@ class Rig:
             (V, 3) float64.
 
         Raises:
-            ParameterError: An unknown name, or a number that is not finite.
+            ParameterError: An unknown name, a number that is not finite, or weights to normalize
+                whose sum is 0.
         """
         zeta, times = self._blended(weights, t, normalize)
         return self._sum(zeta, times)
@@ -182,8 +186,8 @@ class Rig:
             (S, V, 3), `out` where it was given.
 
         Raises:
-            ParameterError: Shapes that do not fit, numbers that are not finite, or a buffer of
-                another type or layout.
+            ParameterError: Shapes that do not fit, numbers that are not finite, weights to
+                normalize whose sum is 0, or a buffer of another type or layout.
             MissingExtraError: PyTorch was asked for and is not installed.
         """
         zeta, moments = self._driven(weights, times, normalize)
@@ -224,7 +228,7 @@ class Rig:
         length = max(1, BLOCK // size) if block is None else block
         if not isinstance(length, int) or length < 1:
             raise ParameterError(f"a block must hold at least one face, found {block!r}")
-        when = None if times is None else np.asarray(times, dtype=np.float64)
+        when = None if times is None else as_numbers(times, "times")
         buffer = np.empty((min(length, max(len(table), 1)), *self.neutral.vertices.shape), real)
         for start in range(0, len(table), length):
             part = table[start : start + length]
@@ -250,7 +254,7 @@ class Rig:
             chosen = [name in t for name in self.names]
             moments[0, chosen] = given[chosen]
         else:
-            moments[:] = self.sliders.table(np.full((1, len(self.names)), t), "times")
+            moments[:] = as_number(t, "the time")
         zeta = _normalized(row) if normalize else row
         return self.sliders.drive(zeta)[0], self.sliders.spread(moments)[0]
 
@@ -262,10 +266,7 @@ class Rig:
         if times is None:
             driven = self.sliders.drive(table)
             return (driven != 0).astype(float), driven
-        try:
-            moments = np.asarray(times, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise ParameterError("times must be numbers") from None
+        moments = as_numbers(times, "times")
         if moments.shape == (len(table),):
             moments = moments[:, None]
         elif moments.shape not in ((), table.shape):
@@ -298,8 +299,20 @@ class Rig:
 
 
 def _normalized(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Each row over its sum.
+
+    Raises:
+        ParameterError: A sum is zero, or nothing but rounding.
+    """
     total = weights.sum(axis=1, keepdims=True)
-    return weights / np.where(total == 0, 1.0, total)
+    none = np.abs(total) <= _NOISE * np.abs(weights).sum(axis=1, keepdims=True)
+    if none.any():
+        where = f" of face {int(np.argmax(none))}" if len(weights) > 1 else ""
+        raise ParameterError(
+            f"the weights{where} sum to 0, so they cannot be divided by their sum: leave "
+            "normalize out, or give weights whose sum is not 0"
+        )
+    return weights / total
 
 
 def _real(dtype: DTypeLike) -> np.dtype[np.floating]:

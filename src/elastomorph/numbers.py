@@ -1,0 +1,56 @@
+"""Numbers as users give them: one, a list, an array; not what NumPy would make one of."""
+
+from __future__ import annotations
+
+from numbers import Real
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.errors import ParameterError
+
+__all__ = ["as_number", "as_numbers"]
+
+
+def as_numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Numbers as float64, of any shape.
+
+    NumPy takes None for a NaN, True for 1 and the text "1" for a number; nobody means that.
+
+    Raises:
+        ParameterError: Something else, named by `what`.
+    """
+    try:
+        given = np.asarray(values)
+    except (TypeError, ValueError):
+        given = np.empty((), dtype=np.str_)
+    mixed = given.dtype.kind == "O" and all(_is_number(value) for value in given.flat)
+    if given.dtype.kind not in "iuf" and not mixed:
+        shown = repr(values)
+        raise ParameterError(
+            f"{what} must be numbers, found {shown if len(shown) <= 60 else type(values).__name__}"
+        )
+    return given.astype(np.float64)
+
+
+def as_number(
+    value: object, what: str, *, above: float | None = None, least: float | None = None
+) -> float:
+    """One finite number as a float.
+
+    Raises:
+        ParameterError: Something else, not above a bound, or less than the least allowed.
+    """
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    number = float(value) if isinstance(value, Real) and _is_number(value) else np.nan
+    low = (above is not None and number <= above) or (least is not None and number < least)
+    if low or not np.isfinite(number):
+        bound = f" above {above:g}" if above is not None else ""
+        bound += f" ≥ {least:g}" if least is not None else ""
+        raise ParameterError(f"{what} must be a number{bound}, found {value!r}")
+    return number
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)

@@ -1,0 +1,102 @@
+"""Each setting of each method changes the path, or is refused in one sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import elastomorph as em
+from elastomorph.paths.method import METHODS, SETTINGS
+
+pytestmark = pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
+
+VALUES: dict[str, object] = {
+    "order": 3,
+    "load": em.Load([1.0, 1.0, 0.5]),
+    "material": em.Material(1, 20, 0.05),
+    "closure": "unforced",
+    "basis": "fourier",
+    "stiffness": "length",
+    "harmonics": 1,
+    "tolerance": 1e-2,
+    "straight_within": 10,
+}
+"""One value of each setting that differs from its default."""
+
+
+def sheet() -> em.Mesh:
+    side = np.linspace(0, 1, 5)
+    points = [[x, y, 0.1 * x * y] for y in side for x in side]
+    quads = [[5 * j + i, 5 * j + i + 1, 5 * j + i + 6, 5 * j + i + 5]
+             for j in range(4) for i in range(4)]  # fmt: skip
+    return em.Mesh(points, quads)
+
+
+SHEET = sheet()
+X, Y, Z = SHEET.vertices.T
+# Bent about its first edge, so that the far edge turns by two radians.
+TURN = 2 * X
+BENT = SHEET.with_vertices(np.stack([np.sin(TURN) / 2, Y**2, (1 - np.cos(TURN)) / 2 + Z], axis=1))
+# Rows of vertices as open curves of two lengths.
+ROWS = [em.Curve(np.arange(5 * j, 5 * j + 5), False) for j in range(4)]
+CURVES = em.CurveNetwork([*ROWS, em.Curve([20, 21, 22], False)], 25)
+
+
+def test_every_field_of_a_method_is_somebodys() -> None:
+    fields = {name for name in em.Method.__dataclass_fields__ if name != "name"}
+    assert {setting for settings in SETTINGS.values() for setting in settings} == fields
+    assert set(VALUES) == fields
+
+
+@pytest.mark.parametrize("setting", VALUES)
+@pytest.mark.parametrize("method", METHODS)
+def test_has_an_effect_or_is_refused(method: str, setting: str) -> None:
+    given = {setting: VALUES[setting]}
+    if setting not in SETTINGS[method]:
+        with pytest.raises(em.ParameterError, match=f"{method} has no {setting}; it has"):
+            em.interpolate(SHEET, BENT, method, curves=CURVES, **given)
+        return
+    usual = em.interpolate(SHEET, BENT, method, curves=CURVES)
+    other = em.interpolate(SHEET, BENT, method, curves=CURVES, **given)
+    times = np.linspace(0, 1, 9)
+    assert np.abs(usual.at(times) - other.at(times)).max() > 1e-9
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_is_no_network_is_refused_by_every_method(method: str) -> None:
+    for curves in ("nonsense", [[0, 1, 2]], 3):
+        with pytest.raises(em.CurveError, match="curves must be a CurveNetwork, as"):
+            em.interpolate(SHEET, BENT, method, curves=curves)  # type: ignore[arg-type]
+    with pytest.raises(em.CurveError, match="a mesh of 7 vertices, mesh has 25: extract them"):
+        em.interpolate(SHEET, BENT, method, curves=em.CurveNetwork([], 7))
+    em.interpolate(SHEET, BENT, method, curves=CURVES)  # tables give every method the same curves
+
+
+def test_a_setting_is_given_once() -> None:
+    with pytest.raises(em.ParameterError, match="the order is given twice"):
+        em.interpolate(SHEET, BENT, "beam:3", order=2)
+    with pytest.raises(em.ParameterError, match="the closure is given twice"):
+        em.interpolate(SHEET, BENT, "beam:3:rest", closure="limit")
+    for method, more in (("ease:2", {}), ("beam", {"order": 2})):
+        with pytest.raises(em.ParameterError, match="the order R stands for the load"):
+            em.interpolate(SHEET, BENT, method, load=em.Load([1, 1]), **more)
+
+
+def test_whole_numbers_are_numbers() -> None:
+    assert em.Method("arc", tolerance=1).tolerance == 1.0
+    assert em.Method("auto", straight_within=0).straight_within == 0.0
+    for tolerance in (0, -1, True, "1", float("nan")):
+        with pytest.raises(em.ParameterError, match="tolerance must be a number above 0"):
+            em.Method(tolerance=tolerance)  # type: ignore[arg-type]
+    for within in (-1e-9, True, None):
+        with pytest.raises(em.ParameterError, match="straight_within must be a number ≥ 0"):
+            em.Method(straight_within=within)  # type: ignore[arg-type]
+    with pytest.raises(em.ParameterError, match="harmonics must be a whole number"):
+        em.Method(harmonics=True)
+
+
+def test_a_material_is_only_given_to_methods_that_have_one() -> None:
+    """So that one material can be given to all rows of a table."""
+    steel = em.Material(1, 2, 3)
+    assert em.Method("beam").with_material(steel).material == steel
+    assert em.Method("linear").with_material(steel) == em.Method("linear")
