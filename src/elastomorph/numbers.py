@@ -12,10 +12,15 @@ from elastomorph.errors import ParameterError
 __all__ = ["as_number", "as_numbers"]
 
 
-def as_numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
+def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArray[np.float64]:
     """Numbers as float64, of any shape.
 
     NumPy takes None for a NaN, True for 1 and the text "1" for a number; nobody means that.
+
+    Args:
+        values: What was given.
+        what: What it is, for the message.
+        switches: Whether True and False are meant, as 1 and 0.
 
     Raises:
         ParameterError: Something else, named by `what`.
@@ -25,7 +30,7 @@ def as_numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     except (TypeError, ValueError):
         given = np.empty((), dtype=np.str_)
     mixed = given.dtype.kind == "O" and all(_is_number(value) for value in given.flat)
-    if given.dtype.kind not in "iuf" and not mixed:
+    if given.dtype.kind not in ("biuf" if switches else "iuf") and not mixed:
         shown = repr(values)
         raise ParameterError(
             f"{what} must be numbers, found {shown if len(shown) <= 60 else type(values).__name__}"

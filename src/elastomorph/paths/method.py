@@ -78,11 +78,10 @@ class Method:
             raise ParameterError(f"material must be a Material, found {self.material!r}")
         if self.load is None:
             Load.power(self.order)
-        for name, value in (
-            ("tolerance", as_number(self.tolerance, "tolerance", above=0)),
-            ("straight_within", as_number(self.straight_within, "straight_within", least=0)),
-        ):
-            object.__setattr__(self, name, value)
+        tolerance = as_number(self.tolerance, "tolerance", above=0)
+        within = as_number(self.straight_within, "straight_within", least=0)
+        object.__setattr__(self, "tolerance", tolerance)
+        object.__setattr__(self, "straight_within", within)
         whole = isinstance(self.harmonics, int) and not isinstance(self.harmonics, bool)
         if self.harmonics is not None and not (whole and self.harmonics >= 0):
             raise ParameterError(f"harmonics must be a whole number ≥ 0, found {self.harmonics!r}")

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import ParameterError
-from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
-from elastomorph.numbers import as_number, as_numbers
+from elastomorph.numbers import as_numbers
 from elastomorph.rig.fields import MorphFields, RigFields
+from elastomorph.rig.moments import Times, Weights, named_moments, table_moments
 from elastomorph.rig.product import BLOCK, FieldProduct, checked_output
-from elastomorph.rig.sliders import Sliders
+from elastomorph.rig.sliders import Sliders, named_lists
+from elastomorph.rig.targets import paths_to
+
+if TYPE_CHECKING:
+    from elastomorph.paths import Method
 
 __all__ = ["Rig"]
-
-Times = float | Mapping[str, float]
-
-_NOISE = 1e-12
 
 
 class Rig:
@@ -30,11 +33,14 @@ class Rig:
 
     Args:
         neutral: The face at rest.
-        morphs: Path of each expression by name, all from this neutral.
+        morphs: Path of each expression by name, all from this neutral; or its target, a mesh, to
+            which a path is made.
         correctives: Drivers of each combination shape: its weight is the product of theirs. Name
             the corrective itself among them if it has a slider of its own, as ``mouthClose`` on
             top of ``jawOpen``: ``{"mouthClose": ("jawOpen", "mouthClose")}``.
         groups: Names of groups and the morphs in each.
+        method: How paths are made to the targets that are meshes, as for `elastomorph.interpolate`;
+            ``auto`` by default, with D the extent of what the targets move.
 
     Attributes:
         neutral: The face at rest.
@@ -43,29 +49,26 @@ class Rig:
 
     Raises:
         TopologyError: A morph belongs to another mesh.
-        ParameterError: A morph starts at another neutral, or a name is unknown.
+        MeshError: The neutral is no mesh.
+        ParameterError: A morph starts at another neutral, a name is unknown, or a method was given
+            although every path is there.
     """
 
     def __init__(
         self,
         neutral: Mesh,
-        morphs: Mapping[str, Morph],
+        morphs: Mapping[str, Morph | Mesh],
         *,
         correctives: Mapping[str, Sequence[str]] | None = None,
         groups: Mapping[str, Sequence[str]] | None = None,
+        method: str | Method | None = None,
     ) -> None:
-        for name, morph in morphs.items():
-            require_same_topology(neutral, morph.neutral)
-            if not np.array_equal(neutral.vertices, morph.neutral.vertices):
-                raise ParameterError(
-                    f"the morph {name!r} starts at another neutral than that of the rig"
-                )
         self.neutral = neutral
-        self.morphs: Mapping[str, Morph] = MappingProxyType(dict(morphs))
+        self.morphs: Mapping[str, Morph] = MappingProxyType(paths_to(neutral, morphs, method))
         self.sliders = Sliders(
             tuple(self.morphs),
-            {name: tuple(drivers) for name, drivers in (correctives or {}).items()},
-            {name: tuple(members) for name, members in (groups or {}).items()},
+            named_lists(correctives, "correctives"),
+            named_lists(groups, "groups"),
         )
         self._products: dict[np.dtype[np.floating], FieldProduct] = {}
 
@@ -91,33 +94,35 @@ class Rig:
             self.sliders.require(name, self.sliders.morphs)
         return Rig(self.neutral, {name: self.morphs[name] for name in names})
 
-    def pose(self, weights: Mapping[str, float]) -> NDArray[np.float64]:
+    def pose(self, weights: Weights) -> NDArray[np.float64]:
         """Positions under slider weights, as an animator sets them.
 
         The weight of a morph is the parameter t of its path: V = V₀ + Σ_j (w^j(t_j) - V₀). Only
         morphs that are not at 0, and only their vertices, are computed.
 
         Args:
-            weights: Weight of each slider by name; those left out are 0.
+            weights: Weight of each slider by name; those left out are 0. Or (J,) weights of all
+                sliders in the order of `names`.
 
         Returns:
             (V, 3) float64.
 
         Raises:
-            ParameterError: An unknown name, or a weight that is not a finite number.
+            ParameterError: An unknown name, a weight that is not a finite number, or more or fewer
+                weights than sliders.
         """
         times = self.sliders.drive(self.sliders.row(weights)[None])[0]
         return self._sum((times != 0).astype(float), times)
 
     def blend(
-        self, weights: Mapping[str, float], t: Times = 1.0, *, normalize: bool = False
+        self, weights: Weights, t: Times = 1.0, *, normalize: bool = False
     ) -> NDArray[np.float64]:
         """Positions under blend weights ζ at one common time: V₀ + Σ ζ_j (w^j(t) - V₀).
 
         For Σζ = 1 this is Eq. 38; otherwise Eq. 38 would scale the neutral.
 
         Args:
-            weights: ζ of each slider by name; those left out are 0.
+            weights: ζ of each slider, by name or in order as for `pose`.
             t: The time, or one for each slider by name (1 where left out).
             normalize: Divide the weights by their sum, as the paper does.
 
@@ -128,19 +133,19 @@ class Rig:
             ParameterError: An unknown name, a number that is not finite, or weights to normalize
                 whose sum is 0.
         """
-        zeta, times = self._blended(weights, t, normalize)
+        zeta, times = named_moments(self.sliders, weights, t, normalize)
         return self._sum(zeta, times)
 
     def velocity(
         self,
-        weights: Mapping[str, float],
-        rates: Mapping[str, float],
+        weights: Weights,
+        rates: Weights,
     ) -> NDArray[np.float64]:
         """How fast the vertices of a pose move while sliders move.
 
         Args:
             weights: Weight of each slider, as for `pose`.
-            rates: How fast each weight changes, per unit of time; 0 where left out.
+            rates: How fast each weight changes, per unit of time, likewise.
 
         Returns:
             (V, 3) float64, unit of length per the same unit of time.
@@ -190,7 +195,7 @@ class Rig:
                 normalize whose sum is 0, or a buffer of another type or layout.
             MissingExtraError: PyTorch was asked for and is not installed.
         """
-        zeta, moments = self._driven(weights, times, normalize)
+        zeta, moments = table_moments(self.sliders, weights, times, normalize)
         shape = (len(zeta), *self.neutral.vertices.shape)
         out = np.empty(shape, dtype=_real(dtype)) if out is None else checked_output(out, shape)
         flat = out.reshape(len(out), shape[1] * 3)
@@ -244,51 +249,71 @@ class Rig:
                     fields.add_to(positions, [weight * f for f in fields.factors_at(time)])
         return positions
 
-    def _blended(
-        self, weights: Mapping[str, float], t: Times, normalize: bool
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        row = self.sliders.row(weights)[None]
-        moments = np.ones((1, len(self.names)))
-        if isinstance(t, Mapping):
-            given = self.sliders.row(t)
-            chosen = [name in t for name in self.names]
-            moments[0, chosen] = given[chosen]
-        else:
-            moments[:] = as_number(t, "the time")
-        zeta = _normalized(row) if normalize else row
-        return self.sliders.drive(zeta)[0], self.sliders.spread(moments)[0]
-
-    def _driven(
-        self, weights: ArrayLike, times: ArrayLike | None, normalize: bool
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(S, morphs) ζ and times from what a caller of `batch` gave."""
-        table = self.sliders.table(weights)
-        if times is None:
-            driven = self.sliders.drive(table)
-            return (driven != 0).astype(float), driven
-        moments = as_numbers(times, "times")
-        if moments.shape == (len(table),):
-            moments = moments[:, None]
-        elif moments.shape not in ((), table.shape):
-            raise ParameterError(
-                f"times must be one number, ({len(table)},) or {table.shape}, found {moments.shape}"
-            )
-        moments = self.sliders.table(np.broadcast_to(moments, table.shape), "times")
-        zeta = _normalized(table) if normalize else table
-        return self.sliders.drive(zeta), self.sliders.spread(moments)
-
     def _product(self, dtype: np.dtype[np.floating]) -> FieldProduct:
         if dtype not in self._products:
             self._products[dtype] = FieldProduct(self.fields, self.fields.matrix(dtype))
         return self._products[dtype]
 
+    def save(self, path: str | Path, **options: Any) -> Any:
+        """Write the rig to a file (.glb, .usd, .usda, .usdc, .npz): `elastomorph.write`.
+
+        Args:
+            path: The file; its suffix names the format and its folder must exist.
+            **options: Of the format, see its writer.
+
+        Returns:
+            What the writer reports.
+
+        Raises:
+            FormatError: The suffix is unknown, or the format cannot hold the rig.
+            FileError: The file cannot be written.
+            MissingExtraError: The format needs a package that is not installed.
+        """
+        # Upward imports, as those of `Evaluation`: a user with a rig in hand looks for them here.
+        from elastomorph.io import write
+
+        return write(path, self, **options)
+
+    def view(self, *, say: Callable[[str], object] = print) -> None:
+        """Show the rig in the browser, served to this machine only, until Ctrl-C.
+
+        Args:
+            say: Told the address.
+
+        Raises:
+            ParameterError: The mesh has no polygons.
+            FormatError: Coordinates too large for single precision.
+            MissingExtraError: pygltflib is not installed.
+        """
+        import webbrowser
+
+        from elastomorph.viewer import rig_scene, serve
+
+        with serve(rig_scene(self, title=repr(self))) as server:
+            say(f"{server.address}\nshown to this machine only; Ctrl-C ends it")
+            webbrowser.open(server.address)
+            server.wait()
+
     def _repr_html_(self) -> str:
         """The viewer, for a notebook."""
-        # An upward import, as that of `Evaluation.plot`: a notebook asks the thing itself, and
-        # only where there is a notebook is the viewer needed.
         from elastomorph.viewer.notebook import notebook_html
 
         return notebook_html(self)
+
+    def __getitem__(self, name: str) -> Morph:
+        """The path of this name.
+
+        Raises:
+            ParameterError: There is none.
+        """
+        self.sliders.require(name, self.sliders.morphs)
+        return self.morphs[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.sliders.morphs
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.morphs)
 
     def __len__(self) -> int:
         return len(self.morphs)
@@ -296,23 +321,6 @@ class Rig:
     def __repr__(self) -> str:
         bends = sum(len(morph.bends) for morph in self.morphs.values())
         return f"Rig({len(self)} morphs, {bends} bends, {len(self.neutral.vertices):,} vertices)"
-
-
-def _normalized(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Each row over its sum.
-
-    Raises:
-        ParameterError: A sum is zero, or nothing but rounding.
-    """
-    total = weights.sum(axis=1, keepdims=True)
-    none = np.abs(total) <= _NOISE * np.abs(weights).sum(axis=1, keepdims=True)
-    if none.any():
-        where = f" of face {int(np.argmax(none))}" if len(weights) > 1 else ""
-        raise ParameterError(
-            f"the weights{where} sum to 0, so they cannot be divided by their sum: leave "
-            "normalize out, or give weights whose sum is not 0"
-        )
-    return weights / total
 
 
 def _real(dtype: DTypeLike) -> np.dtype[np.floating]:

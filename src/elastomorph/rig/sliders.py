@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.numbers import as_numbers
 
-__all__ = ["Sliders"]
+__all__ = ["Sliders", "Weights", "named_lists"]
+
+Weights = Mapping[str, float] | ArrayLike
 
 Number = TypeVar("Number", np.float64, np.complex128)
 
@@ -60,12 +63,25 @@ class Sliders:
         """The sliders in order: every morph but the correctives that others drive entirely."""
         return tuple(name for name in self.morphs if name in self.correctives.get(name, (name,)))
 
-    def row(self, weights: Mapping[str, float]) -> NDArray[np.float64]:
-        """(sliders,) weights by name in their order; those left out are 0.
+    def row(self, weights: Weights) -> NDArray[np.float64]:
+        """(sliders,) weights in the order of the sliders; those that no name was given are 0.
+
+        Args:
+            weights: Weights by name, or one for each slider in their order.
 
         Raises:
-            ParameterError: An unknown name, or a weight that is not a finite number.
+            ParameterError: An unknown name, a weight that is not a finite number, or more or fewer
+                weights than sliders.
         """
+        if not isinstance(weights, Mapping):
+            given = as_numbers(weights, "weights", switches=True)
+            if given.shape != (len(self.names),):
+                raise ParameterError(
+                    f"the rig has {len(self.names)} sliders ({', '.join(self.names[:4])}"
+                    f"{', …' if len(self.names) > 4 else ''}), so weights in their order must be "
+                    f"that many numbers, found {given.shape}"
+                )
+            return self._finite(given)
         column = self._column
         row = np.zeros(len(column))
         for name, weight in weights.items():
@@ -85,12 +101,7 @@ class Sliders:
         Raises:
             ParameterError: Another shape, or a number that is not finite.
         """
-        try:
-            table = np.asarray(weights, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise ParameterError(
-                f"{what} must be numbers of shape (S, {len(self.names)})"
-            ) from None
+        table = as_numbers(weights, what, switches=True)
         if table.ndim != 2 or table.shape[1] != len(self.names):
             raise ParameterError(
                 f"{what} must have shape (S, {len(self.names)}), one column for each slider "
@@ -140,3 +151,22 @@ class Sliders:
                 + f" is {table[tuple(place)]}; weights and times must be finite numbers"
             )
         return table
+
+
+def named_lists(named: Mapping[str, Sequence[str]] | None, what: str) -> dict[str, tuple[str, ...]]:
+    """Drivers of correctives or members of groups, by name.
+
+    Raises:
+        ParameterError: Not a mapping from names to lists of names.
+    """
+    named = {} if named is None else named
+    lists = isinstance(named, Mapping) and not any(isinstance(of, str) for of in named.values())
+    try:
+        if lists:
+            return {name: tuple(of) for name, of in named.items()}
+    except TypeError:
+        pass
+    raise ParameterError(
+        f"{what} are a mapping from names to lists of names, such as {{'name': ['a', 'b']}}, "
+        f"found {named!r}"
+    )
