@@ -4,8 +4,10 @@
 
 Reads ``animface/jaw.npz`` and ``animface/eyebrows.npz`` (41 named markers at 60 frames a second)
 from the folder of real data: ``--data``, or ``ELASTOMORPH_DATA``, or ``../shared/data`` beside
-the checkout. How a movement is cut out of a take matters, so the last table shows what becomes of
-the errors when less or more of the rest and of the apex belongs to it.
+the checkout. How a movement is cut out of a take matters, so one table shows what becomes of the
+errors when less or more of the rest and of the apex belongs to it. Another shows what recorded
+frames as in-betweens are worth, by the law between them; the last whether any method has a worse
+path than ``linear``, on the motion of the built-in head too, which has a surface.
 """
 
 from __future__ import annotations
@@ -18,23 +20,37 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.errors import ElastomorphWarning
-from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, MethodResult
+from elastomorph.errors import ElastomorphWarning, MeshError
+from elastomorph.evaluation import (
+    DEFAULT_METHODS,
+    Evaluation,
+    MethodResult,
+    evaluate,
+    suggest_inbetweens,
+)
 from elastomorph.evaluation.movements import evaluate_movements
 from elastomorph.evaluation.segments import Movement
 from elastomorph.evaluation.summary import mean_summaries, same
 from elastomorph.evaluation.table import method_table
 from elastomorph.io.curve_file import read_curves
 from elastomorph.io.marker_take import read_marker_take
+from elastomorph.paths import interpolate
+from elastomorph.paths.through import LAWS
+from elastomorph.samples import recorded_motion
+from elastomorph.sequence import MeshSequence
 from measuring import data_folder
 
 TAKES = ("jaw", "eyebrows")
-METHODS = (*DEFAULT_METHODS, "beam:2:compatible", "beam:2:unforced")
+METHODS = (*DEFAULT_METHODS, "beam:2:compatible", "beam:2:unforced", "arc")
+ON_SURFACES = ("rotation", "auto")
+ALLOWED = 2e-4
+MOST_INBETWEENS = 3
 EASE, BEAM = "ease R=2", "beam R=2"
 EDGE = 0.05
 EDGES = (0.0, 0.02, EDGE, 0.1, 0.2)
@@ -73,7 +89,9 @@ def main() -> int:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ElastomorphWarning)
         takes = [folder / "animface" / f"{take}.npz" for take in TAKES]
-        judged = [one for take in takes for one in judge(take)]
+        methods, reasons = usable(takes[0])
+        judged = [one for take in takes for one in judge(take, methods=methods)]
+        scan = evaluate(recorded_motion(), (*METHODS, *ON_SURFACES))
         cuts = {
             edge: [one for take in takes for one in judge(take, edge, ("linear", "ease:2"))]
             for edge in EDGES
@@ -100,6 +118,8 @@ def main() -> int:
         means = mean_summaries([one.evaluation for one in group])
         console.print(method_table(means, f"Mean over {len(group)} {kind}", shape=False))
     console.print(cut_table(cuts))
+    console.print(law_table(judged))
+    console.print(path_table(judged, scan, reasons))
     console.print(Text(conclusion(kinds)))
     return 0
 
@@ -113,6 +133,21 @@ def judge(path: Path, edge: float = EDGE, methods: Sequence[str] = METHODS) -> l
             take.motion, marker_curves(take.names), lambda _: methods, edge=edge
         )
     ]
+
+
+def usable(path: Path) -> tuple[list[str], dict[str, str]]:
+    """The methods that work on markers, and why the others do not."""
+    take = read_marker_take(path)
+    curves = marker_curves(take.names)
+    methods, reasons = list(METHODS), {}
+    for method in ON_SURFACES:
+        try:
+            interpolate(take.motion.mesh, take.motion.target, method, curves=curves)
+        except MeshError as error:
+            reasons[method] = str(error)
+        else:
+            methods.append(method)
+    return methods, reasons
 
 
 def marker_curves(names: Sequence[str]) -> CurveNetwork:
@@ -165,6 +200,74 @@ def cut_table(cuts: Mapping[float, Sequence[Judged]]) -> Table:
                 str(sum(e.lme > s.lme for e, s in zip(ease, linear, strict=True))),
             )
     return table
+
+
+def law_table(judged: Sequence[Judged]) -> Table:
+    """How many times smaller the mean LME is with in-betweens than without, by number and law."""
+    table = Table(
+        title=f"Mean LME of linear over that with the best in-betweens, {len(judged)} movements",
+        title_justify="left",
+        caption="better: of smooth and spline, on each movement the one that leaves less",
+        caption_justify="left",
+    )
+    for header in ("in-betweens", *LAWS, "better"):
+        table.add_column(header, justify="right")
+    columns = [in_between_errors(judged, law) for law in (*LAWS, None)]
+    for number in range(1, MOST_INBETWEENS + 1):
+        ratios = [np.mean(errors[:, 0]) / np.mean(errors[:, number]) for errors in columns]
+        table.add_row(str(number), *(f"{ratio:.2f}" for ratio in ratios))
+    return table
+
+
+def in_between_errors(judged: Sequence[Judged], law: str | None) -> NDArray[np.float64]:
+    """(movements, 1 + MOST_INBETWEENS) LME with none, one, two, … best placed in-betweens."""
+    truths: list[tuple[MeshSequence, CurveNetwork]]
+    truths = [(one.evaluation.truth, one.evaluation.curves) for one in judged]
+    return np.array(
+        [
+            [
+                each.lme
+                for each in suggest_inbetweens(truth, MOST_INBETWEENS, curves=curves, method=law)
+            ]
+            for truth, curves in truths
+        ]
+    )
+
+
+def path_table(judged: Sequence[Judged], scan: Evaluation, reasons: Mapping[str, str]) -> Table:
+    """Path error of each method: the mean, and how much worse than linear on the worst movement."""
+    table = Table(
+        title="Path error, LME with free timing",
+        title_justify="left",
+        caption="\n".join(
+            [
+                f"% of D. worse: than linear, on the worst movement; bold above {ALLOWED:.2%}",
+                *(f"{method} on markers: {reason}" for method, reason in reasons.items()),
+            ]
+        ),
+        caption_justify="left",
+    )
+    table.add_column("method", no_wrap=True)
+    for header in (f"{len(judged)} movements", "worse", "built-in scans", "worse"):
+        table.add_column(header, justify="right")
+    for result in scan.results:
+        label = result.label
+        if label in reasons:
+            means = [Text("-"), Text("-")]
+        else:
+            own = np.array([one.evaluation[label].path_lme for one in judged])
+            straight = np.array([one.evaluation["linear"].path_lme for one in judged])
+            means = [Text(f"{100 * own.mean():.3f}"), worse(float((own - straight).max()))]
+        beyond = result.path_lme - scan["linear"].path_lme
+        table.add_row(Text(label), *means, f"{100 * result.path_lme:.3f}", worse(beyond))
+    return table
+
+
+def worse(difference: float) -> Text:
+    """How much worse than linear, in % of D."""
+    return Text(
+        f"{round(100 * difference, 3) + 0.0:+.3f}", style="bold" if difference > ALLOWED else ""
+    )
 
 
 def conclusion(kinds: Mapping[str, Sequence[Judged]]) -> str:

@@ -91,8 +91,8 @@ def find_movements(
     offset.
 
     In speech, excursions run together. Where an onset or offset turns back by more than `turn` of
-    its rise, it is split at both ends of the turn, and each part, the turn too, is a movement if it
-    reaches `least_rise`; so no movement found turns back farther.
+    its rise, from lowest to highest, it is split at both ends of the turn, and each part, the turn
+    too, is a movement if it reaches `least_rise`; so no movement found turns back farther.
 
     Args:
         frames: (T, N, 3) positions of markers or vertices, rigid head motion removed, at a
@@ -143,7 +143,7 @@ def find_movements(
         if stop < quiet_to:
             stretches.append((peak, stop + int(np.argmin(level[stop:quiet_to]))))
         for stretch in stretches:
-            for part in _one_way(level, stretch, turn * (1 - 2 * edge)):
+            for part in _one_way(level, stretch, turn):
                 if abs(level[part[1]] - level[part[0]]) >= least_rise:
                     found.append(_trimmed(level, *part, edge))
     return [move for move in found if move.stop - move.start + 1 >= shortest]
