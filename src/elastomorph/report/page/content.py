@@ -60,9 +60,8 @@ def column_words(
         element("b", "means"),
         " are over the inner frames. With ",
         element("b", "free timing"),
-        " each recorded frame is compared with the moment of the path that fits it best: what "
-        "falls there was timing. Fits best means the least sum of squares over all curves; the "
-        "table shows maxima, so a number may rise there.",
+        " each recorded frame is compared with a moment of the path of its own, in order: those "
+        "at which the largest error is smallest. What falls there was timing.",
     ]
     if shape:
         words += [
