@@ -131,6 +131,39 @@ def test_without_being_told_to_the_head_is_left_where_it_is(
     assert not examined(face, rig).repaired
 
 
+@pytest.mark.parametrize(
+    ("kind", "forth"),
+    [
+        ("different-units", lambda points: 100.0 * points),
+        ("different-axes", lambda points: points[:, [0, 2, 1]] * [1, -1, 1]),
+        ("mirrored", lambda points: points * [-1, 1, 1]),
+    ],
+)
+def test_a_neutral_that_differs_from_all_its_targets_is_the_one_to_blame(
+    face: Mesh, rig: dict[str, Mesh], kind: str, forth: Callable[..., np.ndarray]
+) -> None:
+    targets = {name: mesh.with_vertices(forth(mesh.vertices)) for name, mesh in rig.items()}
+    found = examined(face, targets)
+    assert names(found) == [(kind, "neutral.obj")]
+    assert list(found.repaired) == ["neutral.obj"]
+    np.testing.assert_allclose(
+        found.repaired["neutral.obj"].mesh.vertices, forth(face.vertices), rtol=1e-14
+    )
+    # One that agrees with the neutral is then the odd one out.
+    found = examined(face, {**targets, "zz.obj": rig[SMILE]})
+    assert (kind, "neutral.obj") in names(found)
+    assert (kind, "zz.obj") in names(found)
+
+
+def test_an_expression_that_enlarges_the_face_is_no_other_unit(
+    face: Mesh, rig: dict[str, Mesh]
+) -> None:
+    drop = np.exp(-np.maximum(face.vertices[:, 1] - face.vertices[:, 1].min(), 0) / 5.0)
+    dropped = face.vertices - 0.6 * face.diameter * drop[:, None] * [0, 1, 0]
+    found = examined(face, {**rig, "jawOpen.obj": face.with_vertices(dropped)})
+    assert not [one for one in found.findings if one.severity == "error"]
+
+
 def test_faults_across_targets(face: Mesh, rig: dict[str, Mesh]) -> None:
     faulty = {**rig, "puff.obj": face, "z_browInnerUp.obj": rig["browInnerUp.obj"]}
     assert names(examined(face, faulty)) == [

@@ -52,6 +52,29 @@ def test_expressions_change_no_frame(face: Mesh, rig: dict[str, Mesh]) -> None:
         assert (frame.factor, frame.same_axes) == (1.0, True)
 
 
+def test_a_face_that_an_expression_enlarges_has_its_unit(face: Mesh) -> None:
+    """The lower half drops by half a head: sizes change by a third, most distances do not."""
+    below = face.vertices[:, 1] < np.median(face.vertices[:, 1])
+    dropped = face.vertices - np.where(below, 0.5 * face.diameter, 0.0)[:, None] * [0, 1, 0]
+    spread = [
+        np.median(np.linalg.norm(p - np.median(p, axis=0), axis=1))
+        for p in (face.vertices, dropped)
+    ]
+    assert spread[1] / spread[0] > 1.3
+    assert frame_between(face.vertices, dropped, 1.2).is_same
+    assert frame_between(face.vertices, 2.54 * dropped, 1.2).factor == 2.54
+
+
+def test_the_inverse_goes_back(face: Mesh) -> None:
+    for axes, signs in ORIENTATIONS:
+        frame = Frame(25.4, "such as millimetres instead of inches", axes, signs)
+        there = frame.forth(face.vertices)
+        np.testing.assert_allclose(frame.back(there), face.vertices, rtol=1e-14, atol=1e-13)
+        np.testing.assert_allclose(frame.inverse().forth(there), face.vertices, rtol=1e-12)
+        assert frame.inverse().unit == "such as inches instead of millimetres"
+        assert frame.inverse().inverse().is_like(frame)
+
+
 def test_points_at_one_place_have_no_frame() -> None:
     here = np.zeros((5, 3))
     frame = frame_between(here, here + 1.0, 1.2)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from planted_faults import shuffled, turn
 
+from elastomorph.components import component_of
 from elastomorph.doctor import Settings, as_document, as_text, examine_files, repair
 from elastomorph.doctor.files import read_seeds, rig_paths
 from elastomorph.errors import ElastomorphError, FileError, FormatError, ParameterError
@@ -48,6 +50,68 @@ def test_the_repaired_folder_is_a_rig(folder: Path, tmp_path: Path, rig: dict[st
     assert "2 files repaired and read back, 2 copied" in text
     assert "left out, as they could not be repaired: wrong.obj" in text
     assert as_document(found, done)["repair"]["copied"] == list(done.copied)
+
+
+def test_a_repair_that_brings_something_new_is_not_written(
+    folder: Path, tmp_path: Path, face: Mesh
+) -> None:
+    """As if the numbering found were wrong: two vertices that lie apart change places."""
+    found = examine_files([folder])
+    (file,) = found.repaired
+    good = found.repaired[file]
+    points = good.mesh.vertices.copy()
+    points[[2100, 100]] = points[[100, 2100]]
+    bad = replace(good, mesh=good.mesh.with_vertices(points))
+    done = repair(replace(found, repaired={file: bad}), tmp_path / "fixed")
+    assert not done.repaired
+    ((name, why),) = done.refused
+    assert name == file
+    assert "vertices that jump" in why
+    assert sorted(path.name for path in (tmp_path / "fixed").iterdir()) == [
+        "browInnerUp.obj", "neutral.obj", "smile.obj"
+    ]  # fmt: skip
+    assert "blink.npz was not written: " in as_text(found, done)
+    assert as_document(found, done)["repair"]["refused"] == [{"file": file, "why": why}]
+
+
+def test_reversed_polygons_are_wound_again_and_nothing_else(
+    folder: Path, tmp_path: Path, face: Mesh, rig: dict[str, Mesh]
+) -> None:
+    """One piece of a target: positions are as in the sound one, bit for bit."""
+    smile = rig["mouthSmile_L.obj"]
+    part = component_of(len(face.vertices), face.edges)
+    for piece in range(part.max() + 1):
+        faces = [f.tolist()[::-1] if part[f[0]] == piece else f.tolist() for f in smile.faces]
+        write(folder / "smile.obj", Mesh(smile.vertices, faces))
+        found = examine_files([folder / "neutral.obj", folder / "smile.obj"])
+        (one,) = [f for f in found.findings if f.severity == "error"]
+        assert one.name == "reversed-winding"
+        assert one.vertices == tuple(np.flatnonzero(part == piece))
+        done = repair(found, tmp_path / f"fixed{piece}")
+        assert len(done.repaired) == 1
+        again = read(tmp_path / f"fixed{piece}" / "smile.obj")
+        assert again.faces == face.faces
+        np.testing.assert_array_equal(again.vertices, smile.vertices)
+
+
+def test_a_neutral_in_another_unit_is_brought_to_its_targets(
+    tmp_path: Path, face: Mesh, rig: dict[str, Mesh]
+) -> None:
+    place = tmp_path / "rig"
+    place.mkdir()
+    write(place / "neutral.obj", face)
+    for name, mesh in rig.items():
+        write(place / name, mesh.with_vertices(100.0 * mesh.vertices))
+    found = examine_files([place])
+    assert [(one.name, Path(one.file).name) for one in found.findings] == [
+        ("different-units", "neutral.obj")
+    ]
+    done = repair(found, tmp_path / "fixed")
+    assert [Path(file).name for file, _ in done.repaired] == ["neutral.obj"]
+    assert not examine_files([tmp_path / "fixed"]).findings
+    factorless = replace(found, repaired={}, beyond_repair=(found.neutral,))
+    with pytest.raises(ParameterError, match="no rig to write"):
+        repair(factorless, tmp_path / "none")
 
 
 def test_the_folder_examined_is_refused(folder: Path) -> None:

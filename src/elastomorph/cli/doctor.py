@@ -26,7 +26,11 @@ def add_to(app: typer.Typer) -> None:
 
 def doctor(
     files: Annotated[
-        list[Path], typer.Argument(help="A neutral and its targets, or a folder of them.")
+        list[Path],
+        typer.Argument(
+            help="A neutral and its targets, a folder of them, a rig (.glb, .usd, .fbx, "
+            ".npz), settings (.toml), or 'built-in'."
+        ),
     ],
     repair_to: Annotated[
         Path | None,
@@ -86,7 +90,7 @@ def doctor(
         beam = (mass, damping, rigidity, order, closure)
         settings = _settings(seeds, align, pairs, beam, bend)
         with options.progress(as_json) as say:
-            examination = examine_files(options.mesh_files(files), settings, say=say)
+            examination = examine_files(files, settings, say=say)
             written = None
             if repair_to is not None and examination.facts is not None:
                 say(f"writing {repair_to}")

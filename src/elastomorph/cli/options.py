@@ -131,28 +131,6 @@ def named_rig(rig: str, settings: Path | None) -> Path | None:
     return None if rig == "built-in" else Path(rig)
 
 
-def mesh_files(files: list[Path]) -> list[Path]:
-    """The files named, with the neutral and the targets of a character in place of its settings.
-
-    Args:
-        files: Files and folders; a settings file, or one folder that holds one, is a character.
-    """
-    from elastomorph.settings import find_settings, read_settings
-    from elastomorph.settings.sources import find_sources
-
-    found: list[Path] = []
-    for file in files:
-        own = file if file.suffix.lower() == ".toml" else None
-        if own is None and len(files) == 1 and file.is_dir():
-            own = find_settings(file)
-        sources = None if own is None else find_sources(read_settings(own))
-        if sources is None or sources.neutral is None:
-            found.append(file)
-        else:
-            found += [sources.neutral, *sources.targets.values()]
-    return found
-
-
 def curve_file(keep: Path | None, settings: Path | None) -> Path | None:
     """The curves that the command line names, or else settings."""
     if keep is not None or settings is None:

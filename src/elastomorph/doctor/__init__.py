@@ -1,7 +1,8 @@
 """Are these files one rig, and a sound one? What is found has a name, a place and a remedy."""
 
 from elastomorph.doctor.checks.material import BeamSettings
-from elastomorph.doctor.examination import Examination, Settings, examine
+from elastomorph.doctor.examination import Examination, Settings
+from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.doctor.files import examine_files
 from elastomorph.doctor.findings import KINDS, SEVERITIES, Finding
 from elastomorph.doctor.repair import Repair, repair
@@ -21,5 +22,6 @@ __all__ = [
     "as_text",
     "examine",
     "examine_files",
+    "examine_rig",
     "repair",
 ]

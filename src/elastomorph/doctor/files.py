@@ -1,4 +1,4 @@
-"""Reads what a doctor is given: files or a folder, and pairs of vertices that are known."""
+"""Reads what a doctor is given: meshes, a folder, a rig, and pairs of vertices that are known."""
 
 from __future__ import annotations
 
@@ -6,32 +6,54 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from elastomorph.doctor.examination import Examination, Settings, examine, unreadable_neutral
+from elastomorph.doctor.examination import Examination, Settings, unreadable_neutral
+from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.errors import ElastomorphError, FormatError, ParameterError
-from elastomorph.io import read
+from elastomorph.io import read, read_rig
 from elastomorph.io.atomic import read_bytes
+from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes
 from elastomorph.io.rig_folder import find_rig_files
 from elastomorph.mesh import Mesh
+from elastomorph.rig import Rig
 
-__all__ = ["examine_files", "read_seeds", "rig_paths"]
+__all__ = ["BUILT_IN", "examine_files", "read_seeds", "rig_paths"]
+
+BUILT_IN = "built-in"
+"""In place of a file: the built-in head with its shapes and expressions."""
 
 
 def rig_paths(paths: Sequence[str | Path]) -> tuple[Path, ...]:
     """The neutral, then the targets.
 
     Args:
-        paths: A folder with a neutral and its targets, or a neutral and its targets.
+        paths: A folder with a neutral and its targets, settings of a character that is made of
+            meshes, or a neutral and its targets.
 
     Raises:
         FileError: No such folder, no neutral in it or several, no targets.
-        ParameterError: A folder beside other paths, or a file twice.
+        FormatError: Settings that cannot be understood.
+        ParameterError: A folder, settings or a rig beside other paths, or a file twice.
     """
+    from elastomorph.settings import find_settings, read_settings
+    from elastomorph.settings.sources import find_sources
+
     files = [Path(path) for path in paths]
-    if len(files) == 1 and files[0].is_dir():
-        return find_rig_files(files[0]).all
+    if len(files) == 1:
+        folder = files[0].is_dir()
+        own = find_settings(files[0]) if folder else files[0] if _is_settings(files[0]) else None
+        sources = None if own is None else find_sources(read_settings(own))
+        if sources is not None and sources.rig is not None:
+            return (sources.rig,)
+        if sources is not None:
+            return (sources.main, *sources.targets.values())
+        return find_rig_files(files[0]).all if folder else tuple(files)
+    rigs = set(known_suffixes(RIG_FORMATS)) - set(known_suffixes(MESH_FORMATS))
     for file in files:
-        if file.is_dir():
-            raise ParameterError(f"{file} is a folder: name it alone, or name files")
+        what = "a folder" if file.is_dir() else "a settings file" if _is_settings(file) else ""
+        if file.suffix.lower() in rigs or str(file) == BUILT_IN:
+            what = "a rig"
+        if what:
+            raise ParameterError(f"{file} is {what}: name it alone, or name mesh files")
     twice = next((file for i, file in enumerate(files) if file in files[:i]), None)
     if twice is not None:
         raise ParameterError(f"{twice} is named twice")
@@ -44,26 +66,59 @@ def examine_files(
     *,
     say: Callable[[str], None] = lambda _: None,
 ) -> Examination:
-    """Examine a folder, or a neutral and its targets.
+    """Examine a folder, a rig, or a neutral and its targets.
 
-    A file that cannot be read is a finding; the others are examined all the same.
+    A mesh file that cannot be read is a finding; the others are examined all the same.
 
     Args:
-        paths: A folder, or files, the neutral first.
+        paths: A folder, a rig file, settings, ``built-in``, or mesh files, the neutral first.
         settings: What is known beforehand.
         say: Told what is being done.
 
     Raises:
-        FileError: As `rig_paths`.
+        FileError: As `rig_paths`, or a rig that cannot be read.
         ParameterError: As `rig_paths` and `examine`.
+        MissingExtraError: The format of a rig needs a package that is not installed.
     """
     neutral, *targets = rig_paths(paths)
     say(f"reading {neutral}")
+    if not targets:
+        rig = _rig(neutral)
+        if rig is not None:
+            return examine_rig(rig, settings, file=str(neutral), say=say)
     try:
         mesh = read(neutral)
     except ElastomorphError as error:
         return unreadable_neutral(str(neutral), error, map(str, targets))
     return examine(mesh, _read_each(targets), settings, file=str(neutral), say=say)
+
+
+def _is_settings(path: Path) -> bool:
+    return path.suffix.lower() == ".toml"
+
+
+def _rig(path: Path) -> Rig | None:
+    """The rig in a file; None for a mesh."""
+    if str(path) == BUILT_IN:
+        from elastomorph.paths import prepare
+        from elastomorph.samples import expressions, head, shapes
+
+        to = prepare(head(), "linear")
+        return Rig(head(), {name: to(m) for name, m in {**shapes(), **expressions()}.items()})
+    suffix = path.suffix.lower()
+    known = {*known_suffixes(MESH_FORMATS), *known_suffixes(RIG_FORMATS)}
+    if suffix not in known and path.is_file():
+        found = f"unknown suffix {suffix!r}" if suffix else "the name has no suffix"
+        raise FormatError(path, f"{found}; expected one of {', '.join(sorted(known))}")
+    if suffix not in known_suffixes(RIG_FORMATS):
+        return None
+    if suffix not in known_suffixes(MESH_FORMATS):
+        return read_rig(path)
+    try:
+        read(path)
+    except FormatError:
+        return read_rig(path)
+    return None
 
 
 def _read_each(files: Sequence[Path]) -> Iterator[tuple[str, Mesh | ElastomorphError]]:

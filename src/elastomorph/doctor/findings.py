@@ -48,8 +48,8 @@ KINDS: dict[str, Kind] = {
     "reversed-winding": Kind(
         "error",
         "polygons run the other way round",
-        "reverse the normals of the target where it was made and export it again; switch off "
-        "whatever mirrors or flips on export",
+        "'--repair FOLDER' winds them as in the neutral, positions stay as they are; switch off "
+        "whatever flips normals on export",
     ),
     "vertex-order": Kind("error", "vertices in another order than in the neutral", _REPAIR),
     "polygon-order": Kind("error", "polygons in another order than in the neutral", _REPAIR),

@@ -23,6 +23,11 @@ UNITS: tuple[tuple[float, str], ...] = (
     (3.28084, "such as feet instead of metres"),
 )
 _NEAR = 1.04
+# Distances are measured from so many vertices, to so many near ones each.
+_SAMPLE, _NEAREST = 3000, 6
+# A third of them agree on a factor within this: within 0.0005 in a jaw that drops, 0.33 under noise
+# of 0.2 % of D on a fine mesh, 0.8 where vertices are scrambled.
+_AGREED = 0.5
 # Axes are changed if that explains all but this part of what the other axes leave unexplained.
 _BETTER = 0.25
 _POORLY = 0.02
@@ -55,6 +60,11 @@ class Frame:
         return bool(np.linalg.det(self._matrix) < 0)
 
     @property
+    def is_same(self) -> bool:
+        """Whether neither unit nor axes differ."""
+        return self.factor == 1.0 and self.same_axes
+
+    @property
     def known(self) -> bool:
         """Whether the positions can be brought back: the factor is 1 or one of two units."""
         return self.factor == 1.0 or bool(self.unit)
@@ -71,6 +81,23 @@ class Frame:
         ours[:, self.axes] = points * np.array(self.signs, dtype=float)
         return ours / self.factor
 
+    def is_like(self, other: Frame) -> bool:
+        """Whether another frame has the same axes, and nearly the same factor."""
+        near = 1 / _NEAR < self.factor / other.factor < _NEAR
+        return near and (self.axes, self.signs) == (other.axes, other.signs)
+
+    def inverse(self) -> Frame:
+        """How positions here differ from those there."""
+        axes, signs = [0, 0, 0], [1, 1, 1]
+        for theirs, (ours, sign) in enumerate(zip(self.axes, self.signs, strict=True)):
+            axes[ours], signs[ours] = theirs, sign
+        factor, unit = (1.0, "") if self.factor == 1.0 else _named(1.0 / self.factor)
+        return Frame(factor, unit, (axes[0], axes[1], axes[2]), (signs[0], signs[1], signs[2]))
+
+    def forth(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) our positions in their unit and axes."""
+        return np.asarray(self.factor * points[:, self.axes] * np.array(self.signs, dtype=float))
+
     def describe_axes(self) -> str:
         """Which axis holds what, such as ``x, -z, y in place of x, y, z``."""
         names = ["xyz"[axis] for axis in self.axes]
@@ -83,24 +110,49 @@ class Frame:
 def frame_between(here: NDArray[np.float64], there: NDArray[np.float64], scale: float) -> Frame:
     """The unit and the axes of positions, compared with others of the same vertices.
 
-    Sizes are compared by the median distance from the median, which few moving vertices do not
-    change; axes by which of the 48 signed permutations fits best in least squares, if the axes as
-    they are fit badly.
+    Sizes are compared between near vertices: an expression leaves most of them as far apart as they
+    were, however far it opens the jaw, while another unit changes all by one factor. Axes are
+    compared by which of the 48 signed permutations fits best in least squares, if the axes as they
+    are fit badly.
 
     Args:
         here: (N, 3) positions.
         there: (N, 3) the same vertices elsewhere.
         scale: Factors up to this are no change of unit.
     """
-    mine, their = here - np.median(here, axis=0), there - np.median(there, axis=0)
-    sizes = [float(np.median(np.linalg.norm(points, axis=1))) for points in (mine, their)]
     factor, unit = 1.0, ""
-    if min(sizes) > 0:
-        ratio = sizes[1] / sizes[0]
-        if max(ratio, 1 / ratio) > scale:
-            factor, unit = _named(ratio)
+    ratio = _common_ratio(here, there)
+    if max(ratio, 1 / ratio) > scale:
+        factor, unit = _named(ratio)
     axes, signs = _axes(here - here.mean(axis=0), there - there.mean(axis=0))
     return Frame(factor, unit, axes, signs)
+
+
+def _common_ratio(here: NDArray[np.float64], there: NDArray[np.float64]) -> float:
+    """The factor that most distances between near vertices share; 1 where there are none.
+
+    The middle of the shortest interval of logarithms that holds a third of them: what a third of
+    the distances agree on is not changed by what the others do.
+    """
+    from scipy.spatial import cKDTree
+
+    some = np.arange(0, len(here), -(-len(here) // _SAMPLE))
+    around = min(_NEAREST + 1, len(here))
+    near = np.asarray(cKDTree(here).query(here[some], around)[1]).reshape(len(some), around)
+    starts, ends = np.repeat(some, around), near.ravel()
+    before, after = (np.linalg.norm(p[starts] - p[ends], axis=1) for p in (here, there))
+    measured = (before > 0) & (after > 0)
+    ratios = np.sort(np.log(after[measured] / before[measured]))
+    if not ratios.size:
+        return 1.0
+    third = -(-len(ratios) // 3)
+    widths = ratios[third - 1 :] - ratios[: len(ratios) - third + 1]
+    first = int(np.argmin(widths))
+    if widths[first] > _AGREED:  # near vertices are torn apart: only the whole has a size
+        mine, their = (np.linalg.norm(p - np.median(p, axis=0), axis=1) for p in (here, there))
+        sizes = float(np.median(mine)), float(np.median(their))
+        return sizes[1] / sizes[0] if min(sizes) > 0 else 1.0
+    return float(np.exp(np.median(ratios[first : first + third])))
 
 
 def _named(ratio: float) -> tuple[float, str]:

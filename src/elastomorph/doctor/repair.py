@@ -1,19 +1,31 @@
-"""Writes a repaired copy of a rig, and proves it: every repaired file is read back and compared."""
+"""Writes a repaired copy of a rig, and proves it: what would be written is read and examined again.
+
+A repair that does not take away what it was made for, or brings something new, is not written.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from elastomorph.doctor.examination import Examination
+from elastomorph.doctor.examination import Examination, Settings
+from elastomorph.doctor.examining import examine
+from elastomorph.doctor.findings import Finding
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io import read, write
 from elastomorph.io.atomic import read_bytes, replacing
-from elastomorph.mesh import require_same_topology
+from elastomorph.io.temporaries import temporary_name
+from elastomorph.mesh import Mesh
 
 __all__ = ["Repair", "repair"]
+
+_SUFFIX = ".obj"
+# What repairs are made for: none of these may be found in a file that was repaired.
+_REPAIRED = frozenset({"moves-the-head", "saved-as-deltas"})
 
 
 @dataclass(frozen=True)
@@ -22,61 +34,137 @@ class Repair:
 
     Attributes:
         folder: Where.
-        repaired: File and what was done to it; each was read back and is right.
-        copied: Files that were right already, copied byte for byte.
+        repaired: File and what was done to it; each was read back and examined again.
+        copied: Files that were right already, copied byte for byte; the meshes of a rig, written
+            as OBJ.
         left_out: Files that could not be repaired.
+        refused: File and why its repair was not written.
     """
 
     folder: str
     repaired: tuple[tuple[str, tuple[str, ...]], ...]
     copied: tuple[str, ...]
     left_out: tuple[str, ...]
+    refused: tuple[tuple[str, str], ...] = ()
 
 
 def repair(examination: Examination, folder: str | Path) -> Repair:
     """Write the rig as it should be into another folder; the files examined are never touched.
 
     Args:
-        examination: What was found.
+        examination: What was found. The neutral and targets of a rig file are written as OBJ.
         folder: Made if it does not exist; the folder it lies in must.
 
     Raises:
         FileError: A file cannot be written, or does not read back as it was written.
         FormatError: A label or a texture coordinate cannot be written in the format of the file.
-        ParameterError: The folder holds a file examined, or two files have one name.
+        ParameterError: The folder holds a file examined, two files have one name, the neutral is
+            beyond repair, or there is nothing to repair in a rig.
     """
     place = Path(folder)
-    files = [examination.neutral, *examination.targets]
-    names = [Path(file).name for file in files]
-    twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
-    if twice is not None:
-        raise ParameterError(f"two files are called {twice}; they cannot both go to {place}")
-    for file in files:
-        if place.exists() and place.resolve() == Path(file).resolve().parent:
-            raise ParameterError(
-                f"--repair {place} is the folder of {file}; name another, so that nothing is lost"
-            )
+    files = (examination.neutral, *examination.targets)
+    names = _names(examination, place)
+    if examination.neutral in examination.beyond_repair:
+        raise ParameterError(
+            f"{examination.neutral} does not fit its targets and cannot be repaired, so there is "
+            "no rig to write; mend it first"
+        )
+    if examination.meshes and not examination.repaired:
+        raise ParameterError(
+            f"there is nothing to repair in {examination.neutral}, so nothing is written"
+        )
+    neutral = _as_it_should_be(examination, examination.neutral)
     if not place.is_dir():
         try:
             place.mkdir()
         except OSError as error:
             raise FileError(place, f"the folder cannot be made: {error.strerror}") from error
-    neutral = read(examination.neutral)
-    repaired, copied = [], []
+    repaired, copied, refused = [], [], []
     for file in files:
-        goes_to = place / Path(file).name
         if file in examination.beyond_repair:
             continue
-        if file not in examination.repaired:
-            with replacing(goes_to) as copy:
-                copy.write(read_bytes(file))
+        goes_to, mended = place / names[file], examination.repaired.get(file)
+        if mended is None:
+            _copy(examination, file, goes_to)
             copied.append(file)
             continue
-        mended = examination.repaired[file]
-        write(goes_to, mended.mesh)
-        again = read(goes_to)
-        require_same_topology(neutral, again)
-        if not np.array_equal(again.vertices, mended.mesh.vertices):
+        is_neutral = file == examination.neutral
+        why_not = _written(mended.mesh, goes_to, None if is_neutral else neutral, examination, file)
+        if why_not:
+            refused.append((file, why_not))
+        else:
+            repaired.append((file, mended.done))
+    return Repair(
+        str(place), tuple(repaired), tuple(copied), examination.beyond_repair, tuple(refused)
+    )
+
+
+def _names(examination: Examination, place: Path) -> dict[str, str]:
+    """What each file is called in the new folder."""
+    files = (examination.neutral, *examination.targets)
+    if examination.meshes:
+        names = ["neutral" + _SUFFIX, *(f"{name}{_SUFFIX}" for name in examination.targets)]
+        bad = next((name for name in names if Path(name).name != name or "\0" in name), None)
+        if bad is not None:
+            raise ParameterError(
+                f"the target {bad.removesuffix(_SUFFIX)!r} of {examination.neutral} cannot be the "
+                "name of a file; rename it in the rig"
+            )
+    else:
+        names = [Path(file).name for file in files]
+    twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
+    if twice is not None:
+        raise ParameterError(f"two files are called {twice}; they cannot both go to {place}")
+    for file in files if not examination.meshes else ():
+        if place.exists() and place.resolve() == Path(file).resolve().parent:
+            raise ParameterError(
+                f"--repair {place} is the folder of {file}; name another, so that nothing is lost"
+            )
+    return dict(zip(files, names, strict=True))
+
+
+def _as_it_should_be(examination: Examination, file: str) -> Mesh:
+    if file in examination.repaired:
+        return examination.repaired[file].mesh
+    return examination.meshes[file] if examination.meshes else read(file)
+
+
+def _copy(examination: Examination, file: str, goes_to: Path) -> None:
+    if examination.meshes:
+        write(goes_to, examination.meshes[file])
+        return
+    with replacing(goes_to) as copy:
+        copy.write(read_bytes(file))
+
+
+def _written(
+    mesh: Mesh, goes_to: Path, neutral: Mesh | None, examination: Examination, file: str
+) -> str:
+    """Write a mesh if what is read back is sound; otherwise say why not."""
+    trial = temporary_name(goes_to)
+    try:
+        write(trial, mesh)
+        again = read(trial)
+        if not np.array_equal(again.vertices, mesh.vertices) or again.faces != mesh.faces:
             raise FileError(goes_to, "the file does not read back as it was written")
-        repaired.append((file, mended.done))
-    return Repair(str(place), tuple(repaired), tuple(copied), examination.beyond_repair)
+        if neutral is not None:
+            settings = Settings(thresholds=examination.settings.thresholds)
+            found = examine(neutral, [(file, again)], settings).findings
+            worse = _worse((f for f in found if f.file == file), examination)
+            if worse is not None:
+                return f"it would still be found to have {worse.title} ({worse.message})"
+        trial.replace(goes_to)
+    finally:
+        with suppress(FileNotFoundError):
+            trial.unlink()
+    return ""
+
+
+def _worse(found: Iterable[Finding], examination: Examination) -> Finding | None:
+    """What is still wrong after a repair, or was not wrong before."""
+    before = {f.name for f in examination.findings if f.severity != "error"}
+    for one in found:
+        meant = one.name in _REPAIRED and examination.settings.steady
+        if one.severity == "error" or one.name not in before or meant:
+            return one
+    return None

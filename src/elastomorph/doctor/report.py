@@ -68,6 +68,7 @@ def as_document(examination: Examination, repair: Repair | None = None) -> dict[
             "repaired": [{"file": file, "done": list(done)} for file, done in repair.repaired],
             "copied": list(repair.copied),
             "left_out": list(repair.left_out),
+            "refused": [{"file": file, "why": why} for file, why in repair.refused],
         },
     }
 
@@ -126,6 +127,8 @@ def _repair_lines(repair: Repair) -> Iterator[str]:
         yield f"  {Path(file).name}: {', '.join(done)}"
     if len(repair.repaired) > _FILES_SHOWN:
         yield f"  and {len(repair.repaired) - _FILES_SHOWN} more; --json lists all"
+    for file, why in repair.refused:
+        yield f"  {Path(file).name} was not written: {why}"
     if repair.left_out:
         names = ", ".join(Path(file).name for file in repair.left_out)
         yield f"  left out, as they could not be repaired: {names}"

@@ -67,6 +67,7 @@ MESH_FORMATS: tuple[Format[Mesh], ...] = (
 RIG_FORMATS: tuple[Format[Rig], ...] = (
     Format("glTF binary", (".glb",), _later("gltf", "read_glb"), _later("gltf", "write_glb")),
     Format("glTF", (".gltf",), _later("gltf", "read_glb"), None),
+    Format("VRM", (".vrm",), _later("gltf", "read_glb"), None),
     Format(
         "USD", (".usd", ".usda", ".usdc"), _later("usd", "read_usd"), _later("usd", "write_usd")
     ),
@@ -117,8 +118,8 @@ def read_rig(path: str | Path, **options: Any) -> Rig:
     """The rig in a file or a folder.
 
     Args:
-        path: A file (.glb, .gltf, .usd, .usda, .usdc, .fbx, .npz), or a folder of mesh files, one
-            of them with ``neutral`` in its name.
+        path: A file (.glb, .gltf, .vrm, .usd, .usda, .usdc, .fbx, .npz), or a folder of mesh
+            files, one of them with ``neutral`` in its name.
         **options: Of `elastomorph.io.rig_folder.read_rig_folder`, for a folder.
 
     Raises:

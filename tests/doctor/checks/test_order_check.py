@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from planted_faults import grid, only, shuffled, turned_over
 
+from elastomorph.components import component_of
 from elastomorph.doctor.checks.order import InOrder, NeutralOrder
 from elastomorph.io import read, write
 from elastomorph.mesh import FaceLabels, Mesh, UVMap
@@ -75,16 +76,89 @@ def test_another_order_of_polygons_is_undone(neutral: Mesh, smile: Mesh) -> None
     assert found.mesh.faces == neutral.faces
 
 
-def test_reversed_polygons_are_not_accepted(neutral: Mesh, smile: Mesh) -> None:
+def test_reversed_polygons_are_wound_again(neutral: Mesh, smile: Mesh) -> None:
+    """Winding only: every position stays bit for bit where it was."""
     found = examined(neutral, turned_over(smile))
     assert only(found.findings).name == "reversed-winding"
-    assert not found.repair
+    assert found.mesh is not None
+    assert found.mesh.faces == neutral.faces
+    np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
 
 
-def test_reversed_polygons_in_another_order_are_not_accepted(neutral: Mesh, smile: Mesh) -> None:
+@pytest.mark.parametrize("turns", [0, 1, 3])
+@pytest.mark.parametrize("wrong", [(4,), (0, 3, 11)])
+def test_some_reversed_polygons_are_named(
+    neutral: Mesh, smile: Mesh, wrong: tuple[int, ...], turns: int
+) -> None:
+    """Polygons and vertices exactly, from whichever corner they begin."""
+    faces = [f.tolist() for f in smile.faces]
+    for face in wrong:
+        faces[face] = np.roll(faces[face][::-1], turns).tolist()
+    found = examined(neutral, Mesh(smile.vertices, faces))
+    one = only(found.findings)
+    assert one.name == "reversed-winding"
+    assert one.message.endswith(": " + ", ".join(map(str, wrong)))
+    assert set(one.vertices) == {v for face in wrong for v in faces[face]}
+    assert found.mesh is not None
+    assert found.mesh.faces == neutral.faces
+    np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
+
+
+def test_reversed_polygons_in_another_order_are_two_findings(neutral: Mesh, smile: Mesh) -> None:
+    """With the numbers of the neutral, positions are never touched."""
+    faces = [f.tolist()[::-1] if i < 4 else f.tolist() for i, f in enumerate(smile.faces)]
+    found = examined(neutral, Mesh(smile.vertices, faces[::-1]))
+    assert [f.name for f in found.findings] == ["reversed-winding", "polygon-order"]
+    assert "8, 9, 10, 11" in found.findings[0].message
+    assert found.mesh is not None
+    assert found.mesh.faces == neutral.faces
+    np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
+
+
+def test_reversed_triangles_of_polygons_are_put_back(neutral: Mesh, smile: Mesh) -> None:
+    triangles = smile.faces.triangles().tolist()
+    triangles[6] = triangles[6][::-1]
+    found = examined(neutral, Mesh(smile.vertices, triangles))
+    assert [f.name for f in found.findings] == ["triangulated", "reversed-winding"]
+    assert set(found.findings[1].vertices) == set(triangles[6])
+    assert found.mesh is not None
+    assert found.mesh.faces == neutral.faces
+    np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
+
+
+def test_texture_stays_at_its_corner_of_a_reversed_polygon(neutral: Mesh, smile: Mesh) -> None:
+    over = turned_over(smile)
+    corners = np.arange(over.faces.indices.size, dtype=np.int32)
+    uv = UVMap(np.stack([over.faces.indices, corners], axis=1).astype(float), corners)
+    mesh = examined(neutral, Mesh(over.vertices, over.faces, uv=uv)).mesh
+    assert mesh is not None
+    assert mesh.uv is not None
+    np.testing.assert_array_equal(mesh.uv.coordinates[mesh.uv.corners][:, 0], neutral.faces.indices)
+
+
+def test_a_mesh_without_symmetry_is_known_backwards_in_any_order(
+    neutral: Mesh, smile: Mesh
+) -> None:
     found = examined(neutral, shuffled(turned_over(smile))[0])
-    assert only(found.findings).name == "reversed-winding"
-    assert found.mesh is None
+    assert [f.name for f in found.findings] == ["vertex-order", "reversed-winding"]
+    assert found.mesh is not None
+    np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
+
+
+def test_a_piece_run_backwards_is_not_laid_on_its_mirror_image(
+    face: Mesh, rig: dict[str, Mesh]
+) -> None:
+    """Shuffled, with the eyeball of one side reversed: each vertex is itself again."""
+    smile = rig["mouthSmile_L.obj"]
+    part = component_of(len(face.vertices), face.edges)
+    for piece in np.unique(part).tolist():
+        faces = [f.tolist()[::-1] if part[f[0]] == piece else f.tolist() for f in smile.faces]
+        found = examined(face, shuffled(Mesh(smile.vertices, faces), piece)[0])
+        if found.mesh is None:
+            assert only(found.findings).name in ("different-polygons", "reversed-winding")
+            continue
+        assert [f.name for f in found.findings] == ["vertex-order", "reversed-winding"]
+        np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
 
 
 @pytest.mark.parametrize("flat", [True, False])

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.doctor.checks.reordering import reordered
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.relabelling import (
     Doubts,
@@ -23,7 +24,7 @@ from elastomorph.doctor.relabelling import (
     turned_corners,
 )
 from elastomorph.doctor.words import counted, listed
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.mesh import Mesh
 from elastomorph.polygons import Polygons
 
 __all__ = ["InOrder", "NeutralOrder"]
@@ -116,7 +117,7 @@ class NeutralOrder:
             line = self._first_line(target)
             found.append(finding("polygon-order", file, message, line=line))
             repairs.append("polygons reordered")
-        mesh = _reordered(self.neutral, target, np.arange(len(target.vertices)), corners)
+        mesh = reordered(self.neutral, target, np.arange(len(target.vertices)), corners)
         return InOrder(mesh, tuple(found), ", ".join(repairs))
 
     def _relabelled(self, target: Mesh, file: str) -> InOrder:
@@ -133,17 +134,30 @@ class NeutralOrder:
             line, message = self._polygons(target, found)
             return InOrder(None, (finding("different-polygons", file, message, line=line),))
         doubts = self._doubts(found, target)
-        if not doubts:
+        astray = doubts.astray
+        if not doubts and doubts.unsure.any():
+            other = self._search(target, self._polygons_of(found, doubts.unsure, target))
+            if isinstance(other, Relabelling):
+                astray = doubts.unsure & doubts.better(self._doubts(other, target))
+        if not doubts and not astray.any():
             return self._renumbered(found, target, file)
-        return self._in_doubt(found, doubts, target, file)
+        return self._in_doubt(found, doubts, astray, target, file)
 
-    def _in_doubt(self, found: Relabelling, doubts: Doubts, target: Mesh, file: str) -> InOrder:
+    def _in_doubt(
+        self,
+        found: Relabelling,
+        doubts: Doubts,
+        astray: NDArray[np.bool_],
+        target: Mesh,
+        file: str,
+    ) -> InOrder:
         """Polygons that fit, but put something where it cannot be: parts may run backwards."""
-        first = target.faces.indices[target.faces.offsets[:-1]]
-        turned = np.isin(found.new_index[first], doubts.pieces) | (not doubts.pieces.size)
+        turned = np.ones(len(target.faces), dtype=bool)
+        if astray.any():
+            turned = self._polygons_of(found, astray, target)
         other = self._search(target, turned)
         if isinstance(other, Relabelling) and not self._doubts(other, target):
-            if doubts.pieces.size:
+            if astray.any():
                 return self._renumbered(other, target, file, turned)
             # Run backwards, or its own mirror image: symmetric polygons fit both ways.
             message = (
@@ -151,13 +165,20 @@ class NeutralOrder:
                 "no order of vertices alone makes it the neutral"
             )
             return InOrder(None, (finding("reversed-winding", file, message),))
-        if not (doubts.farther or doubts.pieces.size):
+        if not doubts.farther and not astray.any():
             return self._renumbered(found, target, file)
         message = (
             "its polygons are those of the neutral in another order of the vertices, but that "
             "order would take them away from where they are"
         )
         return InOrder(None, (finding("different-polygons", file, message),))
+
+    def _polygons_of(
+        self, found: Relabelling, pieces: NDArray[np.bool_], target: Mesh
+    ) -> NDArray[np.bool_]:
+        """(F,) polygons of the target in some pieces of the neutral."""
+        first = target.faces.indices[target.faces.offsets[:-1]]
+        return np.asarray(pieces[self._parts.part_of[found.new_index[first]]])
 
     def _renumbered(
         self,
@@ -179,7 +200,7 @@ class NeutralOrder:
         findings = [finding("vertex-order", file, message)]
         if turned is not None:
             findings.append(_reversed(target, file, np.flatnonzero(turned)))
-        mesh = _reordered(self.neutral, target, found.new_index, found.corners)
+        mesh = reordered(self.neutral, target, found.new_index, found.corners)
         return InOrder(mesh, tuple(findings), "vertices reordered")
 
     def _search(
@@ -286,39 +307,6 @@ def _reversed(target: Mesh, file: str, polygons: NDArray[np.integer]) -> Finding
         line=None if lines is None else int(lines[polygons[0]]),
         vertices=np.unique(target.faces.indices[corners]).tolist(),
     )
-
-
-def _reordered(
-    neutral: Mesh, target: Mesh, new_index: NDArray[np.int64], corners: NDArray[np.int64]
-) -> Mesh:
-    """The target in the order of the neutral, with labels and texture of its own."""
-    vertices = np.empty_like(target.vertices)
-    vertices[new_index] = target.vertices
-    faces = target.faces.corner_faces[corners[neutral.faces.offsets[:-1]]]
-    source = target.source
-    if source is not None and source.face_lines is not None:
-        source = replace(source, face_lines=source.face_lines[faces])
-    return Mesh(
-        vertices,
-        neutral.faces,
-        uv=target.uv and UVMap(target.uv.coordinates, target.uv.corners[corners]),
-        materials=_moved(target.materials, faces),
-        groups=_moved(target.groups, faces),
-        material_library=target.material_library,
-        source=source,
-    )
-
-
-def _moved(labels: FaceLabels | None, faces: NDArray[np.int32]) -> FaceLabels | None:
-    """Labels in another order of polygons; their names stay in order of first use."""
-    if labels is None:
-        return None
-    of_face = labels.of_face[faces]
-    used, firsts = np.unique(of_face[of_face >= 0], return_index=True)
-    order = used[np.argsort(firsts)]
-    number = np.full(len(labels.names) + 1, -1, dtype=np.int32)
-    number[order] = np.arange(len(order), dtype=np.int32)
-    return FaceLabels(tuple(labels.names[i] for i in order.tolist()), number[of_face])
 
 
 def _positions(mesh: Mesh) -> int:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,17 +34,28 @@ class Doubts:
 
     Attributes:
         whole: It comes out as its mirror image, or with other axes.
-        pieces: Vertices of the neutral in pieces that come out as their mirror image while others
-            do not.
+        astray: (P,) which pieces of the neutral come out as their mirror image, or not as
+            themselves at all, while others do not.
         farther: The vertices come out farther from the neutral than with the numbers they had.
+        left: (P,) what moving and turning each piece leaves of its extent.
     """
 
     whole: bool
-    pieces: NDArray[np.int64]
+    astray: NDArray[np.bool_]
     farther: bool
+    left: NDArray[np.float64]
 
     def __bool__(self) -> bool:
-        return self.whole or self.farther or bool(self.pieces.size)
+        return self.whole or self.farther or bool(self.astray.any())
+
+    @property
+    def unsure(self) -> NDArray[np.bool_]:
+        """(P,) pieces that fit so badly that they may fit better the other way round."""
+        return np.asarray(self.left > _POORLY)
+
+    def better(self, other: Doubts) -> NDArray[np.bool_]:
+        """(P,) which pieces fit far better with another numbering."""
+        return np.asarray(other.left < _BETTER * self.left)
 
 
 def doubts_about(
@@ -68,33 +80,43 @@ def doubts_about(
     placed[new_index] = back
     farther = bool(((placed - here) ** 2).sum() >= ((back - here) ** 2).sum())
     placed[new_index] = there
-    sense = np.array([_sense(here[own], placed[own]) for own in pieces])
-    odd = [own for own, way in zip(pieces, sense, strict=True) if way < 0]
+    fits = [_fit(here[own], placed[own]) for own in pieces]
+    sense = np.array([fit.sense for fit in fits])
     every = not (sense > 0).any()
     return Doubts(
-        not frame.same_axes or (every and bool(odd)),
-        np.concatenate([np.zeros(0, dtype=np.int64), *([] if every else odd)]),
+        not frame.same_axes or (every and bool((sense < 0).any())),
+        (sense < 0) & (not every),
         farther,
+        np.array([fit.left for fit in fits]),
     )
 
 
-def _sense(here: NDArray[np.float64], there: NDArray[np.float64]) -> int:
-    """1 where points fit themselves far better than their mirror image, -1 where they do not fit.
+class _Fit(NamedTuple):
+    """How a piece fits itself, however it is moved and turned, and whatever its size.
 
-    However they are turned, and whatever their size; 0 where that does not tell, as of flat pieces.
+    Attributes:
+        sense: 1 where it fits far better than its mirror image, -1 where it does not fit; 0 where
+            that does not tell, as of flat pieces.
+        left: What the best fit leaves, as a part of its extent.
     """
-    if len(here) < _ENOUGH:
-        return 0
+
+    sense: int
+    left: float
+
+
+def _fit(here: NDArray[np.float64], there: NDArray[np.float64]) -> _Fit:
     here, there = here - here.mean(axis=0), there - there.mean(axis=0)
     lengths = float(np.sqrt((here**2).sum() * (there**2).sum()))
-    if lengths == 0:
-        return 0
+    if len(here) < _ENOUGH or lengths == 0:
+        return _Fit(0, 0.0)
     left, sizes, right = np.linalg.svd(there.T @ here / lengths)
-    # What is left of both after the better of the two, and after the other, as a part of all.
+    # What is left of both after the better of turning and reflecting, and after the other.
     better = 1.0 - float(sizes.sum())
     other = better + 2.0 * float(sizes[2])
+    itself = bool(np.linalg.det(left @ right) > 0)
+    remains = better if itself else other
     if better > _ASTRAY:
-        return -1
+        return _Fit(-1, remains)
     if other < _POORLY or better > _BETTER * other:
-        return 0
-    return 1 if np.linalg.det(left @ right) > 0 else -1
+        return _Fit(0, remains)
+    return _Fit(1 if itself else -1, remains)
