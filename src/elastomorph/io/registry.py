@@ -71,6 +71,7 @@ RIG_FORMATS: tuple[Format[Rig], ...] = (
     Format(
         "USD", (".usd", ".usda", ".usdc"), _later("usd", "read_usd"), _later("usd", "write_usd")
     ),
+    Format("USD package", (".usdz",), _later("usd", "read_usd"), None),
     Format("Autodesk FBX", (".fbx",), _later("fbx", "read_fbx"), None),
     Format(
         "NumPy archive",
@@ -118,8 +119,8 @@ def read_rig(path: str | Path, **options: Any) -> Rig:
     """The rig in a file or a folder.
 
     Args:
-        path: A file (.glb, .gltf, .vrm, .usd, .usda, .usdc, .fbx, .npz), or a folder of mesh
-            files, one of them with ``neutral`` in its name.
+        path: A file (.glb, .gltf, .vrm, .usd, .usda, .usdc, .usdz, .fbx, .npz), or a folder of
+            mesh files, one of them with ``neutral`` in its name.
         **options: Of `elastomorph.io.rig_folder.read_rig_folder`, for a folder.
 
     Raises:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from usd_rigs import author_shapes, posed_by_usd, read_in_this_process
 
+import elastomorph as em
 from elastomorph.errors import ElastomorphWarning, FormatError
 from elastomorph.io.usd import read_usd, write_usd
 
@@ -132,7 +134,7 @@ def test_shapes_that_do_not_fit_are_refused(tmp_path: Path, old: str, new: str, 
             "vector3f[] offsets = []",
             "points holds values that are not numbers",
         ),
-        ("float points = 1", "vector3f[] offsets = []", r"array 'points' has the shape \(\)"),
+        ("float points = 1", "vector3f[] offsets = []", r"array '0_points' has the shape \(\)"),
         (
             "asset[] points = [@a@]",
             "vector3f[] offsets = []",
@@ -198,35 +200,120 @@ def test_texture_coordinates_of_points_become_those_of_corners(tmp_path: Path) -
     assert neutral.materials.of_face.tolist() == [0, 0, 0]
 
 
-def test_of_several_meshes_one_must_be_named(tmp_path: Path) -> None:
-    from pxr import Usd, UsdGeom
+def several_meshes(folder: Path) -> Path:
+    """A face, teeth turned, scaled and moved beside it, hair without shapes, and what is unseen."""
+    from pxr import Gf, Usd, UsdGeom
 
     stage = Usd.Stage.CreateInMemory()
-    for name in ("face", "teeth"):
-        author_shapes(stage, f"/head/{name}", STRIP, {name: (offsets(0), None, {})})
-    UsdGeom.Mesh.Define(stage, "/head/hair")
-    path = tmp_path / "several.usda"
+    inner = {0.5: offsets(3)}
+    author_shapes(
+        stage, "/head/face", STRIP, {"jaw": (offsets(0), None, inner), "f": (offsets(1), None, {})}
+    )
+    teeth = author_shapes(stage, "/head/teeth", STRIP, {"jaw": (offsets(2), None, {})})
+    UsdGeom.Xformable(teeth).AddTransformOp().Set(
+        Gf.Matrix4d().SetRotate(Gf.Rotation((0, 0, 1), 90)) * Gf.Matrix4d().SetTranslate((5, 0, 0))
+    )
+    UsdGeom.Xformable(stage.GetPrimAtPath("/head")).AddScaleOp().Set((2, 2, 2))
+    hair = author_shapes(stage, "/head/hair", STRIP + 7, {})
+    hair.CreateOrientationAttr("leftHanded")
+    UsdGeom.Mesh.Define(stage, "/head/empty")
+    author_shapes(stage, "/head/old", STRIP, {"old": (offsets(0), None, {})}).MakeInvisible()
+    author_shapes(stage, "/head/proxy", STRIP, {}).CreatePurposeAttr("proxy")
+    path = folder / "several.usda"
     stage.GetRootLayer().Export(str(path))
-    words = r"2 meshes have blend shapes \(/head/face, /head/teeth\); name the one to read"
-    with pytest.raises(FormatError, match=words):
-        read_usd(path)
-    assert read_usd(path, mesh="teeth").names == ("teeth",)
-    assert read_in_this_process(path, tmp_path, "/head/face").names == ("face",)
-    with pytest.raises(FormatError, match="no meshes are called 'nose'; there are /head/face"):
+    return path
+
+
+def test_all_meshes_that_are_rendered_become_one(tmp_path: Path) -> None:
+    """In the order of the stage and in the space of the one with most shapes."""
+    path = several_meshes(tmp_path)
+    rig = read_usd(path)
+    assert rig.names == ("jaw", "f")
+    turned = STRIP[:, [1, 0, 2]] * [-1, 1, 1] + [5, 0, 0]
+    expected = np.concatenate([STRIP, turned, STRIP + 7])
+    np.testing.assert_allclose(rig.neutral.vertices, expected, atol=1e-12)
+    assert rig.neutral.vertices[:8].tobytes() == STRIP.tobytes()
+    assert rig.neutral.groups is not None
+    assert rig.neutral.groups.names == ("face", "teeth", "hair")
+    assert [face.tolist() for face in rig.neutral.faces][3::3] == [[8, 9, 11, 10], [16, 18, 19, 17]]
+    halfway = rig.pose({"jaw": 0.5}) - rig.neutral.vertices
+    np.testing.assert_allclose(halfway[:8], offsets(3), atol=1e-6)
+    np.testing.assert_allclose(
+        halfway[8:16], offsets(2)[:, [1, 0, 2]] * [-0.5, 0.5, 0.5], atol=1e-6
+    )
+    assert not halfway[16:].any()
+    assert not rig.morphs["f"].delta[8:].any()
+
+
+def test_meshes_are_chosen_by_name_or_path(tmp_path: Path) -> None:
+    path = several_meshes(tmp_path)
+    teeth = read_usd(path, mesh="teeth")
+    assert teeth.names == ("jaw",)
+    assert teeth.neutral.vertices.tobytes() == STRIP.tobytes()
+    assert read_in_this_process(path, tmp_path, "/head/old").names == ("old",)
+    both = read_in_this_process(path, tmp_path, "hair", "face")
+    assert len(both.neutral.vertices) == 16
+    assert both.names == ("jaw", "f")
+    with pytest.raises(
+        FormatError, match=r"no mesh is called 'nose'; there are '/head/face' \(2 sh"
+    ):
         read_in_this_process(path, tmp_path, "nose")
+
+
+def test_a_skinned_mesh_stands_where_it_was_bound(tmp_path: Path) -> None:
+    """UsdSkel passes over the transform of such a prim."""
+    from pxr import Gf, Usd, UsdGeom, UsdSkel
+
+    path = several_meshes(tmp_path)
     stage = Usd.Stage.Open(str(path))
-    for name in ("face", "teeth"):
+    skeleton = UsdSkel.Skeleton.Define(stage, "/head/bones")
+    UsdGeom.Xformable(skeleton).AddTranslateOp().Set((0, 1, 0))
+    binding = UsdSkel.BindingAPI.Apply(stage.GetPrimAtPath("/head/teeth"))
+    binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+    binding.CreateJointIndicesPrimvar(constant=True, elementSize=1).Set([0])
+    binding.CreateGeomBindTransformAttr().Set(Gf.Matrix4d().SetTranslate((3, 0, 0)))
+    stage.Save()
+    rig = read_in_this_process(path, tmp_path)
+    np.testing.assert_allclose(rig.neutral.vertices[8:16], STRIP + [3, 1, 0], atol=1e-12)
+
+
+def test_files_without_shapes_say_what_there_is(tmp_path: Path) -> None:
+    from pxr import Usd
+
+    path = several_meshes(tmp_path)
+    stage = Usd.Stage.Open(str(path))
+    for name in ("face", "teeth", "old"):
         stage.RemovePrim(f"/head/{name}")
     stage.Save()
-    with pytest.raises(FormatError, match="no mesh has blend shapes; the meshes are /head/hair"):
+    with pytest.raises(FormatError, match=r"no mesh has blend shapes; there are '/head/hair' \(no"):
         read_in_this_process(path, tmp_path)
 
 
-def test_one_mesh_with_shapes_is_chosen_among_others(tmp_path: Path) -> None:
-    from pxr import Usd, UsdGeom
+def test_packages_are_read_with_what_lies_in_them(tmp_path: Path) -> None:
+    from pxr import UsdUtils
 
-    path = file_with(tmp_path, smile=(offsets(0), None, {}))
-    stage = Usd.Stage.Open(str(path))
-    UsdGeom.Mesh.Define(stage, "/body/hat")
-    stage.Save()
-    assert read_in_this_process(path, tmp_path).names == ("smile",)
+    several_meshes(tmp_path)
+    (tmp_path / "root.usda").write_text(
+        '#usda 1.0\ndef "A" (references = @several.usda@</head>) {}\n'
+    )
+    assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "root.usda"), str(tmp_path / "a.usdz"))
+    rig, loose = em.read_rig(tmp_path / "a.usdz"), read_usd(tmp_path / "root.usda")
+    assert rig.names == loose.names == ("jaw", "f")
+    assert rig.neutral.vertices.tobytes() == loose.neutral.vertices.tobytes()
+    assert rig.neutral.faces == loose.neutral.faces
+    for name in rig.names:
+        assert rig.morphs[name].delta.tobytes() == loose.morphs[name].delta.tobytes()
+
+
+@pytest.mark.parametrize("asset", ["../several.usda", "{outside}", "gone.usda", "sub/../../x.usda"])
+def test_packages_are_not_left(tmp_path: Path, asset: str) -> None:
+    outside = several_meshes(tmp_path)
+    text = f'#usda 1.0\ndef "A" (references = @{asset.format(outside=outside)}@</head>) {{}}\n'
+    path = tmp_path / "folder" / "a.usdz"
+    path.parent.mkdir()
+    with zipfile.ZipFile(path, "w") as package:
+        info = zipfile.ZipInfo("root.usda")
+        info.extra = bytes([0x86, 0x19, 20, 0]) + bytes(20)  # content begins at a multiple of 64
+        package.writestr(info, text)
+    with pytest.raises(FormatError, match=r"a\.usdz: it is composed of .*, which"):
+        read_usd(path)

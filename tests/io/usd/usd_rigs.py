@@ -156,12 +156,12 @@ def piecewise_linear(morph: Morph, inbetweens: tuple[float, ...], t: float) -> n
 
 
 def read_in_this_process(
-    path: Path, folder: Path, mesh: str = "", budget: MemoryBudget | None = None
+    path: Path, folder: Path, *wanted: str, budget: MemoryBudget | None = None
 ) -> Rig:
     """As `read_usd`, without the process of its own: for many harmless files in a short time."""
     archive = folder / "scene.npz"
     try:
-        write_arrays(archive, worker.content_of(str(path), mesh))
+        write_arrays(archive, worker.content_of(str(path), *wanted))
     except RefusedError as error:
         raise FormatError(path, str(error)) from error
     with open_npz(archive, budget or MemoryBudget(path, 1 << 22)) as members:

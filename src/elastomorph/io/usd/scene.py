@@ -1,4 +1,4 @@
-"""What the worker found in a USD file, as the mesh and shapes of a rig, all of it checked."""
+"""What the worker found in a USD file, as meshes and shapes of a rig, all of it checked."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.checked import naming_file
+from elastomorph.io.joined_rig import turned_corners
 from elastomorph.io.npz_members import NpzMembers
 from elastomorph.io.usd.exact import checksum
 from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.polygons import Polygons
 
-__all__ = ["FoundShape", "Scene"]
+__all__ = ["FoundMesh", "FoundShape", "Scene"]
+
+_OBJECTS_OF_MESH = 10  # so many arrays the worker wrote of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,18 +48,50 @@ class FoundShape:
 
 
 class Scene:
-    """The mesh and blend shapes of one file.
+    """The meshes of one file.
 
     Attributes:
         budget: Memory that the file may still take.
+        meshes: The meshes, in its order.
     """
 
     def __init__(self, path: str | Path, members: NpzMembers) -> None:
+        scene = json.loads(members.array("scene", "u", (None,)).tobytes())
+        self.budget = members.budget
+        self.budget.add_size(scene["size_of_others"])
+        self.budget.spend_objects(_OBJECTS_OF_MESH * len(scene["meshes"]))
+        self.meshes = [
+            FoundMesh(path, members, f"{number}_", entry)
+            for number, entry in enumerate(scene["meshes"])
+        ]
+
+    @property
+    def settings(self) -> str | None:
+        """The settings that elastomorph stored, as JSON."""
+        found = [mesh.settings for mesh in self.meshes]
+        return next((text for text in found if text is not None), None)
+
+
+class FoundMesh:
+    """A mesh and its blend shapes.
+
+    Attributes:
+        name: Name of its prim.
+    """
+
+    def __init__(
+        self, path: str | Path, members: NpzMembers, prefix: str, scene: dict[str, Any]
+    ) -> None:
         self._path = path
         self._members = members
-        self.budget = members.budget
-        self._scene: dict[str, Any] = json.loads(members.array("scene", "u", (None,)).tobytes())
-        self.budget.add_size(self._scene["size_of_others"])
+        self._prefix = prefix
+        self._scene = scene
+        self.name: str = scene["name"]
+
+    @cached_property
+    def matrix(self) -> NDArray[np.float64]:
+        """(4, 3) from points to the world: what x, y and z become, and the origin."""
+        return self._array("matrix", "f", (4, 3))
 
     @cached_property
     def sliders(self) -> dict[str, Any]:
@@ -93,7 +128,7 @@ class Scene:
             offsets = np.concatenate([[0], np.cumsum(counts)])
             order = np.arange(len(indices))
             if self._scene["left_handed"]:
-                order = _turned_around(counts, offsets)
+                order = turned_corners(offsets)
             faces = Polygons(indices[order], offsets)
             return Mesh(
                 self._exact_points(points),
@@ -118,7 +153,7 @@ class Scene:
         found, prefix = self._scene["shapes"][i], f"shape_{i}"
         main = self._array(f"{prefix}_offsets", "f", (None, 3))
         points = np.arange(vertices)
-        if f"{prefix}_points" in self._members.names:
+        if self._has(f"{prefix}_points"):
             named = self._indices(f"{prefix}_points", (None,), 0, vertices - 1)
             points = named if named.size else points
         if not len(main) and len(points) == vertices:
@@ -137,7 +172,7 @@ class Scene:
                 )
         weights = [entry["weight"] for entry in found["inbetweens"]]
         bends = np.zeros((0, 3))
-        if f"{prefix}_bends" in self._members.names:
+        if self._has(f"{prefix}_bends"):
             bends = self._array(f"{prefix}_bends", "f", (None, 3))
         return FoundShape(
             found["token"],
@@ -149,10 +184,13 @@ class Scene:
             bends,
         )
 
+    def _has(self, name: str) -> bool:
+        return f"{self._prefix}{name}" in self._members.names
+
     def _array(self, name: str, kinds: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
-        if name not in self._members.names:
+        if not self._has(name):
             return np.zeros([length or 0 for length in shape])
-        found = self._members.array(name, kinds, shape)
+        found = self._members.array(f"{self._prefix}{name}", kinds, shape)
         if not np.isfinite(found).all():
             raise FormatError(self._path, f"{_said(name)} are not all finite numbers")
         return found.astype(np.float64)
@@ -160,9 +198,9 @@ class Scene:
     def _indices(
         self, name: str, shape: tuple[int | None, ...], lowest: int, highest: int | None
     ) -> NDArray[np.int64]:
-        if name not in self._members.names:
+        if not self._has(name):
             return np.zeros([length or 0 for length in shape], dtype=np.int64)
-        found = self._members.array(name, "iu", shape).astype(np.int64)
+        found = self._members.array(f"{self._prefix}{name}", "iu", shape).astype(np.int64)
         if found.size and (
             int(found.min()) < lowest or (highest is not None and int(found.max()) > highest)
         ):
@@ -174,7 +212,7 @@ class Scene:
         return found
 
     def _exact_points(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        if "exact_points" not in self._members.names:
+        if not self._has("exact_points"):
             return points
         exact = self._array("exact_points", "f", (None, 3))
         same = exact.shape == points.shape and self.sliders.get("checksum") == checksum(
@@ -188,12 +226,13 @@ class Scene:
         found = self._scene["texture"]
         if found is None:
             return None
-        coordinates = self._members.array("uv", "f", (None, None)).astype(np.float64)
+        uv = self._members.array(f"{self._prefix}uv", "f", (None, None))
+        coordinates = uv.astype(np.float64)
         if coordinates.shape[1] not in (2, 3) or not np.isfinite(coordinates).all():
             return None
         corner = found["kind"] == "faceVarying"
         own = np.arange(len(indices) if corner else vertices)
-        if "uv_indices" in self._members.names:
+        if self._has("uv_indices"):
             own = self._indices("uv_indices", (None,), -1, len(coordinates) - 1)
         if len(own) != (len(indices) if corner else vertices):
             raise FormatError(
@@ -230,13 +269,6 @@ class Scene:
         for i, name in subsets:
             of_face[self._indices(f"subset_{i}", (None,), 0, faces - 1)] = names.index(name)
         return FaceLabels(tuple(names), of_face)
-
-
-def _turned_around(counts: NDArray[np.int64], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Corners of polygons listed the other way round, each from the same first corner."""
-    first, size = np.repeat(offsets[:-1], counts), np.repeat(counts, counts)
-    turned: NDArray[np.int64] = first + (first + size - np.arange(len(first))) % size
-    return turned
 
 
 def _said(name: str) -> str:

@@ -1,15 +1,18 @@
-"""Takes a mesh and its blend shapes out of a USD file, in a process that may crash."""
+"""Takes meshes and their blend shapes out of a USD file, in a process that may crash."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import ParameterError
 from elastomorph.io.isolated import RefusedError, allow_for, serve
+from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes
 from elastomorph.io.usd.dependencies import outside_problem
 from elastomorph.io.usd.exact import BENDS, NAME, PATH, POINTS, SETTINGS, SLIDERS
 from elastomorph.io.usd.library import pxr
@@ -20,18 +23,18 @@ __all__ = ["content_of"]
 _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
 
 
-def content_of(source: str, mesh: str) -> dict[str, NDArray[Any]]:
+def content_of(source: str, *wanted: str) -> dict[str, NDArray[Any]]:
     """The arrays of a file.
 
     Args:
         source: The file.
-        mesh: Name or path of a mesh, or empty.
+        *wanted: Names or paths of the meshes to take; none for all.
 
     Raises:
         RefusedError: It is no USD file, a damaged one, or holds no such mesh.
     """
     try:
-        return _content(source, mesh)
+        return _content(source, wanted)
     except pxr("Tf").ErrorException as error:
         reasons = [str(getattr(part, "commentary", part)) for part in error.args]
         sentence = " ".join(" ".join(reasons).split())[:300]
@@ -45,7 +48,7 @@ def _prepare() -> None:
         pxr(module)
 
 
-def _content(source: str, wanted: str) -> dict[str, NDArray[Any]]:
+def _content(source: str, wanted: Sequence[str]) -> dict[str, NDArray[Any]]:
     layer = pxr("Sdf").Layer.FindOrOpen(source)
     if layer is None:
         raise RefusedError("USD cannot read it")
@@ -59,53 +62,82 @@ def _content(source: str, wanted: str) -> dict[str, NDArray[Any]]:
     if problem:
         raise RefusedError(problem)
     stage = pxr("Usd").Stage.Open(layer)
-    prim = _chosen_mesh(stage, wanted)
-    mesh = pxr("UsdGeom").Mesh(prim)
+    prims = _chosen(stage, wanted)
     arrays: dict[str, NDArray[Any]] = {}
-    _keep(arrays, "points", mesh.GetPointsAttr(), 3)
-    _keep(arrays, "counts", mesh.GetFaceVertexCountsAttr())
-    _keep(arrays, "indices", mesh.GetFaceVertexIndicesAttr())
-    _keep(arrays, "exact_points", prim.GetAttribute(POINTS), 3)
     scene = {
-        "mesh": str(prim.GetPath()),
         "size_of_others": sum(others),
-        "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
-        "sliders": _text(prim, SLIDERS),
-        "settings": _text(prim, SETTINGS),
-        "texture": _texture(arrays, mesh),
-        "subsets": _subsets(arrays, prim),
-        "material": _material(prim),
-        "shapes": _shapes(arrays, stage, prim),
+        "meshes": [_mesh(arrays, f"{i}_", stage, prim) for i, prim in enumerate(prims)],
     }
     arrays["scene"] = np.frombuffer(json.dumps(scene).encode("utf-8"), dtype=np.uint8)
     return arrays
 
 
-def _chosen_mesh(stage: Any, wanted: str) -> Any:
+def _chosen(stage: Any, wanted: Sequence[str]) -> list[Any]:
+    """The prims of the meshes to read."""
     usd = pxr("Usd")
     every = usd.PrimRange.Stage(stage, usd.TraverseInstanceProxies())
-    meshes = [prim for prim in every if prim.IsA(pxr("UsdGeom").Mesh)]
-    if wanted:
-        named = [p for p in meshes if wanted in (str(p.GetPath()), p.GetName())]
-        if len(named) != 1:
-            raise RefusedError(
-                f"{len(named) or 'no'} meshes are called '{wanted}'; there are {_listed(meshes)}"
-            )
-        return named[0]
-    shaped = [p for p in meshes if _targets(p)] or [p for p in meshes if p.HasAttribute(SLIDERS)]
-    if not shaped:
-        raise RefusedError(f"no mesh has blend shapes; the meshes are {_listed(meshes)}")
-    if len(shaped) > 1:
-        raise RefusedError(
-            f"{len(shaped)} meshes have blend shapes ({_listed(shaped)}); name the one to read, "
-            f"such as mesh='{shaped[0].GetPath()}'"
-        )
-    return shaped[0]
+    prims = [prim for prim in every if prim.IsA(pxr("UsdGeom").Mesh)]
+    listed = [
+        ListedMesh((str(prim.GetPath()), prim.GetName()), len(_targets(prim)), _is_shown(prim))
+        for prim in prims
+    ]
+    # A rig of ours may have no blend shapes.
+    need_shapes = not any(prim.HasAttribute(SLIDERS) for prim in prims)
+    try:
+        chosen = chosen_meshes(listed, wanted, need_shapes=need_shapes)
+    except ParameterError as problem:
+        raise RefusedError(str(problem)) from None
+    # Meshes without points show nothing; exporters leave them where something was.
+    return [prims[i] for i in chosen if listed[i].shapes or _has_points(prims[i])] or [
+        prims[i] for i in chosen
+    ]
 
 
-def _listed(meshes: list[Any]) -> str:
-    named = ", ".join(str(prim.GetPath()) for prim in meshes[:12])
-    return (named or "none") + (", …" if len(meshes) > 12 else "")
+def _is_shown(prim: Any) -> bool:
+    """Whether it is rendered: visible, and no stand-in or guide."""
+    geometry = pxr("UsdGeom")
+    image = geometry.Imageable(prim)
+    tokens = geometry.Tokens
+    return image.ComputeVisibility() != tokens.invisible and image.ComputePurpose() in (
+        tokens.default_,
+        tokens.render,
+    )
+
+
+def _has_points(prim: Any) -> bool:
+    return bool(_value(pxr("UsdGeom").Mesh(prim).GetPointsAttr()))
+
+
+def _mesh(arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any) -> dict[str, Any]:
+    """What JSON can hold of a mesh; the rest goes into the arrays."""
+    mesh = pxr("UsdGeom").Mesh(prim)
+    _keep(arrays, f"{prefix}points", mesh.GetPointsAttr(), 3)
+    _keep(arrays, f"{prefix}counts", mesh.GetFaceVertexCountsAttr())
+    _keep(arrays, f"{prefix}indices", mesh.GetFaceVertexIndicesAttr())
+    _keep(arrays, f"{prefix}exact_points", prim.GetAttribute(POINTS), 3)
+    arrays[f"{prefix}matrix"] = np.array(_to_world(prim), dtype=np.float64)[:, :3]
+    return {
+        "name": prim.GetName(),
+        "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
+        "sliders": _text(prim, SLIDERS),
+        "settings": _text(prim, SETTINGS),
+        "texture": _texture(arrays, prefix, mesh),
+        "subsets": _subsets(arrays, prefix, prim),
+        "material": _material(prim),
+        "shapes": _shapes(arrays, prefix, stage, prim),
+    }
+
+
+def _to_world(prim: Any) -> Any:
+    """The matrix from points to the world: a skinned mesh stands where it was bound."""
+    geometry, binding = pxr("UsdGeom"), pxr("UsdSkel").BindingAPI(prim)
+    cache = geometry.XformCache(pxr("Usd").TimeCode.EarliestTime())
+    skeleton = binding.GetInheritedSkeleton()
+    if not skeleton or not binding.GetJointIndicesPrimvar().HasAuthoredValue():
+        return cache.GetLocalToWorldTransform(prim)
+    bound = _value(binding.GetGeomBindTransformAttr())
+    placed = cache.GetLocalToWorldTransform(skeleton.GetPrim())
+    return placed if bound is None else bound * placed
 
 
 def _targets(prim: Any) -> list[Any]:
@@ -140,7 +172,7 @@ def _text(prim: Any, name: str) -> str | None:
     return value if isinstance(value, str) else None
 
 
-def _texture(arrays: dict[str, NDArray[Any]], mesh: Any) -> dict[str, Any] | None:
+def _texture(arrays: dict[str, NDArray[Any]], prefix: str, mesh: Any) -> dict[str, Any] | None:
     known = pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvarsWithValues()
     by_name = {primvar.GetPrimvarName(): primvar for primvar in known}
     marked = [n for n, p in by_name.items() if p.GetTypeName().role == "TextureCoordinate"]
@@ -148,13 +180,15 @@ def _texture(arrays: dict[str, NDArray[Any]], mesh: Any) -> dict[str, Any] | Non
     for name in [n for n in plain if n in marked] + marked + plain:
         primvar = by_name[name]
         kind = str(primvar.GetInterpolation())
-        if kind in ("faceVarying", "vertex", "varying") and _keep(arrays, "uv", primvar.GetAttr()):
-            _keep(arrays, "uv_indices", primvar.GetIndicesAttr())
+        if kind not in ("faceVarying", "vertex", "varying"):
+            continue
+        if _keep(arrays, f"{prefix}uv", primvar.GetAttr()):
+            _keep(arrays, f"{prefix}uv_indices", primvar.GetIndicesAttr())
             return {"kind": kind, "unauthored": primvar.GetUnauthoredValuesIndex()}
     return None
 
 
-def _subsets(arrays: dict[str, NDArray[Any]], prim: Any) -> list[dict[str, Any]]:
+def _subsets(arrays: dict[str, NDArray[Any]], prefix: str, prim: Any) -> list[dict[str, Any]]:
     geometry = pxr("UsdGeom")
     found: list[dict[str, Any]] = []
     for subset in geometry.Subset.GetAllGeomSubsets(geometry.Imageable(prim)):
@@ -163,7 +197,7 @@ def _subsets(arrays: dict[str, NDArray[Any]], prim: Any) -> list[dict[str, Any]]
             continue
         if subset.GetElementTypeAttr().Get() != "face":
             continue
-        if _keep(arrays, f"subset_{len(found)}", subset.GetIndicesAttr()):
+        if _keep(arrays, f"{prefix}subset_{len(found)}", subset.GetIndicesAttr()):
             own = subset.GetPrim()
             name = _text(own, NAME) or _material(own) or own.GetDisplayName() or own.GetName()
             found.append({"name": name, "material": family != GROUP_FAMILY})
@@ -182,7 +216,9 @@ def _material(prim: Any) -> str | None:
     return name
 
 
-def _shapes(arrays: dict[str, NDArray[Any]], stage: Any, prim: Any) -> list[dict[str, Any]]:
+def _shapes(
+    arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any
+) -> list[dict[str, Any]]:
     skel = pxr("UsdSkel")
     tokens = list(_value(skel.BindingAPI(prim).GetBlendShapesAttr()) or [])
     found = []
@@ -191,13 +227,13 @@ def _shapes(arrays: dict[str, NDArray[Any]], stage: Any, prim: Any) -> list[dict
         if not shape:
             raise RefusedError(f"{prim.GetPath()} names the blend shape {target}, which is none")
         own = shape.GetPrim()
-        _keep(arrays, f"shape_{i}_offsets", shape.GetOffsetsAttr(), 3)
-        _keep(arrays, f"shape_{i}_points", shape.GetPointIndicesAttr())
-        _keep(arrays, f"shape_{i}_bends", own.GetAttribute(BENDS), 3)
+        _keep(arrays, f"{prefix}shape_{i}_offsets", shape.GetOffsetsAttr(), 3)
+        _keep(arrays, f"{prefix}shape_{i}_points", shape.GetPointIndicesAttr())
+        _keep(arrays, f"{prefix}shape_{i}_bends", own.GetAttribute(BENDS), 3)
         inbetweens = []
         for k, inbetween in enumerate(shape.GetInbetweens()):
             weight = inbetween.GetWeight()
-            if _keep(arrays, f"shape_{i}_inbetween_{k}", inbetween.GetAttr(), 3):
+            if _keep(arrays, f"{prefix}shape_{i}_inbetween_{k}", inbetween.GetAttr(), 3):
                 inbetweens.append({"name": inbetween.GetAttr().GetName(), "weight": weight})
         token = str(tokens[i]) if i < len(tokens) else own.GetName()
         found.append(
