@@ -54,8 +54,14 @@ def joined_rig(parts: Sequence[RigPart], source: str) -> tuple[Mesh, dict[str, M
     if len(parts) == 1 and parts[0].place.is_identity:
         return parts[0].mesh, dict(parts[0].morphs)
     neutral = _joined_mesh(parts, source)
-    names = dict.fromkeys(name for part in parts for name in part.morphs)
-    return neutral, {name: _joined_morph(neutral, parts, name) for name in names}
+    moving: dict[str, list[tuple[slice, RigPart]]] = {}
+    start = 0
+    for part in parts:
+        own = slice(start, start + len(part.mesh.vertices))
+        start = own.stop
+        for name in part.morphs:
+            moving.setdefault(name, []).append((own, part))
+    return neutral, {name: _joined_morph(neutral, name, at) for name, at in moving.items()}
 
 
 def turned_corners(offsets: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -135,18 +141,19 @@ def _joined_labels(labels: Iterable[tuple[FaceLabels | None, int]]) -> FaceLabel
     return FaceLabels(tuple(names), np.concatenate(of_face).astype(np.int32)) if names else None
 
 
-def _joined_morph(neutral: Mesh, parts: Sequence[RigPart], name: str) -> Morph:
-    """What the morphs of one name do together; bends with the same curve are one."""
+def _joined_morph(neutral: Mesh, name: str, moving: Sequence[tuple[slice, RigPart]]) -> Morph:
+    """What the morphs of one name do together; bends with the same curve are one.
+
+    Args:
+        neutral: All meshes.
+        name: The name.
+        moving: The parts with such a morph, and where their vertices are.
+    """
     target = neutral.vertices.copy()
     bends: dict[tuple[bytes, bytes], tuple[BendCurve, NDArray[np.float64]]] = {}
     used: list[Morph] = []
     farthest = 0.0
-    start = 0
-    for part in parts:
-        own = slice(start, start + len(part.mesh.vertices))
-        start = own.stop
-        if name not in part.morphs:
-            continue
+    for own, part in moving:
         morph = part.morphs[name]
         used.append(morph)
         if morph.bake_error:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from glb_samples import CORNERS, MOVED, SQUARE, HandMade, square
 
+from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.gltf import read_glb
 
 
@@ -44,6 +45,99 @@ def test_targets_are_named_or_numbered(tmp_path: Path, extras: Any, names: Any) 
     rig = read_glb(file.write(tmp_path / "a.glb"))
     assert rig.names == names
     assert not rig.morphs[names[1]].delta.any()  # a target that moves nothing
+
+
+@pytest.mark.parametrize("holder", ["primitive", "target"])
+def test_targets_may_be_named_in_their_primitive_or_by_themselves(
+    tmp_path: Path, holder: str
+) -> None:
+    """As older exporters of VRM and Maya do."""
+    file = square()
+    primitive = file.document["meshes"][0]["primitives"][0]
+    primitive["targets"].append({})
+    if holder == "primitive":
+        primitive["extras"] = {"targetNames": ["A", "blink"]}
+    else:
+        for target, name in zip(primitive["targets"], ("A", "blink"), strict=True):
+            target["extras"] = {"name": name}
+    rig = read_glb(file.write(tmp_path / "a.glb"))
+    assert rig.names == ("A", "blink")
+    np.testing.assert_array_equal(rig.morphs["A"].delta, MOVED)
+
+
+def test_accessors_without_bytes_are_zeros(tmp_path: Path) -> None:
+    """Of positions too, with sparse values that lift one vertex; of indices, and of targets."""
+    file = HandMade()
+    sparse = {
+        "count": 1,
+        "indices": {"bufferView": file.view(b"\x02"), "componentType": 5121},
+        "values": {"bufferView": file.view(np.array([1, 2, 3], dtype="<f4").tobytes())},
+    }
+    common = {"componentType": 5126, "count": 3, "type": "VEC3"}
+    file.primitive(
+        attributes={"POSITION": file.accessor(**common, sparse=sparse)},
+        indices=file.array([0, 1, 2], "u1"),
+        targets=[{"POSITION": file.accessor(**common)}],
+    )
+    file.primitive(
+        attributes={"POSITION": file.array(SQUARE)},
+        indices=file.accessor(componentType=5123, count=3, type="SCALAR"),
+    )
+    rig = read_glb(file.write(tmp_path / "a.glb"))
+    assert rig.neutral.vertices[:3].tolist() == [[0, 0, 0], [0, 0, 0], [1, 2, 3]]
+    assert rig.neutral.faces.indices.tolist() == [0, 1, 2, 3, 3, 3]
+    assert not rig.morphs["target_0"].delta.any()
+
+
+@pytest.mark.parametrize("required", [["VRM"], ["VRMC_vrm", "VRMC_springBone"]])
+def test_vrm_files_are_glb_files(tmp_path: Path, required: list[str]) -> None:
+    """Avatars: their own extensions say nothing about the surface."""
+    file = square()
+    file.document["extensionsUsed"] = [*required, "UNKNOWN_thing"]
+    file.document["extensionsRequired"] = required
+    file.document["extensions"] = {name: {"meta": {"title": "a"}} for name in required}
+    rig = read_glb(file.write(tmp_path / "a.vrm"))
+    np.testing.assert_array_equal(rig.morphs["target_0"].delta, MOVED)
+
+
+def head_and_hair() -> HandMade:
+    """A square with a target, and another without beside it."""
+    file = square()
+    file.document["meshes"][0]["name"] = "headMesh"
+    file.document["meshes"].append({"primitives": [], "name": "hair"})
+    file.primitive(
+        1, attributes={"POSITION": file.array(SQUARE + 9)}, indices=file.array(CORNERS, "u1")
+    )
+    file.document["nodes"] = [{"mesh": 0, "name": "head"}, {"mesh": 1, "translation": [1, 0, 0]}]
+    file.document["scenes"] = [{"nodes": [0, 1]}]
+    return file
+
+
+def test_a_mesh_without_targets_is_part_of_the_neutral(tmp_path: Path) -> None:
+    rig = read_glb(head_and_hair().write(tmp_path / "a.glb"))
+    np.testing.assert_array_equal(
+        rig.neutral.vertices, np.concatenate([SQUARE, SQUARE + [10, 9, 9]])
+    )
+    assert not rig.morphs["target_0"].delta[4:].any()
+    assert rig.neutral.groups is not None
+    assert rig.neutral.groups.names == ("head", "hair")
+
+
+def test_meshes_are_chosen_by_the_name_of_their_node_or_their_own(tmp_path: Path) -> None:
+    path = head_and_hair().write(tmp_path / "a.glb")
+    for name in ("head", "headMesh", ["head", "headMesh"]):
+        rig = read_glb(path, mesh=name)
+        np.testing.assert_array_equal(rig.neutral.vertices, SQUARE)
+        assert rig.names == ("target_0",)
+        assert rig.neutral.groups is None
+    hair = read_glb(path, mesh="hair")
+    np.testing.assert_array_equal(hair.neutral.vertices, SQUARE + [10, 9, 9])
+    assert hair.names == ()
+    words = r"a\.glb: no mesh is called 'nose'; there are 'head' \(1 shapes\), 'hair' \(no shapes\)"
+    with pytest.raises(FormatError, match=words):
+        read_glb(path, mesh="nose")
+    with pytest.raises(ParameterError, match="name at least one mesh"):
+        read_glb(path, mesh=[])
 
 
 @pytest.mark.parametrize(

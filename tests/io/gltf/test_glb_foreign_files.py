@@ -118,6 +118,11 @@ def broken(change: Any) -> HandMade:
     return file
 
 
+def zeros(count: int) -> dict[str, Any]:
+    """Changes an accessor to one without bytes."""
+    return {"bufferView": None, "count": count}
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -134,7 +139,7 @@ def broken(change: Any) -> HandMade:
         (lambda d: d["accessors"][0].update(componentType=[]), "type"),
         (lambda d: d["accessors"][0].update(type="MAT4"), "type"),
         (lambda d: d["accessors"][0].update(normalized=True), "normalised floats"),
-        (lambda d: d["accessors"][0].pop("bufferView"), "no bytes"),
+        (lambda d: d["accessors"][0].update(zeros(10**12)), "more memory"),
         (lambda d: d["accessors"][2].update(count=3), "expected 4"),
         (lambda d: d["bufferViews"][0].update(byteLength=10**12), "beyond its buffer"),
         (lambda d: d["bufferViews"][0].update(byteOffset=10**12), "beyond its buffer"),

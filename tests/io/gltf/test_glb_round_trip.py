@@ -148,6 +148,53 @@ def test_a_file_whose_triangles_were_reordered_is_read_as_triangles(tmp_path: Pa
     assert rig.names == ("m",)
 
 
+def test_a_file_whose_vertices_were_split_says_that_its_polygons_are_lost(tmp_path: Path) -> None:
+    """As gltf-transform's weld does: each primitive gets vertices of its own."""
+    write_glb(tmp_path / "a.glb", rig_on(seamed_mesh()))
+
+    def split(document: dict[str, Any]) -> None:
+        for primitive in document["meshes"][0]["primitives"]:
+            own = document["accessors"][primitive["attributes"]["POSITION"]]
+            primitive["attributes"]["POSITION"] = len(document["accessors"])
+            document["accessors"].append(dict(own))
+
+    with pytest.warns(ElastomorphWarning, match=r"has split .* its polygons are lost") as said:
+        rig = read_glb(rewritten(tmp_path / "a.glb", split))
+    assert len(said) == 1
+    assert set(rig.neutral.faces.sizes.tolist()) == {3}
+    assert rig.names == ("m",)
+
+
+def test_a_mesh_of_ours_beside_another_keeps_its_polygons_and_bends(tmp_path: Path) -> None:
+    """As where hair was added in another program."""
+    own = rig_on(seamed_mesh())
+    write_glb(tmp_path / "a.glb", own)
+    alone = read_glb(tmp_path / "a.glb")
+
+    def add(document: dict[str, Any]) -> None:
+        first = document["meshes"][0]["primitives"][0]
+        kept = {"attributes": {"POSITION": first["attributes"]["POSITION"]}}
+        document["meshes"].append({"primitives": [{**kept, "indices": first["indices"]}]})
+        document["nodes"].append({"mesh": 1, "name": "hair"})
+        document["scenes"][0]["nodes"].append(len(document["nodes"]) - 1)
+
+    both = read_glb(rewritten(tmp_path / "a.glb", add))
+    count = len(alone.neutral.vertices)
+    assert len(both.neutral.vertices) > count
+    sizes = alone.neutral.faces.sizes.tolist()
+    assert both.neutral.faces.sizes.tolist()[: len(sizes)] == sizes
+    assert both.names == alone.names
+    for t in (0.3, 1.0):
+        np.testing.assert_array_equal(both.pose({"m": t})[:count], alone.pose({"m": t}))
+        np.testing.assert_array_equal(both.pose({"m": t})[count:], both.neutral.vertices[count:])
+    assert_same_rig(alone, read_glb(tmp_path / "a.glb", mesh=name_of_mesh(tmp_path / "a.glb")))
+
+
+def name_of_mesh(path: Path) -> str:
+    name: str = chunks_of(path)[0]["meshes"][0]["name"]
+    return name
+
+
 def test_morph_targets_in_another_order_keep_their_bends(tmp_path: Path) -> None:
     """They are known by name."""
     rig = triangle_rig()

@@ -33,8 +33,7 @@ class AccessorReader:
             number: The accessor, as the file names it.
             width: Components of an element.
             of: What names it, for messages.
-            count: How many elements it must have. Only where this is given may they be left out,
-                as zeros or for sparse values.
+            count: How many elements it must have, if that is known.
 
         Returns:
             (count, width) float64.
@@ -72,18 +71,13 @@ class AccessorReader:
         if own < 1 or (count is not None and own != count):
             file.refuse(f"{name} of {of} has {own:,} elements, expected {count or 'at least 1'}")
         dtype = np.dtype(kind)
-        if "bufferView" in accessor:
+        if accessor.get("bufferView") is not None:
             offset = file.whole_in(accessor, "byteOffset", name, default=0)
             # The step is the view's; the values are copied, so that sparse ones can replace some.
             view = self._elements(accessor["bufferView"], offset, own, width, dtype, name)
             file.budget.spend(own * width * _COPIES)
             values = view.copy()
-        elif count is None:
-            file.refuse(
-                f"{name} of {of} has no bytes. If its mesh is compressed, export it again "
-                "without compression"
-            )
-        else:
+        else:  # zeros, or for sparse values
             file.budget.spend(own * width * _COPIES)
             values = np.zeros((own, width), dtype=dtype)
         if "sparse" in accessor:

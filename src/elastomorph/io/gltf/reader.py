@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ElastomorphWarning
+from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.io.checked import naming_file, shortened
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
 from elastomorph.io.gltf.scene import PlacedMesh, placed_meshes
 from elastomorph.io.gltf.scene_surface import SceneSurface
 from elastomorph.io.gltf.surface_extras import restored_surface
-from elastomorph.io.gltf.surfaces import read_surface
+from elastomorph.io.gltf.surfaces import read_surfaces, shape_count
+from elastomorph.io.joined_rig import RigPart, joined_rig
+from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
+from elastomorph.io.placing import Placing
 from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.morph import Morph
 from elastomorph.polygons import Polygons
@@ -24,12 +28,15 @@ from elastomorph.rig import Rig
 
 __all__ = ["read_glb"]
 
-_HARMLESS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "MSFT_texture_")
+_HARMLESS = (
+    *("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "MSFT_texture_"),
+    *("VRM", "KHR_xmp", "KHR_node_visibility", "KHR_animation_pointer"),
+)
 _READ = ("KHR_mesh_quantization",)
 
 
-def read_glb(path: str | Path) -> Rig:
-    """The rig in a .glb or .gltf file.
+def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
+    """The rig in a .glb, .gltf or .vrm file.
 
     A file of `write_glb` comes back with its polygons, vertex order, texture coordinates, labels,
     bends and bend curves; positions in single precision. If another program has changed it so
@@ -37,25 +44,63 @@ def read_glb(path: str | Path) -> Rig:
 
     - All meshes of the scene become one, in the order of the scene and placed by their nodes.
       Vertices are neither merged nor reordered; triangles stay triangles.
-    - Morph targets of the same name in several meshes are one morph, on a straight path. Targets
-      without names are called ``target_0`` and so on.
+    - Morph targets of the same name in several meshes are one morph, on a straight path; a mesh
+      without any is part of the neutral. Targets without names are called ``target_0`` and so on.
     - Materials become material labels; nodes become group labels where several have a mesh.
     - Skins, animations, default weights and textures are passed over.
 
     Args:
         path: The file. Buffers in other files are read only from its own folder.
+        mesh: Name of the mesh to read, or names of several: of its node or its own.
 
     Raises:
         FileError: A file is missing or cannot be read.
-        FormatError: It is damaged, compressed, or needs an extension that is not read.
+        FormatError: It is damaged, compressed, needs an extension that is not read, or has no mesh
+            of a name.
+        ParameterError: An empty list of names.
     """
+    wanted = wanted_names(mesh)
     file = open_gltf(path)
     _require_extensions(file)
     with naming_file(path), np.errstate(all="ignore"):
-        placed = placed_meshes(file)
-        surface = read_surface(file, placed)
-        extras = _own_extras(file, placed)
-        return _rig(_neutral(file, surface, extras), _description(file, surface, extras), surface)
+        placed = _chosen(file, wanted)
+        parts = [
+            _part(file, own, surface)
+            for own, surface in zip(placed, read_surfaces(file, placed), strict=True)
+            if surface is not None
+        ]
+        neutral, morphs = joined_rig([part for part, _ in parts], str(path))
+        return Rig(
+            neutral,
+            morphs,
+            correctives=_merged(stored.correctives for _, stored in parts),
+            groups=_merged(stored.groups for _, stored in parts),
+        )
+
+
+def _chosen(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
+    placed = placed_meshes(file)
+    if not wanted:
+        return placed
+    listed = [ListedMesh(own.names, shape_count(file, own)) for own in placed]
+    try:
+        return [placed[number] for number in chosen_meshes(listed, wanted)]
+    except ParameterError as problem:
+        file.refuse(str(problem))
+
+
+def _part(file: GltfFile, placed: PlacedMesh, surface: SceneSurface) -> tuple[RigPart, StoredRig]:
+    """A mesh with its morphs, as `write_glb` described them or as the file shows them."""
+    extras = file.item("meshes", placed.number, "a node").get("extras")
+    own = extras.get("elastomorph") if isinstance(extras, dict) else None
+    neutral = _neutral(file, surface, own)
+    stored = _description(file, surface, own)
+    morphs = {morph.name: _morph(neutral, surface, morph) for morph in stored.morphs}
+    return RigPart(placed.names[0], neutral, morphs, Placing(np.eye(3), np.zeros(3))), stored
+
+
+def _merged(kinds: Iterable[dict[str, list[str]]]) -> dict[str, list[str]]:
+    return {name: members for own in kinds for name, members in own.items()}
 
 
 def _require_extensions(file: GltfFile) -> None:
@@ -73,24 +118,20 @@ def _require_extensions(file: GltfFile) -> None:
             )
 
 
-def _own_extras(file: GltfFile, placed: list[PlacedMesh]) -> Any:
-    """What `write_glb` left in the mesh, if the scene shows that mesh alone and once."""
-    if len(placed) != 1:
-        return None
-    extras = file.item("meshes", placed[0].number, "a node").get("extras")
-    return extras.get("elastomorph") if isinstance(extras, dict) else None
-
-
 def _neutral(file: GltfFile, surface: SceneSurface, extras: Any) -> Mesh:
     vertices, texture = surface.vertices(), surface.texture()
     source = Source(str(file.path))
     stored = extras.get("surface") if isinstance(extras, dict) else None
-    if isinstance(stored, dict) and len(surface.sheets) == 1:
+    if isinstance(stored, dict):
         parts = [piece.triangles for piece in surface.pieces if len(piece.triangles)]
         try:
+            if len(surface.sheets) != 1:
+                raise ParameterError("another program has split or changed its vertices")
             own = restored_surface(stored, parts, vertices, texture)
         except ValueError as problem:
-            _warn(file, "read with triangles for polygons", problem)
+            _warn(
+                file, "its polygons are lost, and it is read with triangles for polygons", problem
+            )
         else:
             return Mesh(vertices[: stored["vertices"]], **own, source=source)
     corners = np.concatenate([piece.triangles for piece in surface.pieces])
@@ -98,8 +139,7 @@ def _neutral(file: GltfFile, surface: SceneSurface, extras: Any) -> Mesh:
         vertices,
         Polygons.of(corners),
         uv=_uv(texture, corners),
-        materials=_labels(surface, "material"),
-        groups=_labels(surface, "group") if len({p.group for p in surface.pieces}) > 1 else None,
+        materials=_materials(surface),
         source=source,
     )
 
@@ -113,8 +153,8 @@ def _uv(texture: NDArray[np.float64] | None, triangles: NDArray[np.int32]) -> UV
     return UVMap(coordinates, np.where(shown[corners], corners, -1).astype(np.int32))
 
 
-def _labels(surface: SceneSurface, kind: str) -> FaceLabels | None:
-    labels: list[str | None] = [getattr(piece, kind) for piece in surface.pieces]
+def _materials(surface: SceneSurface) -> FaceLabels | None:
+    labels = [piece.material for piece in surface.pieces]
     names = tuple(dict.fromkeys(label for label in labels if label is not None))
     if not names:
         return None
@@ -134,22 +174,19 @@ def _description(file: GltfFile, surface: SceneSurface, extras: Any) -> StoredRi
     return StoredRig(tuple(StoredMorph.straight(name) for name in surface.targets), {}, {})
 
 
-def _rig(neutral: Mesh, description: StoredRig, surface: SceneSurface) -> Rig:
+def _morph(neutral: Mesh, surface: SceneSurface, stored: StoredMorph) -> Morph:
     count = len(neutral.vertices)
-    morphs = {}
-    for stored in description.morphs:
-        delta = surface.displacement(stored.target)[:count]
-        bends = [surface.displacement(target)[:count] for target, _ in stored.bends]
-        morphs[stored.name] = Morph(
-            neutral,
-            neutral.with_vertices(neutral.vertices + delta),
-            np.stack(bends) if bends else np.zeros((0, count, 3)),
-            tuple(curve for _, curve in stored.bends),
-            method=stored.method,
-            limit_law=stored.limit_law,
-            bake_error=stored.bake_error,
-        )
-    return Rig(neutral, morphs, correctives=description.correctives, groups=description.groups)
+    delta = surface.displacement(stored.target)[:count]
+    bends = [surface.displacement(target)[:count] for target, _ in stored.bends]
+    return Morph(
+        neutral,
+        neutral.with_vertices(neutral.vertices + delta),
+        np.stack(bends) if bends else np.zeros((0, count, 3)),
+        tuple(curve for _, curve in stored.bends),
+        method=stored.method,
+        limit_law=stored.limit_law,
+        bake_error=stored.bake_error,
+    )
 
 
 def _warn(file: GltfFile, instead: str, problem: Exception) -> None:
@@ -157,5 +194,5 @@ def _warn(file: GltfFile, instead: str, problem: Exception) -> None:
         f"{file.path}: what elastomorph stored beside the mesh no longer fits it "
         f"({shortened(problem)}); {instead}",
         ElastomorphWarning,
-        stacklevel=4,
+        stacklevel=6,
     )

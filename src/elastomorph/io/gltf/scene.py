@@ -20,13 +20,13 @@ class PlacedMesh:
 
     Attributes:
         number: Number of the mesh.
-        name: Name of the node, or else of the mesh.
+        names: Names of the node and of the mesh, as far as they have any; at least one.
         linear: (3, 3) what directions and displacements are multiplied with, from the left.
         offset: (3,) what positions are then moved by.
     """
 
     number: int
-    name: str
+    names: tuple[str, ...]
     linear: NDArray[np.float64]
     offset: NDArray[np.float64]
 
@@ -63,8 +63,9 @@ def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
 def _placed(file: GltfFile, node: dict[str, Any], world: NDArray[np.float64]) -> PlacedMesh:
     mesh = file.item("meshes", node["mesh"], "a node")
     names = (holder.get("name") for holder in (node, mesh))
-    name = next((name for name in names if isinstance(name, str)), f"mesh {node['mesh']}")
-    return PlacedMesh(node["mesh"], name, world[:3, :3], world[:3, 3])
+    known = tuple(dict.fromkeys(name for name in names if isinstance(name, str)))
+    numbered = (f"mesh {node['mesh']}",)
+    return PlacedMesh(node["mesh"], known or numbered, world[:3, :3], world[:3, 3])
 
 
 def _roots(file: GltfFile) -> list[Any]:

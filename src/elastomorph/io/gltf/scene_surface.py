@@ -1,4 +1,4 @@
-"""All meshes of a scene as one: vertices, triangles, and what the morph targets move."""
+"""A mesh of a scene: vertices, triangles, and what the morph targets move."""
 
 from __future__ import annotations
 
@@ -34,21 +34,18 @@ class Piece:
     Attributes:
         triangles: (T, 3) int32, of all vertices.
         material: Name of the material, if any.
-        group: Name of the node.
     """
 
     triangles: NDArray[np.int32]
     material: str | None
-    group: str
 
 
 @dataclass(eq=False)
 class SceneSurface:
-    """The meshes of a scene, one after another.
+    """A mesh with all its primitives, in place.
 
     Attributes:
-        targets: Names of the morph targets, in order of first use; the same name in two meshes
-            is one target.
+        targets: Names of the morph targets, in order.
         sheets: The vertices.
         pieces: The triangles.
     """

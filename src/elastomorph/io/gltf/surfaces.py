@@ -1,4 +1,4 @@
-"""Reads the primitives of all meshes that a scene shows."""
+"""Reads the primitives of the meshes that a scene shows."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.scene import PlacedMesh
 from elastomorph.io.gltf.scene_surface import Piece, SceneSurface, Sheet
 
-__all__ = ["read_surface"]
+__all__ = ["read_surfaces", "shape_count"]
 
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
 _DRACO = "KHR_draco_mesh_compression"
 
 
-def read_surface(file: GltfFile, placed: Sequence[PlacedMesh]) -> SceneSurface:
-    """Read the meshes of a scene.
+def read_surfaces(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[SceneSurface | None]:
+    """Read meshes of a scene; None for one that shows nothing of a surface.
 
     Triangles, strips and fans are read. Points are only where there is nothing else, as the
     markers of a capture; lines are passed over.
@@ -37,9 +37,25 @@ def read_surface(file: GltfFile, placed: Sequence[PlacedMesh]) -> SceneSurface:
     }
     wanted = (_TRIANGLES, _STRIP, _FAN) if modes & {_TRIANGLES, _STRIP, _FAN} else (_POINTS,)
     reader = _SurfaceReader(file, wanted)
-    for mesh in placed:
-        reader.add(mesh)
-    return reader.finish()
+    found = [reader.read(mesh) for mesh in placed]
+    surfaces = [surface for surface in found if surface.sheets]
+    if not surfaces:
+        file.refuse("it shows no triangles; expected a mesh with morph targets")
+    names = dict.fromkeys(name for surface in surfaces for name in surface.targets)
+    # A morph has a displacement and a target for every vertex, however few of them it moves.
+    copies = 2 if len(surfaces) == 1 else 3
+    vertices = sum(surface.count for surface in surfaces)
+    file.budget.spend_fields(vertices, len(names), copies=copies)
+    return [surface if surface.sheets else None for surface in found]
+
+
+def shape_count(file: GltfFile, placed: PlacedMesh) -> int:
+    """Number of morph targets of a mesh."""
+    mesh = file.item("meshes", placed.number, "a node")
+    of = f"mesh {placed.number}"
+    primitives = file.list_in(mesh, "primitives", of)
+    counts = [len(file.list_in(p, "targets", of)) for p in primitives if isinstance(p, dict)]
+    return max(counts, default=0)
 
 
 class _SurfaceReader:
@@ -47,21 +63,9 @@ class _SurfaceReader:
         self._file = file
         self._modes = modes
         self._accessors = AccessorReader(file)
-        self._known: dict[str, None] = {}
-        self.surface = SceneSurface()
 
-    def finish(self) -> SceneSurface:
-        """The meshes added so far, if a rig of them is in proportion to the file."""
-        surface = self.surface
-        if not surface.sheets:
-            self._file.refuse("it shows no triangles; expected a mesh with morph targets")
-        surface.targets = list(self._known)
-        # A morph has a displacement and a target for every vertex, however few of them it moves.
-        self._file.budget.spend_fields(surface.count, len(surface.targets), copies=2)
-        return surface
-
-    def add(self, placed: PlacedMesh) -> None:
-        """Add a mesh with all its primitives."""
+    def read(self, placed: PlacedMesh) -> SceneSurface:
+        """A mesh with all its primitives."""
         file = self._file
         mesh = file.item("meshes", placed.number, "a node")
         of = f"mesh {placed.number}"
@@ -72,8 +76,8 @@ class _SurfaceReader:
         ]
         counts = [len(file.list_in(each, "targets", of)) for each in primitives]
         file.budget.spend_objects(sum(counts) + len(counts))
-        names = target_names(mesh, max(counts, default=0))
-        self._known.update(dict.fromkeys(names))
+        names = target_names([mesh, *primitives], max(counts, default=0))
+        surface = SceneSurface(names)
         sheets: dict[tuple[Any, ...], Sheet] = {}
         mirrors = np.linalg.det(placed.linear) < 0
         for primitive in primitives:
@@ -87,18 +91,21 @@ class _SurfaceReader:
             key = tuple(value if isinstance(value, int) else None for value in named)
             if key not in sheets:
                 self._refuse_compressed(primitive, attributes, of)
-                sheets[key] = self._sheet(
-                    attributes, dict(zip(names, targets, strict=False)), placed
-                )
-                self.surface.sheets.append(sheets[key])
+                named_targets = dict(zip(names, targets, strict=False))
+                sheets[key] = self._sheet(attributes, named_targets, placed, surface.count)
+                surface.sheets.append(sheets[key])
             triangles = self._triangles(primitive, sheets[key], of)
             if mirrors:
                 triangles = triangles[:, [0, 2, 1]]
-            material = self._material(primitive, of)
-            self.surface.pieces.append(Piece(triangles, material, placed.name))
+            surface.pieces.append(Piece(triangles, self._material(primitive, of)))
+        return surface
 
     def _sheet(
-        self, attributes: dict[str, Any], targets: dict[str, Any], placed: PlacedMesh
+        self,
+        attributes: dict[str, Any],
+        targets: dict[str, Any],
+        placed: PlacedMesh,
+        start: int,
     ) -> Sheet:
         read, of = self._accessors.floats, f"mesh {placed.number}"
         if "POSITION" not in attributes:
@@ -117,7 +124,7 @@ class _SurfaceReader:
                 if moved.any():
                     displacements[name] = turned(moved, placed.linear)
         return Sheet(
-            self.surface.count,
+            start,
             turned(vertices, placed.linear) + placed.offset,
             texture,
             displacements,
@@ -168,12 +175,23 @@ class _SurfaceReader:
             )
 
 
-def target_names(mesh: dict[str, Any], count: int) -> list[str]:
-    """The names of the morph targets of a mesh, or ``target_0``, ``target_1`` where it has none."""
-    extras = mesh.get("extras")
-    given = extras.get("targetNames") if isinstance(extras, dict) else None
-    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-        given = []
+def target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
+    """The names of the morph targets of a mesh, or ``target_0``, ``target_1`` where it has none.
+
+    Most programs name them in the extras of the mesh, some in those of each primitive, and older
+    ones in those of each target.
+
+    Args:
+        holders: The mesh and its primitives.
+        count: Number of targets.
+    """
+    lists = [_extras(holder).get("targetNames") for holder in holders]
+    lists += [
+        [_extras(target).get("name") for target in holder["targets"]]
+        for holder in holders
+        if isinstance(holder.get("targets"), list)
+    ]
+    given: list[str] = next((names for names in lists if names and _are_names(names)), [])
     names: dict[str, None] = {}
     again: dict[str, int] = {}
     for number in range(count):
@@ -183,6 +201,15 @@ def target_names(mesh: dict[str, Any], count: int) -> list[str]:
             name = f"{plain}_{again[plain]}"
         names[name] = None
     return list(names)
+
+
+def _extras(holder: Any) -> dict[str, Any]:
+    extras = holder.get("extras") if isinstance(holder, dict) else None
+    return extras if isinstance(extras, dict) else {}
+
+
+def _are_names(names: Any) -> bool:
+    return isinstance(names, list) and all(isinstance(name, str) for name in names)
 
 
 def turned(vectors: NDArray[np.float64], linear: NDArray[np.float64]) -> NDArray[np.float64]:
