@@ -35,6 +35,15 @@ class Choice:
         """Whether the straight line was taken."""
         return self.distance <= self.allowed
 
+    @property
+    def text(self) -> str:
+        """What was chosen and why, in a few words."""
+        bound = "" if self.exact else "at most "
+        off = f"{bound}{100 * self.distance:.2g} % of D"
+        if self.straight:
+            return f"auto: straight, turning differs by {off}"
+        return f"auto: turned, the straight line is {off} away"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Morph:
@@ -55,6 +64,8 @@ class Morph:
         bake_error: Largest distance between the stored path and the path it stands for, as a
             fraction of ``neutral.diameter``; 0 where the storage is exact.
         choice: Why ``auto`` chose this path; None where the method was named.
+        bare: Whether only the target was known, as in a file of another program: the straight
+            line then stands in for a path that nobody has chosen yet.
 
     Raises:
         TopologyError: Neutral and target differ in vertices or polygons.
@@ -69,6 +80,7 @@ class Morph:
     limit_law: BendCurve = field(default_factory=lambda: BendCurve.polynomial([0.0]))
     bake_error: float = 0.0
     choice: Choice | None = None
+    bare: bool = False
 
     def __post_init__(self) -> None:
         require_same_topology(self.neutral, self.target)

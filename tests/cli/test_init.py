@@ -29,7 +29,7 @@ def face(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_the_rig_is_the_same_as_without(face: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """To the last bit, in the same order; and every line is a setting or a comment."""
-    expected = rig_arrays(read_rig_folder(face, method="beam:2", cache=None))
+    expected = rig_arrays(read_rig_folder(face, cache=None))
     assert run("init", face, "--json") == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["targets"] == facts["ARKit names"] == len(shapes())

@@ -32,11 +32,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def rig_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def rig_file(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("file") / "rig.npz"
-    to = em.prepare(head(), "beam:2")
-    targets = {"smile": expressions()["grinning"], "sad": expressions()["sad"]}
-    em.write(path, em.Rig(head(), {name: to(mesh) for name, mesh in targets.items()}))
+    em.write(path, em.read_rig(folder))
     return path
 
 

@@ -18,8 +18,7 @@ def test_blend_makes_all_combinations(tmp_path: Path, capsys: pytest.CaptureFixt
     out = tmp_path / "faces.npz"
     assert run("blend", "--levels", 3, "-t", 0.5, "-o", out, "--json") == 0
     assert json.loads(capsys.readouterr().out)["faces"] == 242
-    to = em.prepare(head(), "beam:2")
-    rig = em.Rig(head(), {name: to(mesh) for name, mesh in expressions().items()})
+    rig = em.read_rig("built-in").only(list(expressions()))
     with np.load(out) as archive:
         row = archive["weights"][100]
         face = archive["vertices"][100]

@@ -69,6 +69,9 @@ class TestVerbs:
 
     def test_interpolate_one_time(self) -> None:
         assert run("interpolate", "neutral.obj", "target.obj", "-t", 0.25, "-o", "out.obj") == 0
+        np.testing.assert_allclose(em.read("out.obj").vertices[:, 2], 3 / 4, atol=1e-12)
+        words = ["-t", 0.25, "-o", "out.obj", "--method", "beam:2"]
+        assert run("interpolate", "neutral.obj", "target.obj", *words) == 0
         np.testing.assert_allclose(em.read("out.obj").vertices[:, 2], 3 / 16, atol=1e-12)
 
     def test_interpolate_frames(self) -> None:
@@ -94,7 +97,7 @@ class TestVerbs:
                 "--rest", "neutral") == 0
         )  # fmt: skip
         height = em.read("out.obj").vertices[:, 2]
-        assert height[0] == pytest.approx(3 / 4)
+        assert height[0] == pytest.approx(3 / 2)
         assert not height[21:].any()
 
     def test_evaluate(self, capsys: pytest.CaptureFixture[str]) -> None:
@@ -169,8 +172,17 @@ class TestVerbs:
             ),
             (
                 ["interpolate", "neutral.obj", "target.obj", "-o", "x.obj", "--damping", "50",
-                 "--rigidity", "1.0265982254684336"],
+                 "--rigidity", "1.0265982254684336", "--method", "beam:2"],
                 "resonant",
+            ),
+            (
+                ["interpolate", "neutral.obj", "target.obj", "-o", "x.obj", "--damping", "50"],
+                "--damping is for beam, plate; auto has none: add --method beam",
+            ),
+            (
+                ["interpolate", "neutral.obj", "target.obj", "-o", "x.obj", "--method", "arc",
+                 "--basis", "fourier"],
+                "--basis is for beam; arc has none: add --method beam",
             ),
             (
                 ["interpolate", "neutral.obj", "target.obj", "-o", "x.obj", "--timing", "soon"],

@@ -100,7 +100,7 @@ def test_settings_and_curves_reach_the_method(folder: Path) -> None:
     neutral, target = em.read(folder / "Generic_Neutral.obj"), em.read(folder / "smile.ply")
     expected = em.interpolate(neutral, target, "beam", curves=curves, order=3, material=material)
     assert same_bits(rig.morphs["smile"].bends, expected.bends)
-    with pytest.raises(ParameterError, match="unknown setting 'colour'"):
+    with pytest.raises(ParameterError, match="auto has no colour"):
         read(folder, colour=1)
 
 

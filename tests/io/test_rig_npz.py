@@ -199,6 +199,7 @@ def test_a_small_file_cannot_ask_for_much_memory(tmp_path: Path) -> None:
         neutral=np.zeros((count, 3)),
         morph_names=np.array(["a"]),
         methods=np.array(["linear"]),
+        choices=np.array([""]),
         bake_errors=np.zeros(1),
         bend_counts=np.array([count]),
         field_sizes=np.zeros(count + 1, dtype=int),

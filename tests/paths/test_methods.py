@@ -175,6 +175,10 @@ class TestRefusals:
             ({"harmonics": -1}, "harmonics"),
             ({"order": 0}, "order R"),
             ({"ordre": 2}, "beam has no ordre; it has order"),
+            ({"method": "auto", "order": 2}, "auto has no order; it has tolerance, straight"),
+            ({"method": "auto:near"}, "'near' is no number"),
+            ({"method": "auto:-1"}, "straight_within"),
+            ({"method": "auto:0.1:0.2"}, "twice"),
             ({"method": em.Method(), "order": 2}, "within the Method"),
             ({"material": 3}, "Material"),
             ({"region": []}, "at least one"),
@@ -184,7 +188,7 @@ class TestRefusals:
     )
     def test_settings(self, settings: dict[str, object], message: str) -> None:
         with pytest.raises(em.ParameterError, match=message):
-            em.interpolate(FACE, GRIN, **{"curves": CURVES, **settings})  # type: ignore[arg-type]
+            em.interpolate(FACE, GRIN, **{"curves": CURVES, "method": "beam", **settings})  # type: ignore[arg-type]
 
     @pytest.mark.parametrize(
         ("region", "message"), [([1, 10**6], "names vertex 1000000"), ([0.5], "vertex indices")]
@@ -209,15 +213,17 @@ class TestRefusals:
 
     def test_curves_of_another_mesh(self) -> None:
         with pytest.raises(em.CurveError, match="extract them"):
-            em.interpolate(FACE, GRIN, curves=em.CurveNetwork([], 7))
+            em.interpolate(FACE, GRIN, "beam", curves=em.CurveNetwork([], 7))
 
 
 def test_labels_say_what_differs_from_the_usual() -> None:
     assert em.Method.parse("linear").label == "linear"
     assert em.Method.parse("ease:3").label == "ease R=3"
     assert em.Method.parse("beam:2:unforced").label == "beam R=2 unforced"
-    assert em.Method(load=em.Load([1, 2])).label == "beam load 1,2"
+    assert em.Method("beam", load=em.Load([1, 2])).label == "beam load 1,2"
+    assert em.Method().label == "auto"
+    assert em.Method.parse("auto:0.001").label == "auto 0.001"
     label = em.Method(
-        material=em.Material(2, 1, 0.5), basis="fourier", stiffness="length", harmonics=4
+        "beam", material=em.Material(2, 1, 0.5), basis="fourier", stiffness="length", harmonics=4
     ).label
     assert label == "beam R=2 fourier by length N=4 m=2 c=1 k=0.5"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import elastomorph as em
+from foreign_files import write_foreign_glb
 
 SIDE = 7
 LEFT = [SIDE * row + column for row in range(SIDE) for column in range(4)]
@@ -52,9 +53,9 @@ def write_character(folder: Path) -> None:
     (folder / "top.json").write_text(json.dumps(list(range(2 * SIDE))))
     drawn = [[SIDE * row + column for row in range(SIDE)] for column in range(SIDE)]
     (folder / "curves.json").write_text(json.dumps(drawn))
-    em.write(
-        folder / "head.npz", em.Rig(neutral, {"smile": em.interpolate(neutral, targets["smile"])})
-    )
+    rig = em.Rig(neutral, {"smile": em.interpolate(neutral, targets["smile"])})
+    em.write(folder / "head.npz", rig)
+    write_foreign_glb(folder / "heads.glb", rig, nodes=("left", "right"))
 
 
 TABLES: dict[str, Any] = {

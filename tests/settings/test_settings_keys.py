@@ -25,6 +25,7 @@ METHOD: dict[str, tuple[dict[str, Any], Any]] = {
     "stiffness": ({"material": {"rigidity": 0.01}}, "length"),
     "harmonics": ({"material": {"rigidity": 0.01}}, 1),
     "tolerance": ({"name": "rotation"}, 1e-2),
+    "straight_within": ({"name": "auto"}, 0.5),
     "material": ({}, {"rigidity": 0.01}),
 }
 """What each key of a method needs beside it, and its value."""
@@ -50,6 +51,10 @@ BASE = changed(
 BARE = changed(BASE, regions=None)
 RIG: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "character.rig": (TABLES, {"character": {"rig": "head.npz"}}),
+    "character.mesh": (
+        {"character": {"rig": "heads.glb"}},
+        {"character": {"rig": "heads.glb", "mesh": "left"}},
+    ),
     "character.neutral": (BASE, changed(BASE, character__neutral="other_rest.obj")),
     "character.targets": (
         TABLES,

@@ -12,7 +12,7 @@ from characters import LEFT, TABLES, changed, sheet, write_character, write_sett
 
 import elastomorph as em
 from elastomorph.curves import extract_curves, region_weights
-from elastomorph.errors import FileError, FormatError, TopologyError
+from elastomorph.errors import ElastomorphWarning, FileError, FormatError, TopologyError
 from elastomorph.io.curve_file import read_curves
 from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.rig import Rig
@@ -47,15 +47,16 @@ def target(folder: Path, name: str) -> em.Mesh:
 
 
 def test_an_empty_file_makes_the_rig_of_the_folder(folder: Path) -> None:
-    """With the default method of the command line; the order of the targets is the same too."""
+    """With the default method of every door; the order of the targets is the same too."""
     for file in folder.glob("brow_*.obj"):
         file.rename(folder / "shapes" / file.name)
     (folder / "head.npz").unlink()
     (folder / "other_rest.obj").unlink()
     for file in (folder / "shapes").iterdir():
         file.rename(folder / file.name)
-    expected = read_rig_folder(folder, method="beam:2", cache=None)
+    expected = read_rig_folder(folder, cache=None)
     found = rig_of(folder, {})
+    assert {morph.choice is not None for morph in expected.morphs.values()} == {True}
     assert found.names == expected.names
     for name in found.names:
         assert_same_path(found.morphs[name], expected.morphs[name])
@@ -148,11 +149,12 @@ def test_the_later_region_lies_on_top(folder: Path) -> None:
 
 
 def test_a_region_that_changes_nothing_costs_nothing(folder: Path) -> None:
-    """A material means nothing to a rotation."""
+    """A material means nothing to a rotation, which is said."""
     region = {"vertices": "left.json", "material": {"rigidity": 0.01}}
     tables = changed(TABLES, method__default="rotation")
     plain = rig_of(folder, tables)
-    rig = rig_of(folder, changed(tables, regions__left=region))
+    with pytest.warns(ElastomorphWarning, match="line .*'rigidity' has no effect: .* is rotation"):
+        rig = rig_of(folder, changed(tables, regions__left=region))
     assert rig.morphs["jawOpen"].method == "rotation"
     assert len(rig.morphs["jawOpen"].bends) == len(plain.morphs["jawOpen"].bends)
     assert_same_path(rig.morphs["jawOpen"], plain.morphs["jawOpen"])

@@ -23,12 +23,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def animate(
-    rig: Annotated[
-        str,
-        typer.Argument(
-            help="A rig: .glb, .usd, .fbx, .npz, a folder, settings (.toml); 'built-in' for ours."
-        ),
-    ],
+    rig: options.RigName,
     performance: Annotated[
         Path,
         typer.Argument(help="A take of Live Link Face (.csv), or columns time,jawOpen,… (.csv)."),
@@ -59,6 +54,7 @@ def animate(
         Path | None, typer.Option(help="A picture (PNG) of five frames of the take.")
     ] = None,
     method: options.MethodText = None,
+    mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
 ) -> None:
@@ -84,7 +80,7 @@ def animate(
             )
         place = options.named_rig(rig, settings)
         chosen = options.settings_of(place, settings, method)
-        face_rig = options.full_rig(place, method, say, chosen)
+        face_rig = options.full_rig(place, method, say, chosen, mesh=mesh)
         found = match(take.names, face_rig.names)
     written = take
     if output is not None and not only_list:

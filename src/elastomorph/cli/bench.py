@@ -24,6 +24,7 @@ def bench(
     method: Annotated[
         str, typer.Option(help="linear, cosine, ease:R, beam:R or beam:R:closure.")
     ] = "beam:3",
+    mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
     levels: Annotated[int, typer.Option(help="Values of each weight.", min=2)] = 6,
     t: Annotated[float, typer.Option("--time", "-t", help="Common time of all faces.")] = 0.5,
@@ -37,8 +38,9 @@ def bench(
     from elastomorph.report.bench import PAPER_MILLISECONDS, bench_faces
 
     with options.progress(as_json) as say:
-        chosen = options.settings_of(rig, settings, method)
-        face_rig = options.expression_rig(rig, expressions, method, say, chosen)
+        place = options.named_rig(rig, settings)
+        chosen = options.settings_of(place, settings, method)
+        face_rig = options.expression_rig(place, expressions, method, say, chosen, mesh)
         targets = [morph.target for morph in face_rig.morphs.values()]
         count, rows = bench_faces(
             face_rig.neutral, targets, method=method, levels=levels, t=t, repeats=repeats, say=say

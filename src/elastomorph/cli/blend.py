@@ -46,6 +46,7 @@ def blend(
         bool, typer.Option(help="Divide the weights of a face by their sum, as the paper does.")
     ] = True,
     method: options.MethodText = None,
+    mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
     sheet: Annotated[Path | None, typer.Option(help="A contact sheet of 50 faces (PNG).")] = None,
     grid: Annotated[
@@ -60,12 +61,13 @@ def blend(
       elastomorph blend rig.glb -w jawOpen=0.4 -w mouthSmile_L=1 -o face.obj
     """
     with options.progress(as_json) as say:
-        chosen = options.settings_of(rig, settings, method)
+        place = options.named_rig(rig, settings)
+        chosen = options.settings_of(place, settings, method)
         if weight:
-            face_rig = options.full_rig(rig, method, say, chosen)
+            face_rig = options.full_rig(place, method, say, chosen, mesh=mesh)
             found = _one(face_rig, weight, t, output)
         else:
-            face_rig = options.expression_rig(rig, expressions, method, say, chosen)
+            face_rig = options.expression_rig(place, expressions, method, say, chosen, mesh)
             found = _all(face_rig, levels, t, normalize, output, sheet, say)
         if grid is not None:
             from elastomorph.report import expression_strip

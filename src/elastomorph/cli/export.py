@@ -22,14 +22,10 @@ def add_to(app: typer.Typer) -> None:
 
 
 def export(
-    rig: Annotated[
-        str,
-        typer.Argument(
-            help="A rig: .glb, .usd, .fbx, .npz, a folder, settings (.toml); 'built-in' for ours."
-        ),
-    ],
+    rig: options.RigName,
     output: Annotated[Path, typer.Option("--output", "-o", help=".glb, .usd, .usda, .usdc, .npz")],
     method: options.MethodText = None,
+    mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
     only: Annotated[
         str | None, typer.Option(help="Names separated by commas; all by default.")
@@ -45,7 +41,7 @@ def export(
 ) -> None:
     """Write a rig for other programs: its paths as morph targets, which any player can play.
 
-    Example: elastomorph export path/to/rig -o rig.glb --method beam:2
+    Example: elastomorph export path/to/rig -o rig.glb
     """
     from elastomorph.io import write
 
@@ -55,7 +51,7 @@ def export(
     with options.progress(as_json) as say:
         place = options.named_rig(rig, settings)
         chosen = options.settings_of(place, settings, method)
-        face_rig = options.full_rig(place, method, say, chosen, only)
+        face_rig = options.full_rig(place, method, say, chosen, only, mesh)
         say(f"writing {output}")
         if chosen is not None:
             said = _overriding(chosen, output, said, timing, only)

@@ -12,7 +12,10 @@ import typer
 from elastomorph.cli import options
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from elastomorph.inspection import Displacement, MeshFacts
+    from elastomorph.morph import Morph
     from elastomorph.rig import Rig
 
 __all__ = ["add_to"]
@@ -27,45 +30,56 @@ def inspect(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="A mesh and further ones as its targets; a rig (.glb, …); an evaluation (.json)."
+            help="A mesh and further ones as its targets; a rig (.glb, …, a folder, 'built-in', "
+            "settings); an evaluation (.json)."
         ),
     ],
+    mesh: options.MeshNames = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Say what a file holds and how it was made; compare further meshes with the first.
 
-    A rig shows its paths and, like an evaluation, the settings it was made with.
+    A rig shows the path of each target, for what reason where ``auto`` chose it, and, like an
+    evaluation, the settings it was made with.
 
     Examples:
       elastomorph inspect neutral.obj jawOpen.obj smile.obj
       elastomorph inspect head.glb
     """
+    from elastomorph.errors import ParameterError
     from elastomorph.inspection import displacement, mesh_facts
     from elastomorph.io import read
+    from elastomorph.io.choices import choice_to_json
     from elastomorph.io.settings_used import settings_used
 
     first = files[0]
     changes: dict[str, Displacement] = {}
-    methods: dict[str, str] = {}
-    facts = None
+    rig = facts = None
     with options.progress(as_json) as say:
         say(f"reading {first}")
         used = settings_used(first)
-        if first.suffix.lower() != ".json":
-            rig = _rig(first)
+        if first.suffix.lower() != ".json" or first.is_dir():
+            rig = _rig(first, mesh, say)
             neutral = read(first) if rig is None else rig.neutral
             facts = mesh_facts(neutral)
             if rig is not None:
-                methods = {name: morph.method for name, morph in rig.morphs.items()}
                 changes = {n: displacement(neutral, m.target) for n, m in rig.morphs.items()}
-            for file in files[1:]:
-                say(f"reading {file}")
-                changes[str(file)] = displacement(neutral, read(file))
+        if mesh and (rig is None or len(files) > 1):
+            raise ParameterError("--mesh is for a rig file by itself")
+        if rig is not None or facts is None:
+            _require_alone(files)
+        for file in files[1:]:
+            say(f"reading {file}")
+            changes[str(file)] = displacement(neutral, read(file))
+    morphs = {} if rig is None else rig.morphs
     if as_json:
-        targets = {
-            name: asdict(change) | ({"method": methods[name]} if name in methods else {})
-            for name, change in changes.items()
-        }
+        targets = {name: asdict(change) for name, change in changes.items()}
+        for name, morph in morphs.items():
+            targets[name] |= {
+                "method": morph.method,
+                "bends": len(morph.bends),
+                "choice": choice_to_json(morph.choice),
+            }
         made = {} if used is None else {"settings": used}
         known = {} if facts is None else {**asdict(facts), "targets": targets}
         options.print_json({"file": str(first), **known, **made})
@@ -81,21 +95,36 @@ def inspect(
     for name, change in changes.items():
         typer.echo(
             f"{change.moved:>16,} {change.largest:>9.3%} {change.mean_of_moved:>15.3%}   {name}"
-            + (f"  ({methods[name]})" if name in methods else "")
+            + (f"  ({_path_of(morphs[name])})" if name in morphs else "")
         )
 
 
-def _rig(file: Path) -> Rig | None:
-    """The rig in a file; None where it is a mesh."""
+def _path_of(morph: Morph) -> str:
+    return morph.method if morph.choice is None else morph.choice.text
+
+
+def _require_alone(files: list[Path]) -> None:
+    from elastomorph.errors import ParameterError
+
+    if len(files) > 1:
+        raise ParameterError(
+            f"{files[0]} has its own targets: inspect it by itself, without {files[1]}"
+        )
+
+
+def _rig(file: Path, mesh: list[str] | None, say: Callable[[str], None]) -> Rig | None:
+    """The rig in a file, a folder or settings, or our own; None where it is a mesh."""
     from elastomorph.io.npz_members import open_npz
-    from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read_rig
+    from elastomorph.io.registry import MESH_FORMATS, known_suffixes
 
     suffix = file.suffix.lower()
-    if suffix == ".npz":
+    if suffix == ".npz" and not file.is_dir():
         with open_npz(file) as members:
-            return read_rig(file) if "rig_version" in members.names else None
-    only_rigs = set(known_suffixes(RIG_FORMATS)) - set(known_suffixes(MESH_FORMATS))
-    return read_rig(file) if suffix in only_rigs else None
+            if "rig_version" not in members.names:
+                return None
+    elif suffix in known_suffixes(MESH_FORMATS) and not file.is_dir():
+        return None
+    return options.full_rig(options.named_rig(str(file)), None, say, mesh=mesh)
 
 
 def _made_with(used: dict[str, Any] | None, file: Path) -> list[str]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from elastomorph.cli import options
+
+if TYPE_CHECKING:
+    from elastomorph.settings.choice import MethodChoice
 
 __all__ = ["add_to"]
 
@@ -88,6 +91,7 @@ def interpolate(
         stiffness=stiffness,
     )
     chosen = options.settings_of(None, settings, choice)
+    _require_effect(choice, choice if chosen is None else chosen.choice_for(target.stem))
     if chosen is not None and keep is not None:
         chosen = chosen.with_curves(keep)
     law = options.timing(timing or (None if chosen is None else chosen.timing))
@@ -134,3 +138,15 @@ def interpolate(
         )
     else:
         typer.echo(f"{morph.method}: {len(times)} shapes, {len(morph.bends)} bends → {output}")
+
+
+def _require_effect(said: MethodChoice, whole: MethodChoice) -> None:
+    """Refuse options that the method has no use for."""
+    from elastomorph.errors import ParameterError
+
+    for name, methods in whole.idle.items():
+        if said.stated[name] is not None:
+            raise ParameterError(
+                f"--{name} is for {', '.join(methods)}; {whole.method().name} has none: "
+                f"add --method {methods[0]}"
+            )

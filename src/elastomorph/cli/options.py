@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -41,10 +41,11 @@ Closure = Annotated[
 ]
 
 OptionalRig = Annotated[
-    Path | None,
+    str | None,
     typer.Argument(
         metavar="[RIG]",
-        help="A rig: .glb, .usd, .fbx, .npz, a folder of meshes, settings (.toml). Default: ours.",
+        help="A rig: .glb, .vrm, .usd, .fbx, .npz, a folder of meshes, settings (.toml); "
+        "'built-in', the default, for ours.",
     ),
 ]
 TimingText = Annotated[
@@ -58,7 +59,20 @@ TimingText = Annotated[
 MethodText = Annotated[
     str | None,
     typer.Option(
-        help="linear, cosine, ease:R, beam:R[:closure], plate:R, arc, rotation; beam:2 by default."
+        help="Paths made anew by auto[:distance], linear, cosine, ease:R, beam:R[:closure], "
+        "plate:R, arc or rotation. Default: those of the file, auto where it has none."
+    ),
+]
+RigName = Annotated[
+    str,
+    typer.Argument(
+        help="A rig: .glb, .vrm, .usd, .fbx, .npz, a folder, settings (.toml); 'built-in' for ours."
+    ),
+]
+MeshNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--mesh", help="The mesh meant, in a .glb, .fbx or .usd with several; may be repeated."
     ),
 ]
 SettingsFile = Annotated[
@@ -68,9 +82,6 @@ SettingsFile = Annotated[
         help="Settings of a character (TOML). Default: elastomorph.toml in the folder of the rig.",
     ),
 ]
-
-DEFAULT_METHOD = "beam:2"
-"""Of targets where neither the command line nor settings say more."""
 
 
 def material(
@@ -118,17 +129,18 @@ def settings_of(
     return settings.with_choice(choice) if choice else settings
 
 
-def named_rig(rig: str, settings: Path | None) -> Path | None:
-    """The rig that a user named; None for the built-in head.
+def named_rig(rig: str | None, settings: Path | None = None) -> Path | None:
+    """The rig that a user named; None for the built-in head, or where nothing was named.
 
     Raises:
         ParameterError: Settings for the built-in head.
     """
     from elastomorph.errors import ParameterError
+    from elastomorph.io.registry import BUILT_IN
 
-    if rig == "built-in" and settings is not None:
+    if rig == BUILT_IN and settings is not None:
         raise ParameterError("the built-in head has no settings; leave out one of the two")
-    return None if rig == "built-in" else Path(rig)
+    return None if rig in (None, BUILT_IN) else Path(rig)
 
 
 def curve_file(keep: Path | None, settings: Path | None) -> Path | None:
@@ -185,43 +197,41 @@ def full_rig(
     say: Callable[[str], None],
     settings: Settings | None = None,
     only: str | None = None,
+    mesh: Sequence[str] | None = None,
 ) -> Rig:
     """A rig from settings, a file or a folder, or the built-in head with its expressions.
 
-    The method makes the paths where there are only shapes; rig files have paths of their own.
-
     Args:
         path: The rig file, folder or settings; None for the built-in head.
-        method: The method; that of settings, or else `DEFAULT_METHOD`, where it is left out.
+        method: Makes all paths anew. Left out, settings say, else paths of the file stay as they
+            are and the rest gets the default.
         say: Told what is being done.
         settings: As `settings_of` gives them, if that was asked; else those of the folder.
         only: Names of the targets wanted, separated by commas; all by default.
+        mesh: Names of the meshes meant, in a file with several.
     """
-    from elastomorph.io import read_rig
-    from elastomorph.paths import prepare
-    from elastomorph.rig import Rig
+    from elastomorph.errors import ParameterError
+    from elastomorph.io.registry import BUILT_IN, read_rig, rig_as_stored
+    from elastomorph.rig.remade import with_paths
 
     settings = settings_of(path, None, method) if settings is None else settings
     if settings is not None:
         from elastomorph.settings import rig_from_settings
 
+        if mesh:
+            if settings.character.rig is None:
+                raise ParameterError(f"--mesh is for rig files; {settings.path} names meshes")
+            settings = settings.with_mesh(mesh)
         return _chosen(rig_from_settings(settings, say=say), only)
-    method = DEFAULT_METHOD if method is None else method
-    if path is not None:
-        say(f"reading {path}")
-        if only is None or not path.is_dir():
-            return _chosen(read_rig(path, method=method) if path.is_dir() else read_rig(path), only)
-        straight = read_rig(path, method="linear")
-    else:
-        from elastomorph.samples import expressions, head, shapes
-
-        say("building the head")
-        to = prepare(head(), "linear")
-        straight = Rig(head(), {n: to(m) for n, m in {**shapes(), **expressions()}.items()})
+    place = BUILT_IN if path is None else path
+    say("building the head" if path is None else f"reading {path}")
+    beside: dict[str, Any] = {"mesh": list(mesh)} if mesh else {}
+    if only is None:
+        return read_rig(place, method=method, say=say, **beside)
     # Some methods take a second a target: only those wanted are given their paths.
-    wanted = _chosen(straight, only)
-    to = prepare(wanted.neutral, method)
-    return Rig(wanted.neutral, {name: to(m.target) for name, m in wanted.morphs.items()})
+    rig = rig_as_stored(place, **beside)
+    names = _chosen(rig, only).names
+    return with_paths(rig, method, names=names, say=say).only(names)
 
 
 def _chosen(rig: Rig, only: str | None) -> Rig:
@@ -234,32 +244,38 @@ def expression_rig(
     method: str | None,
     say: Callable[[str], None],
     settings: Settings | None = None,
+    mesh: Sequence[str] | None = None,
 ) -> Rig:
     """A rig of the expressions named, or of the paper's five, composed where it has none.
 
     Arguments as for `full_rig`.
     """
+    from elastomorph.io.registry import BUILT_IN, rig_as_stored
     from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
-    from elastomorph.paths import prepare
     from elastomorph.rig import Rig
+    from elastomorph.rig.remade import bare_rig, extent_of, with_paths
 
     settings = settings_of(path, None, method) if settings is None else settings
-    rig = full_rig(path, method, say, settings, names)
     if names is not None:
-        return rig
-    if all(name in rig.morphs for name in EXPRESSIONS):
-        return rig.only(list(EXPRESSIONS))
-    targets = {name: morph.target for name, morph in rig.morphs.items()}
-    composed = compose_expressions(rig.neutral, targets)
-    if not composed:
-        return rig.only(list(rig.morphs)[: len(EXPRESSIONS)])
+        return full_rig(path, method, say, settings, names, mesh)
     if settings is not None:
-        from elastomorph.settings import PathMaker
+        rig = full_rig(path, method, say, settings, mesh=mesh)
+    else:
+        say("building the head" if path is None else f"reading {path}")
+        beside: dict[str, Any] = {"mesh": list(mesh)} if mesh else {}
+        rig = rig_as_stored(BUILT_IN if path is None else path, **beside)
+    five = [name for name in EXPRESSIONS if name in rig.morphs]
+    if len(five) < len(EXPRESSIONS):
+        targets = {name: morph.target for name, morph in rig.morphs.items()}
+        composed = compose_expressions(rig.neutral, targets)
+        five = list(composed or rig.morphs)[: len(EXPRESSIONS)]
+        rig = bare_rig(rig.neutral, composed) if composed else rig
+        if composed and settings is not None:
+            from elastomorph.settings import PathMaker
 
-        maker = PathMaker(settings, rig.neutral)
-        return Rig(rig.neutral, {name: maker.path(name, mesh) for name, mesh in composed.items()})
-    to = prepare(rig.neutral, DEFAULT_METHOD if method is None else method)
-    return Rig(rig.neutral, {name: to(mesh) for name, mesh in composed.items()})
+            maker = PathMaker(settings, rig.neutral, extent_of(rig))
+            return Rig(rig.neutral, {name: maker.path(name, composed[name]) for name in five})
+    return with_paths(rig, None if settings else method, names=five, say=say).only(five)
 
 
 def print_json(value: Any) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from elastomorph.cli import options
 
@@ -27,6 +27,7 @@ def posed_rigs(
     weights: Mapping[str, float],
     say: Say,
     settings: Path | None = None,
+    mesh: Sequence[str] | None = None,
 ) -> list[PosedRig]:
     """The rig once, or once for each method.
 
@@ -36,6 +37,7 @@ def posed_rigs(
         weights: Weights of the sliders.
         say: Told what is being done.
         settings: A settings file, where the folder of the rig has not its own.
+        mesh: Names of the meshes meant, in a file with several.
 
     Raises:
         ParameterError: A method or slider is unknown, a method twice, or weights for a plain mesh.
@@ -49,12 +51,12 @@ def posed_rigs(
     for number, text in enumerate(methods):
         if text in methods[:number]:
             raise ParameterError(f"--method {text} was given twice")
-    rig = _rig(named, "linear" if parsed else None, say, settings)
+    rig = _rig(named, say, settings, mesh, as_stored=bool(parsed))
     if weights and not rig.names:
         raise ParameterError(f"{named} is a mesh without sliders, so there is nothing to --pose")
     rig.sliders.row(weights)
     if not parsed:
-        return [PosedRig("", rig, weights)]
+        return [PosedRig("", with_paths(rig, None, weights), weights)]
     say("finding paths")
     return [PosedRig(m.label, with_paths(rig, m, weights), weights) for m in parsed]
 
@@ -90,30 +92,47 @@ def reference(
     else:
         other = PosedRig(method.label, with_paths(posed.rig, method, posed.weights), posed.weights)
         return other.label, other.at
-    rig = _rig(against, None, say)
+    rig = _rig(against, say)
     require_same_topology(posed.rig.neutral, rig.neutral)
     name = Path(against).stem
     if not rig.names:
         return name, lambda _: rig.neutral.vertices
-    return name, PosedRig(name, rig, posed.weights).at
+    return name, PosedRig(name, with_paths(rig, None, posed.weights), posed.weights).at
 
 
-def _rig(named: str, method: str | None, say: Say, settings: Path | None = None) -> Rig:
-    """A rig; a plain mesh becomes one without sliders."""
-    from elastomorph.errors import FormatError
-    from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes
+def _rig(
+    named: str,
+    say: Say,
+    settings: Path | None = None,
+    mesh: Sequence[str] | None = None,
+    *,
+    as_stored: bool = False,
+) -> Rig:
+    """A rig, paths that no one has chosen left out; a plain mesh becomes one without sliders."""
+    from elastomorph.errors import FormatError, ParameterError
+    from elastomorph.io.registry import (
+        BUILT_IN,
+        MESH_FORMATS,
+        RIG_FORMATS,
+        known_suffixes,
+        rig_as_stored,
+    )
     from elastomorph.rig import Rig
 
     path = options.named_rig(named, settings)
-    if path is None:
-        return options.full_rig(None, method, say)
-    chosen = options.settings_of(path, settings, method)
-    suffix = path.suffix.lower()
-    if path.is_dir() or suffix not in known_suffixes(MESH_FORMATS):
-        return options.full_rig(path, method, say, chosen)
+    chosen = options.settings_of(path, settings, "linear" if as_stored else None)
+    if chosen is not None:
+        return options.full_rig(path, None, say, chosen, mesh=mesh)
+    say("building the head" if path is None else f"reading {path}")
+    suffix = "" if path is None else path.suffix.lower()
+    beside: dict[str, Any] = {"mesh": list(mesh)} if mesh else {}
+    if path is None or path.is_dir() or suffix not in known_suffixes(MESH_FORMATS):
+        return rig_as_stored(BUILT_IN if path is None else path, **beside)
+    if mesh:
+        raise ParameterError(f"{path} holds one mesh: leave out --mesh")
     if suffix in known_suffixes(RIG_FORMATS):  # .npz holds either
         try:
-            return options.full_rig(path, method, say, chosen)
+            return rig_as_stored(path)
         except FormatError as error:
             return Rig(_mesh(path, error), {})
     return Rig(_mesh(path), {})

@@ -41,8 +41,8 @@ def render(
     rig: Annotated[
         str,
         typer.Argument(
-            help="A rig (.glb, .usd, .fbx, .npz, a folder of meshes), a mesh (.obj, .ply, .npz), "
-            "or 'built-in'."
+            help="A rig (.glb, .vrm, .usd, .fbx, .npz, a folder of meshes), a mesh (.obj, .ply, "
+            ".npz), or 'built-in'."
         ),
     ] = "built-in",
     pose: Annotated[
@@ -56,10 +56,11 @@ def render(
     method: Annotated[
         list[str] | None,
         typer.Option(
-            help="linear, cosine, ease:R, beam:R[:closure], …: paths made anew from the targets; "
-            "repeated for the rows of a strip. Default: those of the file, beam:2 for a folder."
+            help="auto, linear, rotation, beam:R[:closure], …: paths made anew from the targets; "
+            "repeated for the rows of a strip. Default: those of the file, auto where it has none."
         ),
     ] = None,
+    mesh: options.MeshNames = None,
     view: Annotated[
         str,
         typer.Option(help="front, three-quarter, side, below, mouth, eyes, or degrees LEFT,UP."),
@@ -158,7 +159,7 @@ def render(
         times = swing(count, by_name(timing or "smoothstep"), t).tolist()
     angles = turn_angles(count, 360.0 if degrees is None else degrees) if turntable else None
     with options.progress(as_json) as say:
-        rigs = posed_rigs(rig, method or (), weights, say, settings)
+        rigs = posed_rigs(rig, method or (), weights, say, settings, mesh)
         compared = _comparison(rigs, times, against, highest, unit, say)
         lines = _edge_loops(rigs[0], say) if edge_loops else ()
         scale = None if compared is None else compared.scale

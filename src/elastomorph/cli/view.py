@@ -29,17 +29,18 @@ def view(
         list[str],
         typer.Argument(
             metavar="RIG|FOLDER|REPORT|GLB…",
-            help="Rigs (.glb, .usd, .fbx, .npz, a folder of meshes, 'built-in'), several to "
+            help="Rigs (.glb, .vrm, .usd, .fbx, .npz, a folder of meshes, 'built-in'), several to "
             "compare them; or a report (.html).",
         ),
     ],
     method: Annotated[
         list[str] | None,
         typer.Option(
-            help="linear, cosine, ease:R, beam:R[:closure], …: paths made anew from the targets; "
-            "may be given repeatedly to compare. Default: those of the file, beam:2 for a folder."
+            help="auto, linear, rotation, beam:R[:closure], …: paths made anew from the targets; "
+            "may be repeated to compare. Default: those of the file, auto where it has none."
         ),
     ] = None,
+    mesh: options.MeshNames = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Write the page (.html) instead of serving it."),
@@ -69,14 +70,14 @@ def view(
         raise ParameterError("give --output or --port, not both: a written page is not served")
     reports = [file for file in files if Path(file).suffix.lower() in _PAGES]
     if reports:
-        if len(files) > 1 or method or output is not None or unit:
+        if len(files) > 1 or method or output is not None or unit or mesh or settings:
             raise ParameterError(
                 f"{reports[0]} is a finished page: view it by itself, without further options"
             )
         _show(_report(Path(reports[0]), port or 0), open_browser, as_json)
         return
     with options.progress(as_json) as say:
-        scene = _scene(files, method or [], unit, settings, say)
+        scene = _scene(files, method or [], unit, settings, mesh, say)
         if output is not None:
             from elastomorph.viewer import write_viewer
 
@@ -97,6 +98,7 @@ def _scene(
     methods: list[str],
     unit: str,
     settings: Path | None,
+    mesh: list[str] | None,
     say: Callable[[str], None],
 ) -> Scene:
     from elastomorph.errors import ParameterError
@@ -111,9 +113,11 @@ def _scene(
         # The targets are what counts if methods are named: the straight lines cost nothing.
         method = "linear" if methods else None
         place = options.named_rig(file, settings)
-        return options.full_rig(place, method, say, options.settings_of(place, settings, method))
+        chosen = options.settings_of(place, settings, method)
+        return options.full_rig(place, method, say, chosen, mesh=mesh)
 
-    return read_scene(files, methods, unit=unit, read=read, say=say)
+    own = bool(mesh) or settings is not None
+    return read_scene(files, methods, unit=unit, read=read, say=say, chosen=own)
 
 
 def _report(path: Path, port: int) -> ViewerServer:

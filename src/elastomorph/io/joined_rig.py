@@ -172,4 +172,6 @@ def _joined_morph(neutral: Mesh, name: str, moving: Sequence[tuple[slice, RigPar
         method=" and ".join(methods) or "linear",
         limit_law=used[0].limit_law,
         bake_error=farthest / neutral.diameter if farthest else 0.0,
+        choice=used[0].choice if len(used) == 1 else None,
+        bare=all(morph.bare for morph in used),
     )

@@ -6,7 +6,7 @@ interpreter, and processes save no more than they cost to start (``benchmarks/ri
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,12 +16,12 @@ from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read
 from elastomorph.io.rig_cache import RigCache
 from elastomorph.io.rig_key import content_digests
-from elastomorph.mesh import require_same_topology
-from elastomorph.morph import Morph
-from elastomorph.paths import Method, prepare
+from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.paths import Method
 from elastomorph.rig import Rig
+from elastomorph.rig.remade import bare_rig, with_paths
 
-__all__ = ["RigFiles", "find_neutral", "find_rig_files", "read_rig_folder"]
+__all__ = ["RigFiles", "find_neutral", "find_rig_files", "read_rig_folder", "read_targets"]
 
 _WORD = "neutral"
 
@@ -48,7 +48,7 @@ def read_rig_folder(
     folder: str | Path,
     *,
     neutral: str | Path | None = None,
-    method: str | Method = "linear",
+    method: str | Method = "auto",
     curves: CurveNetwork | None = None,
     cache: bool | str | Path | None = True,
     say: Callable[[str], None] = lambda _: None,
@@ -150,15 +150,33 @@ def _built(
 ) -> Rig:
     say(f"reading {files.neutral.name}")
     neutral = read(files.neutral)
-    to = prepare(neutral, method, curves=curves, **settings)  # type: ignore[arg-type]
-    morphs: dict[str, Morph] = {}
-    for name, file in files.targets.items():
-        say(f"reading {file.name}, {len(morphs) + 1} of {len(files.targets)}")
+    # All targets first: how far they reach decides how close a straight line is to a turn.
+    targets = read_targets(neutral, files.targets, say)
+    return with_paths(bare_rig(neutral, targets), method, curves=curves, say=say, **settings)  # type: ignore[arg-type]
+
+
+def read_targets(
+    neutral: Mesh, files: Mapping[str, Path], say: Callable[[str], None] = lambda _: None
+) -> dict[str, Mesh]:
+    """The targets of a neutral, which share its polygons and labels.
+
+    Args:
+        neutral: The face at rest.
+        files: The file of each target by its name.
+        say: Told what is being done.
+
+    Raises:
+        FileError: A file is missing or cannot be read.
+        FormatError: A file is not what its format allows.
+        TopologyError: A target has other vertices or polygons than the neutral.
+    """
+    targets: dict[str, Mesh] = {}
+    for name, file in files.items():
+        say(f"reading {file.name}, {len(targets) + 1} of {len(files)}")
         target = read(file)
         require_same_topology(neutral, target)
-        # Polygons and labels are the same, so all morphs share those of the neutral.
-        morphs[name] = to(neutral.with_vertices(target.vertices))
-    return Rig(neutral, morphs)
+        targets[name] = neutral.with_vertices(target.vertices)
+    return targets
 
 
 def _contents(files: RigFiles) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ an archive holds, for J morphs with K bends in all:
 
 - ``rig_version`` and ``rig_members``, the names of all arrays but these two;
 - ``morph_names``, ``methods``, ``bake_errors``, ``bend_counts`` (J,);
+- ``choices`` (J,): why ``auto`` chose each path, as JSON, empty where the method was named;
 - J + K *fields*, for each morph its target and then its bends: ``field_sizes`` (J + K,) numbers of
   vertices, and one after another ``field_vertices`` (N,) and ``field_values`` (N, 3). The values
   of a target are positions, not differences, which would round; those of a bend are its vectors.
@@ -27,6 +28,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.checked import naming_file
+from elastomorph.io.choices import choice_to_json
 from elastomorph.io.npz import mesh_of, surface_arrays
 from elastomorph.io.npz_members import NpzMembers, open_npz, write_arrays
 from elastomorph.io.rig_npz_tables import (
@@ -34,6 +36,7 @@ from elastomorph.io.rig_npz_tables import (
     as_text,
     as_whole,
     list_arrays,
+    read_choices,
     read_counts,
     read_curves,
     read_indices,
@@ -98,6 +101,9 @@ def rig_arrays(rig: Rig) -> dict[str, NDArray[Any]]:
         "morph_names": as_text(rig.morphs),
         "methods": as_text([morph.method for morph in morphs]),
         "bake_errors": np.array([morph.bake_error for morph in morphs], dtype=np.float64),
+        "choices": as_text(
+            [json.dumps(choice_to_json(m.choice)) if m.choice else "" for m in morphs]
+        ),
         "bend_counts": as_whole([len(morph.bends) for morph in morphs]),
         "field_sizes": as_whole([len(vertices) for vertices, _ in fields]),
         "field_vertices": np.concatenate([np.empty(0, np.int32), *(v for v, _ in fields)]),
@@ -148,6 +154,7 @@ def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | N
     bake_errors = members.array("bake_errors", "f", (count,)).tolist()
     if not all(0 <= error < np.inf for error in bake_errors):
         raise FormatError(path, "a bake error is no number from 0; the file is damaged")
+    choices = read_choices(path, members, count)
     bend_counts = read_counts(path, members, "bend_counts", count)
     curves = read_curves(path, members)
     curve_of_bend = read_indices(path, members, "curve_of_bend", sum(bend_counts), len(curves))
@@ -178,6 +185,7 @@ def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | N
                 method=methods[number],
                 limit_law=curves[limit_laws[number]],
                 bake_error=bake_errors[number],
+                choice=choices[number],
             )
         return Rig(neutral, morphs, correctives=correctives, groups=groups)
 

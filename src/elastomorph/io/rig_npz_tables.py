@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -13,13 +14,16 @@ from numpy.typing import NDArray
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import FormatError
 from elastomorph.io.checked import naming_file
+from elastomorph.io.choices import choice_from_json
 from elastomorph.io.npz_members import NpzMembers
+from elastomorph.morph import Choice
 
 __all__ = [
     "CurveTable",
     "as_text",
     "as_whole",
     "list_arrays",
+    "read_choices",
     "read_counts",
     "read_curves",
     "read_indices",
@@ -107,6 +111,21 @@ def read_indices(
             path, f"the array '{name}' names a curve that does not exist; the file is damaged"
         )
     return indices
+
+
+def read_choices(path: str | Path, members: NpzMembers, count: int) -> list[Choice | None]:
+    """Why each path was chosen; nothing of all in archives written before that was kept.
+
+    Raises:
+        FormatError: One is damaged.
+    """
+    if "choices" not in members.names:
+        return [None] * count
+    try:
+        texts = members.array("choices", "U", (count,)).tolist()
+        return [choice_from_json(json.loads(text)) if text else None for text in texts]
+    except (ValueError, RecursionError):
+        raise FormatError(path, "the array 'choices' is damaged") from None
 
 
 def list_arrays(

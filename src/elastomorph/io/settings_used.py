@@ -17,7 +17,7 @@ def settings_used(path: str | Path) -> dict[str, Any] | None:
     """The settings of the character that a file was made with.
 
     Args:
-        path: A rig (.glb, .gltf, .usd, .usda, .usdc, .npz), or an evaluation (.json).
+        path: A rig (.glb, .gltf, .vrm, .usd, .usda, .usdc, .npz), or an evaluation (.json).
 
     Returns:
         The settings as tables, as `elastomorph.settings.settings_tables` made them; None where
@@ -29,7 +29,7 @@ def settings_used(path: str | Path) -> dict[str, Any] | None:
         MissingExtraError: The format needs a package that is not installed.
     """
     suffix = Path(path).suffix.lower()
-    if suffix in (".glb", ".gltf"):
+    if suffix in (".glb", ".gltf", ".vrm"):
         return _in_gltf(path)
     if suffix in (".usd", ".usda", ".usdc"):
         from elastomorph.io.usd.reader import read_usd_settings

@@ -23,7 +23,7 @@ Path = Callable[[Mesh], Morph]
 def interpolate(
     neutral: Mesh,
     target: Mesh,
-    method: str | Method = "beam",
+    method: str | Method = "auto",
     *,
     curves: CurveNetwork | None = None,
     region: ArrayLike | str | None = None,
@@ -82,7 +82,7 @@ def interpolate(
 
 def prepare(
     neutral: Mesh,
-    method: str | Method = "beam",
+    method: str | Method = "auto",
     *,
     curves: CurveNetwork | None = None,
     region: ArrayLike | str | None = None,

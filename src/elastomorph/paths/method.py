@@ -54,7 +54,7 @@ class Method:
         ParameterError: A setting is unknown or out of range.
     """
 
-    name: str = "beam"
+    name: str = "auto"
     order: int = 2
     material: Material = field(default_factory=Material)
     closure: str = "limit"
@@ -116,14 +116,17 @@ class Method:
         if self.has("material") and self.material != usual.material:
             m = self.material
             words.append(f"m={m.mass:g} c={m.damping:g} k={m.rigidity:g}")
+        if self.has("straight_within") and self.straight_within != usual.straight_within:
+            words.append(f"{self.straight_within:g}")
         return " ".join(words)
 
     @classmethod
     def parse(cls, text: str, **settings: object) -> Method:
-        """A method from ``name``, ``name:order`` or ``beam:order:closure``.
+        """A method from ``name``, ``name:order``, ``beam:order:closure`` or ``auto:distance``.
 
         Args:
-            text: For example ``linear``, ``ease:2``, ``beam:3:unforced``.
+            text: For example ``linear``, ``ease:2``, ``beam:3:unforced``, or ``auto:0.001`` with
+                ``straight_within``.
             **settings: Other fields that this method has; None leaves one open.
 
         Raises:
@@ -137,7 +140,9 @@ class Method:
         name, *options = text.strip().split(":")
         found: dict[str, object] = {"name": name}
         for option in options:
-            if option.isascii() and option.isdigit():
+            if name == "auto":
+                found["straight_within"] = _distance(text, option)
+            elif option.isascii() and option.isdigit():
                 found["order"] = int(option)
             elif option in CLOSURES:
                 found["closure"] = option
@@ -164,3 +169,13 @@ class Method:
     def with_material(self, material: Material) -> Method:
         """The same method for another material, where it has one."""
         return replace(self, material=material) if self.has("material") else self
+
+
+def _distance(text: str, option: str) -> float:
+    try:
+        return float(option)
+    except ValueError:
+        raise ParameterError(
+            f"method {text!r}: {option!r} is no number; auto takes the distance within which it "
+            "goes straight, as a fraction of D, as in auto:0.001"
+        ) from None

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.paths import Method, prepare
+from elastomorph.paths import Method
 from elastomorph.rig import Rig
+from elastomorph.rig.remade import with_paths as remade
 from elastomorph.timing import Timing
 
 __all__ = ["PosedRig", "swing", "with_paths"]
@@ -41,14 +42,14 @@ class PosedRig:
         return self.rig.pose({name: weight * t for name, weight in self.weights.items()})
 
 
-def with_paths(rig: Rig, method: Method, sliders: Mapping[str, float]) -> Rig:
+def with_paths(rig: Rig, method: Method | None, sliders: Mapping[str, float]) -> Rig:
     """The rig with the paths of a method to the same targets, for some of its sliders.
 
-    Left out are morphs that these sliders do not move, for paths may cost time to find.
+    Morphs that these sliders do not move keep theirs, for paths may cost time to find.
 
     Args:
         rig: The rig.
-        method: How the paths are made.
+        method: How the paths are made; None for the default where there are none yet.
         sliders: What will be moved, by name.
 
     Raises:
@@ -61,14 +62,7 @@ def with_paths(rig: Rig, method: Method, sliders: Mapping[str, float]) -> Rig:
         for name in rig.morphs
         if all(driver in sliders for driver in correctives.get(name, (name,)))
     ]
-    # A slider is a morph too: one that only drives others must stay, even if it moves nothing.
-    moved += [name for name in sliders if name not in moved]
-    to = prepare(rig.neutral, method)
-    return Rig(
-        rig.neutral,
-        {name: to(rig.morphs[name].target) for name in rig.morphs if name in moved},
-        correctives={name: correctives[name] for name in moved if name in correctives},
-    )
+    return remade(rig, method, names=moved)
 
 
 def swing(count: int, timing: Timing, reach: float = 1.0) -> NDArray[np.float64]:

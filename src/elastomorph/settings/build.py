@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from elastomorph.io.registry import read, read_rig
+from elastomorph.io.registry import read, rig_as_stored
 from elastomorph.io.rig_cache import RigCache
+from elastomorph.io.rig_folder import read_targets
 from elastomorph.io.rig_key import content_digests
-from elastomorph.mesh import require_same_topology
 from elastomorph.morph import Morph
 from elastomorph.rig import Rig
+from elastomorph.rig.remade import bare_rig, extent_of
 from elastomorph.settings.paths import PathMaker
 from elastomorph.settings.settings import Settings
 from elastomorph.settings.sources import Sources, find_sources
@@ -63,14 +64,12 @@ def rig_from_settings(
 def _built(settings: Settings, sources: Sources, say: Callable[[str], None]) -> Rig:
     say(f"reading {sources.main.name}")
     neutral = read(sources.main)
-    maker = PathMaker(settings, neutral)
+    targets = read_targets(neutral, sources.targets, say)
+    maker = PathMaker(settings, neutral, extent_of(bare_rig(neutral, targets)))
     morphs: dict[str, Morph] = {}
-    for name, file in sources.targets.items():
-        say(f"reading {file.name}, {len(morphs) + 1} of {len(sources.targets)}")
-        target = read(file)
-        require_same_topology(neutral, target)
-        # Polygons and labels are the same, so all morphs share those of the neutral.
-        morphs[name] = maker.path(name, neutral.with_vertices(target.vertices))
+    for name, target in targets.items():
+        say(f"the path to {name}, {len(morphs) + 1} of {len(targets)}")
+        morphs[name] = maker.path(name, target)
     return Rig(
         neutral,
         morphs,
@@ -82,9 +81,9 @@ def _built(settings: Settings, sources: Sources, say: Callable[[str], None]) -> 
 def _remade(settings: Settings, sources: Sources, say: Callable[[str], None]) -> Rig:
     """A rig file, its paths made anew where the settings state a method."""
     say(f"reading {sources.main}")
-    rig = read_rig(sources.main)
+    rig = rig_as_stored(sources.main, mesh=settings.character.mesh or None)
     settings.require_names(rig.morphs)
-    maker = PathMaker(settings, rig.neutral)
+    maker = PathMaker(settings, rig.neutral, extent_of(rig))
     morphs: dict[str, Morph] = {}
     for name, morph in rig.morphs.items():
         say(f"{name}, {len(morphs) + 1} of {len(rig.morphs)}")

@@ -12,6 +12,7 @@ from typing import Any
 
 from elastomorph.errors import ParameterError
 from elastomorph.paths import Method
+from elastomorph.paths.method import SETTINGS
 from elastomorph.physics import CLOSURES, Load, Material
 
 __all__ = ["OF_NAME", "MethodChoice"]
@@ -34,6 +35,7 @@ class MethodChoice:
         stiffness: As in `Method`.
         harmonics: As in `Method`.
         tolerance: As in `Method`.
+        straight_within: As in `Method`.
         mass: m of the material.
         damping: c of the material.
         rigidity: k of the material.
@@ -50,6 +52,7 @@ class MethodChoice:
     stiffness: str | None = None
     harmonics: int | None = None
     tolerance: float | None = None
+    straight_within: float | None = None
     mass: float | None = None
     damping: float | None = None
     rigidity: float | None = None
@@ -68,6 +71,12 @@ class MethodChoice:
             return cls(**stated)
         named = Method.parse(text)
         options = text.strip().split(":")[1:]
+        if named.name == "auto" and options:
+            if stated.get("straight_within") is not None:
+                raise ParameterError(
+                    f"{text!r} and 'straight_within' state the same; leave one of them out"
+                )
+            return cls(**{**stated, "name": "auto", "straight_within": named.straight_within})
         closures = [option for option in options if option in CLOSURES]
         order = named.order if len(options) > len(closures) else None
         for what, twice in (
@@ -92,6 +101,21 @@ class MethodChoice:
         """Every field by name; None where nothing is stated."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
+    @property
+    def idle(self) -> dict[str, tuple[str, ...]]:
+        """What is stated that its method has no use for, and the methods that have."""
+        method = self.method()
+        settings = {
+            field: "material" if field in _MATERIAL else field
+            for field, value in self.stated.items()
+            if value is not None and field != "name"
+        }
+        return {
+            field: tuple(name for name, own in SETTINGS.items() if setting in own)
+            for field, setting in settings.items()
+            if not method.has(setting)
+        }
+
     def over(self, general: MethodChoice) -> MethodChoice:
         """This choice where it states something, a more general one where it does not."""
         kept = {name: value for name, value in self.stated.items() if value is not None}
@@ -107,6 +131,7 @@ class MethodChoice:
         material = Material(**{name: given.pop(name) for name in _MATERIAL if name in given})
         if "load" in given:
             given["load"] = Load(given["load"])
-        if "tolerance" in given:
-            given["tolerance"] = float(given["tolerance"])
-        return Method(**{"name": "beam", **given}, material=material)
+        for name in ("tolerance", "straight_within"):
+            if name in given:
+                given[name] = float(given[name])
+        return Method(**given, material=material)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
-from elastomorph.errors import FormatError, ParameterError
+from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
 from elastomorph.io.atomic import opened
 from elastomorph.io.checked import shortened
 from elastomorph.settings.lines import line_of
@@ -60,6 +61,11 @@ class Document:
             FormatError: Always, with the line where it is known.
         """
         raise FormatError(self.path, shortened(problem), line=line_of(self._text, where))
+
+    def warn(self, where: Where, problem: str) -> None:
+        """Say what is odd about a key, with the line where it is known."""
+        told = FormatError(self.path, problem, line=line_of(self._text, where))
+        warnings.warn(str(told), ElastomorphWarning, stacklevel=4)
 
     @contextmanager
     def naming(self, where: Where) -> Iterator[None]:

@@ -29,15 +29,18 @@ class PathMaker:
     Args:
         settings: The settings.
         neutral: The face at rest.
+        extent: D of the rig, see `elastomorph.rig.remade.extent_of`; that of the neutral by
+            default.
 
     Raises:
         FileError: A file of curves or of a region cannot be read.
         FormatError: One is not what it should be, or does not fit the neutral.
     """
 
-    def __init__(self, settings: Settings, neutral: Mesh) -> None:
+    def __init__(self, settings: Settings, neutral: Mesh, extent: float | None = None) -> None:
         self._settings = settings
         self._neutral = neutral
+        self._extent = extent
         self._prepared: dict[tuple[Method, str], Callable[[Mesh], Morph]] = {}
         self._regions = {
             name: (self._vertices(name, region.vertices), region)
@@ -50,7 +53,8 @@ class PathMaker:
         Args:
             name: Its name, by which settings know it.
             target: Its mesh.
-            own: The path that it has already, which stays where settings state no method.
+            own: The path that it has already, which stays where settings state no method, unless
+                it is bare.
 
         Raises:
             ElastomorphError: As `elastomorph.interpolate` and `elastomorph.through`.
@@ -58,10 +62,9 @@ class PathMaker:
         if name in self._settings.inbetweens:
             return self._through(target, self._settings.inbetweens[name])
         choice = self._settings.choice_for(name)
-        below = None if own is not None and not choice else choice.method()
-        start = (
-            own if own is not None and below is None else self._made(choice.method(), "")(target)
-        )
+        stays = own is not None and not own.bare and not choice
+        below = None if stays else choice.method()
+        start = own if own is not None and stays else self._made(choice.method(), "")(target)
         morph = start
         for region, (_, settings) in self._regions.items():
             method = settings.choice.over(choice).method()
@@ -95,7 +98,9 @@ class PathMaker:
                 curves = self.network
                 if region:
                     curves = curves.restricted(self._regions[region][0])
-            self._prepared[method, region] = prepare(self._neutral, method, curves=curves)
+            self._prepared[method, region] = prepare(
+                self._neutral, method, curves=curves, extent=self._extent
+            )
         return self._prepared[method, region]
 
     def _through(self, target: Mesh, between: Inbetweens) -> Morph:

@@ -73,7 +73,7 @@ def read_settings(path: str | Path) -> Settings:
                 f"{name!r} has both a method and in-betweens: its path passes through the "
                 "in-betweens; leave one of them out",
             )
-    return Settings(
+    settings = Settings(
         path=file,
         character=_character(document),
         method=_choice(document, ("method",), TABLES["method"], text="default"),
@@ -86,6 +86,33 @@ def read_settings(path: str | Path) -> Settings:
         glb=_export(document, "glb", require_glb_settings),
         usd=_export(document, "usd", require_usd_settings),
     )
+    _warn_of_idle(document, settings)
+    return settings
+
+
+def _warn_of_idle(document: Document, settings: Settings) -> None:
+    """Say so where no method has a use for what all targets, or a region by itself, are given.
+
+    It is no error: ``--method`` on the command line stands on it too.
+    """
+    targets = [settings.method, *(own.over(settings.method) for own in settings.methods.values())]
+    regions = [own.choice.over(below) for own in settings.regions.values() for below in targets]
+    where: Where = ("method",)
+    places = [(where, settings.method, [*targets, *regions])]
+    for name, region in settings.regions.items():
+        if region.choice.name is None:
+            own = [region.choice.over(below) for below in targets]
+            places.append((("regions", name), region.choice, own))
+    for where, choice, used in places:
+        for field, value in choice.stated.items():
+            if value is None or not all(field in one.idle for one in used):
+                continue
+            inner = ("material", field) if field in TABLES["material"] else (field,)
+            document.warn(
+                (*where, *inner),
+                f"'{field}' has no effect: it is for {', '.join(used[0].idle[field])}, and here "
+                f"the method is {used[0].method().name}",
+            )
 
 
 def _character(document: Document) -> Character:
@@ -96,6 +123,8 @@ def _character(document: Document) -> Character:
             ("character", "rig"),
             f"a rig file brings its own shapes; leave out 'rig' or {' and '.join(map(repr, both))}",
         )
+    if "mesh" in found and "rig" not in found:
+        document.refuse(("character", "mesh"), "'mesh' names meshes of a rig file: name 'rig' too")
     unit = found.get("unit")
     if unit is not None and unit not in UNITS:
         document.refuse(

@@ -37,15 +37,17 @@ _METHOD: dict[str, Key] = {
     "stiffness": Key("text", "uniform, or length: short curves are stiffer", '"length"'),
     "harmonics": Key("whole", "modes above this number follow the limit law", "8"),
     "tolerance": Key("number", "how closely bends of arc and rotation hold, of D", "1e-5"),
+    "straight_within": Key("number", "how close to straight a turn goes straight, of D", "1e-3"),
     "material": Key("table", "mass, damping, rigidity of beam and plate", "{ damping = 2.0 }"),
 }
-_NAMED = {"method": Key("text", "linear, cosine, ease:R, beam:R[:closure], …", '"beam:3"')}
+_NAMED = {"method": Key("text", "auto, linear, rotation, beam:R[:closure], …", '"beam:3"')}
 
 TABLES: dict[str, dict[str, Key]] = {
     "character": {
         "name": Key("text", "what the character is called", '"Ada"'),
         "unit": Key("text", "unit of the files: mm, cm, m or in", '"mm"'),
         "rig": Key("file", "a rig file, in place of neutral and targets", '"head.glb"'),
+        "mesh": Key("texts", "the meshes of the rig file that are meant", '"Head"'),
         "neutral": Key("file", "the face at rest", '"neutral.obj"'),
         "targets": Key("texts", "files of the targets; * and ? stand for others", '"shapes/*.obj"'),
         "curves": Key("file", "artists' curves that beams follow", '"curves.json"'),

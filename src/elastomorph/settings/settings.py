@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -27,6 +27,7 @@ class Character:
         name: What it is called.
         unit: Unit of its files, one of `UNITS`; None where nothing is said.
         rig: A rig file, in place of neutral and targets.
+        mesh: Names of the meshes of the rig file that are meant; see its reader for the rest.
         neutral: File of the neutral; found by its name where it is left out.
         targets: Files and patterns of the targets; every other mesh where they are left out.
         curves: File of artists' curves.
@@ -36,6 +37,7 @@ class Character:
     name: str
     unit: str | None = None
     rig: str | None = None
+    mesh: tuple[str, ...] = ()
     neutral: str | None = None
     targets: tuple[str, ...] = ()
     curves: str | None = None
@@ -174,9 +176,10 @@ class Settings:
         if rig.is_dir():
             if rig.resolve() == self.path.parent.resolve():
                 return self
-            character = replace(own, folder=rig, rig=None, neutral=None, targets=())
+            character = replace(own, folder=rig, rig=None, mesh=(), neutral=None, targets=())
         else:
-            character = replace(own, rig=str(rig.resolve()), neutral=None, targets=())
+            named = str(rig.resolve())
+            character = replace(own, rig=named, mesh=(), neutral=None, targets=())
         return replace(self, character=character, overridden=self._noted("rig"))
 
     def with_choice(self, choice: MethodChoice) -> Settings:
@@ -206,6 +209,11 @@ class Settings:
         """The same settings with another file of artists' curves."""
         character = replace(self.character, curves=str(file.absolute()))
         return replace(self, character=character, overridden=self._noted("curves"))
+
+    def with_mesh(self, names: Sequence[str]) -> Settings:
+        """The same settings with other meshes of the rig file."""
+        character = replace(self.character, mesh=tuple(names))
+        return replace(self, character=character, overridden=self._noted("mesh"))
 
     def with_options(self, *names: str, **fields: Any) -> Settings:
         """The same settings with other values of some fields.

@@ -15,7 +15,13 @@ from elastomorph.io.curve_file import read_curves
 from elastomorph.io.npz_members import open_npz
 from elastomorph.io.performance_csv import read_performance
 from elastomorph.io.region_file import read_region
-from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read, read_rig
+from elastomorph.io.registry import (
+    MESH_FORMATS,
+    RIG_FORMATS,
+    known_suffixes,
+    read,
+    rig_as_stored,
+)
 from elastomorph.io.rig_folder import find_neutral
 
 __all__ = ["Survey", "survey"]
@@ -88,7 +94,7 @@ def survey(
                 f"({', '.join(known_suffixes(MESH_FORMATS) + known_suffixes(RIG_FORMATS)[:-1])})",
             )
         say(f"reading {rigs[0].name}")
-        rig = read_rig(rigs[0])
+        rig = rig_as_stored(rigs[0])
         vertices = len(rig.neutral.vertices)
         found = Survey(place, None, {}, rigs[0], vertices, tuple(rig.morphs))
         others = tuple(rigs[1:])

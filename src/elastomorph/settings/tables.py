@@ -32,6 +32,7 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
             "name": character.name,
             "unit": character.unit,
             "rig": _file(character.rig),
+            "mesh": list(character.mesh),
             "neutral": _file(character.neutral),
             "targets": [_file(name) for name in character.targets],
             "curves": _file(character.curves),
@@ -66,16 +67,20 @@ def _file(name: str | None) -> str | None:
 
 
 def _complete(choice: MethodChoice) -> dict[str, Any]:
+    """What is stated, and the defaults of all else that the method has a use for."""
     method = choice.method()
     default = f"{method.name}:{method.order}" if method.name in _ORDERED else method.name
-    material = method.material
-    return _stated(choice, "default") | {
+    names = (*_MATERIAL, "closure", "basis", "stiffness", "tolerance", "straight_within")
+    values = {name: getattr(method, name, None) for name in names}
+    values |= {name: getattr(method.material, name) for name in _MATERIAL}
+    idle = MethodChoice(name=method.name, **values).idle
+    used = {name: value for name, value in values.items() if name not in idle}
+    material = {name: used.pop(name) for name in _MATERIAL if name in used}
+    stated = _stated(choice, "default")
+    return stated | {
         "default": default if choice.load is None else method.name,
-        "closure": method.closure,
-        "basis": method.basis,
-        "stiffness": method.stiffness,
-        "tolerance": method.tolerance,
-        "material": {name: getattr(material, name) for name in _MATERIAL},
+        **used,
+        "material": material or stated["material"],
     }
 
 

@@ -131,20 +131,29 @@ def _arkit(found: Survey) -> list[str]:
 
 
 def _method(found: Survey) -> list[str]:
-    default = 'default = "beam:2"'
+    default = 'default = "auto"'
     lines = ["[method]"]
     if found.rig is None:
-        lines += [*_prose("Of every target that no other line names."), default]
+        lines += [
+            *_prose(
+                "Of every target that no other line names: straight where a turn would hardly "
+                "differ from it, else turned."
+            ),
+            default,
+        ]
     else:
         lines += [
-            *_prose("The rig has paths of its own; this makes new ones for all."),
+            *_prose("Paths that the rig has of its own stay; this makes new ones for all."),
             "#" + default,
         ]
     return [
         *lines,
-        '#closure = "limit"            # the mean of a curve: limit, compatible, rest, …',
-        "#material = { mass = 1.0, damping = 1.0, rigidity = 1.0 }",
-        '#stiffness = "length"         # short curves are stiffer',
+        "#straight_within = 5e-4       # so close, of D, that a straight line will do",
+        "#tolerance = 1e-4             # how closely bends hold their path, of D",
+        *_prose(
+            'The paper\'s methods change the timing too, as default = "beam:2" does. Their '
+            "closure, material and stiffness: docs/settings.md"
+        ),
         "",
     ]
 
@@ -154,7 +163,7 @@ def _methods(names: list[str]) -> list[str]:
     if names:
         lines += _prose(
             "By their names these turn: on a straight path a jaw shrinks and a lid cuts through "
-            "the eye. 'rotation' is the best path without scans, 'arc' the quickest."
+            "the eye. 'auto' measures that; 'rotation' turns them however little it is."
         )
     else:
         lines += _prose('A target or a pattern and its method, such as "eyeBlink_*" = "rotation".')
@@ -170,7 +179,7 @@ def _regions(found: Survey) -> list[str]:
             f"#[regions.{_key(file.stem)}]",
             f"#vertices = {_text(file.name)}",
             "#falloff = 3                  # rings of edges over which it blends into the rest",
-            "#material = { rigidity = 0.5 }",
+            '#method = "rotation"',
         ]
     return [*lines, ""]
 

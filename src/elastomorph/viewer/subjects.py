@@ -7,9 +7,10 @@ from pathlib import Path
 
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.io import read_rig
-from elastomorph.paths import Method, prepare
+from elastomorph.paths import Method
 from elastomorph.rig import Rig
-from elastomorph.viewer.file_model import file_curves, file_model
+from elastomorph.rig.remade import with_paths
+from elastomorph.viewer.file_model import file_curves, file_model, stands_as_it_is
 from elastomorph.viewer.rig_scenes import comparison_start, rig_model
 from elastomorph.viewer.scene import Role, Scene, SceneModel
 
@@ -23,17 +24,19 @@ def read_scene(
     unit: str = "",
     read: Callable[[str], Rig] = read_rig,
     say: Callable[[str], None] = lambda _: None,
+    chosen: bool = False,
 ) -> Scene:
     """A scene of each file by each method.
 
     Args:
-        files: Rig files, folders of meshes, or whatever ``read`` knows. A GLB file is shown as it
-            is, with its clips, if no method is named.
+        files: Rig files, folders of meshes, or whatever ``read`` knows. A GLB file of ours, and
+            one of others with clips, is shown as it is if no method is named.
         methods: How paths are made from the targets, as for `elastomorph.interpolate`. Without
             any, the paths are those that are read.
         unit: Unit of the coordinates, for legends.
         read: What reads a rig.
         say: Told what is being done.
+        chosen: Whether ``read`` chooses among the meshes of a file, so that none is shown as it is.
 
     Raises:
         FileError: A file is missing or cannot be read.
@@ -48,7 +51,7 @@ def read_scene(
     curves: CurveNetwork | None = None
     diameter: float | None = None
     for file, name in zip(files, _names(files), strict=True):
-        if Path(file).suffix.lower() == ".glb" and not parsed:
+        if _is_glb(file) and not (parsed or chosen) and stands_as_it_is(file):
             say(f"reading {file}")
             models.append(file_model(file, name, role))
             curves = file_curves(file) if curves is None else curves
@@ -61,20 +64,13 @@ def read_scene(
             models.append(rig_model(rig, name, role))
         for method in parsed:
             title = f"{name}, {method.label}" if len(files) > 1 else method.label
-            models.append(rig_model(_by(method, rig), title, role))
+            models.append(rig_model(with_paths(rig, method), title, role))
     start = comparison_start(len(models))
     return Scene(tuple(models), _title(files, parsed), unit, diameter, curves, start)
 
 
-def _by(method: Method, rig: Rig) -> Rig:
-    """The rig with the paths of a method to the same targets."""
-    to = prepare(rig.neutral, method)
-    return Rig(
-        rig.neutral,
-        {name: to(morph.target) for name, morph in rig.morphs.items()},
-        correctives=rig.sliders.correctives,
-        groups=rig.sliders.groups,
-    )
+def _is_glb(file: str) -> bool:
+    return Path(file).suffix.lower() in (".glb", ".vrm")
 
 
 def _names(files: Sequence[str]) -> list[str]:

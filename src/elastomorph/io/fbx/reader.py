@@ -117,6 +117,7 @@ def _morph(path: str | Path, neutral: Mesh, name: str, channel: Channel) -> Morp
         np.array(bends).reshape(-1, *neutral.vertices.shape),
         tuple(curves),
         method="in-betweens" if bends else "linear",
+        bare=not bends,
     )
 
 

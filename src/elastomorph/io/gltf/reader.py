@@ -186,6 +186,8 @@ def _morph(neutral: Mesh, surface: SceneSurface, stored: StoredMorph) -> Morph:
         method=stored.method,
         limit_law=stored.limit_law,
         bake_error=stored.bake_error,
+        choice=stored.choice,
+        bare=stored.bare,
     )
 
 

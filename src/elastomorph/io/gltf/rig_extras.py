@@ -3,7 +3,8 @@
 ::
 
     {"version": 1,
-     "morphs": [{"name": "jawOpen", "target": "jawOpen", "method": "beam", "bake_error": 0.0,
+     "morphs": [{"name": "jawOpen", "target": "jawOpen", "method": "rotation", "bake_error": 0.0,
+                 "choice": {"distance": 0.011, "allowed": 0.0005, "exact": true, …},
                  "limit_law": {"breaks": [0, 1], "coefficients": [[0, -1, 1]]},
                  "bends": [{"target": "jawOpen.bend1",
                             "curve": {"breaks": …, "coefficients": …}}]}],
@@ -12,7 +13,8 @@
      "surface": {…}}
 
 Targets are named as in ``targetNames``. A weight t of a morph is the weight t of its target and
-the weight b_k(t) of the target of each bend. The curves are piecewise polynomials: between breaks
+the weight b_k(t) of the target of each bend. ``choice`` says why ``auto`` took the path, and is
+null where the method was named. The curves are piecewise polynomials: between breaks
 i and i + 1 the value is Σ_n coefficients[i][n] (t - breaks[i])^n.
 """
 
@@ -25,7 +27,9 @@ from typing import Any
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ParameterError
 from elastomorph.io.budget import MemoryBudget
+from elastomorph.io.choices import choice_from_json, choice_to_json
 from elastomorph.io.gltf.targets import MorphTargets
+from elastomorph.morph import Choice
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import Sliders
 
@@ -46,6 +50,8 @@ class StoredMorph:
         method: How the path was made.
         limit_law: The law of a perfectly stiff material.
         bake_error: Largest distance from the path it stands for, fraction of D.
+        choice: Why ``auto`` chose the path, if it did.
+        bare: Whether the file says nothing of a path.
     """
 
     name: str
@@ -54,11 +60,13 @@ class StoredMorph:
     method: str
     limit_law: BendCurve
     bake_error: float
+    choice: Choice | None = None
+    bare: bool = False
 
     @classmethod
     def straight(cls, name: str) -> StoredMorph:
         """A morph target of which nothing more is known: a straight path of its name."""
-        return cls(name, name, (), "linear", BendCurve.polynomial([0.0]), 0.0)
+        return cls(name, name, (), "linear", BendCurve.polynomial([0.0]), 0.0, bare=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +94,7 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
                 "target": targets.names[kept.first],
                 "method": morph.method,
                 "bake_error": float(morph.bake_error + kept.dropped_error),
+                "choice": choice_to_json(morph.choice),
                 "limit_law": _curve(morph.limit_law),
                 "bends": [
                     {"target": target, "curve": _curve(morph.bend_curves[k])}
@@ -168,6 +177,7 @@ def _morph(entry: Any) -> StoredMorph:
         method=_text(entry, "method"),
         limit_law=_restored_curve(entry.get("limit_law")),
         bake_error=float(error),
+        choice=choice_from_json(entry.get("choice")),
     )
 
 

@@ -3,7 +3,7 @@
 Next to the offsets that UsdSkel plays, each BlendShape prim carries attributes of our own:
 
     elastomorph:name     string      the name of the morph, as the rig has it
-    elastomorph:path     string      JSON: method, bake error, bend curves, limit law, checksum
+    elastomorph:path     string      JSON: method, choice, errors, bend curves, limit law, checksum
     elastomorph:bends    vector3f[]  (K·N) bends, one after another, on the N points of the shape
                          vector3d[]  the same, where float32 is too coarse
 
@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 
 from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ParameterError
-from elastomorph.morph import Morph
+from elastomorph.io.choices import choice_from_json, choice_to_json
+from elastomorph.morph import Choice, Morph
 
 __all__ = [
     "BENDS",
@@ -66,6 +67,7 @@ class ExactPath:
         curves: K bend curves.
         limit_law: As `Morph.limit_law`.
         checksum: Of the shapes that belong to it.
+        choice: As `Morph.choice`.
     """
 
     def __init__(
@@ -75,12 +77,14 @@ class ExactPath:
         curves: tuple[BendCurve, ...],
         limit_law: BendCurve,
         checksum: int,
+        choice: Choice | None,
     ) -> None:
         self.method = method
         self.bake_error = bake_error
         self.curves = curves
         self.limit_law = limit_law
         self.checksum = checksum
+        self.choice = choice
 
 
 def checksum(arrays: Iterable[NDArray[Any]]) -> int:
@@ -101,6 +105,7 @@ def path_to_json(morph: Morph, shapes_checksum: int) -> str:
             "bakeError": float(morph.bake_error),
             "bendCurves": [_curve_to_json(curve) for curve in morph.bend_curves],
             "limitLaw": _curve_to_json(morph.limit_law),
+            "choice": choice_to_json(morph.choice),
             "checksum": shapes_checksum,
         }
     )
@@ -119,6 +124,7 @@ def path_from_json(text: str) -> ExactPath | None:
             tuple(_curve_from_json(curve) for curve in content["bendCurves"]),
             _curve_from_json(content["limitLaw"]),
             int(content["checksum"]),
+            choice_from_json(content.get("choice")),
         )
     except (ValueError, TypeError, LookupError, OverflowError, RecursionError):
         return None

@@ -59,7 +59,7 @@ def morph_of(path: str | Path, neutral: Mesh, name: str, shape: FoundShape) -> M
             bend[:] = _spread(neutral, shape.points, shape.offsets[1 + row]) - weight * delta
         curves = tuple(hat(weights, i) for i in range(len(weights)))
         method = "inbetweens" if curves else "linear"
-        return Morph(neutral, target, bends, curves, method=method)
+        return Morph(neutral, target, bends, curves, method=method, bare=not curves)
 
 
 def hat(weights: NDArray[np.float64], i: int) -> BendCurve:
@@ -105,6 +105,7 @@ def _exact(neutral: Mesh, target: Mesh, shape: FoundShape) -> Morph | None:
         method=stored.method,
         limit_law=stored.limit_law,
         bake_error=stored.bake_error,
+        choice=stored.choice,
     )
 
 

@@ -1,0 +1,85 @@
+"""The paths of a whole rig: made where nobody has chosen any, or anew by a method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+
+from elastomorph.curves import CurveNetwork
+from elastomorph.extent import moved_extent
+from elastomorph.mesh import Mesh
+from elastomorph.morph import Morph
+from elastomorph.paths import Method, prepare
+from elastomorph.rig.rig import Rig
+
+__all__ = ["bare_rig", "extent_of", "with_paths"]
+
+
+def bare_rig(neutral: Mesh, targets: Mapping[str, Mesh]) -> Rig:
+    """A rig of which only the shapes are known: see `elastomorph.Morph.bare`.
+
+    Args:
+        neutral: The face at rest.
+        targets: Its targets by name.
+
+    Raises:
+        TopologyError: A target has other vertices or polygons than the neutral.
+    """
+    to = prepare(neutral, "linear")
+    return Rig(neutral, {name: replace(to(mesh), bare=True) for name, mesh in targets.items()})
+
+
+def extent_of(rig: Rig) -> float:
+    """D of a rig: the largest distance between two vertices that one of its targets moves."""
+    targets = (morph.target.vertices for morph in rig.morphs.values())
+    return moved_extent(rig.neutral.vertices, targets)
+
+
+def with_paths(
+    rig: Rig,
+    method: str | Method | None = None,
+    *,
+    names: Collection[str] | None = None,
+    curves: CurveNetwork | None = None,
+    say: Callable[[str], None] = lambda _: None,
+    **settings: object,
+) -> Rig:
+    """The rig with a path to each target.
+
+    Args:
+        rig: The rig.
+        method: Makes all paths anew, as for `elastomorph.interpolate`. None: the default method
+            where only the target is known; all other paths stay.
+        names: The only morphs that get paths, for some methods take their time; all by default.
+            The others stay as they are, and count for D.
+        curves: The curves that beams follow; found on the neutral by default.
+        say: Told what is being done.
+        **settings: Fields of `Method`, for all paths.
+
+    Returns:
+        The same rig where there is nothing to be done.
+
+    Raises:
+        ElastomorphError: As `elastomorph.prepare`.
+    """
+    if method is None and any(value is not None for value in settings.values()):
+        method = Method().name
+    missing = [
+        name
+        for name, morph in rig.morphs.items()
+        if (method is not None or morph.bare) and (names is None or name in names)
+    ]
+    if not missing:
+        return rig
+    to = prepare(
+        rig.neutral,
+        Method() if method is None else method,
+        curves=curves,
+        extent=extent_of(rig),
+        **settings,  # type: ignore[arg-type]
+    )
+    morphs: dict[str, Morph] = dict(rig.morphs)
+    for number, name in enumerate(missing, start=1):
+        say(f"the path to {name}, {number} of {len(missing)}")
+        morphs[name] = to(rig.morphs[name].target)
+    return Rig(rig.neutral, morphs, correctives=rig.sliders.correctives, groups=rig.sliders.groups)
