@@ -1,33 +1,42 @@
-# Two commands on a fresh machine: `make demo` and `make test`. Each makes the private environment
-# it needs in .venv, from pinned versions, and nothing outside this folder is changed.
+# Two commands on a fresh machine: `make demo` and `make test`. Each adds what it needs, at pinned
+# versions, to a private environment in .venv, and nothing outside this folder is changed.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-READY := $(VENV)/.ready
+# What is never imported is never compiled: half the time.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+DEMO_READY := $(VENV)/.demo
+DEV_READY := $(VENV)/.dev
 INSTALLED := $(VENV)/.installed
 WEB_READY := web/node_modules/.ready
 
-.PHONY: demo test check docs format page coverage requirements clean
+.PHONY: demo test check processors docs format page coverage requirements clean
+# One environment, which no two installations may change at once.
+.NOTPARALLEL:
 
 demo: $(INSTALLED)
 	$(BIN)/elastomorph demo
 
 # Tests run against the package as people install it, never against the source folder.
-test: $(INSTALLED) $(WEB_READY)
+test: $(DEV_READY) $(INSTALLED) $(WEB_READY)
 	$(BIN)/python -m pytest -n auto
 
-check: $(INSTALLED) docs
+check: docs
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-format: $(READY)
+# The tests of numerical code, as other processors round.
+processors: $(DEV_READY) $(INSTALLED)
+	$(BIN)/python tools/processors.py -n auto
+
+format: $(DEV_READY)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
 # The documentation site, into out/docs: nothing is fetched, and every warning is an error.
-docs: $(INSTALLED)
+docs: $(DEV_READY) $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
 
 # The viewer page that the package ships, built from web/viewer.
@@ -36,36 +45,44 @@ page: $(WEB_READY)
 	npm run --silent --prefix web build
 
 # Which branches of the code the tests take, the readers' first.
-coverage: $(INSTALLED) $(WEB_READY)
-	$(BIN)/coverage run -m pytest -n 0
+coverage: $(DEV_READY) $(INSTALLED) $(WEB_READY)
+	$(BIN)/coverage run -m pytest -n 0 --timeout 500
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report --include '*/elastomorph/io/*' --format=markdown
 	$(BIN)/coverage report --format=total
 
-# The environment is rebuilt when the pinned versions or the package's own description change.
-$(READY): requirements/dev.txt pyproject.toml
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements/dev.txt
-	touch $(READY)
+# What the demo needs, in an environment made anew when any pinned version changes.
+$(DEMO_READY): requirements/demo.txt requirements/dev.txt
+	$(PYTHON) -m venv --clear $(VENV)
+	$(PIP) -r requirements/demo.txt
+	touch $@
+
+# What tests, checks and documentation need beside it.
+$(DEV_READY): $(DEMO_READY)
+	$(PIP) -r requirements/dev.txt
+	touch $@
 
 # A wheel is built and installed again whenever the source has changed.
-$(INSTALLED): $(READY) $(shell find src -type f -not -path '*/__pycache__/*')
+$(INSTALLED): $(DEMO_READY) pyproject.toml $(shell find src -type f -not -path '*/__pycache__/*')
 	rm -rf $(VENV)/wheel
 	$(BIN)/python -m hatchling build -t wheel -d $(VENV)/wheel >/dev/null
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall \
-	  $(VENV)/wheel/*.whl
-	touch $(INSTALLED)
+	$(PIP) --no-deps --force-reinstall $(VENV)/wheel/*.whl
+	touch $@
 
 # What checks glTF files with other people's software; tests that need it skip without npm.
 $(WEB_READY): web/package-lock.json
 	if command -v npm >/dev/null; then npm ci --prefix web --no-audit --no-fund --silent; \
 	else mkdir -p web/node_modules; fi
-	touch $(WEB_READY)
+	touch $@
 
-# Pins the newest versions that work together on Python 3.11 to 3.13 (needs uv).
+# Pins the newest versions that work together on Python 3.11 to 3.13 (needs uv). The demo has a part
+# of them: what draws and writes GLB, what builds the wheel, and no encoder of movies.
+COMPILE := uv pip compile --universal --python-version 3.11 --upgrade --no-emit-index-url \
+  --no-header --no-annotate --quiet
 requirements:
-	uv pip compile --universal --python-version 3.11 --extra dev --upgrade --no-emit-index-url \
-	  --no-header --no-annotate --quiet pyproject.toml --output-file requirements/dev.txt
+	$(COMPILE) --extra dev pyproject.toml --output-file requirements/dev.txt
+	echo hatchling | $(COMPILE) --extra demo --extra gltf --no-emit-package imageio-ffmpeg \
+	  --constraints requirements/dev.txt pyproject.toml - --output-file requirements/demo.txt
 
 clean:
 	rm -rf $(VENV) web/node_modules out .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis

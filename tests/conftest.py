@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+
+from needs import extra
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -41,7 +44,7 @@ def data_dir() -> Path:
     named = os.environ.get("ELASTOMORPH_DATA")
     folder = Path(named) if named else Path(__file__).parents[2] / "shared" / "data"
     if not (folder / "ict-facekit").is_dir():
-        pytest.skip(f"real data not found in {folder}: set ELASTOMORPH_DATA to its folder")
+        pytest.skip(f"needs real data, not found in {folder}: set ELASTOMORPH_DATA to its folder")
     return folder
 
 
@@ -59,13 +62,11 @@ def browser() -> Iterator[Browser]:
 
     One for all tests of a process: two of Playwright's loops cannot run in one thread.
     """
-    driver = pytest.importorskip(
-        "playwright.sync_api", reason="no browser tests: Playwright is not installed"
-    )
+    driver = extra("playwright.sync_api", "dev")
     if CHROMIUM is None:
         pytest.skip(
-            "no browser tests: there is no chromium; install Debian's package, or name a "
-            "Chromium in ELASTOMORPH_CHROMIUM"
+            "needs a browser: install Debian's package chromium, or name a Chromium in "
+            "ELASTOMORPH_CHROMIUM"
         )
     with driver.sync_playwright() as playwright:
         opened = playwright.chromium.launch(
@@ -73,3 +74,13 @@ def browser() -> Iterator[Browser]:
         )
         yield opened
         opened.close()
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """One line for each reason why tests were skipped: how many, and what to do about it."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in skipped)
+    if reasons:
+        terminalreporter.section("skipped", sep="-")
+    for reason, count in reasons.most_common():
+        terminalreporter.line(f"{count:5}  {reason}")

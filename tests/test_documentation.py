@@ -32,6 +32,7 @@ from elastomorph.doctor import KINDS
 from elastomorph.io.performance_csv import write_performance_csv
 from elastomorph.performance import Performance
 from elastomorph.samples import expressions, head, recorded_motion, shapes
+from needs import MODULES, extra, node
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -258,14 +259,12 @@ class TestTutorialFour:
     @pytest.mark.slow
     def test_three_js_draws_the_pose(self, files: Path) -> None:
         """Every vertex is where `rig.pose` puts it."""
-        node, modules = shutil.which("node"), ROOT / "web" / "node_modules"
-        if node is None or not (modules / "three").is_dir():
-            pytest.skip("three.js is not here: run 'make test' with npm installed")
-        (files / "node_modules").symlink_to(modules)
+        program = node("three")
+        (files / "node_modules").symlink_to(MODULES)
         (files / "elastomorph.mjs").write_text(self.code(FILE + "elastomorph.js"))
         (files / "check.mjs").write_text(CHECK)
         done = subprocess.run(
-            [node, "check.mjs"], capture_output=True, text=True, timeout=60, check=False
+            [program, "check.mjs"], capture_output=True, text=True, timeout=60, check=False
         )
         assert done.returncode == 0, done.stderr
         rig = em.read_rig("head.glb")
@@ -275,11 +274,9 @@ class TestTutorialFour:
 
     def test_the_page_imports_what_npm_installs(self) -> None:
         page = self.code(FILE + "index.html")
-        modules = ROOT / "web" / "node_modules"
-        if not (modules / "three").is_dir():
-            pytest.skip("three.js is not here: run 'make test' with npm installed")
+        node("three")
         for place in re.findall(r'"\./node_modules/([^"]+)"', page):
-            assert (modules / place).exists(), place
+            assert (MODULES / place).exists(), place
         assert not re.search(r"https?:", page)
 
     def test_bezier_keys_are_the_bend_curves(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -333,7 +330,7 @@ await writeFile('drawn.f32', found);
 @pytest.mark.slow
 def test_the_site_builds_and_asks_nobody_for_anything(tmp_path: Path) -> None:
     """Without a warning; and no page loads anything that is not beside it."""
-    pytest.importorskip("furo", reason="the site is built with the extra 'dev'")
+    extra("furo", "dev")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
     done = subprocess.run(
         [*command, str(DOCS), str(tmp_path / "site")], capture_output=True, text=True, check=False

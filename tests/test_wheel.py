@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-CORE = {"numpy", "scipy", "typer", "rich"}
+CORE = {"numpy", "scipy", "typer", "rich", "threadpoolctl"}
 
 pytestmark = pytest.mark.slow
 
@@ -96,7 +96,7 @@ def test_a_wheel_holds_the_package_and_its_pages_only(wheel: Path) -> None:
     assert f"{info}/licenses/LICENSE" in names
 
 
-def test_the_core_needs_four_packages(wheel: Path) -> None:
+def test_the_core_needs_five_packages(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         name = next(name for name in archive.namelist() if name.endswith("METADATA"))
         text = archive.read(name).decode()

@@ -17,6 +17,7 @@ from PIL import Image, ImageSequence
 import elastomorph as em
 from children import started
 from elastomorph.samples import expressions, head
+from needs import extra
 
 SMALL = ("--size", "96x120")
 
@@ -137,7 +138,7 @@ def test_clips(rig_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 
 def test_a_movie(rig_file: Path, tmp_path: Path) -> None:
-    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    imageio_ffmpeg = extra("imageio_ffmpeg", "demo")
     out = tmp_path / "turn.mp4"
     words = ("--turntable", "--frames", 8, "--fps", 12, *SMALL)
     assert run("render", rig_file, *words, "-o", out) == 0
@@ -148,7 +149,7 @@ def test_a_movie(rig_file: Path, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(os.name != "posix", reason="sends the signal of Ctrl-C")
 def test_ctrl_c_leaves_nothing_behind(tmp_path: Path) -> None:
-    pytest.importorskip("imageio_ffmpeg")
+    extra("imageio_ffmpeg", "demo")
     words = ["render", "--turntable", "--frames", "5000", *SMALL, "-o", str(tmp_path / "a.mp4")]
     code = "import sys; from elastomorph.cli import main; main(sys.argv[1:])"
     with started("-c", code, *words, stderr=subprocess.PIPE) as process:

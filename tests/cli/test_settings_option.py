@@ -15,6 +15,7 @@ from elastomorph.io.performance_csv import write_performance_csv
 from elastomorph.io.settings_used import settings_used
 from elastomorph.performance import Performance
 from elastomorph.sequence import MeshSequence
+from needs import extra
 
 SIDE = 5
 SETTINGS = """\
@@ -107,7 +108,7 @@ def test_what_settings_say_of_a_format_reaches_it(folder: Path) -> None:
     assert Path("small.glb").stat().st_size < Path("large.glb").stat().st_size
     assert run("export", "face", "-o", "out.npz") == 0
     assert used("out.npz") == used("small.glb")
-    usd = pytest.importorskip("pxr.Usd")
+    usd = extra("pxr.Usd", "usd")
     assert run("export", "face", "--tolerance", "1e-5", "-o", "out.usda") == 0
     assert used("out.usda")["export"]["usd"] == {"tolerance": 1e-5}
     stage = usd.Stage.Open("out.usda")
@@ -271,7 +272,7 @@ def test_curves_of_settings(folder: Path, capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.usefixtures("folder")
 def test_pictures_and_pages_of_a_character() -> None:
-    pytest.importorskip("vtkmodules")
+    extra("vtkmodules", "demo")
     assert run("render", "face", "-p", "jawOpen=1", "--size", "64x64", "-o", "a.png") == 0
     assert (
         run("render", "face/elastomorph.toml", "-p", "smile=1", "--size", "64x64", "-o", "b.png")

@@ -21,6 +21,7 @@ from elastomorph.io.atomic import (
     replacing_path,
     size_of,
 )
+from needs import not_root
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX permissions and links")
 
@@ -168,7 +169,7 @@ def test_a_replaced_file_keeps_its_permissions(tmp_path: Path) -> None:
 
 
 @posix
-@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may do anything")
+@not_root
 def test_protected_files_and_folders_are_respected(tmp_path: Path) -> None:
     path = tmp_path / "face.obj"
     path.write_bytes(b"old")

@@ -16,6 +16,7 @@ from mesh_samples import assert_same_surface, house, meshes
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.ply import Encoding, read_ply, write_ply
 from elastomorph.mesh import Mesh
+from needs import extra
 
 ENCODINGS: tuple[Encoding, ...] = get_args(Encoding)
 
@@ -322,7 +323,7 @@ def test_a_list_longer_than_the_file_is_refused_before_anything_is_allocated(
 @pytest.mark.parametrize("encoding", ENCODINGS)
 def test_another_program_reads_the_same_mesh(tmp_path: Path, encoding: Encoding) -> None:
     """VTK's reader, an independent one, finds our polygons and (in float32) our positions."""
-    pytest.importorskip("vtkmodules")
+    extra("vtkmodules", "demo")
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkIOPLY import vtkPLYReader
 

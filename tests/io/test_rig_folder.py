@@ -22,6 +22,7 @@ from elastomorph.io.rig_key import settings_digest
 from elastomorph.paths import Method
 from elastomorph.physics import Load, Material
 from elastomorph.rig import Rig
+from needs import not_root
 
 
 @pytest.fixture(autouse=True)
@@ -337,7 +338,7 @@ def test_where_no_cache_can_be_written_reading_still_works(
     assert [read(folder, cache=tmp_path / "denied")[1] for _ in range(2)] == [False, False]
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write all")
+@not_root
 def test_a_read_only_cache_folder_is_no_obstacle(folder: Path, tmp_path: Path) -> None:
     place = tmp_path / "locked"
     place.mkdir(mode=0o500)

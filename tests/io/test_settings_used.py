@@ -13,6 +13,7 @@ from mesh_samples import house, same_bits
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.settings_used import settings_used
+from needs import extra
 
 TABLES = {"character": {"name": "Ada 𝄞 \"'\n"}, "method": {"default": "beam:2", "mass": 0.1}}
 SUFFIXES = (".glb", ".npz", ".usda", ".usdc")
@@ -24,7 +25,10 @@ def rig() -> em.Rig:
 
 
 def require_library(suffix: str) -> None:
-    pytest.importorskip("pygltflib" if suffix == ".glb" else "pxr" if "usd" in suffix else "numpy")
+    if suffix == ".glb":
+        extra("pygltflib", "gltf")
+    elif "usd" in suffix:
+        extra("pxr", "usd")
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

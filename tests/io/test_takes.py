@@ -18,6 +18,7 @@ from elastomorph.io.take_npz import write_npz_take
 from elastomorph.io.takes import holds_positions, write_take
 from elastomorph.performance import Performance, slider_weights
 from elastomorph.rig import Rig
+from needs import extra
 
 
 def rig() -> Rig:
@@ -172,7 +173,7 @@ def test_which_files_hold_positions(tmp_path: Path) -> None:
 
 def test_a_glb_plays_the_take(tmp_path: Path) -> None:
     """By another reader: keys at the times, Δ by the weight w, the bend of ease by w² - w."""
-    gltf = pytest.importorskip("pygltflib")
+    gltf = extra("pygltflib", "gltf")
     write_take(tmp_path / "take.glb", rig(), take())
     found = gltf.GLTF2().load(str(tmp_path / "take.glb"))
     animation = next(own for own in found.animations if own.name == "rom")
@@ -198,8 +199,8 @@ def _numbers_in(found: Any, index: int) -> np.ndarray:
 
 def test_a_usd_file_plays_the_take(tmp_path: Path) -> None:
     """By USD itself: at 25 time codes a second, one key a frame from 0."""
-    usd = pytest.importorskip("pxr.Usd")
-    skel = pytest.importorskip("pxr.UsdSkel")
+    usd = extra("pxr.Usd", "usd")
+    skel = extra("pxr.UsdSkel", "usd")
     write_take(tmp_path / "take.usda", rig(), take())
     stage = usd.Stage.Open(str(tmp_path / "take.usda"))
     assert stage.GetTimeCodesPerSecond() == 25

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from elastomorph.errors import ElastomorphError, FileError, ParameterError
 from elastomorph.report import movie
 from elastomorph.report.movie import find_encoder, write_movie
+from needs import extra
 
-imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+imageio_ffmpeg = extra("imageio_ffmpeg", "demo")
 
 SIZE = (64, 48)
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from elastomorph.rig import Rig
+from needs import extra
 
-torch = pytest.importorskip("torch", reason="PyTorch is not installed; it is optional")
+torch = extra("torch", "torch")
 
 from elastomorph.rig.torch_module import RigModule  # noqa: E402
 

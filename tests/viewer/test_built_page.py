@@ -10,21 +10,20 @@ from pathlib import Path
 
 import pytest
 
-WEB = Path(__file__).parents[2] / "web"
+from needs import NO_NODE, WEB, node
+
 LIMIT = 900_000
 
 
 def npm_script(name: str, *words: str) -> subprocess.CompletedProcess[str]:
     """A script of web/package.json; skips where the tools to build are not there."""
-    npm, node = shutil.which("npm"), shutil.which("node")
-    if npm is None or node is None:
-        pytest.skip("needs npm and node to build the page")
-    version = subprocess.run([node, "--version"], capture_output=True, text=True).stdout
+    program, npm = node("vite"), shutil.which("npm")
+    if npm is None:
+        pytest.skip(NO_NODE)
+    version = subprocess.run([program, "--version"], capture_output=True, text=True).stdout
     numbers = [int(n) for n in re.findall(r"\d+", version)[:2]]
     if numbers < [20, 19]:
         pytest.skip(f"building the page needs node 20.19 or later, found {version.strip()}")
-    if not (WEB / "node_modules" / "vite").is_dir():
-        pytest.skip("needs what web/package-lock.json pins: run npm ci --prefix web")
     return subprocess.run(
         [npm, "run", "--silent", "--prefix", str(WEB), name, "--", *words],
         capture_output=True,

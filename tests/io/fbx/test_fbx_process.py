@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import time
 from pathlib import Path
@@ -14,9 +13,9 @@ from fbx_samples import as_binary, as_text, quad, scene
 from elastomorph.errors import FormatError
 from elastomorph.io.fbx import read_fbx
 from elastomorph.rig import Rig
+from needs import installed
 
-if importlib.util.find_spec("ufbx") is None:
-    pytest.skip("ufbx is not installed: pip install 'elastomorph[fbx]'", allow_module_level=True)
+installed("ufbx", "fbx")
 
 SLOWEST = 20.0
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,9 +21,9 @@ from elastomorph.io.fbx import read_fbx
 from elastomorph.io.fbx.part import FbxPart, read_parts
 from elastomorph.io.npz_members import open_npz
 from elastomorph.rig import Rig
+from needs import installed
 
-if importlib.util.find_spec("ufbx") is None:
-    pytest.skip("ufbx is not installed: pip install 'elastomorph[fbx]'", allow_module_level=True)
+installed("ufbx", "fbx")
 
 Reader = Callable[..., Rig]
 

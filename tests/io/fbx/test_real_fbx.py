@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import re
 from pathlib import Path
@@ -13,9 +12,9 @@ import pytest
 from elastomorph.errors import FormatError
 from elastomorph.io.fbx import read_fbx
 from elastomorph.rig import Rig
+from needs import installed
 
-if importlib.util.find_spec("ufbx") is None:
-    pytest.skip("ufbx is not installed: pip install 'elastomorph[fbx]'", allow_module_level=True)
+installed("ufbx", "fbx")
 
 pytestmark = pytest.mark.realdata
 
@@ -37,7 +36,7 @@ mouthLowerDown_R mouthPress_L mouthPress_R mouthStretch_L mouthStretch_R tongueO
 def file(data_dir: Path) -> Path:
     path = data_dir / "facecap" / "FaceCapHeadGeneric.fbx"
     if not path.is_file():
-        pytest.skip(f"{path} is not there")
+        pytest.skip(f"needs real data: {path} is not there")
     return path
 
 

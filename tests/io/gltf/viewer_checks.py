@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-WEB = Path(__file__).parents[3] / "web"
+from needs import WEB
 
 
 def run(node: str, script: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:

@@ -13,8 +13,9 @@ from elastomorph.io import read
 from elastomorph.io.usd import read_usd, write_usd
 from elastomorph.paths import prepare
 from elastomorph.rig import Rig
+from needs import extra
 
-pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'elastomorph[usd]'")
+extra("pxr", "usd")
 
 
 @pytest.mark.realdata

@@ -15,8 +15,9 @@ from usd_rigs import author_shapes, posed_by_usd, read_in_this_process
 import elastomorph as em
 from elastomorph.errors import ElastomorphWarning, FormatError
 from elastomorph.io.usd import read_usd, write_usd
+from needs import extra
 
-pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'elastomorph[usd]'")
+extra("pxr", "usd")
 
 STRIP = np.array([[x, y, 0.0] for x in range(4) for y in range(2)])
 

@@ -14,8 +14,9 @@ from elastomorph.errors import ElastomorphWarning, FormatError
 from elastomorph.io.usd import read_usd, worker, write_usd
 from elastomorph.io.usd.exact import path_from_json
 from elastomorph.rig import Rig
+from needs import extra
 
-pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'elastomorph[usd]'")
+extra("pxr", "usd")
 
 WHOLE: dict[str, Any] = {
     "version": 1,

@@ -14,8 +14,9 @@ from elastomorph.errors import FileError, FormatError, MissingExtraError
 from elastomorph.io.budget import MemoryBudget
 from elastomorph.io.usd import read_usd, write_usd
 from elastomorph.rig import Rig
+from needs import extra
 
-pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'elastomorph[usd]'")
+extra("pxr", "usd")
 
 
 def refused(path: Path) -> bool:

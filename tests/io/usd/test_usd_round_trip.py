@@ -23,8 +23,9 @@ from elastomorph.io.usd import read_usd, write_usd
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.rig import Rig
+from needs import extra
 
-pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'elastomorph[usd]'")
+extra("pxr", "usd")
 
 
 def assert_same_rig(one: Rig, other: Rig) -> None:

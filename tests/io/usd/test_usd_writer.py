@@ -16,6 +16,7 @@ from elastomorph.io.usd import UsdReport, write_usd
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.rig import Rig
+from needs import extra
 
 needs_usd = pytest.mark.usefixtures("usd")
 SINGLE = 4e-6  # a few roundings to float32 of coordinates up to 10
@@ -23,7 +24,7 @@ SINGLE = 4e-6  # a few roundings to float32 of coordinates up to 10
 
 @pytest.fixture(scope="module")
 def usd() -> None:
-    pytest.importorskip("pxr", reason="usd-core is not installed: pip install 'elastomorph[usd]'")
+    extra("pxr", "usd")
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +176,7 @@ def test_the_stage_says_what_readers_need(written: tuple[Path, Rig, UsdReport]) 
 
 
 def test_the_validators_of_usd_find_nothing(written: tuple[Path, Rig, UsdReport]) -> None:
-    validation = pytest.importorskip("pxr.UsdValidation")
+    validation = extra("pxr.UsdValidation", "usd")
     from pxr import Usd
 
     every = validation.ValidationRegistry().GetOrLoadAllValidators()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-AXE = Path(__file__).parents[3] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+from needs import MODULES
+
+AXE = MODULES / "axe-core" / "axe.min.js"
 
 
 @pytest.fixture(scope="module")

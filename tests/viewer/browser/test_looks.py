@@ -14,18 +14,17 @@ from views import CALM, VIEWS, close_all
 from visiting import DESK, FRAME, NARROW, PHONE, Visit, empty_page, settled, state, update, wait
 
 from elastomorph.viewer import serve
+from needs import MODULES, NO_NODE
 
 if TYPE_CHECKING:
     from playwright.sync_api import Frame, Page
 
-AXE = Path(__file__).parents[3] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+AXE = MODULES / "axe-core" / "axe.min.js"
 LAYOUT = Path(__file__).with_name("layout.js").read_text(encoding="utf-8")
 SIZES = {"desk": DESK, "phone": PHONE, "frame": FRAME}
 EVERY_SIZE = {**SIZES, "narrow": NARROW}
 
-needs_axe = pytest.mark.skipif(
-    not AXE.is_file(), reason="no check of accessibility: run npm ci --prefix web"
-)
+needs_axe = pytest.mark.skipif(not AXE.is_file(), reason=NO_NODE)
 
 
 def violations(page: Page | Frame) -> list[str]:

@@ -16,6 +16,7 @@ import elastomorph as em
 from elastomorph.io import read_rig
 from elastomorph.rig import Rig
 from elastomorph.viewer import Scene, SceneModel, comparison_scene
+from needs import extra
 
 WITHIN = 1e-4  # of D
 
@@ -84,7 +85,7 @@ def test_an_ordinary_file(visit: Visit, faces: Faces) -> None:
 @pytest.mark.realdata
 def test_an_ordinary_file_of_real_data(visit: Visit, data_dir: Path, tmp_path: Path) -> None:
     """A head with ARKit's shapes from FBX, as other programs write it."""
-    pytest.importorskip("ufbx", reason="needs the extra fbx")
+    extra("ufbx", "fbx")
     rig = read_rig(data_dir / "facecap" / "FaceCapHeadGeneric.fbx")
     em.write(tmp_path / "head.glb", rig)
     plain = ordinary((tmp_path / "head.glb").read_bytes())
