@@ -82,3 +82,22 @@ def test_a_shift_that_is_an_eigenvalue_is_named():
     single = Pencil(csc_array(diags_array([1.0, 2.0])), np.ones(2), np.full(2, -1), 1.0)
     with pytest.raises(ParameterError, match="singular at 2"):
         single.factor(2.0)
+
+
+@pytest.mark.parametrize("wrong", [10**6, 1, 0, -3], ids=lambda by: f"{by:+}")
+@pytest.mark.parametrize("right", [0, 1, 2])
+@pytest.mark.timeout(60)
+def test_a_wrong_count_ends_in_one_error(pencil, monkeypatch, wrong, right):
+    """By so many modes, or as if there were none, from the first count or from a later one."""
+    count, calls = Pencil.count_below, []
+
+    def falsified(self: Pencil, value: float) -> int:
+        calls.append(value)
+        if len(calls) <= right:
+            return count(self, value)
+        return len(calls) * wrong if wrong > 0 else wrong
+
+    monkeypatch.setattr(Pencil, "count_below", falsified)
+    with pytest.raises(ParameterError, match="modes of the surface cannot be computed") as caught:
+        pencil.lowest(150)
+    assert "\n" not in str(caught.value)

@@ -23,6 +23,8 @@ Solve = Callable[[NDArray[Any]], NDArray[Any]]
 _DENSE = 600
 # Modes found around one shift; Lanczos slows down with the square of it.
 _SLICE = 64
+# How often modes that iteration missed are looked for; of many alike, it may miss some again.
+_TRIES = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +136,9 @@ class Pencil:
 
         Returns:
             (N,) ascending λ and (V, N) modes with V^T M V = 1.
+
+        Raises:
+            ParameterError: Other modes are found than Sylvester's law says there are.
         """
         count = min(count, self.mode_count)
         if len(self.mass) <= _DENSE or count == 0:
@@ -143,6 +148,8 @@ class Pencil:
         found, edge = len(values), self._edge_above(values)
         while found < count:
             upper, inside = self._next_edge(edge, found)
+            if inside <= 0:
+                raise _miscounted(upper, found + inside, found + 1)
             values, vectors = self._slice(edge, upper, inside)
             all_values.append(values)
             all_vectors.append(vectors)
@@ -156,12 +163,16 @@ class Pencil:
     def _lowest_slice(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The first modes, none of them missed."""
         asked = count
-        while True:
+        for _ in range(_TRIES):
             values, vectors = self.nearest(-self.unit, asked)
-            missed = self.count_below(self._edge_above(values)) - len(values)
+            edge = self._edge_above(values)
+            missed = self.count_below(edge) - len(values)
             if missed <= 0:
                 return values, vectors
             asked += missed
+            if asked > self.mode_count:
+                break
+        raise _miscounted(edge, len(values) + missed, len(values))
 
     def _edge_above(self, values: NDArray[np.float64]) -> float:
         return float(values[-1]) * (1 + 1e-9)
@@ -184,12 +195,13 @@ class Pencil:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The modes between two values, as many as there are."""
         asked = inside + 4
-        while True:
-            values, vectors = self.nearest(0.5 * (lower + upper), asked)
+        for _ in range(_TRIES):
+            values, vectors = self.nearest(0.5 * (lower + upper), min(asked, self.mode_count))
             within = (values >= lower) & (values < upper)
-            if np.count_nonzero(within) >= inside or asked >= self.mode_count:
+            if np.count_nonzero(within) >= inside:
                 return values[within], vectors[:, within]
-            asked = min(2 * asked, self.mode_count)
+            asked *= 2
+        raise _miscounted(upper, inside, int(np.count_nonzero(within)), above=lower)
 
     @cached_property
     def _dense(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -230,3 +242,11 @@ class Pencil:
             raise ParameterError(
                 f"the operator of the surface is singular at {sigma:g}: it is an eigenvalue"
             ) from None
+
+
+def _miscounted(below: float, counted: int, found: int, above: float = 0.0) -> ParameterError:
+    return ParameterError(
+        f"the modes of the surface cannot be computed: {counted:,} were counted between {above:g} "
+        f"and {below:g}, {found:,} found; look for polygons without an area with 'elastomorph "
+        "doctor', or move the face on beams"
+    )
