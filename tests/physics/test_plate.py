@@ -156,6 +156,59 @@ def test_the_path_solves_the_equation_of_motion(surface, delta, order, held):
     assert np.abs(force[others][:, free]).max() < 1e-9 * np.abs(force[order]).max()
 
 
+@pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
+def test_a_soft_wave_keeps_its_digits_in_a_stiff_operator():
+    """Close to its resonance, with eigenvalues 10⁷ times its own beside it, by the exact law."""
+    count = 48
+    (laplacian, mass, pieces, place), (other, weights, ones, _) = torus(count), torus(4)
+    mu = (2 * count * np.sin(np.pi / count)) ** 2
+    material, load = Material(0.3, 0.45 * mu**2, 1), Load.power(2)
+    plate = PlateModes.prepare(
+        csc_array(block_diag([laplacian, other])),
+        np.concatenate([mass, weights]),
+        np.concatenate([pieces, ones + 1]),
+        material,
+        load,
+        rigidity=np.repeat([1.0, 2.0], [count**2, 16]),
+    )
+    wave = np.cos(2 * np.pi * place[:, :1]) * [1.0, 0, 0]
+    bend = plate.bends(np.concatenate([wave, np.zeros((16, 3))]))[0]
+    law = modal_response(mu**2, load, material)
+    assert np.abs(bend[: count**2] - law[1] * wave).max() < 2e-11
+
+
+@pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
+@pytest.mark.parametrize("painted", [False, True])
+def test_how_far_a_face_moves_as_a_whole_does_not_show(surface, delta, painted):
+    """Not even for heavy materials, in which the law of a mode of no stiffness is huge."""
+    laplacian, mass, pieces = surface
+    rigidity = np.linspace(1, 2, 86) if painted else None
+    load, far = Load.power(5), 1000.0
+    plate = PlateModes.prepare(
+        laplacian, mass, pieces, Material(2e4, 20, 1), load, rigidity=rigidity
+    )
+    expected = plate.bends(delta) + far * load.limit_law[1:, None, None]
+    assert np.abs(plate.bends(delta + far) - expected).max() < 1e-8
+
+
+@pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
+@pytest.mark.parametrize("painted", [False, True])
+def test_pieces_keep_their_means_in_nearly_singular_solves(surface, delta, painted):
+    """Roots of the laws close to 0, where the rounding of a solve is constant on each piece."""
+    laplacian, mass, pieces = surface
+    rigidity = np.linspace(1, 2, 86) if painted else None
+    load = Load.power(6)
+    plate = PlateModes.prepare(
+        laplacian, mass, pieces, Material(1e-5, 1e-8, 1), load, rigidity=rigidity
+    )
+    bends = plate.bends(delta + 1000)
+    for piece in (0, 1):
+        inside = pieces == piece
+        means = np.average(bends[:, inside], axis=1, weights=mass[inside])
+        whole = np.average(delta[inside] + 1000, axis=0, weights=mass[inside])
+        assert np.abs(means - np.multiply.outer(load.limit_law[1:], whole)).max() < 1e-9
+
+
 def test_held_vertices_follow_the_limit_law(surface, delta):
     laplacian, mass, pieces = surface
     held = np.zeros(86, dtype=bool)
