@@ -31,6 +31,13 @@ def test_type_checkers_and_python_find_the_same_names() -> None:
     assert homes == {home: set(names) for home, names in em._HOMES.items()}
 
 
+def test_dir_shows_what_is_public_and_nothing_else() -> None:
+    """Whatever has been imported by then."""
+    em.Rig, em.errors  # type: ignore[attr-defined]  # noqa: B018
+    shown = {name for name in dir(em) if not name.startswith("__")}
+    assert shown == {*em.__all__, "timing"}
+
+
 def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'interpolat'"):
         em.interpolat  # type: ignore[attr-defined]  # noqa: B018

@@ -100,4 +100,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+    special = (name for name in globals() if name.startswith("__"))
+    return sorted({*special, *__all__, "timing"})

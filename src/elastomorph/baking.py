@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from elastomorph.bend_curve import BendCurve
 from elastomorph.blas_threads import one_blas_thread
-from elastomorph.errors import BakeError, MeshError
-from elastomorph.mesh import Mesh
+from elastomorph.errors import BakeError, MeshError, ParameterError
+from elastomorph.mesh import Mesh, require_same_topology
 from elastomorph.morph import Morph
+from elastomorph.numbers import as_number
 
 __all__ = ["bake", "bake_polynomial", "bend_basis"]
 
@@ -51,12 +52,26 @@ def bake(
 
     Raises:
         MeshError: The path does not start at the neutral or does not end at the target.
+        TopologyError: Neutral and target differ in vertices or polygons.
+        ParameterError: The path is no function, or gives something else than positions.
         BakeError: The tolerance is not reached with 15 bends.
     """
+    require_same_topology(neutral, target)
+    if not callable(path):
+        raise ParameterError(
+            f"the path must be a function from a time to positions, found {type(path).__name__}"
+        )
+    tolerance = as_number(tolerance, "tolerance", above=0)
     scale = neutral.diameter or 1.0
     delta = target.vertices - neutral.vertices
     for time, mesh in ((0.0, neutral), (1.0, target)):
-        gap = float(np.linalg.norm(path(time) - mesh.vertices, axis=1).max()) / scale
+        end = np.asarray(path(time))
+        if end.shape != mesh.vertices.shape or end.dtype.kind not in "iuf":
+            raise ParameterError(
+                f"the path must give positions of shape {mesh.vertices.shape}, found {end.dtype} "
+                f"{end.shape} at t = {time:g}"
+            )
+        gap = float(np.linalg.norm(end - mesh.vertices, axis=1).max()) / scale
         if gap > tolerance:
             raise MeshError(f"the path is {gap:.3g} of D away from its end at t = {time:g}")
     times = np.concatenate([_NODES, _CHECKS])

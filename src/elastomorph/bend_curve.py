@@ -34,8 +34,8 @@ class BendCurve:
     coefficients: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        breaks = np.array(self.breaks, dtype=np.float64)
-        coefficients = np.array(self.coefficients, dtype=np.float64)
+        breaks = as_numbers(self.breaks, "the breaks of a bend curve")
+        coefficients = as_numbers(self.coefficients, "the coefficients of a bend curve")
         if (
             breaks.ndim != 1
             or breaks.size < 2
@@ -58,11 +58,19 @@ class BendCurve:
     @classmethod
     def polynomial(cls, coefficients: ArrayLike) -> BendCurve:
         """The polynomial with the given coefficients of 1, t, t² and so on."""
-        return cls(np.array([0.0, 1.0]), np.atleast_2d(np.asarray(coefficients, dtype=float)))
+        row = as_numbers(coefficients, "the coefficients of a bend curve")
+        return cls(np.array([0.0, 1.0]), np.atleast_2d(row))
 
     @classmethod
     def power(cls, exponent: int) -> BendCurve:
-        """The curve t^exponent - t."""
+        """The curve t^exponent - t.
+
+        Raises:
+            ParameterError: The exponent is not a whole number from 1.
+        """
+        whole = isinstance(exponent, int | np.integer) and not isinstance(exponent, bool)
+        if not whole or exponent < 1:
+            raise ParameterError(f"the exponent must be a whole number from 1, found {exponent!r}")
         coefficients = np.zeros(exponent + 1)
         coefficients[exponent] = 1.0
         coefficients[1] -= 1.0
@@ -70,7 +78,7 @@ class BendCurve:
 
     def __call__(self, times: ArrayLike) -> NDArray[np.float64]:
         """The value at each time, in the shape of ``times``."""
-        t = np.asarray(times, dtype=np.float64)
+        t = as_numbers(times, "times")
         inside = np.clip(t, 0.0, 1.0)
         value = np.where((inside > 0) & (inside < 1), self._horner(self.coefficients, inside), 0.0)
         first, last = self.end_slopes

@@ -99,10 +99,10 @@ class BakeError(ElastomorphError):
 class MissingExtraError(ElastomorphError):
     """An optional dependency is not installed."""
 
-    def __init__(self, package: str, extra: str) -> None:
+    def __init__(self, package: str, extra: str | None = None) -> None:
+        wanted = package if extra is None else f"'elastomorph[{extra}]'"
         super().__init__(
-            f"this needs the package '{package}', which is not installed: "
-            f"run  pip install 'elastomorph[{extra}]'"
+            f"this needs the package '{package}', which is not installed: run  pip install {wanted}"
         )
 
 

@@ -11,8 +11,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.errors import MeshError, TopologyError
+from elastomorph.errors import MeshError, ParameterError, TopologyError
 from elastomorph.extent import largest_distance
+from elastomorph.numbers import as_numbers
 from elastomorph.polygons import Polygons
 
 __all__ = [
@@ -186,9 +187,9 @@ def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
         MeshError: Not (V, 3) with V ≥ 1, or a coordinate is NaN or infinite.
     """
     try:
-        own = np.array(vertices, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise MeshError(f"vertices must be numbers of shape (V, 3): {error}") from None
+        own = as_numbers(vertices, "vertices")
+    except ParameterError as error:
+        raise MeshError(f"{error}; they have the shape (V, 3)") from None
     if own.ndim != 2 or own.shape[1] != 3 or len(own) == 0:
         raise MeshError(f"vertices must have shape (V, 3) with V ≥ 1, found {own.shape}")
     finite = np.isfinite(own).all(axis=1)
@@ -223,8 +224,9 @@ def require_same_topology(neutral: Mesh, target: Mesh) -> None:
 
     Raises:
         TopologyError: They do not; the message names the first polygon that differs.
-        MeshError: The target is no mesh.
+        MeshError: One of them is no mesh.
     """
+    require_mesh(neutral, "the neutral")
     require_mesh(target, "the target")
     if len(neutral.vertices) != len(target.vertices):
         raise TopologyError(

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.bend_curve import BendCurve, as_times
-from elastomorph.errors import MeshError
+from elastomorph.errors import MeshError, ParameterError
 from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.numbers import as_numbers
 
 __all__ = ["Choice", "Morph"]
 
@@ -70,6 +71,7 @@ class Morph:
     Raises:
         TopologyError: Neutral and target differ in vertices or polygons.
         MeshError: The bends have another shape, or are not finite.
+        ParameterError: A bend curve is none.
     """
 
     neutral: Mesh
@@ -84,8 +86,13 @@ class Morph:
 
     def __post_init__(self) -> None:
         require_same_topology(self.neutral, self.target)
-        bends = np.asarray(self.bends, dtype=np.float64)
-        expected = (len(self.bend_curves), *self.neutral.vertices.shape)
+        curves = self.bend_curves
+        listed = isinstance(curves, tuple | list)
+        if not listed or not all(isinstance(curve, BendCurve) for curve in curves):
+            raise ParameterError(f"bend_curves must be BendCurves, one a bend, found {curves!r}")
+        object.__setattr__(self, "bend_curves", tuple(curves))
+        bends = _as_bends(self.bends)
+        expected = (len(curves), *self.neutral.vertices.shape)
         if bends.shape != expected:
             raise MeshError(f"bends must have shape {expected}, found {bends.shape}")
         if not np.isfinite(bends).all():
@@ -149,3 +156,13 @@ class Morph:
             f"Morph({self.method}, {len(self.neutral.vertices):,} vertices, "
             f"{len(self.bends)} bends)"
         )
+
+
+def _as_bends(bends: object) -> NDArray[np.float64]:
+    """The bends as they are if they are float64, for they may be large."""
+    if isinstance(bends, np.ndarray) and bends.dtype == np.float64:
+        return bends
+    try:
+        return as_numbers(bends, "bends")  # type: ignore[arg-type]
+    except ParameterError as error:
+        raise MeshError(str(error)) from None

@@ -11,9 +11,11 @@ from elastomorph.errors import ParameterError
 
 __all__ = ["as_number", "as_numbers"]
 
+_LONGEST = 60
+
 
 def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArray[np.float64]:
-    """Numbers as float64, of any shape.
+    """Numbers as a float64 copy, C-contiguous, of any shape.
 
     NumPy takes None for a NaN, True for 1 and the text "1" for a number; nobody means that.
 
@@ -32,10 +34,11 @@ def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArr
     mixed = given.dtype.kind == "O" and all(_is_number(value) for value in given.flat)
     if given.dtype.kind not in ("biuf" if switches else "iuf") and not mixed:
         shown = repr(values)
+        short = len(shown) <= _LONGEST and "\n" not in shown
         raise ParameterError(
-            f"{what} must be numbers, found {shown if len(shown) <= 60 else type(values).__name__}"
+            f"{what} must be numbers, found {shown if short else type(values).__name__}"
         )
-    return given.astype(np.float64)
+    return given.astype(np.float64, order="C")
 
 
 def as_number(

@@ -64,9 +64,15 @@ class Polygons(Sequence[NDArray[np.int32]]):
             flat: NDArray[Any] = faces.reshape(-1)
             sizes = np.full(len(faces), faces.shape[1])
         else:
-            rows: Sequence[Sequence[int]] = list(faces)  # type: ignore[arg-type]
-            sizes = np.fromiter((len(row) for row in rows), dtype=np.int64, count=len(rows))
-            flat = np.array(list(chain.from_iterable(rows)))
+            try:
+                rows: Sequence[Sequence[int]] = list(faces)  # type: ignore[arg-type]
+                sizes = np.fromiter((len(row) for row in rows), dtype=np.int64, count=len(rows))
+                flat = np.array(list(chain.from_iterable(rows)))
+            except (TypeError, ValueError):
+                raise MeshError(
+                    "polygons must be lists of vertex indices, such as [[0, 1, 2, 3]], found "
+                    f"{type(faces).__name__}"
+                ) from None
         if flat.size and not np.issubdtype(flat.dtype, np.integer):
             raise MeshError(f"polygon indices must be whole numbers, found {flat.dtype}")
         if flat.size and (flat.max() > np.iinfo(np.int32).max or flat.min() < 0):

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.mesh import Mesh
+from elastomorph.mesh import Mesh, require_mesh
+from elastomorph.numbers import as_numbers
 
-__all__ = ["MeshSequence"]
+__all__ = ["MeshSequence", "require_motion"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,7 +45,11 @@ class MeshSequence:
         names: Sequence[str] = (),
         missing: Sequence[str] = (),
     ) -> None:
-        own = np.array(frames, dtype=np.float64)
+        require_mesh(mesh, "the mesh of a motion")
+        try:
+            own = as_numbers(frames, "frames")
+        except ParameterError as error:
+            raise MeshError(str(error)) from None
         if own.ndim != 3 or own.shape[1:] != mesh.vertices.shape or len(own) < 2:
             raise MeshError(
                 f"frames must have shape (T, {len(mesh.vertices):,}, 3) with T ≥ 2, "
@@ -53,7 +58,7 @@ class MeshSequence:
         finite = np.isfinite(own).all(axis=(1, 2))
         if not finite.all():
             raise MeshError(f"frame {int(np.argmin(finite))} has coordinates that are not finite")
-        when = np.linspace(0.0, 1.0, len(own)) if times is None else np.array(times, dtype=float)
+        when = np.linspace(0.0, 1.0, len(own)) if times is None else as_numbers(times, "times")
         if when.shape != (len(own),) or not np.isfinite(when).all() or (np.diff(when) <= 0).any():
             raise ParameterError(f"times must be {len(own)} finite numbers that rise")
         when = (when - when[0]) / (when[-1] - when[0])
@@ -107,3 +112,16 @@ class MeshSequence:
 
     def __repr__(self) -> str:
         return f"MeshSequence({len(self)} frames, {len(self.mesh.vertices):,} vertices)"
+
+
+def require_motion(value: object, what: str = "a motion") -> None:
+    """Check that what should be a recorded motion is one.
+
+    Raises:
+        ParameterError: It is something else.
+    """
+    if not isinstance(value, MeshSequence):
+        raise ParameterError(
+            f"{what} must be a MeshSequence, as em.read_sequence('scan.####.obj') reads it or "
+            f"em.MeshSequence(mesh, frames) makes it, found {type(value).__name__}"
+        )

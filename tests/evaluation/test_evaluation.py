@@ -228,7 +228,7 @@ def test_arguments_that_do_not_fit_are_refused(truth: MeshSequence, rows: CurveN
         evaluate(truth, ["linear", Method("linear")], rows)
     with pytest.raises(ParameterError, match="found 3"):
         evaluate(truth, [3], rows)  # type: ignore[list-item]
-    with pytest.raises(CurveError, match="99 vertices, the motion has 20"):
+    with pytest.raises(CurveError, match="99 vertices, the first frame has 20"):
         evaluate(truth, ["linear"], CurveNetwork(rows, 99))
     with pytest.raises(CurveError, match="there is none"):
         evaluate(truth, ["linear"], CurveNetwork([], 20))

@@ -12,7 +12,7 @@ from elastomorph.curves.loops import trace_loops
 from elastomorph.curves.network import Curve, CurveNetwork
 from elastomorph.curves.scraps import mend_scraps
 from elastomorph.curves.selection import choose_runs
-from elastomorph.mesh import Mesh
+from elastomorph.mesh import Mesh, require_mesh
 
 __all__ = ["extract_curves"]
 
@@ -35,8 +35,10 @@ def extract_curves(mesh: Mesh, keep: Iterable[Curve] = ()) -> CurveNetwork:
         such as a vertex without edges.
 
     Raises:
+        MeshError: It is no mesh.
         CurveError: A kept curve names a vertex that the mesh does not have, or two share one.
     """
+    require_mesh(mesh, "what curves are found on")
     vertex_count = len(mesh.vertices)
     kept = CurveNetwork(keep, vertex_count)
     fixed = kept.curve_of >= 0

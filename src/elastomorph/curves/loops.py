@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from elastomorph.curves.chains import Chains, ordered_chains
 from elastomorph.curves.connectivity import EdgeEnds, edge_ends, straight_successors
 from elastomorph.curves.network import Curve
-from elastomorph.mesh import Mesh
+from elastomorph.mesh import Mesh, require_mesh
 
 __all__ = ["edge_loops", "previous_visits", "trace_loops"]
 
@@ -28,7 +28,11 @@ def edge_loops(mesh: Mesh) -> tuple[Curve, ...]:
 
     Returns:
         The loops, those of the lowest edge first. A vertex lies on several.
+
+    Raises:
+        MeshError: It is no mesh.
     """
+    require_mesh(mesh, "what loops are traced on")
     loops = _cut_at_crossings(trace_loops(edge_ends(mesh.faces, len(mesh.vertices))))
     return tuple(
         Curve(vertices, closed)

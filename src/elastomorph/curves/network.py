@@ -101,7 +101,8 @@ class CurveNetwork(Sequence[Curve]):
         vertex_count: Number of vertices V of the mesh.
 
     Raises:
-        CurveError: A curve names a vertex that the mesh does not have, or two curves share one.
+        CurveError: A curve names a vertex that the mesh does not have, two curves share one, or
+            something is no curve.
     """
 
     __slots__ = ("__dict__", "curves", "vertex_count")
@@ -110,7 +111,12 @@ class CurveNetwork(Sequence[Curve]):
     vertex_count: int
 
     def __init__(self, curves: Iterable[Curve], vertex_count: int) -> None:
-        self.curves = tuple(curves)
+        self.curves = tuple(curves) if isinstance(curves, Iterable) else (curves,)
+        for curve in self.curves:
+            if not isinstance(curve, Curve):
+                raise CurveError(f"a network is made of Curves, found {type(curve).__name__}")
+        if not isinstance(vertex_count, int | np.integer) or isinstance(vertex_count, bool):
+            raise CurveError(f"the number of vertices must be whole, found {vertex_count!r}")
         self.vertex_count = int(vertex_count)
         _ = self.curve_of
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import CurveError, ParameterError
 from elastomorph.mesh import Mesh
+from elastomorph.numbers import as_number
 
 __all__ = ["as_region", "region_of", "region_weights"]
 
@@ -99,8 +100,7 @@ def region_weights(
         CurveError: The region names a vertex that does not exist.
         ParameterError: The falloff is negative or not finite.
     """
-    if not (np.isfinite(falloff) and falloff >= 0):
-        raise ParameterError(f"falloff must be a number of edges from 0, found {falloff}")
+    falloff = as_number(falloff, "falloff", least=0)
     inside = as_region(region, vertex_count)
     distance = np.where(inside, np.inf, 0.0)
     ends = np.concatenate([edges, edges[:, ::-1]])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from elastomorph.mesh import require_same_topology
 from elastomorph.morph import Morph
 from elastomorph.paths import Method, interpolate
 from elastomorph.physics import Material
-from elastomorph.sequence import MeshSequence
+from elastomorph.sequence import MeshSequence, require_motion
 
 __all__ = ["DEFAULT_METHODS", "evaluate"]
 
@@ -32,8 +33,8 @@ AnyMethod = str | Method | Morph
 
 
 def evaluate(
-    truth: MeshSequence,
-    methods: Sequence[AnyMethod] | Mapping[str, AnyMethod] | AnyMethod = DEFAULT_METHODS,
+    truth: MeshSequence | str | Path,
+    methods: Iterable[AnyMethod] | Mapping[str, AnyMethod] | AnyMethod = DEFAULT_METHODS,
     curves: CurveNetwork | None = None,
     *,
     material: Material | None = None,
@@ -47,7 +48,8 @@ def evaluate(
     can be. What vanishes with free timing was a matter of timing.
 
     Args:
-        truth: The recorded motion; its frames carry times from 0 to 1.
+        truth: The recorded motion; its frames carry times from 0 to 1. Or what
+            `elastomorph.read_sequence` reads it from, such as ``scan.####.obj``.
         methods: Texts such as ``beam:2``, or ``through:1`` and ``through:2:spline`` for the best
             frames of the motion as in-betweens; `Method` objects; or finished morphs from the
             first frame to the last. A mapping gives them labels of your own.
@@ -62,9 +64,12 @@ def evaluate(
         CurveError: The curves belong to another mesh, or there are none.
         MeshError: A morph does not lead from the first frame to the last, or D is 0.
         TopologyError: A morph has other vertices or polygons.
-        ParameterError: A method is not understood, there is none, or two have one label.
+        FileError: A motion named by its files cannot be read.
+        ParameterError: The motion is none, a method is not understood, there is none, or two have
+            one label.
         ResonanceError: A material is singular for its load.
     """
+    truth = _motion(truth)
     if curves is None:
         curves = extract_curves(truth.mesh)
     require_curves_of(curves, len(truth.mesh.vertices), "the first frame")
@@ -121,8 +126,18 @@ def _measure(
     )
 
 
+def _motion(truth: MeshSequence | str | Path) -> MeshSequence:
+    if isinstance(truth, str | Path):
+        # Files lie beside this package, not below it; whoever has a name in hand should not mind.
+        from elastomorph.io import read_sequence
+
+        return read_sequence(truth)
+    require_motion(truth)
+    return truth
+
+
 def _labelled(
-    methods: Sequence[AnyMethod] | Mapping[str, AnyMethod] | AnyMethod,
+    methods: Iterable[AnyMethod] | Mapping[str, AnyMethod] | AnyMethod,
     material: Material | None,
     truth: MeshSequence,
     curves: CurveNetwork,
@@ -130,6 +145,10 @@ def _labelled(
     """The methods by their labels, in order."""
     if isinstance(methods, AnyMethod):
         methods = [methods]
+    if not isinstance(methods, Iterable):
+        raise ParameterError(
+            f"methods are texts such as 'beam:2', Methods or Morphs, found {methods!r}"
+        )
     pairs: list[tuple[str | None, AnyMethod]] = (
         list(methods.items())
         if isinstance(methods, Mapping)

@@ -8,12 +8,16 @@ import json
 import math
 from collections.abc import Iterable
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from elastomorph.errors import MissingExtraError
 from elastomorph.evaluation.results import Evaluation
 from elastomorph.evaluation.summary import conclusions, summaries
 
-__all__ = ["evaluation_json", "long_csv", "summary_csv"]
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+__all__ = ["data_frame", "evaluation_json", "long_csv", "summary_csv"]
 
 
 _TABLES = (
@@ -28,8 +32,7 @@ _TABLES = (
 
 def summary_csv(evaluation: Evaluation) -> str:
     """One line a method. Errors and seam are fractions of D, in full precision."""
-    rows = [asdict(line) for line in summaries(evaluation)]
-    return _csv([list(rows[0]), *(list(row.values()) for row in rows)])
+    return _csv(_summary_rows(evaluation))
 
 
 def long_csv(evaluation: Evaluation) -> str:
@@ -37,6 +40,29 @@ def long_csv(evaluation: Evaluation) -> str:
 
     ``path_maximum`` is taken at ``path_time``, ``path_average`` at ``path_average_time``.
     """
+    return _csv(_long_rows(evaluation))
+
+
+def data_frame(evaluation: Evaluation, long: bool) -> DataFrame:
+    """One of the two as a table of pandas.
+
+    Raises:
+        MissingExtraError: pandas is not installed.
+    """
+    try:
+        from pandas import DataFrame
+    except ImportError:
+        raise MissingExtraError("pandas") from None
+    header, *rows = _long_rows(evaluation) if long else _summary_rows(evaluation)
+    return DataFrame(rows, columns=header)
+
+
+def _summary_rows(evaluation: Evaluation) -> list[list[Any]]:
+    rows = [asdict(line) for line in summaries(evaluation)]
+    return [list(rows[0]), *(list(row.values()) for row in rows)]
+
+
+def _long_rows(evaluation: Evaluation) -> list[list[Any]]:
     header = [
         "method",
         "curve",
@@ -68,7 +94,7 @@ def long_csv(evaluation: Evaluation) -> str:
                 strict=True,
             )
             rows += [[result.label, name, *values] for values in columns]
-    return _csv(rows)
+    return rows
 
 
 def evaluation_json(evaluation: Evaluation) -> str:

@@ -15,8 +15,9 @@ from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.key_frames import EFFORT, Judge, best_frames
 from elastomorph.evaluation.spline_errors import Choice, LargestError, MeanSquare
 from elastomorph.morph import Morph
+from elastomorph.numbers import as_number
 from elastomorph.paths.through import law_for, through
-from elastomorph.sequence import MeshSequence
+from elastomorph.sequence import MeshSequence, require_motion
 
 __all__ = ["MEASURES", "Suggestion", "suggest_inbetweens"]
 
@@ -119,6 +120,9 @@ def suggest_inbetweens(
     if measure not in MEASURES:
         raise ParameterError(f"measure must be one of {', '.join(MEASURES)}, found {measure!r}")
     laws = _SMOOTH_LAWS if method is None else (law_for(method, count),)
+    require_motion(truth)
+    if effort != np.inf:
+        as_number(effort, "effort", above=0)
     inner = len(truth) - 2
     if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count <= inner:
         raise ParameterError(

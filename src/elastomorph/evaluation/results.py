@@ -16,6 +16,7 @@ from elastomorph.morph import Morph
 from elastomorph.sequence import MeshSequence
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
     from rich.console import Group
 
 __all__ = ["Evaluation", "MethodResult"]
@@ -144,23 +145,46 @@ class Evaluation:
 
         return evaluation_table(self)
 
-    def to_csv(self) -> str:
-        """One line a method, errors as fractions of D."""
+    def to_csv(self, path: str | Path | None = None) -> str:
+        """One line a method, errors as fractions of D.
+
+        Args:
+            path: File to write the text to as well, whole or not at all.
+
+        Raises:
+            FileError: The file cannot be written.
+        """
         from elastomorph.evaluation.formats import summary_csv
 
-        return summary_csv(self)
+        return _kept(summary_csv(self), path)
 
-    def to_long_csv(self) -> str:
-        """One line for each method, curve and frame, errors as fractions of D."""
+    def to_long_csv(self, path: str | Path | None = None) -> str:
+        """One line for each method, curve and frame, errors as fractions of D.
+
+        Arguments and errors as for `to_csv`.
+        """
         from elastomorph.evaluation.formats import long_csv
 
-        return long_csv(self)
+        return _kept(long_csv(self), path)
 
-    def to_json(self) -> str:
-        """Everything measured, as strict JSON."""
+    def to_json(self, path: str | Path | None = None) -> str:
+        """Everything measured, as strict JSON. Arguments and errors as for `to_csv`."""
         from elastomorph.evaluation.formats import evaluation_json
 
-        return evaluation_json(self)
+        return _kept(evaluation_json(self), path)
+
+    def to_dataframe(self, *, long: bool = False) -> DataFrame:
+        """The table for pandas: one row a method, errors as fractions of D.
+
+        Args:
+            long: One row for each method, curve and frame instead, as `to_long_csv`.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        from elastomorph.evaluation.formats import data_frame
+
+        return data_frame(self, long)
 
     def plot(self, path: str | Path) -> None:
         """Draw the error of each method over curves and over time.
@@ -171,8 +195,8 @@ class Evaluation:
         Raises:
             MissingExtraError: matplotlib is not installed.
         """
-        # The upward imports of this package are two: pictures belong to report, and a user with an
-        # evaluation in hand looks for them here.
+        # An upward import: pictures belong to report, and a user with an evaluation in hand looks
+        # for them here.
         from elastomorph.report.graphs import error_graphs
 
         error_graphs(self, path)
@@ -208,6 +232,16 @@ class Evaluation:
             f"Evaluation({len(self.results)} methods, {len(self.curves)} curves, "
             f"{len(self.truth)} frames)"
         )
+
+
+def _kept(text: str, path: str | Path | None) -> str:
+    """The text, written to a file too where one is named."""
+    if path is not None:
+        from elastomorph.io.atomic import replacing
+
+        with replacing(path) as file:
+            file.write(text.encode())
+    return text
 
 
 def _inner_mean(errors: NDArray[np.float64]) -> float:

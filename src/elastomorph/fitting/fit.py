@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from elastomorph.fitting.results import Fit
 from elastomorph.mesh import require_same_topology
 from elastomorph.paths import Method
 from elastomorph.physics import CLOSURES
-from elastomorph.sequence import MeshSequence
+from elastomorph.sequence import MeshSequence, require_motion
 
 __all__ = ["fit"]
 
@@ -153,14 +154,12 @@ def _one_mesh(motions: MeshSequence | Sequence[MeshSequence]) -> list[MeshSequen
         ParameterError: There is none, or something else among them.
         TopologyError: Two meshes differ.
     """
-    takes = [motions] if isinstance(motions, MeshSequence) else list(motions)
+    several = isinstance(motions, Sequence) and not isinstance(motions, str)
+    takes: list[Any] = list(motions) if several else [motions]
     if not takes:
         raise ParameterError("there is no motion to fit: give at least one captured sequence")
     for number, take in enumerate(takes, start=1):
-        if not isinstance(take, MeshSequence):
-            raise ParameterError(
-                f"motion {number} must be a MeshSequence, found {type(take).__name__}"
-            )
+        require_motion(take, f"motion {number}")
         try:
             require_same_topology(takes[0].mesh, take.mesh)
         except TopologyError as error:

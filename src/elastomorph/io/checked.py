@@ -4,15 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
 from elastomorph.errors import FormatError, MeshError, ParameterError
 
-__all__ = ["naming_file", "shortened"]
+__all__ = ["naming_file", "require_name", "shortened"]
 
 _LONGEST = 700
+
+
+def require_name(path: object) -> None:
+    """Check that what should name a file can.
+
+    Raises:
+        ParameterError: It is neither a text nor a path.
+    """
+    if not isinstance(path, str | PathLike):
+        raise ParameterError(f"a file is named by a text or a Path, found {type(path).__name__}")
 
 
 @contextmanager

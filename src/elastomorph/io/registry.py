@@ -14,6 +14,7 @@ from typing import Any, Generic, TypeVar
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import is_folder
+from elastomorph.io.checked import require_name
 from elastomorph.mesh import Mesh
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
@@ -100,13 +101,24 @@ def format_of(path: str | Path, formats: tuple[Format[T], ...]) -> Format[T]:
     Raises:
         FormatError: The table has no such suffix.
     """
+    require_name(path)
     suffix = Path(path).suffix.lower()
     for known in formats:
         if suffix in known.suffixes:
             return known
     found = f"unknown suffix '{suffix}'" if suffix else "the name has no suffix"
     expected = ", ".join(known_suffixes(formats))
-    raise FormatError(path, f"{found}; expected one of {expected}")
+    raise FormatError(path, f"{found}; expected one of {expected}{_other_door(path, formats)}")
+
+
+def _other_door(path: str | Path, formats: tuple[Format[Any], ...]) -> str:
+    """What opens a path whose suffix is that of another kind of thing."""
+    suffix = Path(path).suffix.lower()
+    if formats is MESH_FORMATS and (suffix in known_suffixes(RIG_FORMATS) or is_folder(path)):
+        return ". It may be a rig: em.read_rig reads it, em.write writes one"
+    if formats is RIG_FORMATS and suffix in known_suffixes(MESH_FORMATS):
+        return ". It may be a single mesh: em.read reads it, em.write writes one"
+    return ""
 
 
 def read(path: str | Path) -> Mesh:
@@ -141,6 +153,7 @@ def read_rig(path: str | Path, *, method: str | Method | None = None, **options:
         ParameterError: The method cannot be applied, or an option is not understood.
         MissingExtraError: The format needs a package that is not installed.
     """
+    require_name(path)
     if is_folder(path) and str(path) != BUILT_IN:
         from elastomorph.io.rig_folder import read_rig_folder
 
@@ -208,6 +221,7 @@ def write(path: str | Path, thing: Mesh | Rig, **options: Any) -> Any:
         ParameterError: Neither a mesh nor a rig.
         MissingExtraError: The format needs a package that is not installed.
     """
+    require_name(path)
     if isinstance(thing, Rig):
         return writer_of(path, RIG_FORMATS)(path, thing, **options)
     if isinstance(thing, Mesh):

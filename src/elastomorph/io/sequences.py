@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import is_file, replacing_path, size_of
 from elastomorph.io.budget import MemoryBudget
-from elastomorph.io.checked import naming_file
+from elastomorph.io.checked import naming_file, require_name
 from elastomorph.io.frame_names import find_frames, frame_pattern
 from elastomorph.io.npz import read_npz_sequence, write_npz_sequence
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read, writer_of
@@ -38,6 +38,7 @@ def read_sequence(pattern: str | Path) -> MeshSequence:
         FormatError: A file is not what its format allows.
         TopologyError: A frame has other vertices or polygons than the first one.
     """
+    require_name(pattern)
     path = Path(pattern)
     if path.suffix.lower() == ".npz" and is_file(path):
         return read_npz_sequence(pattern)
@@ -77,6 +78,7 @@ def write_sequence(pattern: str | Path, sequence: MeshSequence) -> None:
     """
     if not isinstance(sequence, MeshSequence):
         raise ParameterError(f"expected a MeshSequence, found {type(sequence).__name__}")
+    require_name(pattern)
     path = Path(pattern)
     if path.suffix.lower() == ".npz" and "#" not in path.name:
         write_npz_sequence(pattern, sequence)

@@ -12,6 +12,7 @@ from elastomorph.curves import CurveNetwork, extract_curves, region_of, require_
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.morph import Morph
+from elastomorph.numbers import as_number
 from elastomorph.paths.method import Method
 from elastomorph.paths.region import blend_into_rest, weights_inside
 
@@ -63,7 +64,6 @@ def interpolate(
         ParameterError: A setting or a region is not understood, or the method has no such setting.
         ResonanceError: The material is singular for this load.
     """
-    require_mesh(neutral, "the neutral")
     require_same_topology(neutral, target)
     prepared = prepare(
         neutral,
@@ -102,6 +102,8 @@ def prepare(
     if count < 3:
         raise MeshError(f"{neutral.name} has {count} vertices; a face needs at least 3")
     chosen = _method(method, settings)
+    if extent is not None:
+        extent = as_number(extent, "extent", least=0)
     if curves is not None:
         require_curves_of(curves, count, neutral.name)
     options = {"rigidity": rigidity, "pinned": pinned}

@@ -78,6 +78,8 @@ class Method:
             raise ParameterError(f"material must be a Material, found {self.material!r}")
         if self.load is None:
             Load.power(self.order)
+        elif not isinstance(self.load, Load):
+            raise ParameterError(f"load must be a Load, such as Load([0, 1]), found {self.load!r}")
         tolerance = as_number(self.tolerance, "tolerance", above=0)
         within = as_number(self.straight_within, "straight_within", least=0)
         object.__setattr__(self, "tolerance", tolerance)

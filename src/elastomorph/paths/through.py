@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.bend_curve import BendCurve
-from elastomorph.errors import ElastomorphWarning, MeshError, ParameterError
-from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.morph import Morph
 
 __all__ = ["LAWS", "OVERSHOOT", "cardinal_curves", "inner_curvatures", "law_for", "through"]
@@ -81,10 +81,7 @@ def through(
     require_same_topology(neutral, target)
     shapes = _in_order(inbetweens)
     for time, mesh in shapes:
-        if not isinstance(mesh, Mesh):
-            raise MeshError(
-                f"the in-between at t = {time:g} must be a Mesh, found {type(mesh).__name__}"
-            )
+        require_mesh(mesh, f"the in-between at t = {time:g}")
         require_same_topology(neutral, mesh)
     straight = Morph(neutral, target, np.zeros((0, *neutral.vertices.shape)), ())
     bends = np.empty((len(shapes), *neutral.vertices.shape))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -90,6 +90,8 @@ class Rig:
         Raises:
             ParameterError: An unknown name.
         """
+        if isinstance(names, str) or not isinstance(names, Iterable):
+            raise ParameterError(f"names are a list of morphs, found {names!r}")
         for name in names:
             self.sliders.require(name, self.sliders.morphs)
         return Rig(self.neutral, {name: self.morphs[name] for name in names})
@@ -325,6 +327,9 @@ class Rig:
 
 def _real(dtype: DTypeLike) -> np.dtype[np.floating]:
     for real in (np.dtype(np.float32), np.dtype(np.float64)):
-        if np.dtype(dtype) == real:
-            return real
-    raise ParameterError(f"faces are float32 or float64, not {np.dtype(dtype)}")
+        try:
+            if np.dtype(dtype) == real:
+                return real
+        except TypeError:
+            break
+    raise ParameterError(f"faces are float32 or float64, not {dtype}")

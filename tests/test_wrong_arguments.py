@@ -1,0 +1,157 @@
+"""What cannot be meant is one error of ours that says what was expected, in every public call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import elastomorph as em
+from elastomorph import timing
+
+MESH: Any = em.Mesh(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], [[0, 1, 2, 3], [1, 4, 5, 2]]
+)
+TARGET = MESH.with_vertices(MESH.vertices + [[0, 0, 0], [0, 0, 1], [0, 0, 1]] * 2)
+MORPH: Any = em.interpolate(MESH, TARGET, "linear")
+RIG: Any = em.Rig(MESH, {"jawOpen": MORPH, "smile": MORPH})
+MOTION: Any = em.MeshSequence(MESH, MORPH.at([0, 0.5, 1]))
+CURVE: Any = em.BendCurve.power(2)
+NETWORK: Any = em.extract_curves(MESH)
+EM: Any = em
+
+CALLS: list[tuple[str, Callable[[], object], str]] = [
+    ("Mesh of texts", lambda: EM.Mesh([["a", "b", "c"]]), "vertices must be numbers"),
+    ("Mesh of digits", lambda: EM.Mesh([["0", "1", "2"]]), "vertices must be numbers"),
+    ("Mesh of a file", lambda: EM.Mesh("face.obj"), "vertices must be numbers"),
+    ("Mesh of None", lambda: EM.Mesh(None), "vertices must be numbers"),
+    ("Mesh of flags", lambda: EM.Mesh(np.ones((3, 3), bool)), "vertices must be numbers"),
+    ("Mesh with faces of texts", lambda: EM.Mesh(np.eye(3), [["a", "b", "c"]]), "polygon"),
+    ("Mesh with a number for faces", lambda: EM.Mesh(np.eye(3), 3), "polygon"),
+    ("with_vertices", lambda: MESH.with_vertices("moved"), "vertices must be numbers"),
+    ("interpolate files", lambda: EM.interpolate("a.obj", "b.obj"), r"em\.read\('a\.obj'\)"),
+    ("interpolate to a file", lambda: EM.interpolate(MESH, "b.obj"), r"em\.read\('b\.obj'\)"),
+    ("interpolate None", lambda: EM.interpolate(MESH, None), "target must be a Mesh, found None"),
+    ("interpolate by number", lambda: EM.interpolate(MESH, TARGET, 2), "a method is a text such"),
+    ("interpolate by None", lambda: EM.interpolate(MESH, TARGET, None), "a method is a text such"),
+    ("curves", lambda: EM.interpolate(MESH, TARGET, curves=[0, 1]), "must be a CurveNetwork"),
+    ("extent", lambda: EM.interpolate(MESH, TARGET, "auto", extent="D"), "extent must be a number"),
+    ("falloff", lambda: EM.interpolate(MESH, TARGET, region=[0], falloff="3"), "falloff must be"),
+    ("region", lambda: EM.interpolate(MESH, TARGET, region={"a": 1}), "a region must be"),
+    ("rigidity", lambda: EM.interpolate(MESH, TARGET, "plate", rigidity="a"), "rigidity must be"),
+    ("pinned", lambda: EM.interpolate(MESH, TARGET, "plate", pinned="a"), "pinned must be"),
+    ("prepare a file", lambda: EM.prepare("a.obj"), r"em\.read\('a\.obj'\)"),
+    ("prepared of a file", lambda: EM.prepare(MESH, "linear")("b.obj"), r"em\.read\('b\.obj'\)"),
+    ("through a file", lambda: EM.through(MESH, TARGET, {0.5: "c.obj"}), r"em\.read\('c\.obj'\)"),
+    ("through a list", lambda: EM.through(MESH, TARGET, [MESH]), "mapping from times"),
+    ("through from a file", lambda: EM.through("a.obj", TARGET, {}), r"em\.read\('a\.obj'\)"),
+    ("through None", lambda: EM.through(MESH, None, {}), "target must be a Mesh"),
+    ("at None", lambda: MORPH.at(None), "times must be numbers"),
+    ("at a text", lambda: MORPH.at("half"), "times must be numbers"),
+    ("Morph of files", lambda: EM.Morph("a.obj", "b.obj", [], ()), r"em\.read\('a\.obj'\)"),
+    ("Morph of bends", lambda: EM.Morph(MESH, TARGET, "bends", ()), "bends must"),
+    ("Morph of curves", lambda: EM.Morph(MESH, TARGET, [MORPH.delta], ["t"]), "bend_curves must"),
+    ("Morph of a number", lambda: EM.Morph(MESH, TARGET, [], 3), "bend_curves must"),
+    ("BendCurve", lambda: EM.BendCurve("a", "b"), "must be numbers"),
+    ("power", lambda: EM.BendCurve.power("two"), "exponent"),
+    ("polynomial", lambda: EM.BendCurve.polynomial("t"), "must be numbers"),
+    ("curve at", lambda: CURVE("half"), "times must be numbers"),
+    ("bake no path", lambda: EM.bake(3, MESH, TARGET), "path must be a function"),
+    ("bake to a file", lambda: EM.bake(MORPH.at, MESH, "b.obj"), r"em\.read\('b\.obj'\)"),
+    ("bake to words", lambda: EM.bake(lambda _: "x", MESH, TARGET), "path must"),
+    ("bake within", lambda: EM.bake(MORPH.at, MESH, TARGET, tolerance="1"), "tolerance must be"),
+    ("extract_curves of a file", lambda: EM.extract_curves("a.obj"), r"em\.read\('a\.obj'\)"),
+    ("extract_curves keeping", lambda: EM.extract_curves(MESH, [3]), "Curve"),
+    ("edge_loops of None", lambda: EM.edge_loops(None), "must be a Mesh"),
+    ("Curve of a text", lambda: EM.Curve("a", False), "whole numbers"),
+    ("CurveNetwork of numbers", lambda: EM.CurveNetwork([3], 6), "Curve"),
+    ("CurveNetwork of a count", lambda: EM.CurveNetwork([], "6"), "must be whole"),
+    ("restricted", lambda: NETWORK.restricted("lips"), "a region must be"),
+    ("relabelled", lambda: NETWORK.relabelled("lips"), "renumbering"),
+    ("Load of a text", lambda: EM.Load("x"), "a load needs numbers"),
+    ("Load of a number", lambda: EM.Load(3), "a load needs numbers"),
+    ("Load.power", lambda: EM.Load.power("2"), "order R"),
+    ("Material", lambda: EM.Material("1"), "mass must be"),
+    ("Method", lambda: EM.Method(3), "method must be one of"),
+    ("Method with a load", lambda: EM.Method(load=[1, 2]), "load must be a Load"),
+    ("Method.parse", lambda: EM.Method.parse(None), "a method is a text such"),
+    ("Rig of a text", lambda: EM.Rig("x", {}), "neutral of a rig must be a Mesh"),
+    ("Rig of a list", lambda: EM.Rig(MESH, [MORPH]), "mapping from names"),
+    ("Rig of a file", lambda: EM.Rig(MESH, {"jawOpen": "jaw.obj"}), r"em\.read\('jaw\.obj'\)"),
+    ("Rig of numbers", lambda: EM.Rig(MESH, {3: MORPH}), "names of a rig are texts"),
+    ("Rig with correctives", lambda: EM.Rig(MESH, {}, correctives=["a"]), "correctives are a map"),
+    ("Rig with a driver", lambda: EM.Rig(MESH, {}, correctives={"a": "b"}), "lists of names"),
+    ("Rig with groups", lambda: EM.Rig(MESH, {}, groups={"a": 3}), "groups are a mapping"),
+    ("pose by name", lambda: RIG.pose("jawOpen"), "weights must be numbers"),
+    ("pose None", lambda: RIG.pose(None), "weights must be numbers"),
+    ("pose to words", lambda: RIG.pose({"jawOpen": "half"}), "not a number"),
+    ("blend at words", lambda: RIG.blend({"jawOpen": 1}, "half"), "the time must be a number"),
+    ("blend at None", lambda: RIG.blend({"jawOpen": 1}, None), "the time must be a number"),
+    ("velocity", lambda: RIG.velocity({"jawOpen": 1}, "fast"), "weights must be numbers"),
+    ("batch by name", lambda: RIG.batch("jawOpen"), "weights must be numbers"),
+    ("batch of None", lambda: RIG.batch(None), "weights must be numbers"),
+    ("batch at words", lambda: RIG.batch([[1, 0]], "half"), "times must be numbers"),
+    ("batch into a list", lambda: RIG.batch([[1, 0]], out=[1]), "out must be"),
+    ("batch of words", lambda: RIG.batch([[1, 0]], dtype="words"), "float32 or float64"),
+    ("batch elsewhere", lambda: RIG.batch([[1, 0]], backend=3), "backend must be one of"),
+    ("stream by name", lambda: list(RIG.stream("jawOpen")), "weights must be numbers"),
+    ("stream block", lambda: list(RIG.stream([[1, 0]], block="a")), "a block must hold"),
+    ("only one text", lambda: RIG.only("jawOpen"), "names are a list"),
+    ("only a number", lambda: RIG.only(3), "names are a list"),
+    ("rig by number", lambda: RIG[0], "no slider"),
+    ("MeshSequence", lambda: EM.MeshSequence("a.obj", []), r"em\.read\('a\.obj'\)"),
+    ("MeshSequence of words", lambda: EM.MeshSequence(MESH, "frames"), "frames must"),
+    ("MeshSequence at words", lambda: EM.MeshSequence(MESH, MOTION.frames, "now"), "times must"),
+    ("evaluate None", lambda: EM.evaluate(None), "motion must be a MeshSequence"),
+    ("evaluate a mesh", lambda: EM.evaluate(MESH), "motion must be a MeshSequence"),
+    ("evaluate a name", lambda: EM.evaluate("nowhere.####.obj"), r"nowhere\.####\.obj"),
+    ("evaluate by number", lambda: EM.evaluate(MOTION, 3), "methods are texts"),
+    ("evaluate by numbers", lambda: EM.evaluate(MOTION, [3]), "a method is a text"),
+    ("evaluate along", lambda: EM.evaluate(MOTION, curves="all"), "must be a CurveNetwork"),
+    ("evaluate of", lambda: EM.evaluate(MOTION, material="steel"), "material must be a Material"),
+    ("suggest None", lambda: EM.suggest_inbetweens(None, 1), "motion must be a MeshSequence"),
+    ("suggest words", lambda: EM.suggest_inbetweens(MOTION, "one"), "has room for"),
+    ("suggest along", lambda: EM.suggest_inbetweens(MOTION, 1, curves=3), "be a CurveNetwork"),
+    ("suggest effort", lambda: EM.suggest_inbetweens(MOTION, 1, effort="a"), "effort must be"),
+    ("fit None", lambda: EM.fit(None), "motion"),
+    ("fit a mesh", lambda: EM.fit([MESH]), "must be a MeshSequence"),
+    ("fit along", lambda: EM.fit(MOTION, "curves"), "must be a CurveNetwork"),
+    ("read None", lambda: EM.read(None), "a file is named by a text"),
+    ("read a mesh", lambda: EM.read(MESH), "a file is named by a text"),
+    ("read a rig", lambda: EM.read("head.glb"), r"em\.read_rig reads it"),
+    ("read_rig None", lambda: EM.read_rig(None), "a file is named by a text"),
+    ("read_rig a mesh", lambda: EM.read_rig("face.obj"), r"em\.read reads it"),
+    ("read_sequence None", lambda: EM.read_sequence(None), "a file is named by a text"),
+    ("write None", lambda: EM.write("x.glb", None), "expected a Mesh or a Rig"),
+    ("write turned about", lambda: EM.write(MESH, "x.obj"), "a file is named by a text"),
+    ("write_sequence None", lambda: EM.write_sequence("x.npz", None), "MeshSequence"),
+    ("write_sequence about", lambda: EM.write_sequence(MOTION, "x.npz"), "MeshSequence"),
+    ("write_sequence to None", lambda: EM.write_sequence(None, MOTION), "named by a text"),
+    ("save to None", lambda: RIG.save(None), "a file is named by a text"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), [c[1:] for c in CALLS], ids=[c[0] for c in CALLS])
+def test_is_an_error_of_ours(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(em.ElastomorphError, match=message) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+def test_every_public_call_is_in_the_table() -> None:
+    """All but those that only results and errors are made with."""
+    made_elsewhere = {"Evaluation", "Suggestion", "Fit"}
+    words = " ".join(
+        call.__code__.co_names[1] for _, call, _ in CALLS if len(call.__code__.co_names) > 1
+    )
+    for name in em.__all__:
+        value = getattr(em, name)
+        if isinstance(value, type) and issubclass(value, Exception):
+            continue
+        assert name in made_elsewhere or name in words.split(), name
+
+
+def test_timing_is_public() -> None:
+    assert em.timing is timing
