@@ -1,0 +1,210 @@
+"""auto: the straight line where the path of `rotation` stays close to it, else that path."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import elastomorph as em
+from elastomorph.curves import Curve, CurveNetwork
+from elastomorph.evaluation.shape import ShapeProbe
+from elastomorph.paths import rotation
+from elastomorph.samples import head, shapes
+
+
+def off_straight(mesh: em.Mesh, target: em.Mesh) -> float:
+    """Largest distance of the whole path of `rotation` from the straight line halfway, over D."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", em.ElastomorphWarning)
+        path = rotation.rotation_path(mesh, target)
+    middle = (mesh.vertices + target.vertices) / 2
+    return float(np.linalg.norm(path(0.5) - middle, axis=1).max()) / mesh.diameter
+
+
+def turned(points: NDArray[np.float64], degrees: float) -> NDArray[np.float64]:
+    return np.asarray(Rotation.from_rotvec([0, 0, np.radians(degrees)]).apply(points.copy()))
+
+
+def test_the_shapes_of_the_head_are_judged_by_their_whole_path() -> None:
+    """The stated distance is that of the path of `rotation`, and it alone decides."""
+    face = head()
+    to = em.prepare(face, "auto", straight_within=2e-3)
+    bent = 0
+    for name, target in shapes().items():
+        morph, distance = to(target), off_straight(face, target)
+        assert morph.choice is not None
+        assert morph.choice.allowed == 2e-3
+        assert morph.choice.straight == (distance <= 2e-3), name
+        assert morph.method == ("linear" if morph.choice.straight else "rotation")
+        if morph.choice.exact:
+            assert morph.choice.distance == pytest.approx(distance, rel=1e-6, abs=1e-12)
+        else:
+            assert distance <= morph.choice.distance <= 2e-3
+        expected = em.interpolate(face, target, morph.method)
+        np.testing.assert_array_equal(morph.bends, expected.bends)
+        bent += not morph.choice.straight
+    assert 0 < bent < len(shapes())
+
+
+@given(st.integers(0, 10**6), st.floats(-6.0, 0.5))
+@settings(max_examples=30, deadline=None)
+def test_no_target_that_bends_is_called_straight(seed: int, exponent: float) -> None:
+    """Random polygons and motions of any size, from where the bound decides to where it cannot."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(12, 3))
+    faces = rng.permuted(np.tile(np.arange(12), (9, 1)), axis=1)[:, :3]
+    mesh = em.Mesh(points, faces)
+    target = mesh.with_vertices(points + 10.0**exponent * rng.normal(size=points.shape))
+    morph = em.interpolate(mesh, target, "auto")
+    distance = off_straight(mesh, target)
+    assert morph.choice is not None
+    assert morph.choice.distance >= distance * (1 - 1e-6) - 1e-12
+    assert morph.choice.straight == (distance <= 5e-4)
+
+
+def test_small_motions_are_decided_without_a_solve() -> None:
+    """The bound falls with the square of the motion."""
+    face, target = head(), shapes()["mouthSmile_L"]
+    small = face.with_vertices(face.vertices + 1e-4 * (target.vertices - face.vertices))
+    morph = em.interpolate(face, small, "auto")
+    assert morph.choice is not None
+    assert not morph.choice.exact
+    assert morph.choice.straight
+    assert len(morph.bends) == 0
+
+
+def test_the_extent_of_a_rig_tightens_the_decision() -> None:
+    """A face on a body: what matters is what targets move."""
+    face, target = head(), shapes()["mouthSmile_L"]
+    distance = off_straight(face, target)
+    allowed = 2 * distance
+    assert em.interpolate(face, target, "auto", straight_within=allowed).method == "linear"
+    small = face.diameter / 4
+    morph = em.interpolate(face, target, "auto", straight_within=allowed, extent=small)
+    assert morph.method == "rotation"
+    assert morph.choice is not None
+    assert morph.choice.distance == pytest.approx(4 * distance, rel=1e-6)
+
+
+def test_half_a_turn_bends() -> None:
+    """Straight lines would pass through the axis."""
+    face = head()
+    morph = em.interpolate(face, face.with_vertices(turned(face.vertices, 180)), "auto")
+    assert morph.method == "rotation"
+    assert morph.choice is not None
+    lengths = [np.linalg.norm(p[:, :2], axis=1) for p in (face.vertices, morph.at(0.5))]
+    np.testing.assert_allclose(lengths[1], lengths[0], atol=2e-3 * face.diameter)
+
+
+@pytest.mark.parametrize("method", ["auto"])
+def test_nothing_moves(method: str) -> None:
+    face = head()
+    morph = em.interpolate(face, face, method)
+    assert morph.choice == em.morph.Choice(0.0, 5e-4, exact=True)
+    assert morph.method == "linear"
+    np.testing.assert_array_equal(morph.at(0.3), face.vertices)
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        em.Mesh(np.zeros((4, 3)), [[0, 1, 2, 3]]),
+        em.Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]),
+        em.Mesh(np.eye(3)),
+    ],
+    ids=["one point", "one line", "no polygons"],
+)
+def test_meshes_without_a_surface_have_a_path(mesh: em.Mesh) -> None:
+    """No area, no diameter, no polygons: finite numbers and exact ends."""
+    rng = np.random.default_rng(0)
+    for end in (mesh.vertices, mesh.vertices + 1.0, mesh.vertices + rng.normal(size=(3,))):
+        for extent in (None, 0.0):
+            morph = em.interpolate(mesh, mesh.with_vertices(end), "auto", extent=extent)
+            assert morph.choice is not None
+            assert np.isfinite(morph.choice.distance)
+            assert np.isfinite(morph.at([0, 0.3, 1])).all()
+            np.testing.assert_array_equal(morph.at(1.0), end)
+
+
+def test_loose_vertices_go_straight_without_a_word_and_parts_turn_for_themselves() -> None:
+    """Beside a sheet that turns, one that is stretched, and a vertex on no polygon."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    points = np.concatenate([square, square + [3, 0, 0], [[9.0, 9.0, 9.0]]])
+    mesh = em.Mesh(points, [[0, 1, 2, 3], [4, 5, 6, 7]])
+    end = points.copy()
+    end[:4] = turned(square, 90)
+    end[4:8, 1] *= 2.0
+    end[8] += 1.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        morph = em.interpolate(mesh, mesh.with_vertices(end), "auto")
+    assert morph.method == "rotation"
+    np.testing.assert_allclose(morph.at(0.5)[:4], turned(square, 45), atol=1e-3)
+    np.testing.assert_allclose(morph.at(0.5)[4:], ((points + end) / 2)[4:], atol=1e-12)
+
+
+def test_markers_follow_arcs_only_where_a_turn_explains_their_curve() -> None:
+    """A chin that swings, beside lids of which one marker moves alone."""
+    angle = np.radians([-40, -20, 0, 20, 40])
+    chin = np.stack([np.sin(angle), -np.cos(angle), 0 * angle + 1], axis=1)
+    lids = np.array([[5, 0, 0], [6, 0.5, 0], [7, 0, 0], [6, -0.5, 0]], float)
+    mesh = em.Mesh(np.concatenate([chin, lids]))
+    end = mesh.vertices.copy()
+    end[:5] = Rotation.from_rotvec([0.6, 0, 0]).apply(chin)
+    end[6] = [6, -0.4, 0.3]
+    curves = CurveNetwork([Curve([0, 1, 2, 3, 4], False), Curve([5, 6, 7, 8], True)], 9)
+    target = mesh.with_vertices(end)
+    morph = em.interpolate(mesh, target, "auto", curves=curves)
+    assert morph.method == "arc"
+    true = Rotation.from_rotvec([0.3, 0, 0]).apply(chin)
+    np.testing.assert_allclose(morph.at(0.5)[:5], true, atol=2e-3)
+    np.testing.assert_array_equal(morph.bends[:, 5:], 0.0)
+    arcs = em.interpolate(mesh, target, "arc", curves=curves)
+    assert np.abs(arcs.bends[:, 6]).max() > 0.01
+    only_lids = mesh.vertices.copy()
+    only_lids[6] = end[6]
+    still = em.interpolate(mesh, mesh.with_vertices(only_lids), "auto", curves=curves)
+    assert still.method == "linear"
+    assert still.choice == em.morph.Choice(0.0, 5e-4, exact=True)
+
+
+@pytest.mark.parametrize("rest", ["linear", "neutral"])
+def test_the_choice_survives_a_region(rest: str) -> None:
+    face, target = head(), shapes()["jawOpen"]
+    region = np.flatnonzero(face.vertices[:, 1] < np.median(face.vertices[:, 1]))
+    morph = em.interpolate(face, target, "auto", region=region, rest=rest)
+    whole = em.interpolate(face, target, "auto")
+    assert whole.choice is not None
+    assert morph.choice == whole.choice
+    assert morph.method == whole.method == "rotation"
+
+
+@pytest.mark.realdata
+@pytest.mark.slow
+def test_a_production_rig(data_dir: Path) -> None:
+    """Of 57 targets 18 bend, those the whole path says; no polygon turns over on any."""
+    folder = data_dir / "ict-facekit"
+    neutral = em.read(folder / "generic_neutral_mesh.obj")
+    to, full = em.prepare(neutral, "auto"), em.prepare(neutral, "rotation")
+    bent = 0
+    for file in sorted(folder.glob("*.obj")):
+        if file.stem == "generic_neutral_mesh":
+            continue
+        target = neutral.with_vertices(em.read(file).vertices)
+        morph, whole = to(target), full(target)
+        assert morph.choice is not None
+        middle = (neutral.vertices + target.vertices) / 2
+        stored = np.linalg.norm(whole.at(0.5) - middle, axis=1).max() / neutral.diameter
+        assert abs(stored - morph.choice.distance) <= whole.bake_error + 1e-9, file.stem
+        assert morph.method == ("linear" if morph.choice.distance <= 5e-4 else "rotation")
+        probe = ShapeProbe.of(neutral, target, np.zeros(len(neutral.vertices), int))
+        assert [probe.flips(morph.at(t)) for t in (0.25, 0.5, 0.75)] == [0, 0, 0], file.stem
+        bent += morph.method == "rotation"
+    assert bent == 18
