@@ -7,11 +7,23 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from elastomorph.components import connected_parts
-from elastomorph.rotations import common_turn
+from elastomorph.rotations import common_turns
 from elastomorph.rotations.rotation_vectors import rotation_vectors
 
 POINTS = np.random.default_rng(7).normal(size=(30, 3))
 TURN = Rotation.from_rotvec([0.4, -0.9, 1.7])
+
+
+def common_turn(start: np.ndarray, end: np.ndarray, diameter: float) -> np.ndarray | None:
+    """Of one part, beside parts that stay, are a point, and turn for themselves."""
+    still, loose = np.random.default_rng(0).normal(size=(2, 6, 3))
+    first = np.concatenate([still, start, loose[:1], loose])
+    last = np.concatenate([still, end, loose[:1] + 1.0, -loose])
+    numbers = np.split(np.arange(len(first)), [6, 6 + len(start), 7 + len(start)])
+    turns, whole = common_turns(first, last, numbers, diameter)
+    np.testing.assert_allclose(turns[[0, 2]], [[1, 0, 0, 0]] * 2, atol=1e-12)
+    assert whole[[0, 2]].all()
+    return turns[1] if whole[1] else None
 
 
 def vector(quaternion: np.ndarray | None) -> np.ndarray:
@@ -67,3 +79,9 @@ def test_a_part_that_bends_has_no_common_turn() -> None:
     bent = POINTS.copy()
     bent[:15] = TURN.apply(bent[:15])
     assert common_turn(POINTS, bent, 1.0) is None
+
+
+def test_no_parts_have_no_turns() -> None:
+    turns, whole = common_turns(POINTS, POINTS, [], 1.0)
+    assert turns.shape == (0, 4)
+    assert whole.shape == (0,)

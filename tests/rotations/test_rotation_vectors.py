@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from elastomorph.rotations.rotation_vectors import (
     nearest_quaternions,
     on_the_side_of,
+    rotated,
     rotation_vectors,
 )
 
@@ -50,6 +51,28 @@ def test_nothing_known_is_no_turn(size: float) -> None:
     """No edges, or edges of any size that do not turn, are the identity."""
     found = nearest_quaternions(size * np.eye(3)[None])
     np.testing.assert_allclose(found, [[1, 0, 0, 0]], atol=1e-12)
+
+
+def test_well_and_badly_determined_rotations_are_as_good_as_a_full_decomposition() -> None:
+    """From directions that differ to ones that hardly do, at every size; tr(RC) is no smaller."""
+    rng = np.random.default_rng(11)
+    sizes = 10.0 ** rng.uniform(-9, 0, size=(2000, 3))
+    frames = Rotation.random(4000, random_state=3).as_matrix().reshape(2, -1, 3, 3)
+    signs = np.where(rng.random(2000) < 0.3, -1.0, 1.0)
+    sizes[:, 2] *= signs
+    c = 1e3 * frames[0] @ (sizes[:, :, None] * frames[1])
+    left, s, right = np.linalg.svd(c)
+    s[:, 2] *= np.sign(np.linalg.det(left @ right))
+    found = matrices(nearest_quaternions(c))
+    reached = np.einsum("nij,nji->n", found, c)
+    np.testing.assert_allclose(reached, s.sum(axis=1), rtol=1e-9)
+
+
+def test_points_are_turned_as_by_matrices() -> None:
+    quaternions = np.roll(Rotation.random(20, random_state=2).as_quat(), 1, axis=1)
+    points = np.random.default_rng(2).normal(size=(20, 3))
+    expected = np.einsum("nij,nj->ni", matrices(quaternions), points)
+    np.testing.assert_allclose(rotated(quaternions, points), expected, atol=1e-12)
 
 
 def test_a_symmetric_stretch_is_no_turn() -> None:

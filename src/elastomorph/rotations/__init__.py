@@ -1,6 +1,6 @@
 """How the surface turns between two meshes, and the paths that turn with it."""
 
-from elastomorph.rotations.components import common_turn
+from elastomorph.rotations.components import common_turns
 from elastomorph.rotations.edge_equation import SurfaceEdges
 from elastomorph.rotations.least_distortion import LeastDistortion
 from elastomorph.rotations.polynomial_bend import PolynomialBend, moments_needed
@@ -19,7 +19,7 @@ __all__ = [
     "PolynomialBend",
     "SurfaceEdges",
     "VertexRotations",
-    "common_turn",
+    "common_turns",
     "moments_needed",
     "vertex_rotations",
 ]

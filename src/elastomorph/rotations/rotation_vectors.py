@@ -5,10 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["goes_either_way", "nearest_quaternions", "on_the_side_of", "rotation_vectors"]
+__all__ = [
+    "goes_either_way",
+    "nearest_quaternions",
+    "on_the_side_of",
+    "rotated",
+    "rotation_vectors",
+]
 
 # Prior for "no turn", as a part of the covariance: it decides only what the edges leave open.
 _PRIOR = 1e-10
+# Newton steps to the largest eigenvalue, how far the last of them may go, and the least product of
+# its distances to the others; covariances have size 1.
+_NEWTON = 12
+_REACHED = 1e-14
+_SEPARATED = 1e-2
 # A rotation vector may be longer than half a turn, to stay beside its neighbours, up to here.
 _LONGEST = 4.0 * np.pi / 3.0
 
@@ -36,9 +47,47 @@ def nearest_quaternions(covariances: NDArray[np.float64]) -> NDArray[np.float64]
     form[:, diagonal, diagonal] -= trace[:, None] + _PRIOR
     for row, (i, j) in enumerate(((1, 2), (2, 0), (0, 1)), start=1):
         form[:, 0, row] = form[:, row, 0] = scaled[:, i, j] - scaled[:, j, i]
-    quaternions = np.linalg.eigh(form)[1][:, :, -1]
+    quaternions = _top_eigenvectors(form)
     quaternions[quaternions[:, 0] < 0] *= -1.0
     return quaternions
+
+
+def _top_eigenvectors(form: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 4) unit eigenvectors K v = λv of the largest eigenvalues of (N, 4, 4) forms of trace 0.
+
+    λ is the largest root of λ⁴ + aλ² + bλ + c, to which Newton's method falls from above
+    (Theobald, Acta Cryst. A61, 2005), and K³ + λK² + (λ² + a)K + (λ³ + aλ + b) = 4-fold vvᵀ times
+    the product of the distances to the other eigenvalues. Where that is small, or λ is not reached,
+    all eigenvectors are found.
+    """
+    squared = form @ form
+    second, fourth = (np.einsum("nij,nij->n", m, m) for m in (form, squared))
+    third = np.einsum("nij,nij->n", form, squared)
+    a, b, c = -second / 2.0, -third / 3.0, second**2 / 8.0 - fourth / 4.0
+    top = np.sqrt(0.75 * second)
+    for _ in range(_NEWTON):
+        slope = 4.0 * top**3 + 2.0 * a * top + b
+        value = ((top**2 + a) * top + b) * top + c
+        step = np.divide(value, slope, out=np.zeros_like(top), where=slope > 0)
+        top -= step
+    slope = 4.0 * top**3 + 2.0 * a * top + b
+    linear, constant = top**2 + a, (top**2 + a) * top + b
+    projector = form @ squared + top[:, None, None] * squared + linear[:, None, None] * form
+    diagonal = np.arange(4)
+    projector[:, diagonal, diagonal] += constant[:, None]
+    best = projector[:, diagonal, diagonal].argmax(axis=1)
+    vectors = projector[np.arange(len(form)), best]
+    vectors /= np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+    unsure = (slope < _SEPARATED) | (np.abs(step) > _REACHED)
+    vectors[unsure] = np.linalg.eigh(form[unsure])[1][:, :, -1]
+    return vectors
+
+
+def rotated(quaternions: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) points turned by (N, 4) unit quaternions."""
+    w, axis = quaternions[:, :1], quaternions[:, 1:]
+    across = np.cross(axis, points)
+    return points + 2.0 * (w * across + np.cross(axis, across))
 
 
 def on_the_side_of(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
 from elastomorph.components import connected_parts
-from elastomorph.rotations.components import common_turn
+from elastomorph.rotations.components import common_turns
 from elastomorph.rotations.rotation_vectors import (
     goes_either_way,
     nearest_quaternions,
@@ -137,7 +137,7 @@ def vertex_rotations(
     summed over its rings with binomial weights: covariances are averaged, not rotations, so long
     edges count more than short ones and no angle has to be unwrapped. Edges that become longer or
     shorter by a factor s ≥ 1 count w = s⁻¹/(1 + (log s/0.3)²). Components that turn as a whole
-    (`common_turn`) have one rotation.
+    (`common_turns`) have one rotation.
 
     Args:
         start: (V, 3) positions at t = 0.
@@ -167,15 +167,13 @@ def vertex_rotations(
         if not goes_either_way(quaternions).any():
             break
         quaternions = on_the_side_of(quaternions, around.adjacency @ quaternions)
-    whole = []
-    for part in around.parts:
-        if not moving[part].any():
-            quaternions[part] = 1.0, 0.0, 0.0, 0.0
-            continue
-        turn = common_turn(start[part], end[part], diameter)
-        if turn is not None:
-            quaternions[part] = on_the_side_of(turn[None], most) if turns_far else turn
-            whole.append(part)
+    parts = [part for part in around.parts if moving[part].any()]
+    turns, as_one = common_turns(start, end, parts, diameter)
+    if turns_far:
+        turns = on_the_side_of(turns, most)
+    whole = [part for part, one in zip(parts, as_one, strict=True) if one]
+    for part, turn in zip(whole, turns[as_one], strict=True):
+        quaternions[part] = turn
     return VertexRotations(quaternions, tuple(whole))
 
 
