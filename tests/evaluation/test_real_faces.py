@@ -47,7 +47,7 @@ def test_the_benchmark_of_real_captures(data_dir: Path) -> None:
         text=True,
         encoding="utf-8",
         env={**os.environ, "PYTHONIOENCODING": "utf-8"},
-        timeout=120,
+        timeout=280,
         check=False,
     )
     assert ran.returncode == 0, ran.stderr
@@ -56,6 +56,10 @@ def test_the_benchmark_of_real_captures(data_dir: Path) -> None:
     assert ran.stdout.count("Warning:") == 1
     for words in ("jaw 96-126", "Mean over 9 onsets", "Mean over 9 offsets", "free timing"):
         assert words in page
+    laws = next(line for line in ran.stdout.splitlines() if "1 │   2.05" in line)
+    smooth, spline, _, better = (float(cell) for cell in laws.split("│")[2:6])
+    assert better >= smooth > spline > 1.7
+    assert "Path error, LME with free timing" in page
     assert "has the smallest mean LME" in page
 
 

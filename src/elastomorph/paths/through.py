@@ -91,14 +91,8 @@ def through(
     times = [time for time, _ in shapes]
     curves = cardinal_curves(times, law)
     for time, bend, curve in zip(times, bends, curves, strict=True):
-        when, weight = curve.peak
-        if bend.any() and abs(weight) > OVERSHOOT:
-            warnings.warn(
-                f"the path overshoots: at t = {when:.3g} the in-between at t = {time:g} has the "
-                f"weight {weight:.2f}; with method='smooth' none leaves the range from 0 to 1",
-                ElastomorphWarning,
-                stacklevel=2,
-            )
+        if bend.any():
+            _warn_of_overshoot(time, curve)
     return Morph(neutral, target, bends, curves, method=_label(times, law))
 
 
@@ -209,6 +203,17 @@ def _in_order(inbetweens: Mapping[float, Mesh]) -> list[tuple[float, Mesh]]:
         if later - earlier <= _SAME_TIME:
             raise ParameterError(f"two in-betweens are at t = {later:g}; keep one of them")
     return found
+
+
+def _warn_of_overshoot(time: float, curve: BendCurve) -> None:
+    when, weight = curve.peak
+    if abs(weight) > OVERSHOOT:
+        warnings.warn(
+            f"the path overshoots: at t = {when:.3g} the in-between at t = {time:g} has the "
+            f"weight {weight:.2f}; with method='smooth' none leaves the range from 0 to 1",
+            ElastomorphWarning,
+            stacklevel=3,
+        )
 
 
 def _label(times: Sequence[float], law: str) -> str:

@@ -15,6 +15,7 @@ from elastomorph.io.gltf.clips import performance_clip, slider_clips
 from elastomorph.io.gltf.targets import MorphTargets
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
+from elastomorph.paths.through import LAWS, through
 from elastomorph.rig import Rig
 
 
@@ -106,13 +107,52 @@ def test_a_performance_that_does_not_fit_is_refused(
 
 
 def test_a_curve_with_a_kink_too_sharp_for_any_keys_says_how_far_they_are() -> None:
+    """Halfway up h²(3 - 2h) between its corners, where no frame is, the chord is off by 0.096."""
     flat = triangle_rig().neutral
-    spike = BendCurve([0, 0.5 - 1e-5, 0.5, 1], [[0, 0], [0, 1e5], [1, -2]])
+    up, down = [0, 0, 3e10, -2e15], [1, 0, -12, 16]
+    spike = BendCurve([0, 0.5 - 1e-5, 0.5, 1], [[0, 0, 0, 0], up, down])
     bend = np.ones((1, 3, 3))
     rig = Rig(flat, {"spike": Morph(flat, flat, bend, (spike,))})
     clip = slider_clips(rig, MorphTargets.of(rig, 0), 1e-6, 30)[0]
-    assert clip.key_error > 1e-6
+    assert clip.key_error == pytest.approx(3**0.5 / flat.diameter / (6 * 3**0.5), rel=0.1)
     assert len(clip.times) < 8192
+
+
+@pytest.mark.filterwarnings("ignore:the path overshoots")
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("times", [(0.123,), (0.5,), (0.2001, 0.77)])
+def test_every_in_between_is_a_key_and_shown_as_it_is(law: str, times: tuple[float, ...]) -> None:
+    """Frames are 1/30 apart: 0.123 lies on none of them, nor on parts of them."""
+    rig = through_rig(times, law)
+    targets = MorphTargets.of(rig, 0)
+    (clip,) = slider_clips(rig, targets, 1e-3, 30)
+    assert (np.diff(clip.times) > 0).all()
+    assert clip.key_error <= 1e-3
+    for time in times:
+        (row,) = np.flatnonzero(np.abs(clip.times - time) < 1e-7)
+        shown = drawn_positions(rig, targets, clip.weights[row])
+        np.testing.assert_allclose(shown, rig.morphs["a"].at(time), atol=1e-6)
+    if law == "piecewise":
+        assert len(clip.times) == len(times) + 2
+
+
+def test_a_key_stands_where_a_timing_passes_the_in_between() -> None:
+    """A blink passes it twice: closing in 0.3 of the clip, and opening again."""
+    rig, law = through_rig((0.4,), "smooth"), timing.blink(0.3)
+    targets = MorphTargets.of(rig, 0)
+    (clip,) = slider_clips(rig, targets, 1e-3, 30, law)
+    reached = clip.times[np.abs(clip.weights[:, 0] - 0.4) < 1e-6]
+    assert len(reached) == 2
+    np.testing.assert_allclose(law.at(reached), 0.4, atol=1e-6)
+    assert clip.weights[np.abs(clip.weights[:, 0] - 0.4) < 1e-6, 1] == pytest.approx([1, 1])
+
+
+def through_rig(times: tuple[float, ...], law: str) -> Rig:
+    """A triangle that swings out on its way up."""
+    neutral = triangle_rig().neutral
+    target = neutral.with_vertices(neutral.vertices + [0, 0, 1.0])
+    shapes = {t: neutral.with_vertices(neutral.vertices + [0.3, 0, t * t]) for t in times}
+    return Rig(neutral, {"a": through(neutral, target, shapes, method=law)})
 
 
 def test_a_timing_shapes_the_clip_and_not_the_path() -> None:

@@ -15,7 +15,7 @@ from elastomorph.io.usd.inbetweens import deviation, place_inbetweens
 from elastomorph.io.usd.paths import hat
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
-from elastomorph.paths import interpolate
+from elastomorph.paths import interpolate, through
 
 
 def point_morph(bends: list[list[list[float]]], curves: list[BendCurve]) -> Morph:
@@ -101,6 +101,18 @@ def test_no_more_inbetweens_than_the_tolerance_needs(seed: int, tolerance: float
     if len(placed.weights):
         fewer = place_inbetweens(morph, tolerance=0, most=len(placed.weights) - 1)
         assert fewer.error > tolerance
+
+
+@pytest.mark.parametrize("time", [0.123, 0.5, 0.8])
+def test_a_path_through_one_shape_has_it_for_its_inbetween(time: float) -> None:
+    """|h²(3 - 2h) - h| = h(1 - h)|1 - 2h| is 1/(6√3) at most, on either side of it."""
+    neutral, target = Mesh([[0, 0, 0], [1, 0, 0]]), Mesh([[0, 0, 1], [1, 0, 1]])
+    shape = Mesh([[0, 0.3, time], [1, 0.3, time]])
+    morph = through(neutral, target, {time: shape})
+    placed = place_inbetweens(morph, tolerance=0, most=1)
+    assert placed.weights.tolist() == pytest.approx([time], abs=1e-7)
+    assert placed.error == pytest.approx(0.3 / (6 * 3**0.5), rel=1e-3)
+    assert placed.straight_error == pytest.approx(0.3, rel=1e-6)
 
 
 def test_more_inbetweens_never_hurt() -> None:

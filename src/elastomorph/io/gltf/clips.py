@@ -23,6 +23,8 @@ __all__ = ["Clip", "performance_clip", "slider_clips"]
 
 _FINEST = 4096
 _BETWEEN = 8
+# A frame closer to a corner than this part of a frame is left out: the corner is the key.
+_BESIDE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,8 @@ def slider_clips(
     """One clip a morph, of its name, that plays its path in one second.
 
     The keys lie on the frames of 1/fps s, no more of them than the tolerance asks for; where even
-    all frames are too few, on halves, quarters, … of frames.
+    all frames are too few, on halves, quarters, … of frames. Moments at which two pieces of a
+    bend curve meet, as at a scanned in-between, are keys too.
 
     Args:
         rig: The rig.
@@ -73,7 +76,11 @@ def slider_clips(
             return sizes[:, None] * np.stack([at, *(curve(at) for curve in curves)])
 
         straight = not curves and timing is linear
-        times, error = (np.array([0.0, 1.0]), 0.0) if straight else _keys(moves, tolerance, fps)
+        breaks = np.unique([time for curve in curves for time in curve.breaks[1:-1]])
+        corners = _moments(timing, breaks)
+        times, error = (
+            (np.array([0.0, 1.0]), 0.0) if straight else _keys(moves, corners, tolerance, fps)
+        )
         weights = np.zeros((len(times), len(targets.names)), dtype=np.float32)
         _fill(weights, kept, curves, timing.at(times))
         clips.append(Clip(name, times.astype(np.float32), weights, error))
@@ -126,37 +133,69 @@ def _fill(
         weights[:, kept.first + 1 + place] = curve(times)
 
 
+def _moments(timing: Timing, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The moments of a clip, to rounding, at which a timing passes some times of the path."""
+    if timing is linear:
+        return times
+    grid = np.linspace(0.0, 1.0, _FINEST + 1)
+    above = timing.at(grid) > times[:, None]
+    which, cells = np.nonzero(above[:, 1:] != above[:, :-1])
+    low, high = grid[cells], grid[cells + 1]
+    for _ in range(40):
+        middle = (low + high) / 2
+        passed = (timing.at(middle) > times[which]) == above[which, cells + 1]
+        low, high = np.where(passed, low, middle), np.where(passed, middle, high)
+    return np.unique(high)
+
+
 def _keys(
-    moves: Callable[[NDArray[np.float64]], NDArray[np.float64]], tolerance: float, fps: float
+    moves: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    corners: NDArray[np.float64],
+    tolerance: float,
+    fps: float,
 ) -> tuple[NDArray[np.float64], float]:
     """Times of the keys, and the error they leave."""
     steps = max(1, round(fps))
+    if len(corners) > steps:  # of so many short pieces, none stands out
+        corners = corners[:0]
     while True:
-        fine = np.arange(steps * _BETWEEN + 1) / (steps * _BETWEEN)
-        keys, error = _fewest(moves(fine), steps, tolerance)
+        frames = np.arange(steps + 1) / steps
+        if len(corners):
+            apart = np.abs(frames[:, None] - corners).min(axis=1) > _BESIDE / steps
+            apart[[0, -1]] = True
+            frames = np.union1d(frames[apart], corners)
+        places = np.arange((len(frames) - 1) * _BETWEEN + 1) / _BETWEEN
+        fine = np.interp(places, np.arange(len(frames)), frames)
+        stops = set(np.searchsorted(frames, corners).tolist())
+        keys, error = _fewest(moves(fine), fine, stops, tolerance)
         if error <= tolerance or steps * 2 > _FINEST:
-            return keys / steps, error
+            return frames[keys], error
         steps *= 2
 
 
 def _fewest(
-    moves: NDArray[np.float64], steps: int, tolerance: float
+    moves: NDArray[np.float64], fine: NDArray[np.float64], stops: set[int], tolerance: float
 ) -> tuple[NDArray[np.int64], float]:
-    """Greedily, the longest straight piece from each key on."""
+    """Greedily, the longest straight piece from each key on, none of them past a stop."""
+    last = (len(fine) - 1) // _BETWEEN
     keys, largest = [0], 0.0
-    while keys[-1] < steps:
+    while keys[-1] < last:
         start = keys[-1]
-        reached, error = start + 1, _gap(moves, start, start + 1)
-        while reached < steps and (longer := _gap(moves, start, reached + 1)) <= tolerance:
+        reached, error = start + 1, _gap(moves, fine, start, start + 1)
+        while reached < last and reached not in stops:
+            longer = _gap(moves, fine, start, reached + 1)
+            if longer > tolerance:
+                break
             reached, error = reached + 1, longer
         keys.append(reached)
         largest = max(largest, error)
     return np.array(keys), largest
 
 
-def _gap(moves: NDArray[np.float64], start: int, stop: int) -> float:
+def _gap(moves: NDArray[np.float64], fine: NDArray[np.float64], start: int, stop: int) -> float:
     """The largest Σ_k |chord - b_k|·max|D_k| between two keys."""
-    piece = moves[:, start * _BETWEEN : stop * _BETWEEN + 1]
-    part = np.linspace(0, 1, piece.shape[1])
+    inside = slice(start * _BETWEEN, stop * _BETWEEN + 1)
+    piece, when = moves[:, inside], fine[inside]
+    part = (when - when[0]) / (when[-1] - when[0])
     chord = piece[:, :1] * (1 - part) + piece[:, -1:] * part
     return float(np.abs(chord - piece).sum(axis=0).max())
