@@ -29,8 +29,10 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphWarning, MeshError
 from elastomorph.evaluation import (
     DEFAULT_METHODS,
+    CurveVertices,
     Evaluation,
     MethodResult,
+    curve_errors,
     evaluate,
     suggest_inbetweens,
 )
@@ -41,7 +43,7 @@ from elastomorph.evaluation.table import method_table
 from elastomorph.io.curve_file import read_curves
 from elastomorph.io.marker_take import read_marker_take
 from elastomorph.paths import interpolate
-from elastomorph.paths.through import LAWS
+from elastomorph.paths.through import LAWS, through
 from elastomorph.samples import recorded_motion
 from elastomorph.sequence import MeshSequence
 from measuring import data_folder
@@ -207,19 +209,21 @@ def law_table(judged: Sequence[Judged]) -> Table:
     table = Table(
         title=f"Mean LME of linear over that with the best in-betweens, {len(judged)} movements",
         title_justify="left",
-        caption="better: of smooth and spline, on each movement the one that leaves less",
+        caption="better: of smooth and spline, on each movement the one that leaves less; evenly: "
+        "at evenly spaced frames instead of the best, smooth through one, else spline",
         caption_justify="left",
     )
-    for header in ("in-betweens", *LAWS, "better"):
+    for header in ("in-betweens", *LAWS, "better", "evenly"):
         table.add_column(header, justify="right")
-    columns = [in_between_errors(judged, law) for law in (*LAWS, None)]
+    columns = [best_errors(judged, law) for law in (*LAWS, None)]
+    columns.append(evenly_errors(judged))
     for number in range(1, MOST_INBETWEENS + 1):
         ratios = [np.mean(errors[:, 0]) / np.mean(errors[:, number]) for errors in columns]
         table.add_row(str(number), *(f"{ratio:.2f}" for ratio in ratios))
     return table
 
 
-def in_between_errors(judged: Sequence[Judged], law: str | None) -> NDArray[np.float64]:
+def best_errors(judged: Sequence[Judged], law: str | None) -> NDArray[np.float64]:
     """(movements, 1 + MOST_INBETWEENS) LME with none, one, two, … best placed in-betweens."""
     truths: list[tuple[MeshSequence, CurveNetwork]]
     truths = [(one.evaluation.truth, one.evaluation.curves) for one in judged]
@@ -232,6 +236,25 @@ def in_between_errors(judged: Sequence[Judged], law: str | None) -> NDArray[np.f
             for truth, curves in truths
         ]
     )
+
+
+def evenly_errors(judged: Sequence[Judged]) -> NDArray[np.float64]:
+    """The same at evenly spaced frames, by the law that is the default."""
+    found = []
+    for one in judged:
+        truth = one.evaluation.truth
+        along = CurveVertices.of(one.evaluation.curves, len(truth.mesh.vertices))
+        found.append([one.evaluation["linear"].lme])
+        for number in range(1, MOST_INBETWEENS + 1):
+            keys = np.linspace(0, len(truth) - 1, number + 2).round().astype(int)[1:-1]
+            shapes = {float(truth.times[key]): truth[key] for key in keys}
+            path = through(truth.mesh, truth.target, shapes).at(truth.times)
+            errors = [
+                curve_errors(positions, frame, along, truth.mesh.diameter)[1].max()
+                for positions, frame in zip(path, truth.frames, strict=True)
+            ]
+            found[-1].append(float(max(errors)))
+    return np.array(found)
 
 
 def path_table(judged: Sequence[Judged], scan: Evaluation, reasons: Mapping[str, str]) -> Table:
