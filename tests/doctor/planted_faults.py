@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from elastomorph.doctor import Examination, Finding
 from elastomorph.mesh import Mesh
+from elastomorph.polygons import Polygons
 
 
 def shuffled(mesh: Mesh, seed: int = 0) -> tuple[Mesh, NDArray[np.int64]]:
@@ -25,6 +26,41 @@ def shuffled(mesh: Mesh, seed: int = 0) -> tuple[Mesh, NDArray[np.int64]]:
 def turned_over(mesh: Mesh) -> Mesh:
     """A copy with every polygon run the other way round."""
     return Mesh(mesh.vertices, [face[::-1].tolist() for face in mesh.faces])
+
+
+def with_noise(mesh: Mesh, part: float, seed: int = 0) -> Mesh:
+    """A copy with every vertex moved at random, by a part of D in each coordinate."""
+    noise = np.random.default_rng(seed).normal(size=mesh.vertices.shape)
+    return mesh.with_vertices(mesh.vertices + part * mesh.diameter * noise)
+
+
+def as_deltas(neutral: Mesh, target: Mesh) -> Mesh:
+    """A target as displacements from its neutral."""
+    return target.with_vertices(target.vertices - neutral.vertices)
+
+
+def baked(neutral: Mesh, target: Mesh, other: Mesh, weight: float = 1.0) -> Mesh:
+    """A target that also moves as another one does."""
+    return target.with_vertices(target.vertices + weight * (other.vertices - neutral.vertices))
+
+
+def split_at(mesh: Mesh, vertex: int) -> Mesh:
+    """A copy in which each polygon around a vertex has a vertex of its own there."""
+    corners = np.flatnonzero(mesh.faces.indices == vertex)
+    indices = mesh.faces.indices.copy()
+    indices[corners[1:]] = len(mesh.vertices) + np.arange(len(corners) - 1)
+    copies = np.repeat(mesh.vertices[[vertex]], len(corners) - 1, axis=0)
+    points = np.concatenate([mesh.vertices, copies])
+    return Mesh(points, Polygons(indices, mesh.faces.offsets))
+
+
+def welded(mesh: Mesh, kept: int, lost: int) -> Mesh:
+    """A copy in which one vertex takes the place of another, and later ones move up."""
+    number = np.arange(len(mesh.vertices))
+    number[lost] = kept
+    number[number > lost] -= 1
+    points = np.delete(mesh.vertices, lost, axis=0)
+    return Mesh(points, Polygons(number[mesh.faces.indices], mesh.faces.offsets))
 
 
 def grid(columns: int, rows: int, seed: int | None = None) -> Mesh:

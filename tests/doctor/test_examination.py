@@ -9,8 +9,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planted_faults import names, shuffled, turn, turned_over
+from planted_faults import (
+    as_deltas,
+    baked,
+    names,
+    shuffled,
+    split_at,
+    turn,
+    turned_over,
+    with_noise,
+)
 
+from elastomorph.components import component_of
 from elastomorph.doctor import (
     KINDS,
     BeamSettings,
@@ -24,6 +34,7 @@ from elastomorph.doctor.findings import Finding, finding
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.mesh import Mesh
 from elastomorph.physics import Material
+from elastomorph.samples import head, shapes
 
 SMILE = "mouthSmile_L.obj"
 
@@ -49,6 +60,9 @@ def collapsed(mesh: Mesh) -> Mesh:
 
 
 TARGET_FAULTS: dict[str, Callable[[Mesh], Mesh]] = {
+    "split-vertices": lambda mesh: split_at(mesh, 1234),
+    "saved-as-deltas": lambda mesh: as_deltas(head(), mesh),
+    "noise": lambda mesh: with_noise(mesh, 3e-4),
     "vertex-order": lambda mesh: shuffled(mesh)[0],
     "polygon-order": lambda m: with_polygons(m, [f.tolist() for f in m.faces][::-1]),
     "reversed-winding": turned_over,
@@ -88,6 +102,9 @@ def test_a_fault_of_a_target_is_found_alone(face: Mesh, rig: dict[str, Mesh], na
         "vertex-order",
         "polygon-order",
         "triangulated",
+        "reversed-winding",
+        "split-vertices",
+        "saved-as-deltas",
         "different-units",
         "different-axes",
         "mirrored",
@@ -136,7 +153,6 @@ def test_without_being_told_to_the_head_is_left_where_it_is(
     [
         ("different-units", lambda points: 100.0 * points),
         ("different-axes", lambda points: points[:, [0, 2, 1]] * [1, -1, 1]),
-        ("mirrored", lambda points: points * [-1, 1, 1]),
     ],
 )
 def test_a_neutral_that_differs_from_all_its_targets_is_the_one_to_blame(
@@ -153,6 +169,83 @@ def test_a_neutral_that_differs_from_all_its_targets_is_the_one_to_blame(
     found = examined(face, {**targets, "zz.obj": rig[SMILE]})
     assert (kind, "neutral.obj") in names(found)
     assert (kind, "zz.obj") in names(found)
+
+
+def test_of_mirror_images_the_one_that_shows_its_back_is_to_blame(
+    face: Mesh, rig: dict[str, Mesh]
+) -> None:
+    over = face.with_vertices(face.vertices * [-1, 1, 1])
+    found = examined(over, rig)
+    assert names(found) == [("mirrored", "neutral.obj")]
+    np.testing.assert_array_equal(found.repaired["neutral.obj"].mesh.vertices, face.vertices)
+    targets = {name: m.with_vertices(m.vertices * [-1, 1, 1]) for name, m in rig.items()}
+    found = examined(face, targets)
+    assert names(found) == [("mirrored", name) for name in sorted(rig)]
+
+
+def test_where_all_targets_are_noisy_none_is_to_blame(face: Mesh, rig: dict[str, Mesh]) -> None:
+    """That is how the face was captured; one that is much noisier still stands out."""
+    noisy = {n: with_noise(mesh, 2e-4, seed) for seed, (n, mesh) in enumerate(rig.items())}
+    assert "noise" not in {f.name for f in examined(face, noisy).findings}
+    noisy[SMILE] = with_noise(rig[SMILE], 1e-3)
+    found = [f.file for f in examined(face, noisy).findings if f.name == "noise"]
+    assert found == [SMILE]
+
+
+@pytest.mark.parametrize(("weight", "severity"), [(1.0, "warning"), (0.4, "note")])
+def test_a_target_baked_into_another_is_named(
+    face: Mesh, rig: dict[str, Mesh], weight: float, severity: str
+) -> None:
+    jaw = shapes()["jawOpen"]
+    rig |= {"jawOpen.obj": jaw, SMILE: baked(face, rig[SMILE], jaw, weight)}
+    (one,) = [f for f in examined(face, rig).findings if f.name == "baked-in-target"]
+    assert (one.file, one.severity) == (SMILE, severity)
+    assert "contains jawOpen" in one.message
+    assert ("40 %" in one.message) == (weight < 1.0)
+
+
+def test_combinations_of_targets_are_not_called_baked(face: Mesh, rig: dict[str, Mesh]) -> None:
+    """The left and the right of one expression, or three others and nothing of their own."""
+    both = baked(face, rig[SMILE], rig["mouthSmile_R.obj"])
+    sad = baked(face, baked(face, rig["browInnerUp.obj"], rig["mouthLeft.obj"]), both, 0.5)
+    found = examined(face, {**rig, "smile.obj": both, "sad.obj": sad})
+    assert "baked-in-target" not in {f.name for f in found.findings}
+
+
+def test_what_shows_its_back_in_all_files_is_turned(face: Mesh, rig: dict[str, Mesh]) -> None:
+    """The whole head, or one closed piece of it; positions stay bit for bit."""
+    part = component_of(len(face.vertices), face.edges)
+    eyeball = int(part[face.faces[-1][0]])
+    for wrong in (part >= 0, part == eyeball):
+        faces = [f.tolist()[::-1] if wrong[f[0]] else f.tolist() for f in face.faces]
+        targets = {name: Mesh(mesh.vertices, faces) for name, mesh in rig.items()}
+        found = examined(Mesh(face.vertices, faces), targets)
+        assert names(found) == [("inside-out", "neutral.obj")]
+        assert found.findings[0].vertices == tuple(np.flatnonzero(wrong))
+        assert set(found.repaired) == {"neutral.obj", *rig}
+        again = {name: found.repaired[name].mesh for name in rig}
+        assert not examined(found.repaired["neutral.obj"].mesh, again).findings
+        for name, mesh in again.items():
+            np.testing.assert_array_equal(mesh.vertices, rig[name].vertices)
+
+
+@pytest.mark.parametrize("stem", ["jaw{}", "mouth{}", "mouthSmile_{}", "browDown_{}"])
+@pytest.mark.parametrize("z_up", [False, True])
+def test_left_and_right_are_told_by_the_face_where_no_third_file_helps(
+    face: Mesh, stem: str, z_up: bool
+) -> None:
+    """By the side that moves, or the way it moves: the character's left is at x > 0."""
+    words = ("L", "R") if stem.endswith("_{}") else ("Left", "Right")
+    both = [shapes()[stem.format(word)] for word in words]
+    if z_up:
+        face, *both = (
+            m.with_vertices(m.vertices[:, [0, 2, 1]] * [1, -1, 1]) for m in (face, *both)
+        )
+    files = [f"{stem.format(word)}.obj" for word in words]
+    right = examined(face, dict(zip(files, both, strict=True)))
+    assert "swapped-sides" not in {f.name for f in right.findings}
+    swapped = examined(face, dict(zip(files, both[::-1], strict=True)))
+    assert ("swapped-sides", files[0]) in names(swapped)
 
 
 def test_an_expression_that_enlarges_the_face_is_no_other_unit(

@@ -15,12 +15,17 @@ from pathlib import Path
 import numpy as np
 
 from elastomorph.doctor.checks.area import AreaCheck
+from elastomorph.doctor.checks.baked import examine_baked
 from elastomorph.doctor.checks.bends import BendCheck
+from elastomorph.doctor.checks.deltas import examine_deltas
 from elastomorph.doctor.checks.frame import InFrame, common_frame, in_frame
 from elastomorph.doctor.checks.head import align, examine_head
+from elastomorph.doctor.checks.inside_out import inside_out, inside_out_finding
 from elastomorph.doctor.checks.jumps import JumpCheck
 from elastomorph.doctor.checks.material import examine_material
+from elastomorph.doctor.checks.noise import examine_noise, roughness
 from elastomorph.doctor.checks.order import NeutralOrder
+from elastomorph.doctor.checks.reordering import turned
 from elastomorph.doctor.checks.same_shape import does_nothing, examine_doubles
 from elastomorph.doctor.checks.scramble import examine_scramble
 from elastomorph.doctor.checks.surface import examine_surface, surface_facts
@@ -30,6 +35,7 @@ from elastomorph.doctor.examination import Examination, Repaired, Settings, in_o
 from elastomorph.doctor.findings import Finding
 from elastomorph.doctor.frames import Frame, frame_between
 from elastomorph.doctor.mirror import find_mirror
+from elastomorph.doctor.neighbours import Neighbours
 from elastomorph.doctor.side_names import sided_pairs
 from elastomorph.errors import ElastomorphError, ParameterError
 from elastomorph.mesh import Mesh
@@ -120,6 +126,8 @@ class _Patient:
         meshes: As in `Examination`.
         framed: Targets in the order, unit and axes of the neutral, by file.
         well: Targets as they should be, by file.
+        rough: How noisy they are, by file.
+        whole: Meshes as they would be repaired, by file.
         done: What was done to each file, in a few words each.
     """
 
@@ -134,6 +142,8 @@ class _Patient:
         self.framed: dict[str, Mesh] = {}
         self.well: dict[str, Mesh] = {}
         self.done: dict[str, list[str]] = {}
+        self.rough: dict[str, float] = {}
+        self.whole: dict[str, Mesh] = {}
         self.repaired: dict[str, Repaired] = {}
         self.lost: list[str] = []
         _require_vertices(neutral, settings, file)
@@ -144,8 +154,12 @@ class _Patient:
         return AreaCheck(self.neutral, self.settings.thresholds.area)
 
     @cached_property
+    def around(self) -> Neighbours:
+        return Neighbours(self.neutral)
+
+    @cached_property
     def jumps(self) -> JumpCheck:
-        return JumpCheck(self.neutral, self.settings.thresholds)
+        return JumpCheck(self.neutral, self.around, self.settings.thresholds)
 
     @cached_property
     def bends(self) -> BendCheck:
@@ -174,14 +188,19 @@ class _Patient:
             self.done[file].append(ordered.repair)
         if ordered.mesh is None:
             self.lost.append(file)
-        else:
-            self.ordered[file] = ordered.mesh
+            return
+        deltas = examine_deltas(self.neutral, ordered.mesh, file, self.settings.thresholds)
+        if deltas is not None:
+            self.findings.append(deltas[0])
+            self.done[file].append("added to the neutral")
+        self.ordered[file] = ordered.mesh if deltas is None else deltas[1]
 
     def put_in_frame(self) -> None:
         """Give neutral and targets one unit and the same axes, those of most of them."""
         frames = self._frames()
         common = common_frame(list(frames.values()))
-        if common is not None:
+        # A mirror image shows its back: that of neutral and targets that does is the wrong one.
+        if common is not None and (not common.mirrored or inside_out(self.neutral).any()):
             self._take(
                 self.file, in_frame(self.neutral, common.inverse(), self.file, "most targets")
             )
@@ -222,6 +241,7 @@ class _Patient:
         nothing = does_nothing(self.neutral, best, file, limits.nothing)
         self.findings += nothing
         if not nothing:
+            self.rough[file] = roughness(self.neutral, best, self.around)
             self.findings += self.jumps.target(best, file)
             self.findings += self.areas.target(best, file)
             self.findings += self.bends.target(best, file)
@@ -246,12 +266,18 @@ class _Patient:
             done.append("motion of the head taken out")
         if done:
             self.repaired[file] = Repaired(whole, tuple(done))
+        self.whole[file] = whole
         return best
 
     def result(self) -> Examination:
         """Compare targets with each other, and sum up."""
         limits = self.settings.thresholds
+        self.findings += examine_noise(self.rough, limits)
         self.findings += examine_doubles(self.neutral, self.well, limits.nothing)
+        self.findings += examine_baked(
+            self.neutral, self.well, limits, self.settings.sides, self.name_of
+        )
+        self._turn_inside_out()
         symmetric = self._compare_sides()
         return Examination(
             self.file,
@@ -264,6 +290,16 @@ class _Patient:
             self.settings,
             self.meshes,
         )
+
+    def _turn_inside_out(self) -> None:
+        """Wind what shows its back the other way round, in all files."""
+        wrong = inside_out(self.neutral)
+        if not wrong.any():
+            return
+        self.findings.append(inside_out_finding(self.neutral, self.file, wrong))
+        for file, mesh in {self.file: self.neutral, **self.whole}.items():
+            self.done.setdefault(file, []).append("polygons turned to show their front")
+            self.repaired[file] = Repaired(turned(mesh, wrong), tuple(self.done[file]))
 
     def _compare_sides(self) -> bool | None:
         limits, sides = self.settings.thresholds, self.settings.sides

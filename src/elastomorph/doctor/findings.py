@@ -53,6 +53,22 @@ KINDS: dict[str, Kind] = {
     ),
     "vertex-order": Kind("error", "vertices in another order than in the neutral", _REPAIR),
     "polygon-order": Kind("error", "polygons in another order than in the neutral", _REPAIR),
+    "split-vertices": Kind(
+        "error",
+        "vertices split where texture or normals have seams",
+        "'--repair FOLDER' joins them again; export without splitting vertices",
+    ),
+    "welded-vertices": Kind(
+        "error",
+        "vertices of the neutral welded together",
+        "'--repair FOLDER' takes them apart again where they lie at one position in the neutral; "
+        "switch off merging by distance",
+    ),
+    "saved-as-deltas": Kind(
+        "error",
+        "displacements in place of positions",
+        "'--repair FOLDER' adds the neutral; export absolute positions",
+    ),
     "scrambled-vertices": Kind(
         "error",
         "positions of other vertices than the polygons say",
@@ -93,6 +109,11 @@ KINDS: dict[str, Kind] = {
         "warning",
         "polygons wound against their neighbours",
         "reverse these polygons in the neutral and in all targets: their normals point inwards",
+    ),
+    "inside-out": Kind(
+        "warning",
+        "polygons that show their back",
+        "'--repair FOLDER' winds them the other way round in all files; positions stay as they are",
     ),
     "repeated-corners": Kind(
         "warning",
@@ -135,6 +156,17 @@ KINDS: dict[str, Kind] = {
         "warning",
         "vertices that jump away from their neighbours",
         "relax these vertices in the target",
+    ),
+    "noise": Kind(
+        "warning",
+        "targets with noise",
+        "smooth the target, or sculpt it again from the neutral: every vertex is a little off",
+    ),
+    "baked-in-target": Kind(
+        "warning",
+        "targets that contain another target",
+        "take the motion of the other target out, where it was sculpted: subtract it vertex by "
+        "vertex",
     ),
     "swapped-sides": Kind("warning", "left and right swapped", "swap the names of the two targets"),
     "asymmetric-pair": Kind(

@@ -26,8 +26,19 @@ class Thresholds:
         jump_clearly: and if the product of both, in mean edges and in such differences, is larger
             than this: a short leap counts only where the neighbours agree well. Corners of lashes
             reach 4 in a blink, vertices left behind 10 and more.
-        scale: A target larger or smaller by more than this factor has another unit. No
-            expression comes near it.
+        scale: A target has another unit if a third of the distances between near vertices is
+            larger or smaller by more than this factor. No expression does that: even a jaw that
+            drops leaves half of them as they are.
+        resting: A file with this part of its vertices at the origin holds displacements: every
+            expression of three rigs leaves more than a third of the vertices where they are.
+        deltas: Displacements are smaller than this; no shape is.
+        noise: A target is noisy if all but a quarter of its vertices leave the mean of their
+            neighbours by more than this part of an edge, from where on shading shows it. Of 150
+            targets of three rigs none has more than 0.00001; noise of 0.01 % of D gives a fine
+            mesh 0.015.
+        noise_alone: and by this many times what is usual among the targets.
+        baked: A target contains another one if this share of its motion is in it, unchanged. No two
+            targets of two rigs share as much as a thousandth.
         torn: Half of the edges of a target may be this many times longer; the most that an
             expression does to half of a face is a few percent.
         asymmetry: Largest difference of a mirrored pair, as a part of the larger motion,
@@ -45,6 +56,11 @@ class Thresholds:
     jump_alone: float = 5.0
     jump_clearly: float = 6.0
     scale: float = 1.2
+    resting: float = 0.1
+    deltas: float = 0.5
+    noise: float = 0.01
+    noise_alone: float = 3.0
+    baked: float = 0.1
     torn: float = 2.0
     asymmetry: float = 0.1
     asymmetry_of_d: float = 1e-3

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from planted_faults import grid, only, shuffled, turned_over
+from planted_faults import grid, only, shuffled, split_at, turned_over, welded
 
 from elastomorph.components import component_of
 from elastomorph.doctor.checks.order import InOrder, NeutralOrder
@@ -207,15 +207,67 @@ def test_a_triangle_across_polygons_is_no_split(neutral: Mesh, smile: Mesh) -> N
     assert "triangulated" in only(found.findings).message
 
 
-def test_vertices_split_at_seams_are_recognised(neutral: Mesh, smile: Mesh) -> None:
+@pytest.mark.parametrize("triangles", [False, True])
+def test_vertices_split_at_seams_are_joined(neutral: Mesh, smile: Mesh, triangles: bool) -> None:
     """Every polygon with vertices of its own, as real-time formats store texture seams."""
     split = Mesh(
         smile.vertices[smile.faces.indices],
         [list(range(a, b)) for a, b in pairwise(smile.faces.offsets)],
     )
-    found = only(examined(neutral, split).findings)
-    assert found.name == "different-counts"
-    assert "seams" in found.message
+    if triangles:
+        split = Mesh(split.vertices, split.faces.triangles())
+    found = examined(neutral, split)
+    one = only(found.findings)
+    assert one.name == "split-vertices"
+    used = np.bincount(neutral.faces.indices, minlength=20)
+    assert one.vertices == tuple(np.flatnonzero(used > 1))
+    assert found.mesh is not None
+    assert found.mesh.faces == neutral.faces
+    np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
+
+
+def test_one_split_vertex_is_named(neutral: Mesh, smile: Mesh) -> None:
+    found = examined(neutral, split_at(smile, 6))
+    one = only(found.findings)
+    assert (one.name, one.vertices) == ("split-vertices", (6,))
+    assert "23 vertices instead of 20" in one.message
+    assert found.mesh is not None
+    np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
+
+
+def test_copies_that_moved_apart_are_not_joined(neutral: Mesh, smile: Mesh) -> None:
+    split = split_at(smile, 6)
+    points = split.vertices.copy()
+    points[-1] += 0.5
+    found = examined(neutral, split.with_vertices(points))
+    assert only(found.findings).name == "different-counts"
+    assert found.mesh is None
+
+
+def test_welded_vertices_are_parted_where_they_lie_together(neutral: Mesh) -> None:
+    """Two grids that touch at one vertex, which an exporter welded."""
+    second = neutral.vertices - neutral.vertices[0] + neutral.vertices[19]
+    faces = [f.tolist() for f in neutral.faces]
+    both = Mesh(
+        np.concatenate([neutral.vertices, second]),
+        [*faces, *[[v + 20 for v in face] for face in faces]],
+    )
+    points = both.vertices + 0.1 * np.cos(both.vertices)
+    smile = both.with_vertices(points)
+    found = examined(both, welded(smile, 19, 20))
+    one = only(found.findings)
+    assert (one.name, one.vertices) == ("welded-vertices", (19, 20))
+    assert found.mesh is not None
+    assert found.mesh.faces == both.faces
+    np.testing.assert_array_equal(found.mesh.vertices, smile.vertices)
+
+
+def test_welded_vertices_that_lay_apart_are_named_and_left(neutral: Mesh, smile: Mesh) -> None:
+    """Where the second one was is lost."""
+    found = examined(neutral, welded(smile, 2, 13))
+    one = only(found.findings)
+    assert (one.name, one.vertices) == ("welded-vertices", (2, 13))
+    assert found.mesh is None
 
 
 def test_a_lost_vertex_is_counted(neutral: Mesh, smile: Mesh) -> None:

@@ -13,6 +13,7 @@ from elastomorph.doctor.checks.material import BeamSettings, examine_material
 from elastomorph.doctor.checks.same_shape import does_nothing, examine_doubles
 from elastomorph.doctor.checks.symmetry import examine_names, examine_symmetry
 from elastomorph.doctor.mirror import Mirror, find_mirror
+from elastomorph.doctor.neighbours import Neighbours
 from elastomorph.doctor.side_names import parse_sides, sided_pairs
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.errors import ParameterError
@@ -62,7 +63,7 @@ def test_alignment_to_chosen_vertices_is_exact(face: Mesh, rig: dict[str, Mesh])
 def test_jumping_vertices_are_found_and_no_others(
     face: Mesh, rig: dict[str, Mesh], spikes: list[int]
 ) -> None:
-    check = JumpCheck(face, Thresholds())
+    check = JumpCheck(face, Neighbours(face), Thresholds())
     for mesh in rig.values():
         assert check.target(mesh, "t") == []
         points = mesh.vertices.copy()

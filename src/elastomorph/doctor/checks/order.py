@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.doctor.checks.reordering import reordered
+from elastomorph.doctor.checks.welds import examine_welds
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.relabelling import (
     Doubts,
@@ -80,6 +81,11 @@ class NeutralOrder:
             same = self._split(target, file) or self._same_numbers(target, file)
             if same is not None:
                 return same
+        else:
+            near = 1e-6 * target.diameter
+            rejoined = examine_welds(neutral, target, file, near)
+            if rejoined is not None:
+                return InOrder(rejoined.mesh, (rejoined.finding,), rejoined.repair)
         if len(target.vertices) != len(neutral.vertices) or len(target.faces) != len(neutral.faces):
             return InOrder(None, (finding("different-counts", file, self._counts(target)),))
         return self._relabelled(target, file)

@@ -5,9 +5,30 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.doctor.relabelling import turned_corners
 from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.polygons import Polygons
 
-__all__ = ["reordered"]
+__all__ = ["reordered", "turned"]
+
+
+def turned(mesh: Mesh, wrong: NDArray[np.bool_]) -> Mesh:
+    """A mesh with some polygons run the other way round; every corner keeps its texture.
+
+    Args:
+        mesh: The mesh.
+        wrong: (F,) which polygons.
+    """
+    corners = turned_corners(mesh.faces, wrong)
+    return Mesh(
+        mesh.vertices,
+        Polygons(mesh.faces.indices[corners], mesh.faces.offsets),
+        uv=mesh.uv and UVMap(mesh.uv.coordinates, mesh.uv.corners[corners]),
+        materials=mesh.materials,
+        groups=mesh.groups,
+        material_library=mesh.material_library,
+        source=mesh.source,
+    )
 
 
 def reordered(

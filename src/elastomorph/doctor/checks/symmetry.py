@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.doctor.checks.swapped import examine_swapped
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.mirror import Mirror
 from elastomorph.doctor.side_names import SIDES, sided_pairs
@@ -17,18 +17,6 @@ from elastomorph.doctor.words import percent
 from elastomorph.mesh import Mesh
 
 __all__ = ["examine_names", "examine_symmetry"]
-
-# How clearly a target must be on one side to be called left or right: the mean distance from the
-# plane of what moves, signed over unsigned.
-_CLEARLY = 0.8
-
-
-@dataclass(frozen=True, eq=False)
-class _Pair:
-    left: str
-    right: str
-    side_of_left: float
-    side_of_right: float
 
 
 def examine_names(
@@ -69,13 +57,11 @@ def examine_symmetry(
         sides: How names tell sides.
         faulty: Vertices by name that have a finding of their own, so that they are left out.
     """
-    found, pairs = [], []
+    found, pairs = [], sided_pairs(targets, sides)[0]
     scale = neutral.diameter or 1.0
-    heights = mirror.heights(neutral.vertices)
-    for left, right in sided_pairs(targets, sides)[0]:
+    for left, right in pairs:
         mine = targets[left].vertices - neutral.vertices
         their = targets[right].vertices - neutral.vertices
-        pairs.append(_Pair(left, right, _side(mine, heights), _side(their, heights)))
         known = _compared(mirror, *((faulty or {}).get(name, ()) for name in (left, right)))
         off = np.linalg.norm(mirror.reflected(their[mirror.partner[known]]) - mine[known], axis=1)
         most = float(max(np.linalg.norm(mine, axis=1).max(), np.linalg.norm(their, axis=1).max()))
@@ -99,7 +85,7 @@ def examine_symmetry(
                 severity="warning" if one_sided else None,
             )
         )
-    return found + _swapped(pairs, files)
+    return found + examine_swapped(neutral, targets, files, mirror, pairs)
 
 
 def _compared(
@@ -112,33 +98,3 @@ def _compared(
     at_fault[list(faulty_right)] = True
     known[at_fault[mirror.partner]] = False
     return np.flatnonzero(known)
-
-
-def _side(moved: NDArray[np.float64], heights: NDArray[np.float64]) -> float:
-    """From -1, all that moves is on one side of the plane, to 1, all is on the other."""
-    weights = np.linalg.norm(moved, axis=1)
-    total = float(weights @ np.abs(heights))
-    return float(weights @ heights) / total if total > 0 else 0.0
-
-
-def _swapped(pairs: list[_Pair], files: Mapping[str, str]) -> list[Finding]:
-    """Pairs whose left is where the right of most others is."""
-    clear = [
-        pair
-        for pair in pairs
-        if min(abs(pair.side_of_left), abs(pair.side_of_right)) > _CLEARLY
-        and pair.side_of_left * pair.side_of_right < 0
-    ]
-    usual = np.sign(sum(np.sign(pair.side_of_left) for pair in clear))
-    others = [pair for pair in clear if np.sign(pair.side_of_left) == -usual]
-    if usual == 0 or 3 * len(others) > len(clear):
-        return []
-    return [
-        finding(
-            "swapped-sides",
-            files[pair.left],
-            "moves the side that other right targets move, and "
-            f"{Path(files[pair.right]).name} the left",
-        )
-        for pair in others
-    ]
