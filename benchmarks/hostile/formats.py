@@ -314,7 +314,7 @@ FORMATS: tuple[Format, ...] = (
         isolated=True,
     ),
     Format("USD binary", "face.usdc", lambda: [_usd("usdc")], read_rig, isolated=True),
-    Format("USD package", "face.usdz", _usdz_seeds, read_rig, wanted="refused"),
+    Format("USD package", "face.usdz", _usdz_seeds, read_rig, isolated=True),
     Format(
         "FBX text",
         "face.fbx",

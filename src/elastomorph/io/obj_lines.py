@@ -31,7 +31,7 @@ __all__ = ["read_lines"]
 # Each piece can match in one way only: a long word that is no number is refused in one pass.
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _INDEX = re.compile(rb"[+-]?[0-9]+")
-_TEXTURE = re.compile(rb"^\s*vt(?:\s|\\)", re.MULTILINE)
+_TEXTURE = re.compile(rb"^[ \t\v\f]*vt(?:\s|\\)", re.MULTILINE)
 _TWO_CORNERS = "the polygon has two corners and shows no surface; it is left out"
 _STRAY = {
     b"t": "'t' is no keyword of the OBJ format; the line is left out",

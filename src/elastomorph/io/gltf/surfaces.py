@@ -46,6 +46,8 @@ def read_surfaces(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[SceneSur
     copies = 2 if len(surfaces) == 1 else 3
     vertices = sum(surface.count for surface in surfaces)
     file.budget.spend_fields(vertices, len(names), copies=copies)
+    if len(surfaces) > 1:  # joining copies them
+        file.budget.spend_fields(vertices, 2)
     return [surface if surface.sheets else None for surface in found]
 
 
