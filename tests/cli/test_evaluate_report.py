@@ -48,9 +48,13 @@ def test_the_page_is_written_without_folders(
 
 
 def test_every_method_and_its_in_betweens(scans: Path) -> None:
-    assert status_of("evaluate", scans / "scan.#.obj", "--all", "--report", "r.html",
+    """Without being asked."""
+    assert status_of("evaluate", scans / "scan.#.obj", "--report", "r.html",
                      "--no-pictures", "--mass", "2") == 0  # fmt: skip
     text = Path("r.html").read_text(encoding="utf-8")
+    for label in ("linear", "beam R=2", "plate R=2", "arc", "rotation", "auto"):
+        assert f'<th scope="row" class="name">{label}' in text
+    assert "straight within 0.0500\u00a0% of D" in text
     assert "passed through frames of this very recording" in text
     assert "What would help" in text
     assert "m = 2, c = 1, k = 1" in text
@@ -69,11 +73,14 @@ def test_a_take_of_markers_and_its_movements(capsys: pytest.CaptureFixture[str])
     whole = Path("whole.html").read_text(encoding="utf-8")
     assert "6 markers, without polygons" in whole
     assert "--movements judges each onset" in whole
+    assert "plate, rotation and auto follow a surface, and markers have no polygons" in whole
     assert status_of(*common, "parts.html", "--movements") == 0
     parts = Path("parts.html").read_text(encoding="utf-8")
     assert "1 onset and 1 offset" in parts
     assert "curves of curves.json" in parts
-    assert capsys.readouterr().out.count("written to") == 2
+    said = capsys.readouterr().out
+    assert said.count("written to") == 2
+    assert " ".join(said.split()).count("Left out: plate, rotation and auto") == 2
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.evaluation import evaluate
+from elastomorph.evaluation import evaluate, every_method
 from elastomorph.evaluation.summary import (
     MethodSummary,
     conclusions,
@@ -16,6 +16,7 @@ from elastomorph.evaluation.summary import (
     rankings,
     summaries,
 )
+from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.paths import interpolate
 from elastomorph.sequence import MeshSequence
@@ -123,3 +124,31 @@ def test_rankings_share_places_where_the_table_reads_the_same() -> None:
         "At the captured times (LME): 1. b, a; 2. linear.",
         "With free timing (LME): 1. b; 2. linear, a.",
     ]
+
+
+def test_who_knows_frames_of_the_recording_wins_nothing() -> None:
+    """It has a sentence of its own, and the rest is judged as if it were not there."""
+    lines = [LINEAR, line("cosine", 0.03, 0.02, 0.01), line("through 2", 0.001, 0.001, 0.001)]
+    *said, told = conclusions(lines, ["through 2"])
+    assert said == conclusions(lines[:2])
+    assert told.startswith("through 2 (0.100% of D) passed through frames of this very recording")
+    assert conclusions(lines[2:], ["through 2"]) == [told]
+
+
+def test_means_are_of_the_methods_that_every_motion_has(
+    neutral: Mesh, target: Mesh, rows: CurveNetwork
+) -> None:
+    """A motion of two frames has no room for in-betweens; the others keep their numbers."""
+    found = []
+    for count in (2, 5):
+        times = np.linspace(0, 1, count)
+        ends = neutral.vertices, target.vertices
+        frames = np.stack([(1 - time**2) * ends[0] + time**2 * ends[1] for time in times])
+        truth = MeshSequence(neutral, frames, times)
+        found.append(evaluate(truth, every_method(truth, rows), rows))
+    assert "through 1" in [line.label for line in summaries(found[1])]
+    means = {line.label: line for line in mean_summaries(found)}
+    assert "through 1" not in means
+    assert list(means) == [line.label for line in summaries(found[0])]
+    for label, mean in means.items():
+        assert mean.lme == pytest.approx((found[0][label].lme + found[1][label].lme) / 2)

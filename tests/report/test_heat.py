@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from elastomorph.errors import ParameterError
 from elastomorph.report.heat import COLOUR_MAP, heat_colours, round_up
+from elastomorph.viewer.page import shipped_page
 
 
 def test_the_ends_of_the_range_take_the_ends_of_the_map() -> None:
@@ -54,3 +55,15 @@ def test_a_scale_of_nothing_ends_at_one() -> None:
     for bad in (-1.0, np.nan, np.inf):
         with pytest.raises(ParameterError):
             round_up(bad)
+
+
+def test_the_viewer_has_the_same_colours() -> None:
+    """Every colour of its scale is that of pictures at the same share of the largest distance."""
+    table = matplotlib.colormaps[COLOUR_MAP]
+    wanted = [matplotlib.colors.to_hex(table(share)) for share in np.linspace(0, 1, 33)]
+    page = shipped_page()
+    found = [page.find(colour) for colour in wanted]
+    assert min(found) > 0
+    # One list in this order, nothing but quotation marks and commas between them.
+    assert max(np.diff(found)) <= len(wanted[0]) + 3
+    assert min(np.diff(found)) > 0

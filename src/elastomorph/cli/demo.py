@@ -1,4 +1,4 @@
-"""``elastomorph demo``: the whole paper on the built-in face, or on a rig."""
+"""``elastomorph demo``: the whole paper and what goes beyond it, on the built-in face or a rig."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ import typer
 
 from elastomorph.cli import options
 from elastomorph.cli.call_words import call_words
+from elastomorph.cli.steps import steps
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from elastomorph.report.walkthrough import Walkthrough
 
 __all__ = ["add_to"]
@@ -34,7 +37,7 @@ def demo(
     settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Run the paper on a face: curves, in-betweens by every method, errors, graphs and pictures.
+    """Show on a face what each target needs, how every method does, and the paper's pictures.
 
     Example: elastomorph demo --data path/to/rig -o out
     """
@@ -42,7 +45,7 @@ def demo(
     from elastomorph.report.walkthrough import walk_through
 
     start = time.perf_counter()
-    with options.progress(as_json) as say:
+    with steps(as_json) as say:
         # The targets are what counts, for every method is tried: the straight lines cost nothing.
         chosen = options.settings_of(data, settings, "linear")
         if chosen is not None:
@@ -51,7 +54,8 @@ def demo(
             rig = rig_from_settings(chosen, say=say)
             subject = rig_subject(chosen.character.folder, say, rig)
         else:
-            say("building the head" if data is None else f"reading {data}")
+            if data is None:
+                say("building the head")
             subject = built_in_subject() if data is None else rig_subject(data, say)
         found = walk_through(subject, output, say, call=call_words(context))
     seconds = time.perf_counter() - start
@@ -66,7 +70,18 @@ def _facts(found: Walkthrough, seconds: float) -> dict[str, object]:
         "face": found.subject.name,
         "vertices": len(found.subject.neutral.vertices),
         "curves": len(found.curves),
-        "targets": len(found.targets),
+        "targets": {
+            path.name: {
+                "needs": path.words,
+                "off the straight line": path.choice.distance,
+                "allowed": path.choice.allowed,
+                "bends": path.bends,
+                "bytes": path.bytes,
+                "bake error": path.bake_error,
+            }
+            for path in found.paths.targets
+        },
+        "off the hinge": {each.label: [each.parts, each.along] for each in found.hinge},
         "seams": {seam.closure: seam.shape.seam for seam in found.seams},
         "flips": {seam.closure: seam.shape.flips for seam in found.seams},
         "methods": {
@@ -80,29 +95,75 @@ def _facts(found: Walkthrough, seconds: float) -> dict[str, object]:
 
 def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
     from rich.console import Console
-    from rich.table import Table
 
-    from elastomorph.report.walkthrough_report import motion_words, target_words
+    from elastomorph.report.walkthrough_report import beam_words, motion_words
 
     console = Console()
     subject = found.subject
     console.print(
         f"{subject.name}: {len(subject.neutral.vertices):,} vertices on {len(found.curves):,} "
-        f"curves, {len(found.targets)} targets"
+        f"curves, {len(subject.targets)} targets"
     )
+    console.print("\n" + found.paths.summary, soft_wrap=True, highlight=False)
+    if any(path.inbetween_pays or not path.choice.straight for path in found.paths.targets):
+        console.print("In % of D:", highlight=False)
+        console.print(_target_table(found))
+    if found.hinge:
+        console.print(f"{subject.jaw}, farthest off the arc of its hinge, % of D:", highlight=False)
+        console.print(_hinge_table(found))
     if found.evaluation is not None:
-        console.print("\n" + motion_words(subject), soft_wrap=True, highlight=False)
+        console.print(motion_words(subject), soft_wrap=True, highlight=False)
         console.print(found.evaluation.table())
-    table = Table(title=f"{subject.jaw}, quadratic beam at t = 0.5", title_justify="left")
-    for column in ("closure", "seam, % of D", "flips", "stretch"):
-        table.add_column(column, justify="left" if column == "closure" else "right")
+    console.print(f"{subject.jaw}, quadratic beam at t = 0.5, by closure:", highlight=False)
+    console.print(_closure_table(found))
+    console.print(beam_words(found.beam, len(subject.targets)), highlight=False)
+    console.print(f"\n{len(found.written)} files in {output}/, {seconds:.1f} s", highlight=False)
+    console.print(f"Begin with {output / 'report.html'}", highlight=False)
+
+
+def _target_table(found: Walkthrough) -> Table:
+    """The targets that need more than a straight line."""
+    table = _table("target", "needs", "off\nstraight", "more\ntargets", "kB", "stored\nwithin")
+    for path in found.paths.targets:
+        if not path.choice.straight or path.inbetween_pays:
+            way = "straight" if path.choice.straight else "rotation"
+            table.add_row(
+                path.name,
+                f"{way}; in-between pays" if path.inbetween_pays else way,
+                f"{100 * path.choice.distance:.3f}",
+                str(path.bends),
+                f"{path.bytes / 1000:.0f}",
+                f"{100 * path.bake_error:.4f}",
+            )
+    return table
+
+
+def _hinge_table(found: Walkthrough) -> Table:
+    along = any(error.along for error in found.hinge)
+    table = _table("method", "rigid parts", *(["along with them"] if along else []))
+    for error in found.hinge:
+        values = (error.parts, error.along) if along else (error.parts,)
+        table.add_row(error.label, *(f"{100 * value:.3f}" for value in values))
+    return table
+
+
+def _closure_table(found: Walkthrough) -> Table:
+    table = _table("closure", "seam, % of D", "flips", "stretch")
     for seam in found.seams:
         shape = seam.shape
         table.add_row(
             seam.closure, f"{100 * shape.seam:.3f}", f"{shape.flips:,}", f"{shape.stretch:.2f}"
         )
-    console.print(table)
-    console.print(target_words(found.targets), highlight=False)
-    console.print(f"\n{len(found.written)} files in {output}/, {seconds:.1f} s", highlight=False)
-    if (output / "report.html") in found.written:
-        console.print(f"Begin with {output / 'report.html'}", highlight=False)
+    return table
+
+
+def _table(*columns: str) -> Table:
+    """An empty table with one column of words, or two, and numbers to the right of them."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
+    for number, column in enumerate(columns):
+        words = number == 0 or column == "needs"
+        table.add_column(column, justify="left" if words else "right", no_wrap=True)
+    return table

@@ -120,12 +120,13 @@ def evaluate(
         if character is not None:
             result = replace(result, settings=settings_tables(character))
         bodies = _bodies(result, motion, rigid)
+        drawn = page.drawn(result, say) if output is not None else None
         if output is not None:
             from elastomorph.report.evaluation_files import write_evaluation
 
             output.mkdir(parents=True, exist_ok=True)
-            write_evaluation(result, output, graphs=pictures, faces=pictures, say=say)
-        page.write(result, chosen, say)
+            write_evaluation(result, output, graphs=pictures, faces=drawn or (), say=say)
+        page.write(result, chosen, say, drawn)
     if as_json:
         typer.echo(result.to_json(), nl=False)
     else:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from elastomorph.evaluation import Evaluation
     from elastomorph.evaluation.movements import JudgedMovement
-    from elastomorph.report.page import About
+    from elastomorph.report.page import About, Picture
     from elastomorph.sequence import MeshSequence
 
 __all__ = ["EvaluationPage"]
@@ -50,10 +50,25 @@ class EvaluationPage:
         """The file written, if any."""
         return [] if self.path is None else [str(self.path)]
 
+    def drawn(self, result: Evaluation, say: Callable[[str], None]) -> list[Picture]:
+        """Pictures of the comparison, for the report and for files; none of markers."""
+        from elastomorph.evaluation.summary import informed_methods
+        from elastomorph.report.page.about import Lengths
+        from elastomorph.report.page.faces import evaluation_pictures
+
+        if not self.draw or not len(result.truth.mesh.faces):
+            return []
+        lengths = Lengths(result.diameter, self.unit)
+        return evaluation_pictures(result, lengths, informed_methods(result), say)
+
     def write(
-        self, result: Evaluation, methods: Mapping[str, Any], say: Callable[[str], None]
+        self,
+        result: Evaluation,
+        methods: Mapping[str, Any],
+        say: Callable[[str], None],
+        faces: Sequence[Picture] | None = None,
     ) -> None:
-        """Write the report of one motion, if there is to be one."""
+        """Write the report of one motion, if there is to be one, with faces drawn already."""
         if self.path is None:
             return
         from elastomorph.evaluation import suggest_inbetweens
@@ -69,6 +84,7 @@ class EvaluationPage:
             self.path,
             self._about(truth, methods),
             suggestions=suggestions,
+            faces=faces,
             draw=self.draw,
             say=say,
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 
 from elastomorph.evaluation.results import Evaluation
-from elastomorph.evaluation.summary import conclusions, rankings, summaries
+from elastomorph.evaluation.summary import conclusions, informed_methods, rankings, summaries
 from elastomorph.evaluation.table import LEGEND, table_columns, table_title
 
 __all__ = ["evaluation_html"]
@@ -37,7 +37,8 @@ def evaluation_html(evaluation: Evaluation) -> str:
         )
         name = f'<th scope="row" style="text-align: left">{_text(line.label)}</th>'
         rows.append(f"<tr>{name}{cells}</tr>")
-    words = [*conclusions(lines), *(rankings(lines) if len(lines) > 2 else ())]
+    words = conclusions(lines, informed_methods(evaluation))
+    words += rankings(lines) if len(lines) > 2 else []
     caption = f"{_text(table_title(evaluation))}. {_text(LEGEND)}"
     return "\n".join(
         [

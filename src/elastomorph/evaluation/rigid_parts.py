@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from elastomorph.components import connected_parts
 from elastomorph.curves import CurveNetwork
 from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.morph import Morph
 from elastomorph.rigid import Screw, fit_rigid
 from elastomorph.sequence import MeshSequence
 
@@ -40,6 +41,13 @@ class RigidParts:
         new_index = np.full(network.vertex_count, -1)
         new_index[self.vertices] = np.arange(len(self.vertices))
         return network.restricted(self.vertices).relabelled(new_index, len(self.vertices))
+
+    def restricted(self, morph: Morph) -> Morph:
+        """What a path of the whole mesh does to the parts alone."""
+        truth = self.truth
+        return replace(
+            morph, neutral=truth.mesh, target=truth.target, bends=morph.bends[:, self.vertices]
+        )
 
 
 def find_rigid_parts(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -13,6 +13,7 @@ __all__ = [
     "SAME",
     "MethodSummary",
     "conclusions",
+    "informed_methods",
     "mean_summaries",
     "places",
     "rankings",
@@ -80,12 +81,35 @@ def same(first: float, second: float) -> bool:
     return abs(first - second) <= max(SAME * max(first, second), _LAST_DIGIT)
 
 
-def conclusions(lines: Sequence[MethodSummary]) -> list[str]:
+def informed_methods(evaluation: Evaluation) -> list[str]:
+    """The methods that were given frames of the recording besides its ends."""
+    return [r.label for r in evaluation.results if r.morph.method.startswith("through ")]
+
+
+def conclusions(lines: Sequence[MethodSummary], informed: Collection[str] = ()) -> list[str]:
     """What a table shows, in sentences computed from its numbers.
 
     The method of smallest LME is compared with the one labelled ``linear``. Its win is one of
     timing alone if its path, with free timing, is no closer to the motion than the straight line.
+
+    Args:
+        lines: The methods.
+        informed: Those that were given frames of the recording: they win nothing against methods
+            that know its ends only, and have a sentence of their own.
     """
+    told = [line for line in lines if line.label in informed]
+    judged = [line for line in lines if line.label not in informed]
+    said = _conclusions(judged) if judged else []
+    if told:
+        each = " and ".join(f"{line.label} ({line.lme:.3%} of D)" for line in told)
+        said.append(
+            f"{each} passed through frames of this very recording: what scanned in-betweens are "
+            "worth, not a win."
+        )
+    return said
+
+
+def _conclusions(lines: Sequence[MethodSummary]) -> list[str]:
     linear = next((line for line in lines if line.label == "linear"), None)
     best = min(lines, key=lambda line: line.lme)
     if linear is None or len(lines) == 1:

@@ -12,7 +12,12 @@ from rich.table import Table
 from rich.text import Text
 
 from elastomorph.evaluation.results import Evaluation
-from elastomorph.evaluation.summary import MethodSummary, conclusions, summaries
+from elastomorph.evaluation.summary import (
+    MethodSummary,
+    conclusions,
+    informed_methods,
+    summaries,
+)
 
 __all__ = [
     "LEGEND",
@@ -59,7 +64,7 @@ LEGEND = (
 def evaluation_table(evaluation: Evaluation) -> Group:
     """The methods of one evaluation as a table, and in words what it shows."""
     lines = summaries(evaluation)
-    words = [Text(sentence) for sentence in conclusions(lines)]
+    words = [Text(sentence) for sentence in conclusions(lines, informed_methods(evaluation))]
     has_polygons = len(evaluation.truth.mesh.faces) > 0
     return Group(method_table(lines, table_title(evaluation), shape=has_polygons), *words)
 

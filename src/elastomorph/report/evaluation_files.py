@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from elastomorph.evaluation import Evaluation
 from elastomorph.io.atomic import replacing
 from elastomorph.report.graphs import error_graphs, time_graphs
-from elastomorph.report.strips import error_strip, method_strip, side_by_side
+from elastomorph.report.page.picture import Picture
+from elastomorph.report.pictures import write_picture
 
 __all__ = ["write_evaluation", "write_text"]
 
@@ -18,16 +19,16 @@ def write_evaluation(
     folder: Path,
     *,
     graphs: bool = True,
-    faces: bool = True,
+    faces: Sequence[Picture] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> list[Path]:
-    """Write the table, the errors, the graphs and the pictures of an evaluation.
+    """Write the table, the errors and the graphs of an evaluation, and pictures of it.
 
     Args:
         evaluation: Methods compared with a recorded motion.
         folder: Where to write; it must exist.
         graphs: Draw graphs too, which needs the extra ``demo``.
-        faces: Draw the recorded and the interpolated faces too, where there are polygons.
+        faces: Pictures drawn already, see `evaluation_pictures`; they need the extra too.
         say: Told what is being done.
 
     Returns:
@@ -48,13 +49,9 @@ def write_evaluation(
             for suffix in (".png", ".svg"):
                 written.append(folder / f"{name}{suffix}")
                 draw(evaluation, written[-1])
-    if faces and len(evaluation.truth.mesh.faces):
-        say("drawing faces")
-        method_strip(evaluation, folder / "in-betweens.png")
-        side_by_side(evaluation, folder / "side-by-side.png", labels=_pair(evaluation))
-        error_strip(evaluation, folder / "error-heat-map.png")
-        for name in ("in-betweens", "side-by-side", "error-heat-map"):
-            written.append(folder / f"{name}.png")
+    for picture in faces:
+        written.append(folder / f"{picture.name}.png")
+        write_picture(picture.image, written[-1])
     return written
 
 
@@ -63,10 +60,3 @@ def write_text(path: Path, text: str) -> Path:
     with replacing(path) as file:
         file.write(text.encode())
     return path
-
-
-def _pair(evaluation: Evaluation) -> list[str]:
-    """The quadratic beam beside the straight line as in the paper, or what there is."""
-    labels = [result.label for result in evaluation.results]
-    wanted = [label for label in labels if label in ("beam R=2", "linear")]
-    return sorted(wanted) or labels[:2]

@@ -154,6 +154,8 @@ def error_strip(
     unit: str = "",
     colour_map: str = COLOUR_MAP,
     title: str = "",
+    names: Mapping[str, str] | None = None,
+    free_timing: bool = False,
 ) -> Image:
     """Where each method errs at one moment, on one scale of colours.
 
@@ -172,6 +174,8 @@ def error_strip(
         unit: Unit of the vertices, to be named in the legend.
         colour_map: A colour map of matplotlib.
         title: Above the faces.
+        names: What stands below the face of a method instead of its label.
+        free_timing: Each method at the moment of its path that fits the recorded frame best.
 
     Returns:
         (H, W, 3) uint8.
@@ -188,7 +192,10 @@ def error_strip(
         evaluation.results if labels is None else [evaluation[label] for label in labels]
     )
     moment = float(truth.times[frame])
-    poses = [result.morph.at(moment) for result in chosen]
+    poses = [
+        result.morph.at(float(result.path_times[frame]) if free_timing else moment)
+        for result in chosen
+    ]
     errors = [
         100 * np.linalg.norm(pose - truth.frames[frame], axis=1) / evaluation.diameter
         for pose in poses
@@ -201,12 +208,14 @@ def error_strip(
             stage.picture(pose, colours=heat_colours(error, top, colour_map=colour_map))
             for pose, error in zip(poses, errors, strict=True)
         ]
+    shown = [(names or {}).get(result.label, result.label) for result in chosen]
     captions = [
-        f"{result.label}\nmax {error.max():.2f} %, mean {error.mean():.2f} %"
-        for result, error in zip(chosen, errors, strict=True)
+        f"{name}\nmax {error.max():.2f} %, mean {error.mean():.2f} %"
+        for name, error in zip(shown, errors, strict=True)
     ]
     words = (
-        f"distance from the recorded face at t = {moment:.2g}, % of D   "
+        f"distance from the recorded face at t = {moment:.2g}"
+        f"{', at each method’s own best moment' if free_timing else ''}, % of D   "
         f"(D = {evaluation.diameter:.4g}{' ' * bool(unit)}{unit})"
     )
     starts = range(0, len(faces), columns)

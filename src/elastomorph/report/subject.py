@@ -45,13 +45,15 @@ def built_in_subject() -> Subject:
     """The built-in head with its shapes, its expressions and its recorded motion."""
     from elastomorph.samples import expressions, head, recorded_motion, shapes
 
+    neutral, targets = head(), shapes()
     return Subject(
         "built-in head",
-        head(),
-        shapes(),
+        neutral,
+        targets,
         expressions(),
         "jawOpen",
         recorded_motion(),
+        find_rigid_parts(neutral, targets["jawOpen"]),
         unit="cm",
     )
 

@@ -1,26 +1,32 @@
-"""The whole paper on one face: curves, in-betweens, Table 1, graphs and pictures in a folder."""
+"""The whole paper on one face, and what goes beyond it: paths, errors, graphs and pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate
+from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate, every_method
 from elastomorph.evaluation.closure_seams import ClosureSeam, closure_seams
+from elastomorph.evaluation.hinge import HingeError, find_hinge, hinge_errors
+from elastomorph.evaluation.summary import informed_methods
+from elastomorph.evaluation.target_paths import TargetPaths, target_paths
 from elastomorph.io import write
 from elastomorph.io.curve_file import write_curves
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
-from elastomorph.paths import interpolate, prepare
+from elastomorph.paths import Method, interpolate, prepare
 from elastomorph.report.closures import closure_comparison
 from elastomorph.report.curves_picture import curves_picture
 from elastomorph.report.evaluation_files import write_evaluation, write_text
+from elastomorph.report.hinge import hinge_faces, hinge_graph
+from elastomorph.report.page.about import Lengths
 from elastomorph.report.page.faces import (
     closures_picture,
+    evaluation_pictures,
     expressions_picture,
     jaw_picture,
     sheet_picture,
@@ -29,29 +35,25 @@ from elastomorph.report.page.picture import Picture
 from elastomorph.report.strips import expression_strip
 from elastomorph.report.subject import Subject
 from elastomorph.report.time_laws import time_law_graph
-from elastomorph.report.walkthrough_report import write_walkthrough_report
+from elastomorph.report.walkthrough_report import Jaw, write_walkthrough_report
 
-__all__ = ["TargetFacts", "Walkthrough", "walk_through"]
+__all__ = ["BeamTiming", "Walkthrough", "walk_through"]
 
-_TARGET_METHODS = ("linear", "ease:2", "beam:1", "beam:2", "beam:3")
+_JAW_METHODS = ("linear", "arc", "rotation", "auto")
 _IN_BETWEEN_TIMES = (0.25, 0.5, 0.75)
 
 
 @dataclass(frozen=True)
-class TargetFacts:
-    """What the methods make of one target, halfway.
+class BeamTiming:
+    """How far the quadratic beam takes another way than the ease t², at t = 0.5.
 
     Attributes:
-        name: The target.
-        bends: Bends of each method, in the order they were asked for.
-        from_linear: Largest distance of the quadratic beam from the straight line, over D.
-        from_ease: Largest distance of the quadratic beam from ``ease`` t², over D.
+        name: The target on which they part most.
+        distance: By how much, as a fraction of D.
     """
 
     name: str
-    bends: tuple[int, ...]
-    from_linear: float
-    from_ease: float
+    distance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,17 +63,21 @@ class Walkthrough:
     Attributes:
         subject: The face.
         curves: Its curves.
+        paths: What each target needs.
+        hinge: How far methods leave the arc of the jaw; none where nothing turns rigidly.
         evaluation: Table 1 on the recorded motion, or on the rigid parts of a rig; or none.
         seams: Each closure on the jaw, halfway.
-        targets: Each target of the rig.
+        beam: Where the quadratic beam differs most from the ease.
         written: Every file.
     """
 
     subject: Subject
     curves: CurveNetwork
+    paths: TargetPaths
+    hinge: list[HingeError]
     evaluation: Evaluation | None
     seams: list[ClosureSeam]
-    targets: list[TargetFacts]
+    beam: BeamTiming
     written: list[Path]
 
 
@@ -82,7 +88,7 @@ def walk_through(
     *,
     call: str = "",
 ) -> Walkthrough:
-    """Run the paper's experiments on a face.
+    """Run the paper's experiments on a face, beside the methods that turn what turns.
 
     Args:
         subject: The face.
@@ -103,84 +109,133 @@ def walk_through(
     written = [place / "curves.json", place / "curves.png"]
     write_curves(written[0], curves)
     curves_picture(neutral, curves, written[1])
+    paths = target_paths(neutral, subject.targets, progress=say)
+    written.append(write_text(place / "targets.csv", _targets_csv(paths)))
 
-    evaluation = None
-    motion = subject.motion
-    if motion is not None:
-        evaluation = evaluate(motion, curves=curves, progress=lambda name: say(f"trying {name}"))
-        written += write_evaluation(evaluation, place, say=say)
-    elif subject.rigid_parts is not None:
-        parts = subject.rigid_parts
-        evaluation = evaluate(parts.truth, curves=parts.curves(curves))
-        written += write_evaluation(evaluation, place, faces=False, say=say)
-
+    say(f"interpolating {subject.jaw} by every method")
+    morphs = _every_morph(subject, curves)
+    evaluation = _compared(subject, curves, morphs, say)
+    faces: list[Picture] = []
+    if evaluation is not None:
+        if subject.motion is not None:
+            morphs = {result.label: result.morph for result in evaluation.results}
+            lengths = Lengths(evaluation.diameter, subject.unit)
+            faces = evaluation_pictures(evaluation, lengths, informed_methods(evaluation), say)
+        written += write_evaluation(evaluation, place, faces=faces, say=say)
     say("writing in-betweens")
-    end = jaw if motion is None else motion.target
-    morphs = {m: interpolate(neutral, end, m, curves=curves) for m in DEFAULT_METHODS}
     written += _write_in_betweens(neutral, morphs, place / "in-betweens")
-    pictures: list[Picture] = []
-    if motion is None:
-        say("drawing in-betweens")
-        written.append(place / "in-betweens.png")
-        rows = {morph.method: morph for morph in morphs.values()}
-        image = expression_strip(rows, written[-1], title=subject.jaw)
-        pictures.append(jaw_picture(image, subject.jaw, list(rows)))
 
-    say("drawing expressions")
-    to = prepare(neutral, "beam:2", curves=curves)
-    written += [place / "expressions.png", place / "time-laws.png", place / "closures.png"]
-    expressions = {name: to(mesh) for name, mesh in subject.expressions.items()}
-    image = expression_strip(expressions, written[-3])
-    pictures += [expressions_picture(image, expressions), sheet_picture(expressions)]
-    time_law_graph(written[-2])
+    turning = _jaw_on_its_hinge(subject, place, written, say)
+    pictures = faces
+    if subject.motion is None:
+        say(f"drawing {subject.jaw}")
+        written.append(place / "in-betweens.png")
+        shown = {label: morphs[label] for label in ("linear", "beam R=2", "auto")}
+        image = expression_strip(shown, written[-1], title=subject.jaw)
+        pictures.append(jaw_picture(image, subject.jaw, list(shown)))
+    pictures += _draw_expressions(subject, place, written, say)
     say("comparing closures")
     seams = closure_seams(neutral, jaw, curves)
+    written.append(place / "closures.png")
     image = closure_comparison(neutral, jaw, written[-1], curves=curves)
     pictures.append(closures_picture(image, subject.jaw, seams))
-    targets = list(_targets(subject, curves, say))
-    written.append(write_text(place / "targets.csv", _targets_csv(targets)))
-    if evaluation is not None:
-        written.append(place / "report.html")
-        write_walkthrough_report(
-            subject, evaluation, targets, pictures, written[-1], call=call, say=say
-        )
-    return Walkthrough(subject, curves, evaluation, seams, targets, written)
+    beam = _beam_timing(subject, curves)
+
+    written.append(place / "report.html")
+    write_walkthrough_report(
+        subject, paths, evaluation, turning, beam, pictures, written[-1], call=call, say=say
+    )
+    errors = [] if turning is None else turning.errors
+    return Walkthrough(subject, curves, paths, errors, evaluation, seams, beam, written)
 
 
-def _write_in_betweens(neutral: Mesh, morphs: dict[str, Morph], folder: Path) -> list[Path]:
+def _every_morph(subject: Subject, curves: CurveNetwork) -> dict[str, Morph]:
+    """The jaw of a rig by every method; nothing for a recorded motion, which has its own ends."""
+    if subject.motion is not None:
+        return {}
+    neutral, jaw = subject.neutral, subject.targets[subject.jaw]
+    names = (*DEFAULT_METHODS, "plate:2", "arc", "rotation", "auto")
+    methods = [Method.parse(name) for name in names]
+    return {each.label: interpolate(neutral, jaw, each, curves=curves) for each in methods}
+
+
+def _compared(
+    subject: Subject,
+    curves: CurveNetwork,
+    morphs: Mapping[str, Morph],
+    say: Callable[[str], None],
+) -> Evaluation | None:
+    """Every method against the recorded motion, or against the known arc of rigid parts."""
+    if subject.motion is not None:
+        methods = every_method(subject.motion, curves, progress=say)
+        say("comparing them with the recorded motion")
+        return evaluate(subject.motion, methods, curves)
+    parts = subject.rigid_parts
+    if parts is None:
+        return None
+    say("comparing them with the known arc")
+    # Paths of the whole face, of which the parts are looked at: what a rigger would get.
+    of_parts = {label: parts.restricted(morph) for label, morph in morphs.items()}
+    return evaluate(
+        parts.truth, of_parts, parts.curves(curves), extent=subject.neutral.diameter or None
+    )
+
+
+def _jaw_on_its_hinge(
+    subject: Subject, place: Path, written: list[Path], say: Callable[[str], None]
+) -> Jaw | None:
+    parts = subject.rigid_parts
+    if parts is None:
+        return None
+    say("measuring the jaw on its hinge")
+    neutral, jaw = subject.neutral, subject.targets[subject.jaw]
+    hinge = find_hinge(neutral, jaw, parts)
+    morphs = {name: interpolate(neutral, jaw, name) for name in _JAW_METHODS}
+    written += [place / "hinge.png", place / "hinge-graph.png"]
+    image = hinge_faces(hinge, morphs, written[-2])
+    hinge_graph(hinge, morphs, written[-1])
+    return Jaw(hinge, morphs, hinge_errors(hinge, morphs), image)
+
+
+def _draw_expressions(
+    subject: Subject, place: Path, written: list[Path], say: Callable[[str], None]
+) -> list[Picture]:
+    say("drawing expressions")
+    to = prepare(subject.neutral, "auto")
+    expressions = {name: to(mesh) for name, mesh in subject.expressions.items()}
+    written += [place / "expressions.png", place / "time-laws.png"]
+    image = expression_strip(
+        expressions, written[-2], face=(200, 250), title="method auto, even timing"
+    )
+    time_law_graph(written[-1])
+    say("drawing blended faces")
+    return [expressions_picture(image, expressions), sheet_picture(expressions)]
+
+
+def _write_in_betweens(neutral: Mesh, morphs: Mapping[str, Morph], folder: Path) -> list[Path]:
     written = []
-    for method, morph in morphs.items():
+    for label, morph in morphs.items():
         for time in _IN_BETWEEN_TIMES:
-            file = folder / f"{method.replace(':', '-')} t={time:g}.obj"
+            file = folder / f"{label} t={time:g}.obj"
             write(file, neutral.with_vertices(morph.at(time)))
             written.append(file)
     return written
 
 
-def _targets(
-    subject: Subject, curves: CurveNetwork, say: Callable[[str], None]
-) -> Sequence[TargetFacts]:
+def _beam_timing(subject: Subject, curves: CurveNetwork) -> BeamTiming:
     neutral = subject.neutral
-    prepared = {method: prepare(neutral, method, curves=curves) for method in _TARGET_METHODS}
-    facts = []
+    beam, ease = (prepare(neutral, name, curves=curves) for name in ("beam:2", "ease:2"))
+    found = []
     for name, target in subject.targets.items():
-        say(f"interpolating {name}")
-        morphs = {method: to(target) for method, to in prepared.items()}
-        beam = morphs["beam:2"].at(0.5)
-        distance = {
-            other: float(np.linalg.norm(beam - morphs[other].at(0.5), axis=1).max())
-            / neutral.diameter
-            for other in ("linear", "ease:2")
-        }
-        bends = tuple(len(morph.bends) for morph in morphs.values())
-        facts.append(TargetFacts(name, bends, distance["linear"], distance["ease:2"]))
-    return facts
+        apart = np.linalg.norm(beam(target).at(0.5) - ease(target).at(0.5), axis=1)
+        found.append(BeamTiming(name, float(apart.max()) / (neutral.diameter or 1.0)))
+    return max(found, key=lambda each: each.distance)
 
 
-def _targets_csv(targets: Sequence[TargetFacts]) -> str:
-    header = ["target", *(f"bends {method}" for method in _TARGET_METHODS)]
-    lines = [",".join([*header, "beam:2 from linear", "beam:2 from ease:2"])]
-    for facts in targets:
-        numbers = [*map(str, facts.bends), f"{facts.from_linear:.9g}", f"{facts.from_ease:.9g}"]
-        lines.append(",".join([facts.name, *numbers]))
+def _targets_csv(paths: TargetPaths) -> str:
+    lines = ["target,needs,off the straight line,allowed,bends,bytes,bake error,flips"]
+    for path in paths.targets:
+        choice = path.choice
+        numbers = f"{choice.distance:.9g},{choice.allowed:.9g},{path.bends},{path.bytes}"
+        lines.append(f"{path.name},{path.words},{numbers},{path.bake_error:.9g},{path.flips}")
     return "\n".join(lines) + "\n"

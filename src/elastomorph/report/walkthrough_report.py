@@ -1,30 +1,51 @@
-"""The report of the walkthrough: its comparison, and what it drew of the whole face."""
+"""The report of the walkthrough: what each target needs, its comparison, and what it drew."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, suggest_inbetweens
-from elastomorph.paths import Method
+from elastomorph.evaluation import Evaluation, suggest_inbetweens
+from elastomorph.evaluation.hinge import Hinge, HingeError
+from elastomorph.evaluation.target_paths import TargetPaths
+from elastomorph.morph import Morph
 from elastomorph.report.page import About, Picture, write_report
 from elastomorph.report.page.about import percent
+from elastomorph.report.page.content import picture_content
+from elastomorph.report.page.document import Section, document
+from elastomorph.report.page.hinge import hinge_section
+from elastomorph.report.page.report import write_page
+from elastomorph.report.page.targets import targets_section
+from elastomorph.report.stage import Image
 
 if TYPE_CHECKING:
     from elastomorph.report.subject import Subject
-    from elastomorph.report.walkthrough import TargetFacts
+    from elastomorph.report.walkthrough import BeamTiming
 
-__all__ = ["motion_words", "target_words", "write_walkthrough_report"]
+__all__ = ["Jaw", "beam_words", "motion_words", "write_walkthrough_report"]
 
 _MOST_INBETWEENS = 3
 
 
+@dataclass(frozen=True, eq=False)
+class Jaw:
+    """The jaw on its hinge: what turns, by which paths, how far off the arc, and drawn."""
+
+    hinge: Hinge
+    morphs: Mapping[str, Morph]
+    errors: list[HingeError]
+    image: Image
+
+
 def write_walkthrough_report(
     subject: Subject,
-    evaluation: Evaluation,
-    targets: Sequence[TargetFacts],
+    paths: TargetPaths,
+    evaluation: Evaluation | None,
+    jaw: Jaw | None,
+    beam: BeamTiming,
     pictures: Sequence[Picture],
     path: Path,
     *,
@@ -35,8 +56,10 @@ def write_walkthrough_report(
 
     Args:
         subject: The face.
-        evaluation: What the methods were compared with.
-        targets: What they make of each target.
+        paths: What each target needs.
+        evaluation: What the methods were compared with, if there is anything.
+        jaw: The jaw on its hinge, where something turns rigidly.
+        beam: Where the quadratic beam differs most from the ease.
         pictures: What was drawn of the whole face.
         path: The page.
         call: The command that makes it again.
@@ -46,23 +69,40 @@ def write_walkthrough_report(
         FileError: The page cannot be written.
         MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
+    first = [targets_section(paths, subject.unit)]
+    if jaw is not None:
+        first.append(
+            hinge_section(jaw.hinge, subject.jaw, jaw.errors, jaw.morphs, jaw.image, subject.unit)
+        )
+    if evaluation is None:
+        sections = [*first, Section("faces", "Faces", picture_content(pictures))]
+        write_page(path, document(subject.name, "What its targets need", sections))
+        return
     recorded = subject.motion is not None
-    suggestions = (
-        suggest_inbetweens(evaluation.truth, _MOST_INBETWEENS, curves=evaluation.curves)
-        if recorded
-        else []
-    )
-    methods = [Method.parse(text) for text in DEFAULT_METHODS]
+    suggestions = []
+    if recorded:
+        say("looking for the best in-betweens")
+        suggestions = suggest_inbetweens(
+            evaluation.truth, _MOST_INBETWEENS, curves=evaluation.curves
+        )
     about = About(
         subject.name,
         source=motion_words(subject),
         unit=subject.unit,
         call=call,
-        methods={method.label: method for method in methods},
         timing_known=recorded,
-        remarks=(target_words(targets),),
+        remarks=(beam_words(beam, len(subject.targets)),),
     )
-    write_report(evaluation, path, about, suggestions=suggestions, pictures=pictures, say=say)
+    write_report(
+        evaluation,
+        path,
+        about,
+        suggestions=suggestions,
+        pictures=pictures,
+        first=first,
+        faces=(),
+        say=say,
+    )
 
 
 def motion_words(subject: Subject) -> str:
@@ -75,17 +115,17 @@ def motion_words(subject: Subject) -> str:
         )
     degrees = math.degrees(parts.screw.angle)
     return (
-        f"Compared are the {parts.components} parts ({len(parts.vertices):,} vertices, their own "
-        f"D) that turn rigidly with {subject.jaw}, by {degrees:.1f}°. Their arc is known, their "
-        "timing is not: only errors with free timing count."
+        f"Compared are the {parts.components} parts ({len(parts.vertices):,} vertices) that turn "
+        f"rigidly with {subject.jaw}, by {degrees:.1f}°, on paths of the whole face, whose D all "
+        "errors are in. Their arc is known, their timing is not: only errors with free timing "
+        "count."
     )
 
 
-def target_words(targets: Sequence[TargetFacts]) -> str:
+def beam_words(beam: BeamTiming, targets: int) -> str:
     """How far the quadratic beam takes another way than the ease of its own timing."""
-    farthest = max(targets, key=lambda facts: facts.from_ease)
     return (
-        f"Of {len(targets)} targets, the quadratic beam differs from the ease t² by at most "
-        f"{percent(farthest.from_ease)} ({farthest.name}, t = 0.5): with these materials it "
-        "changes when a shape arrives, hardly the way it takes."
+        f"Of {targets} targets, the quadratic beam differs from the ease t² by at most "
+        f"{percent(beam.distance)} ({beam.name}, t = 0.5): with these materials it changes when a "
+        "shape arrives, hardly the way it takes."
     )

@@ -67,7 +67,7 @@ def test_ids_are_unique(root: Element) -> None:
 
 def test_every_picture_says_what_is_seen(root: Element) -> None:
     images = root.all("img")
-    assert len(images) == 3
+    assert len(images) == 4
     for image in images:
         assert len(image.attributes["alt"]) > 60
         picture = _decoded(image)

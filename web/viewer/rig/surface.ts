@@ -46,7 +46,7 @@ export function roundedUp(value: number): number {
   if (!(value > 0) || !Number.isFinite(value)) return 0;
   const power = 10 ** Math.floor(Math.log10(value));
   // The tolerance keeps 0.3 − 0.1 and the like from being rounded up to the next step.
-  const step = [1, 2, 5, 10].find((s) => s * power >= value * (1 - 1e-9)) ?? 10;
+  const step = [1, 1.5, 2, 3, 4, 5, 6, 8, 10].find((s) => s * power >= value * (1 - 1e-9)) ?? 10;
   return step * power;
 }
 

@@ -31,7 +31,7 @@ def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ())
     labels = [result.label for result in evaluation.results]
     facts: list[tuple[str, object]] = [
         ("Face", face_words(truth.mesh)),
-        ("Size", diameter_words(evaluation.diameter, about.unit)),
+        ("Size", _size_words(evaluation, about.unit)),
         ("Curves", curve_words(evaluation.curves)),
         ("Motion", _motion_words(truth, about)),
         ("Methods", f"{counted(len(labels), 'method')}: {', '.join(labels)}"),
@@ -82,6 +82,17 @@ def diameter_words(diameter: float, unit: str) -> str:
         "are farthest apart in the first frame"
     )
     return words if unit else f"{words}; the unit is that of the file, which does not name it"
+
+
+def _size_words(evaluation: Evaluation, unit: str) -> str:
+    """D; where only a part is compared, that of the whole face, and the size of the part."""
+    own = evaluation.truth.mesh.diameter
+    if evaluation.extent is None:
+        return diameter_words(own, unit)
+    return (
+        f"D = {significant(evaluation.diameter)} {unit or 'units'}, the size of the whole face; "
+        f"the parts compared here measure {significant(own)}"
+    )
 
 
 def _given_more(informed: Sequence[str]) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from elastomorph.evaluation import Evaluation
 from elastomorph.report.page.about import Lengths
 from elastomorph.report.page.graph import inline_graph
 from elastomorph.report.page.markup import Markup, element, joined
@@ -15,15 +14,9 @@ from elastomorph.report.page.verdict import Verdict
 __all__ = [
     "column_words",
     "graph_figure",
-    "informed_methods",
     "picture_content",
     "verdict_content",
 ]
-
-
-def informed_methods(evaluation: Evaluation) -> list[str]:
-    """The methods that were given frames of the recording besides its ends."""
-    return [r.label for r in evaluation.results if r.morph.method.startswith("through ")]
 
 
 def verdict_content(

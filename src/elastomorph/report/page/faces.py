@@ -32,6 +32,10 @@ __all__ = [
 _COLUMNS = 6
 _ALIKE = 2.5e-3
 """As a fraction of D: half a pixel of a face in the strip."""
+_SAME_WAY = 5e-4
+"""As a fraction of D: what nobody could call another way."""
+_NOTHING = 1e-5
+"""As a fraction of D: the last digit of a table."""
 _SHEET_FACES = 50
 _LEVELS = 6
 
@@ -73,10 +77,13 @@ def evaluation_pictures(
             f"As in the paper's Figure 7, at t = {time:.2g}, where {_yardstick(evaluation).label} "
             "is farthest from the recording. Compare how far the jaw is open, where the corners "
             "of the mouth are and how far the lids have come.",
+            name="side-by-side",
         )
     )
     say("drawing errors")
     found.append(_heat_map(evaluation, frame, alike, lengths.unit))
+    say("drawing errors of paths")
+    found.append(_path_heat_map(evaluation, lengths.unit))
     return found
 
 
@@ -94,7 +101,7 @@ def _telling_methods(evaluation: Evaluation, informed: Sequence[str]) -> list[Me
     """The closest method, the straight line and the paper's choice, as far as there are."""
     judged = [r for r in evaluation.results if r.label not in informed] or evaluation.results
     chosen = [min(judged, key=lambda result: result.lme)]
-    for label in ("linear", "beam R=2"):
+    for label in ("linear", "beam R=2", "auto"):
         chosen += [r for r in judged if r.label == label and r not in chosen]
     return chosen
 
@@ -143,15 +150,16 @@ def _strip(evaluation: Evaluation, alike: Mapping[str, Sequence[str]]) -> Pictur
         "As in the paper's Figure 6: the first row was recorded, every other row was computed from "
         "its first and last face. Read down a column: a mouth that is open too early or too late "
         f"is timing; one that opens elsewhere is path.{_sharing(alike)}",
+        name="in-betweens",
     )
 
 
-def _sharing(alike: Mapping[str, Sequence[str]]) -> str:
+def _sharing(alike: Mapping[str, Sequence[str]], what: str = "row") -> str:
     if all(len(group) == 1 for group in alike.values()):
         return ""
     return (
         f" Methods that stay within {percent(_ALIKE)} of each other, less than a pixel here, "
-        "share a row."
+        f"share a {what}."
     )
 
 
@@ -169,12 +177,8 @@ def _heat_map(
         columns=min(4, len(shown)),
         face=(280, 350),
         unit=unit,
+        names={label: ", ".join(group) for label, group in alike.items()},
     )
-    others = [
-        f"{label} stands for {listed(group[1:])} too"
-        for label, group in alike.items()
-        if len(group) > 1
-    ]
     return Picture(
         "Where each method errs",
         image,
@@ -184,8 +188,57 @@ def _heat_map(
         f"{percent(float(best.maximum[:, frame].max()))}.",
         "Distance of each vertex from the recorded one, on one scale for all methods. Two methods "
         "with the same pattern in other strengths differ in timing; another pattern is another "
-        f"path.{f' {listed(others)}.' if others else ''}",
+        f"path.{_sharing(alike, 'face')}",
+        name="error-heat-map",
     )
+
+
+def _path_heat_map(evaluation: Evaluation, unit: str) -> Picture:
+    """The same with free timing, at the frame where it leaves linear, or the first, farthest off.
+
+    Of methods on the same way, such as linear, cosine and ease, one is shown.
+    """
+    yardstick = _yardstick(evaluation)
+    frame = int(yardstick.path_maximum.max(axis=0).argmax())
+    alike: dict[str, list[str]] = {}
+    poses: dict[str, NDArray[np.float64]] = {}
+    for result in evaluation.results:
+        own = result.morph.at(float(result.path_times[frame]))
+        for label, other in poses.items():
+            if np.linalg.norm(own - other, axis=1).max() <= _SAME_WAY * evaluation.diameter:
+                alike[label].append(result.label)
+                break
+        else:
+            alike[result.label], poses[result.label] = [result.label], own
+    time = float(evaluation.truth.times[frame])
+    off = {label: float(evaluation[label].path_maximum[:, frame].max()) for label in alike}
+    worst, best = max(off, key=off.__getitem__), min(off, key=off.__getitem__)
+    image = error_strip(
+        evaluation,
+        labels=list(alike),
+        time=time,
+        highest=_NOTHING if off[worst] < _NOTHING else None,
+        columns=min(4, len(alike)),
+        face=(280, 350),
+        unit=unit,
+        names={label: _names(group) for label, group in alike.items()},
+        free_timing=True,
+    )
+    return Picture(
+        "Where each path errs, whatever its timing",
+        image,
+        f"One face for each way at t = {time:.2g}, each method at its own best moment. "
+        f"{worst} is darkest, up to {percent(max(off[worst], _NOTHING))}; {best} is palest, up to "
+        f"{percent(max(off[best], _NOTHING))}.",
+        "The same with free timing, on a scale of its own: what is dark here no animation curve "
+        f"can mend. Methods within {percent(_SAME_WAY)} of each other share a face.",
+        name="path-error-heat-map",
+    )
+
+
+def _names(group: Sequence[str]) -> str:
+    """The labels of a group, in as few words as say which they are."""
+    return group[0] if len(group) == 1 else ", ".join(group[:2]) + (", …" if group[2:] else "")
 
 
 def expressions_picture(image: Image, morphs: Mapping[str, Morph]) -> Picture:
@@ -196,8 +249,9 @@ def expressions_picture(image: Image, morphs: Mapping[str, Morph]) -> Picture:
         image,
         f"{len(names)} rows of faces, {listed(names)}, growing from the neutral face at t = 0 on "
         "the left to the whole expression at t = 1 on the right.",
-        "As in the paper's Figure 9: each expression on the quadratic beam. Look for lips that "
-        "cross, lids that cut the eye and skin that creases on the way.",
+        "As in the paper's Figure 9, at an even pace: each expression on the way that the method "
+        "auto chose for it. (The paper's quadratic beam takes the straight way at the pace t².) "
+        "Look for lips that cross, lids that cut the eye and skin that creases on the way.",
     )
 
 

@@ -6,14 +6,18 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from elastomorph.evaluation.movements import JudgedMovement, mean_lines
-from elastomorph.evaluation.summary import MethodSummary, places, summaries
+from elastomorph.evaluation.summary import (
+    MethodSummary,
+    informed_methods,
+    places,
+    summaries,
+)
 from elastomorph.report.movement_graph import movement_graph
 from elastomorph.report.page.about import About, Lengths, percent
 from elastomorph.report.page.compared import counted, curve_words, diameter_words, face_words
 from elastomorph.report.page.content import (
     column_words,
     graph_figure,
-    informed_methods,
     verdict_content,
 )
 from elastomorph.report.page.document import Section, document

@@ -28,6 +28,7 @@ class Picture:
         alt: What is seen, for those who do not see it.
         caption: What to look at.
         wide: Whether it is better scrolled than shrunk on a narrow screen.
+        name: Of its file, without suffix, where it is one of those that are also written as files.
     """
 
     title: str
@@ -35,6 +36,7 @@ class Picture:
     alt: str
     caption: str
     wide: bool = True
+    name: str = ""
 
 
 def picture_figure(picture: Picture) -> Markup:

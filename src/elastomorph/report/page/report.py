@@ -7,13 +7,12 @@ from pathlib import Path
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.evaluation import Evaluation, Suggestion
-from elastomorph.evaluation.summary import summaries
+from elastomorph.evaluation.summary import informed_methods, summaries
 from elastomorph.io.atomic import replacing
 from elastomorph.report.page.about import About, Lengths
 from elastomorph.report.page.compared import compared, counted
 from elastomorph.report.page.content import (
     column_words,
-    informed_methods,
     picture_content,
     verdict_content,
 )
@@ -42,6 +41,8 @@ def write_report(
     *,
     suggestions: Sequence[Suggestion] = (),
     pictures: Sequence[Picture] = (),
+    first: Sequence[Section] = (),
+    faces: Sequence[Picture] | None = None,
     draw: bool = True,
     say: Callable[[str], None] = lambda _: None,
 ) -> None:
@@ -53,6 +54,8 @@ def write_report(
         about: Where the motion came from, and the settings.
         suggestions: What in-betweens would be worth, see `elastomorph.suggest_inbetweens`.
         pictures: Further pictures of faces.
+        first: What the page begins with, before the comparison.
+        faces: Pictures of the comparison that are drawn already, see `evaluation_pictures`.
         draw: Draw graphs, faces and the viewer; without them the page needs no extra.
         say: Told what is being done.
 
@@ -63,7 +66,14 @@ def write_report(
     """
     require_page_path(path)
     page = report_page(
-        evaluation, about, suggestions=suggestions, pictures=pictures, draw=draw, say=say
+        evaluation,
+        about,
+        suggestions=suggestions,
+        pictures=pictures,
+        first=first,
+        faces=faces,
+        draw=draw,
+        say=say,
     )
     write_page(path, page)
 
@@ -74,6 +84,8 @@ def report_page(
     *,
     suggestions: Sequence[Suggestion] = (),
     pictures: Sequence[Picture] = (),
+    first: Sequence[Section] = (),
+    faces: Sequence[Picture] | None = None,
     draw: bool = True,
     say: Callable[[str], None] = lambda _: None,
 ) -> str:
@@ -98,18 +110,18 @@ def report_page(
         shape=shape,
         timing_known=about.timing_known,
     )
-    graphs = faces = Markup("")
+    graphs = shown = Markup("")
     viewer, live = Markup(""), False
     if draw:
         say("drawing graphs")
         graphs = graph_section(evaluation, suggestions, timing_known=about.timing_known)
-        shown = list(pictures)
-        if shape and about.timing_known:
-            shown = evaluation_pictures(evaluation, lengths, informed, say) + shown
-        faces = picture_content(shown)
+        if faces is None and shape and about.timing_known:
+            faces = evaluation_pictures(evaluation, lengths, informed, say)
+        shown = picture_content([*(faces or ()), *pictures])
         say("adding the viewer")
         viewer, live = live_viewer(evaluation, about.name, about.unit, informed)
     sections = [
+        *first,
         Section("compared", "What was compared", compared(evaluation, about, informed)),
         Section(
             "outcome",
@@ -132,7 +144,7 @@ def report_page(
             ),
         ),
         Section("graphs", "Curve by curve and over time", graphs),
-        Section("faces", "Faces", faces),
+        Section("faces", "Faces", shown),
         Section("viewer", "Live viewer", viewer),
         Section(
             "recipe",

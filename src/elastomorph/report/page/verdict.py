@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from elastomorph.evaluation.inbetweens import Suggestion
-from elastomorph.evaluation.summary import MethodSummary, same
+from elastomorph.evaluation.summary import MethodSummary, places, same
 from elastomorph.report.page.about import Lengths, listed, percent, share_of
 from elastomorph.report.page.findings import (
     inbetween_findings,
@@ -68,7 +68,12 @@ def reach_verdict(
     if timing_known:
         headline, findings, alone = _as_timed(judged, linear, lengths, what)
         best = min(judged, key=lambda line: line.lme)
-        findings += nearest_path_findings(best, judged, lengths)
+        nearer = nearest_path_findings(best, judged, lengths)
+        if alone and nearer:
+            nearest = [line.label for line in places(judged, "path_lme")[0]]
+            verb = "comes" if len(nearest) == 1 else "come"
+            headline = f"{headline[:-1]}; by path {listed(nearest)} {verb} closest."
+        findings += nearer
     else:
         headline, findings = _as_path(judged, linear, lengths, what)
         alone = False

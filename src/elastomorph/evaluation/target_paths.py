@@ -1,0 +1,138 @@
+"""Which way each target of a rig needs, and what that costs: straight, turning, or sculpted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastomorph.extent import moved_extent
+from elastomorph.mesh import Mesh
+from elastomorph.morph import Choice, Morph
+from elastomorph.paths import prepare
+from elastomorph.polygon_normals import polygon_normals
+
+__all__ = ["INBETWEEN_PAYS", "TargetPath", "TargetPaths", "target_paths"]
+
+INBETWEEN_PAYS = 2.5e-3
+"""Where the straight and the turning path part by more, as a fraction of D, only a scanned or
+sculpted in-between can say which of them is right."""
+_TIMES = (0.25, 0.5, 0.75)
+# In a file a vertex that a morph target moves is an index and three numbers of four bytes each.
+_ROW = 16
+
+
+@dataclass(frozen=True)
+class TargetPath:
+    """What the method ``auto`` makes of one target.
+
+    Attributes:
+        name: The target.
+        choice: How far the turning path is from the straight line, and how far it may be.
+        bends: Morph targets that the path needs besides the target itself.
+        moved: Vertices that these move, summed.
+        bake_error: Largest distance of the stored path from the one it stands for, as a fraction
+            of D of the neutral.
+        flips: Polygons that point against both ends at t = 0.25, 0.5 or 0.75, at most.
+    """
+
+    name: str
+    choice: Choice
+    bends: int
+    moved: int
+    bake_error: float
+    flips: int
+
+    @property
+    def bytes(self) -> int:
+        """What the bends add to a file that stores an index and a 32-bit offset a moved vertex."""
+        return _ROW * self.moved
+
+    @property
+    def inbetween_pays(self) -> bool:
+        """Whether the two ways part so far, or fold the face, that a sculpted shape must decide."""
+        return self.choice.distance > INBETWEEN_PAYS or self.flips > 0
+
+    @property
+    def words(self) -> str:
+        """What the target needs, in a few words."""
+        way = "straight is enough" if self.choice.straight else "rotation"
+        return f"{way}; an in-between would pay here" if self.inbetween_pays else way
+
+
+@dataclass(frozen=True)
+class TargetPaths:
+    """The targets of a rig by falling distance of the two ways.
+
+    Attributes:
+        extent: D of the choices: the largest distance between two vertices that a target moves.
+        targets: One a target.
+    """
+
+    extent: float
+    targets: tuple[TargetPath, ...]
+
+    @property
+    def summary(self) -> str:
+        """How many go which way and what they cost together, in a sentence."""
+        straight = sum(target.choice.straight for target in self.targets)
+        bends = sum(target.bends for target in self.targets)
+        pays = [target.name for target in self.targets if target.inbetween_pays]
+        said = f"Of {len(self.targets)} targets {straight} may go straight"
+        if straight < len(self.targets):
+            size = sum(target.bytes for target in self.targets) / 1e6
+            said += (
+                f" and {len(self.targets) - straight} need rotation, which costs {bends} more "
+                f"morph {'target' if bends == 1 else 'targets'} ({size:.2g} MB)"
+            )
+        if pays:
+            said += f"; an in-between would pay for {', '.join(pays)}"
+        return f"{said}."
+
+
+def target_paths(
+    neutral: Mesh,
+    targets: Mapping[str, Mesh],
+    *,
+    progress: Callable[[str], None] = lambda _: None,
+) -> TargetPaths:
+    """Prepare ``auto`` for every target and say what it chose.
+
+    Args:
+        neutral: The face at rest.
+        targets: The targets by name.
+        progress: Told the name of each.
+
+    Raises:
+        TopologyError: A target has other vertices or polygons than the neutral.
+        BakeError: A turn is too sharp to be stored.
+    """
+    extent = moved_extent(neutral.vertices, (target.vertices for target in targets.values()))
+    to = prepare(neutral, "auto", extent=extent or None)
+    found = []
+    for number, (name, target) in enumerate(targets.items(), start=1):
+        progress(f"choosing a path for {name}, {number} of {len(targets)}")
+        found.append(_described(name, to(target)))
+    found.sort(key=lambda path: -path.choice.distance)
+    return TargetPaths(extent, tuple(found))
+
+
+def _described(name: str, morph: Morph) -> TargetPath:
+    choice = morph.choice or Choice(0.0, 0.0)
+    moved = sum(int(bend.any(axis=1).sum()) for bend in morph.bends)
+    return TargetPath(name, choice, len(morph.bends), moved, morph.bake_error, _flips(morph))
+
+
+def _flips(morph: Morph) -> int:
+    """The number of polygons with n·n₀ < 0 and n·n₁ < 0, in the worst moment."""
+    faces = morph.neutral.faces
+    if not len(faces):
+        return 0
+    ends = [polygon_normals(mesh.vertices, faces) for mesh in (morph.neutral, morph.target)]
+    worst = 0
+    for time in _TIMES:
+        normals = polygon_normals(morph.at(time), faces)
+        against = [np.einsum("fi,fi->f", normals, end) < 0 for end in ends]
+        worst = max(worst, int(np.count_nonzero(against[0] & against[1])))
+    return worst

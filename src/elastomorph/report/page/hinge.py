@@ -1,0 +1,140 @@
+"""The section on the jaw: how far each method leaves the arc of its hinge."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from elastomorph.evaluation.hinge import Hinge, HingeError
+from elastomorph.morph import Morph
+from elastomorph.report.hinge import hinge_graph, looks_of
+from elastomorph.report.page.about import Lengths, listed
+from elastomorph.report.page.compared import counted
+from elastomorph.report.page.content import graph_figure
+from elastomorph.report.page.document import Section
+from elastomorph.report.page.error_table import scrolling
+from elastomorph.report.page.markup import Markup, element, joined
+from elastomorph.report.page.picture import Picture, picture_figure
+from elastomorph.report.stage import Image
+
+__all__ = ["hinge_section", "hinge_words"]
+
+_ALIKE = 1.05
+"""Times the smallest distance: no more than that apart, methods do equally well."""
+_LAST_DIGIT = 1e-5
+"""As a fraction of D: the last digit of the table."""
+
+
+def hinge_section(
+    hinge: Hinge,
+    target: str,
+    errors: Sequence[HingeError],
+    morphs: Mapping[str, Morph],
+    image: Image,
+    unit: str = "",
+) -> Section:
+    """The numbers, the picture and the graph of a jaw on its hinge.
+
+    Args:
+        hinge: What turns.
+        target: The target that opens the jaw.
+        errors: How far each method leaves the arc.
+        morphs: The paths, by the labels of their methods.
+        image: What turns, coloured by its distance from the arc, drawn already.
+        unit: Unit of the coordinates, or an empty string.
+
+    Raises:
+        MissingExtraError: matplotlib or Pillow is not installed.
+    """
+    lengths = Lengths(hinge.neutral.diameter, unit)
+    worst = max(errors, key=lambda error: error.parts)
+    best = min(errors, key=lambda error: error.parts)
+    picture = Picture(
+        "On the hinge",
+        image,
+        f"{counted(len(errors), 'picture')} of what turns with {target}, halfway: "
+        f"{worst.label} is darkest, up to {lengths(worst.parts)} off the arc.",
+        "Pale is on the arc, dark is off it, on one scale for all. A straight line cuts the corner "
+        "of every arc, most of all where the way is longest.",
+    )
+    graph = graph_figure(
+        lambda file: hinge_graph(hinge, morphs, file),
+        "hinge",
+        "The way of the jaw",
+        f"Left the way of one vertex, right the distance from the arc over time. {worst.label} "
+        f"leaves the arc by up to {lengths(worst.parts)}, {best.label} by no more than "
+        f"{_length(best.parts, lengths)}.",
+        "Left the broad green line is the true arc: linear is its chord, whatever its timing. "
+        "Right: the farthest vertex of all that turns, at even timing.",
+    )
+    content = [
+        element("p", _headline(best, errors, lengths), class_="headline"),
+        element("p", hinge_words(hinge, target)),
+        _table(hinge, errors, lengths),
+        element("div", element("h3", picture.title), picture_figure(picture)),
+        graph,
+    ]
+    return Section("hinge", "The jaw on its hinge", joined(content))
+
+
+def hinge_words(hinge: Hinge, target: str) -> str:
+    """What turns, by how much, and why its arc is known."""
+    parts, along = _names(hinge)
+    words = (
+        f"With {target}, {parts} ({counted(len(hinge.parts), 'vertex', 'vertices')}) turn as one "
+        f"rigid body by {math.degrees(hinge.screw.angle):.1f}°"
+    )
+    if len(hinge.along):
+        words += f", and {along} ({counted(len(hinge.along), 'vertex', 'vertices')}) with them"
+    return (
+        f"{words}. Neutral and target give the axis away, so here the true way is known: every "
+        "vertex runs on a circle."
+    )
+
+
+def _names(hinge: Hinge) -> tuple[str, str]:
+    own = looks_of(hinge.neutral, hinge.parts)
+    more = [name for name in looks_of(hinge.neutral, hinge.along) if name not in own]
+    return (listed(own) if own else "rigid parts", listed(more) if more else "others")
+
+
+def _headline(best: HingeError, errors: Sequence[HingeError], lengths: Lengths) -> str:
+    straight = next((error for error in errors if error.label == "linear"), None)
+    good = [error.label for error in errors if error.parts <= max(_ALIKE * best.parts, _LAST_DIGIT)]
+    verb = "keeps" if len(good) == 1 else "keep"
+    most = max(error.parts for error in errors if error.label in good)
+    said = f"{listed(good)} {verb} the jaw within {_length(most, lengths)} of its arc"
+    if straight is None or straight.label in good:
+        return f"{said}."
+    return f"{said}; a straight line leaves it by {lengths(straight.parts)}."
+
+
+def _length(fraction: float, lengths: Lengths) -> str:
+    """As a length and in % of D; what the table shows as 0 is not written to more digits."""
+    return lengths(max(fraction, _LAST_DIGIT))
+
+
+def _table(hinge: Hinge, errors: Sequence[HingeError], lengths: Lengths) -> Markup:
+    parts, along = _names(hinge)
+    titles = ["Method", parts.capitalize()]
+    if len(hinge.along):
+        titles.append(along.capitalize())
+    rows = []
+    for error in errors:
+        values = (error.parts, error.along)[: len(titles) - 1]
+        cells = [element("td", f"{100 * value:.3f}") for value in values]
+        most = max(values)
+        bound = "" if most > _LAST_DIGIT else "< "
+        cells.append(element("td", f"{bound}{lengths.plain(max(most, _LAST_DIGIT))}"))
+        name = element("th", error.label, scope="row", class_="name")
+        rows.append(element("tr", name, *cells))
+    heads = [element("th", title, scope="col") for title in (*titles, "The worst, as a length")]
+    caption = "Largest distance from the true arc at t = 0.25, 0.5 and 0.75, in % of D"
+    table = element(
+        "table",
+        element("caption", caption),
+        element("thead", element("tr", *heads)),
+        element("tbody", *rows),
+        class_="hinge",
+    )
+    return scrolling(table, caption)
