@@ -175,7 +175,8 @@ def error_strip(
         colour_map: A colour map of matplotlib.
         title: Above the faces.
         names: What stands below the face of a method instead of its label.
-        free_timing: Each method at the moment of its path that fits the recorded frame best.
+        free_timing: Each method at the moment that free timing, which makes its LME smallest,
+            picks for this frame.
 
     Returns:
         (H, W, 3) uint8.
@@ -215,7 +216,7 @@ def error_strip(
     ]
     words = (
         f"distance from the recorded face at t = {moment:.2g}"
-        f"{', at each method’s own best moment' if free_timing else ''}, % of D   "
+        f"{', with free timing' if free_timing else ''}, % of D   "
         f"(D = {evaluation.diameter:.4g}{' ' * bool(unit)}{unit})"
     )
     starts = range(0, len(faces), columns)

@@ -227,7 +227,7 @@ def _path_heat_map(evaluation: Evaluation, unit: str) -> Picture:
     return Picture(
         "Where each path errs, whatever its timing",
         image,
-        f"One face for each way at t = {time:.2g}, each method at its own best moment. "
+        f"One face for each way at t = {time:.2g}, each method with free timing. "
         f"{worst} is darkest, up to {percent(max(off[worst], _NOTHING))}; {best} is palest, up to "
         f"{percent(max(off[best], _NOTHING))}.",
         "The same with free timing, on a scale of its own: what is dark here no animation curve "
