@@ -106,7 +106,7 @@ def test_expressions_start_from_one_neutral(tmp_path: Path) -> None:
     wide = mesh.with_vertices(mesh.vertices * [1.5, 1, 1])
     tall = mesh.with_vertices(mesh.vertices * [1, 1.5, 1])
     morphs = {name: interpolate(mesh, end, "linear") for name, end in (("w", wide), ("t", tall))}
-    strip = expression_strip(morphs, tmp_path / "e.png", times=[0, 1], face=FACE)
+    strip = expression_strip(morphs, tmp_path / "e.png", times=[0, 1], face=FACE, title="")
     left = strip.shape[1] - 2 * (FACE[0] + 4)
     top = strip.shape[0] - 2 * (FACE[1] + 4)
     first, second = (

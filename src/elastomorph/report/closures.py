@@ -78,7 +78,7 @@ def closure_comparison(
         f"seam {seam.shape.seam:.2%} of D, {_polygons(seam.shape.flips)} turned over"
         for seam in made
     ]
-    names = [f"{closure} (t = {time:g}, R = {order})" for closure in closures]
+    names = [f"beam R={order}, {closure}, t = {time:g}" for closure in closures]
     image = stack(
         picture_grid([faces], column_labels=names),
         picture_grid([near], captions=[captions]),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from elastomorph.report.framing import camera_for
 from elastomorph.report.grid import picture_grid
+from elastomorph.report.method_words import method_words
 from elastomorph.report.pictures import write_picture
 from elastomorph.report.stage import Image, Stage
 from elastomorph.rig import Rig
@@ -27,7 +28,7 @@ def contact_sheet(
     face: tuple[int, int] = (150, 188),
     title: str = "",
 ) -> Image:
-    """Draw one face for each row of weights, its weights below it.
+    """Draw one face for each row of weights, its weights below it, the method above all.
 
     Args:
         rig: The rig.
@@ -37,7 +38,7 @@ def contact_sheet(
         normalize: Divide the weights of each face by their sum.
         columns: Faces in a row.
         face: Width and height of one face in pixels.
-        title: Above the faces.
+        title: Above the faces, before the method.
 
     Returns:
         (H, W, 3) uint8.
@@ -51,11 +52,12 @@ def contact_sheet(
     with Stage(rig.neutral, camera, size=face) as stage:
         faces = [stage.picture(pose) for pose in poses]
     captions = [" ".join(f"{w:.1f}".removeprefix("0") for w in row) for row in weights]
+    words = method_words(rig.morphs.values())
     starts = range(0, len(faces), columns)
     image = picture_grid(
         [faces[start : start + columns] for start in starts],
         captions=[captions[start : start + columns] for start in starts],
-        title=title,
+        title=f"{title} ({words})" if title else words,
     )
     if path is not None:
         write_picture(image, path)

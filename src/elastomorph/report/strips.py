@@ -14,6 +14,7 @@ from elastomorph.report.face_strip import face_strip
 from elastomorph.report.framing import View, camera_for
 from elastomorph.report.grid import ColourScale, picture_grid
 from elastomorph.report.heat import COLOUR_MAP, heat_colours, round_up
+from elastomorph.report.method_words import method_words
 from elastomorph.report.pictures import write_picture
 from elastomorph.report.stage import Image, Stage
 
@@ -70,7 +71,7 @@ def expression_strip(
     times: Sequence[float] = TIMES,
     face: tuple[int, int] = (240, 300),
     view: View = "front",
-    title: str = "",
+    title: str | None = None,
 ) -> Image:
     """Expressions growing out of the neutral (Fig. 9).
 
@@ -80,7 +81,7 @@ def expression_strip(
         times: The columns.
         face: Width and height of one face in pixels.
         view: As for `camera_for`.
-        title: Above the strip.
+        title: Above the strip; the method of the paths by default.
 
     Returns:
         (H, W, 3) uint8.
@@ -92,7 +93,8 @@ def expression_strip(
     """
     when = np.asarray(times, dtype=np.float64)
     rows = {name: (morph.neutral, morph.at(when)) for name, morph in morphs.items()}
-    return face_strip(rows, when, path, face=face, view=view, title=title)
+    words = method_words(morphs.values()) if title is None else title
+    return face_strip(rows, when, path, face=face, view=view, title=words)
 
 
 def side_by_side(

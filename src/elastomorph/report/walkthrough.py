@@ -32,6 +32,7 @@ from elastomorph.report.page.faces import (
     sheet_picture,
 )
 from elastomorph.report.page.picture import Picture
+from elastomorph.report.pictures import write_picture
 from elastomorph.report.strips import expression_strip
 from elastomorph.report.subject import Subject
 from elastomorph.report.time_laws import time_law_graph
@@ -204,12 +205,13 @@ def _draw_expressions(
     to = prepare(subject.neutral, "auto")
     expressions = {name: to(mesh) for name, mesh in subject.expressions.items()}
     written += [place / "expressions.png", place / "time-laws.png"]
-    image = expression_strip(
-        expressions, written[-2], face=(200, 250), title="method auto, even timing"
-    )
+    image = expression_strip(expressions, written[-2], face=(200, 250))
     time_law_graph(written[-1])
     say("drawing blended faces")
-    return [expressions_picture(image, expressions), sheet_picture(expressions)]
+    sheet = sheet_picture(expressions)
+    written.append(place / "blended-faces.png")
+    write_picture(sheet.image, written[-1])
+    return [expressions_picture(image, expressions), sheet]
 
 
 def _write_in_betweens(neutral: Mesh, morphs: Mapping[str, Morph], folder: Path) -> list[Path]:

@@ -279,7 +279,7 @@ def sheet_picture(morphs: Mapping[str, Morph]) -> Picture:
     names = ", ".join(rig.names)
     return Picture(
         "Blended faces",
-        contact_sheet(rig, chosen),
+        contact_sheet(rig, chosen, title=names),
         f"{len(chosen)} small faces in rows of ten, each a different mixture of {names}.",
         f"As in the paper's Figure 10: {len(chosen)} of the {len(rows):,} combinations of "
         f"{_LEVELS} weights of each expression, spread evenly, at t = 1. Below each face its "
