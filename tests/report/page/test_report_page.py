@@ -6,6 +6,7 @@ import base64
 import hashlib
 import io
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,11 +20,13 @@ from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.errors import FileError, FormatError
 from elastomorph.evaluation import Evaluation, evaluate, suggest_inbetweens
 from elastomorph.mesh import Mesh
+from elastomorph.morph import Choice
 from elastomorph.paths import Method
 from elastomorph.physics import Material
 from elastomorph.report.page import About, Picture, report_page, write_report
 from elastomorph.report.page.document import PAPER
 from elastomorph.report.page.picture import picture_figure
+from elastomorph.report.page.recipe import methods_table
 from elastomorph.sequence import MeshSequence
 
 SECTIONS = ["compared", "outcome", "errors", "graphs", "faces", "viewer", "recipe"]
@@ -79,6 +82,17 @@ def test_every_picture_says_what_is_seen(root: Element) -> None:
         assert len(graph.attributes["aria-label"]) > 60
     for figure in root.all("figure"):
         assert len(figure.one("figcaption").text) > 60
+
+
+def test_auto_is_described_as_what_it_is(evaluation: Evaluation) -> None:
+    """Its paths are straight lines or rotations, and called so; what chose them is `auto`."""
+    morph = replace(evaluation["linear"].morph, choice=Choice(1e-4, 2e-3))
+    result = replace(evaluation["linear"], label="auto", morph=morph)
+    auto = replace(evaluation, results=(result,))
+    root = parsed(str(methods_table(auto, About(), "Methods")))
+    cells = [cell.text for cell in root.one("tbody").all("td")]
+    assert cells[0] == "the straight line where rotation hardly differs from it, else rotation"
+    assert "straight within 0.200\u00a0% of D" in cells[1]
 
 
 def test_the_page_leads_nowhere_but_to_the_paper(page: str, root: Element) -> None:

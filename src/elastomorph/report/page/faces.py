@@ -32,7 +32,7 @@ __all__ = [
 _COLUMNS = 6
 _ALIKE = 2.5e-3
 """As a fraction of D: half a pixel of a face in the strip."""
-_SAME_WAY = 5e-4
+_SAME_WAY = 1e-3
 """As a fraction of D: what nobody could call another way."""
 _NOTHING = 1e-5
 """As a fraction of D: the last digit of a table."""
@@ -224,6 +224,7 @@ def _path_heat_map(evaluation: Evaluation, unit: str) -> Picture:
         names={label: _names(group) for label, group in alike.items()},
         free_timing=True,
     )
+    crowds = [f"{group[0]} is {listed(group[1:])} too" for group in alike.values() if group[2:]]
     return Picture(
         "Where each path errs, whatever its timing",
         image,
@@ -231,7 +232,8 @@ def _path_heat_map(evaluation: Evaluation, unit: str) -> Picture:
         f"{worst} is darkest, up to {percent(max(off[worst], _NOTHING))}; {best} is palest, up to "
         f"{percent(max(off[best], _NOTHING))}.",
         "The same with free timing, on a scale of its own: what is dark here no animation curve "
-        f"can mend. Methods within {percent(_SAME_WAY)} of each other share a face.",
+        f"can mend. Methods within {percent(_SAME_WAY)} of each other share a face."
+        f"{f' {listed(crowds)}.' if crowds else ''}",
         name="path-error-heat-map",
     )
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from elastomorph.evaluation.hinge import Hinge, HingeError
 from elastomorph.morph import Morph
 from elastomorph.report.hinge import hinge_graph, looks_of
-from elastomorph.report.page.about import Lengths, listed
+from elastomorph.report.page.about import SPACE, Lengths, listed
 from elastomorph.report.page.compared import counted
 from elastomorph.report.page.content import graph_figure
 from elastomorph.report.page.document import Section
@@ -23,6 +23,7 @@ _ALIKE = 1.05
 """Times the smallest distance: no more than that apart, methods do equally well."""
 _LAST_DIGIT = 1e-5
 """As a fraction of D: the last digit of the table."""
+_LEAST = "0.001"
 
 
 def hinge_section(
@@ -111,7 +112,7 @@ def _headline(best: HingeError, errors: Sequence[HingeError], lengths: Lengths) 
 
 def _length(fraction: float, lengths: Lengths) -> str:
     """As a length and in % of D; what the table shows as 0 is not written to more digits."""
-    return lengths(max(fraction, _LAST_DIGIT))
+    return lengths(fraction) if fraction > _LAST_DIGIT else f"{_LEAST}{SPACE}% of D"
 
 
 def _table(hinge: Hinge, errors: Sequence[HingeError], lengths: Lengths) -> Markup:
@@ -124,8 +125,8 @@ def _table(hinge: Hinge, errors: Sequence[HingeError], lengths: Lengths) -> Mark
         values = (error.parts, error.along)[: len(titles) - 1]
         cells = [element("td", f"{100 * value:.3f}") for value in values]
         most = max(values)
-        bound = "" if most > _LAST_DIGIT else "< "
-        cells.append(element("td", f"{bound}{lengths.plain(max(most, _LAST_DIGIT))}"))
+        less = f"< {_LEAST}{SPACE}% of D"
+        cells.append(element("td", lengths.plain(most) if most > _LAST_DIGIT else less))
         name = element("th", error.label, scope="row", class_="name")
         rows.append(element("tr", name, *cells))
     heads = [element("th", title, scope="col") for title in (*titles, "The worst, as a length")]

@@ -135,6 +135,8 @@ def _stored(result: MethodResult) -> str:
 
 def _named(morph: Morph) -> Method | Morph:
     """The method whose label a path carries: a label leaves no setting unsaid but the tolerance."""
+    if morph.choice is not None:
+        return Method("auto", straight_within=morph.choice.allowed)
     for name in METHODS:
         for order in range(1, HIGHEST_ORDER + 1):
             for closure in CLOSURES:
