@@ -49,6 +49,7 @@ def test_what_is_carried_for_the_most_part_is_found(hinge: Hinge) -> None:
     np.testing.assert_array_equal(hinge.parts, np.arange(8))
     np.testing.assert_array_equal(hinge.along, np.arange(9, 16))
     assert hinge.screw.angle == pytest.approx(ANGLE)
+    assert hinge.residual < 1e-9
 
 
 def test_the_straight_line_is_off_by_the_sagitta(

@@ -29,12 +29,15 @@ class Hinge:
         parts: (N,) vertices of pieces that move as one rigid body, such as teeth; rising.
         along: (M,) vertices that the motion carries as closely, of further pieces that it carries
             for the most part, such as gums; rising.
+        residual: How far the target itself is from the motion on all of these, as a fraction of D.
     """
 
     neutral: Mesh
     screw: Screw
     parts: NDArray[np.int64]
     along: NDArray[np.int64]
+
+    residual: float
 
     @property
     def vertices(self) -> NDArray[np.int64]:
@@ -84,7 +87,9 @@ def find_hinge(neutral: Mesh, target: Mesh, parts: RigidParts, *, tolerance: flo
         # A gum is carried; a chin that happens to run along is skin, which may do as it likes.
         if 2 * np.count_nonzero(carried[piece]) > len(piece):
             along[piece] = carried[piece]
-    return Hinge(neutral, screw, parts.vertices, np.flatnonzero(along))
+    turning = np.union1d(parts.vertices, np.flatnonzero(along))
+    own = float(left_over[turning].max()) / (neutral.diameter or 1.0)
+    return Hinge(neutral, screw, parts.vertices, np.flatnonzero(along), own)
 
 
 def hinge_errors(hinge: Hinge, morphs: Mapping[str, Morph]) -> list[HingeError]:

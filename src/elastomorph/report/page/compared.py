@@ -30,7 +30,7 @@ def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ())
     truth = evaluation.truth
     labels = [result.label for result in evaluation.results]
     facts: list[tuple[str, object]] = [
-        ("Face", face_words(truth.mesh)),
+        ("Face" if evaluation.extent is None else "Parts", face_words(truth.mesh)),
         ("Size", _size_words(evaluation, about.unit)),
         ("Curves", curve_words(evaluation.curves)),
         ("Motion", _motion_words(truth, about)),

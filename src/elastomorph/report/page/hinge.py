@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from elastomorph.evaluation.hinge import Hinge, HingeError
 from elastomorph.morph import Morph
 from elastomorph.report.hinge import hinge_graph, looks_of
-from elastomorph.report.page.about import SPACE, Lengths, listed
+from elastomorph.report.page.about import SPACE, Lengths, listed, percent
 from elastomorph.report.page.compared import counted
 from elastomorph.report.page.content import graph_figure
 from elastomorph.report.page.document import Section
@@ -87,10 +87,16 @@ def hinge_words(hinge: Hinge, target: str) -> str:
     )
     if len(hinge.along):
         words += f", and {along} ({counted(len(hinge.along), 'vertex', 'vertices')}) with them"
-    return (
-        f"{words}. Neutral and target give the axis away, so here the true way is known: every "
-        "vertex runs on a circle."
+    words += (
+        ". Neutral and target give the axis away, so here the true way is known: every vertex runs "
+        "on a circle."
     )
+    if hinge.residual > _LAST_DIGIT:
+        words += (
+            f" The target itself is up to {percent(hinge.residual)} off a rigid turn, which no "
+            "method can undo: it is in the numbers, and is what the graph shows at t = 1."
+        )
+    return words
 
 
 def _names(hinge: Hinge) -> tuple[str, str]:
