@@ -34,8 +34,9 @@ class BendCurve:
     coefficients: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        breaks = as_numbers(self.breaks, "the breaks of a bend curve")
-        coefficients = as_numbers(self.coefficients, "the coefficients of a bend curve")
+        breaks = np.array(as_numbers(self.breaks, "the breaks of a bend curve"))
+        rows = as_numbers(self.coefficients, "the coefficients of a bend curve")
+        coefficients = np.array(rows)
         if (
             breaks.ndim != 1
             or breaks.size < 2

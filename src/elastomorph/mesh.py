@@ -187,7 +187,7 @@ def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
         MeshError: Not (V, 3) with V ≥ 1, or a coordinate is NaN or infinite.
     """
     try:
-        own = as_numbers(vertices, "vertices")
+        own = np.array(as_numbers(vertices, "vertices"))
     except ParameterError as error:
         raise MeshError(f"{error}; they have the shape (V, 3)") from None
     if own.ndim != 2 or own.shape[1] != 3 or len(own) == 0:

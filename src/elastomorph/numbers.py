@@ -15,7 +15,7 @@ _LONGEST = 60
 
 
 def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArray[np.float64]:
-    """Numbers as a float64 copy, C-contiguous, of any shape.
+    """Numbers as float64, C-contiguous, of any shape; the array itself where it is that already.
 
     NumPy takes None for a NaN, True for 1 and the text "1" for a number; nobody means that.
 
@@ -38,7 +38,7 @@ def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArr
         raise ParameterError(
             f"{what} must be numbers, found {shown if short else type(values).__name__}"
         )
-    return given.astype(np.float64, order="C")
+    return given.astype(np.float64, order="C", copy=False)
 
 
 def as_number(

@@ -47,7 +47,7 @@ class MeshSequence:
     ) -> None:
         require_mesh(mesh, "the mesh of a motion")
         try:
-            own = as_numbers(frames, "frames")
+            own = np.array(as_numbers(frames, "frames"))
         except ParameterError as error:
             raise MeshError(str(error)) from None
         if own.ndim != 3 or own.shape[1:] != mesh.vertices.shape or len(own) < 2:
