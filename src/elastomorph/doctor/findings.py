@@ -186,7 +186,7 @@ KINDS: dict[str, Kind] = {
     "overshooting-material": Kind(
         "warning",
         "a material that runs backwards or overshoots",
-        "choose another closure or a smaller damping",
+        "take the damping that it names, or choose another closure",
     ),
     "in-between-pays": Kind(
         "note",

@@ -26,7 +26,7 @@ def paths_to(
     Args:
         neutral: The face at rest.
         morphs: Paths from this neutral, or targets of its vertices and polygons.
-        method: How paths are made to the targets; ``auto`` by default.
+        method: How paths are made to the targets; the default of `Method` if none is named.
 
     Raises:
         MeshError: The neutral is no mesh, or something is neither a path nor a mesh.
@@ -55,11 +55,11 @@ def paths_to(
             raise ParameterError("every path of the rig is there: a method has nothing to make")
         return dict(morphs)  # type: ignore[arg-type]
     # Imported here: a rig whose paths are there needs nothing of what makes them.
-    from elastomorph.paths import prepare
+    from elastomorph.paths import Method, prepare
 
     ends = [m.target if isinstance(m, Morph) else m for m in morphs.values()]
     extent = moved_extent(neutral.vertices, [end.vertices for end in ends])
-    to = prepare(neutral, "auto" if method is None else method, extent=extent)
+    to = prepare(neutral, Method() if method is None else method, extent=extent)
     return {n: to(targets[n]) if n in targets else m for n, m in morphs.items()}  # type: ignore[misc]
 
 
