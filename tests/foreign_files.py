@@ -26,7 +26,7 @@ def write_foreign_glb(
     """
     to = em.prepare(rig.neutral, "linear")
     straight = em.Rig(rig.neutral, {name: to(own.target) for name, own in rig.morphs.items()})
-    whole = path.with_suffix(".glb")
+    whole = path.with_name(f"{path.stem}-whole.glb")
     write_glb(whole, straight, normals="none")
     content = whole.read_bytes()
     whole.unlink()

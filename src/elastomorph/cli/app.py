@@ -8,6 +8,7 @@ import signal
 import sys
 from contextlib import suppress
 from inspect import cleandoc
+from itertools import pairwise
 from typing import NoReturn
 
 import typer
@@ -29,6 +30,7 @@ from elastomorph.cli import (
     render,
     view,
 )
+from elastomorph.cli.verb import keeping_inputs
 from elastomorph.errors import ElastomorphError
 
 __all__ = ["app", "main"]
@@ -60,18 +62,20 @@ for verb in (
     verb.add_to(app)
 
 
-def _lay_out_help(verbs: typer.Typer) -> None:
-    """Examples stay on lines of their own; a verb is listed by its first words, uncut."""
+def _finish(verbs: typer.Typer) -> None:
+    """Every verb keeps its inputs; examples stay on lines of their own; short help is uncut."""
     for command in verbs.registered_commands:
+        if command.callback is not None:
+            command.callback = keeping_inputs(command.callback)
         text = cleandoc(getattr(command.callback, "__doc__", None) or "")
         command.help = re.sub(r"^(Examples?:)\s*", "\b\n\\1\n  ", text, flags=re.MULTILINE)
         command.short_help = re.split(r"[:;]|\.$", text.partition("\n")[0])[0] + "."
     for group in verbs.registered_groups:
         if group.typer_instance is not None:
-            _lay_out_help(group.typer_instance)
+            _finish(group.typer_instance)
 
 
-_lay_out_help(app)
+_finish(app)
 
 
 @app.callback(invoke_without_command=True)
@@ -93,6 +97,10 @@ def main(arguments: list[str] | None = None) -> None:
     """
     if arguments is None:
         signal.signal(signal.SIGTERM, _stop)
+    words = sys.argv[1:] if arguments is None else arguments
+    # Text may be empty where it is a caption; nothing else means anything then.
+    if any(not word and before != "--unit" for before, word in pairwise(["", *words])):
+        _fail("an argument is empty: name what is meant, or leave it out")
     try:
         try:
             app(arguments)

@@ -73,9 +73,11 @@ def export(
 
 
 def _require_format(output: Path, names: list[str]) -> None:
-    """Refuse options that the format of the output does not have, before anything is read."""
+    """Refuse a format that is not written, and options it does not have, before all else."""
     from elastomorph.errors import ParameterError
+    from elastomorph.io.registry import RIG_FORMATS, writer_of
 
+    writer_of(output, RIG_FORMATS)
     suffix = output.suffix.lower()
     known: dict[str, list[str]] = {".glb": ["normals", "tolerance", "timing"], ".npz": []}
     known |= {usd: ["tolerance"] for usd in (".usd", ".usda", ".usdc")}

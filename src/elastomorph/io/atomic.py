@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from elastomorph.errors import FileError, FormatError
+from elastomorph.io.kept_inputs import note_input, require_no_input
 from elastomorph.io.temporaries import remove_orphans, temporary_name
 
 __all__ = [
@@ -64,6 +65,7 @@ def opened(path: str | Path) -> Iterator[BinaryIO]:
             if not stat.S_ISREG(mode):
                 raise FileError(path, "this is a device or a pipe; expected an ordinary file")
             file = stack.enter_context(Path(path).open("rb"))
+            note_input(os.fstat(file.fileno()))
         except (OSError, ValueError) as error:
             _refuse_reading(path, error)
         try:
@@ -150,6 +152,7 @@ def replacing_path(path: str | Path) -> Iterator[Path]:
 def _temporary_beside(path: str | Path) -> Iterator[Path]:
     try:
         final = Path(path).resolve()
+        require_no_input(path, final)
         kept_mode = _require_replaceable(path, final)
         remove_orphans(final.parent)
         temporary = temporary_name(final)

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
-from elastomorph.errors import FormatError, ParameterError
+from elastomorph.errors import FormatError, MissingExtraError, ParameterError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.checked import require_name
 from elastomorph.mesh import Mesh
@@ -50,12 +51,15 @@ class Format(Generic[T]):
         read: Path to thing.
         write: Path, thing and options of the format, through `atomic.replacing`; None where the
             format is only read.
+        package: What the writer imports, what that is called where it is installed from, and the
+            extra of ours that brings it; None where the writer needs nothing more.
     """
 
     name: str
     suffixes: tuple[str, ...]
     read: Callable[..., T]
     write: Callable[..., Any] | None
+    package: tuple[str, str, str] | None = None
 
 
 def _later(module: str, function: str) -> Callable[..., Any]:
@@ -73,11 +77,21 @@ MESH_FORMATS: tuple[Format[Mesh], ...] = (
 )
 
 RIG_FORMATS: tuple[Format[Rig], ...] = (
-    Format("glTF binary", (".glb",), _later("gltf", "read_glb"), _later("gltf", "write_glb")),
+    Format(
+        "glTF binary",
+        (".glb",),
+        _later("gltf", "read_glb"),
+        _later("gltf", "write_glb"),
+        ("pygltflib", "pygltflib", "gltf"),
+    ),
     Format("glTF", (".gltf",), _later("gltf", "read_glb"), None),
     Format("VRM", (".vrm",), _later("gltf", "read_glb"), None),
     Format(
-        "USD", (".usd", ".usda", ".usdc"), _later("usd", "read_usd"), _later("usd", "write_usd")
+        "USD",
+        (".usd", ".usda", ".usdc"),
+        _later("usd", "read_usd"),
+        _later("usd", "write_usd"),
+        ("pxr", "usd-core", "usd"),
     ),
     Format("USD package", (".usdz",), _later("usd", "read_usd"), None),
     Format("Autodesk FBX", (".fbx",), _later("fbx", "read_fbx"), None),
@@ -237,11 +251,16 @@ def writer_of(path: str | Path, formats: tuple[Format[Any], ...]) -> Callable[..
 
     Raises:
         FormatError: The suffix is unknown, or the format is only read.
+        MissingExtraError: The writer needs a package that is not installed.
     """
-    write = format_of(path, formats).write
-    if write is None:
-        writable = known_suffixes(tuple(known for known in formats if known.write is not None))
+    writable = tuple(known for known in formats if known.write is not None)
+    suffix = Path(path).suffix.lower()
+    if suffix in known_suffixes(formats) and suffix not in known_suffixes(writable):
         raise FormatError(
-            path, f"this format is only read; write one of {', '.join(writable)} instead"
+            path,
+            f"this format is only read; write one of {', '.join(known_suffixes(writable))} instead",
         )
-    return write
+    known = format_of(path, writable)
+    if known.package is not None and find_spec(known.package[0]) is None:
+        raise MissingExtraError(*known.package[1:])
+    return cast(Callable[..., Any], known.write)

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from elastomorph.errors import ElastomorphError, FileError
+from elastomorph.io.kept_inputs import unnoted
 from elastomorph.io.npz_members import open_npz, write_arrays
 from elastomorph.io.rig_key import code_version, settings_digest
 from elastomorph.io.rig_npz import rig_arrays, rig_of_members
@@ -91,7 +92,8 @@ class RigCache:
             source: The file that its neutral came from.
         """
         # Whatever is wrong with a file that we can do without, we do without it.
-        with suppress(ElastomorphError, OSError, MemoryError), open_npz(self.file) as members:
+        quiet = suppress(ElastomorphError, OSError, MemoryError)
+        with quiet, unnoted(), open_npz(self.file) as members:
             if str(members.array("cache_key", "U", ())) == self._key(contents):
                 rig = rig_of_members(self.file, members, source)
                 with suppress(OSError):  # the time of last use decides which caches go first
@@ -107,7 +109,7 @@ class RigCache:
             rig: The rig built from them.
         """
         arrays = {"cache_key": np.array(self._key(contents)), **rig_arrays(rig)}
-        with suppress(FileError, OSError):
+        with suppress(FileError, OSError), unnoted():
             self.file.parent.mkdir(parents=True, exist_ok=True)
             write_arrays(self.file, arrays)
             self._drop_oldest()
