@@ -73,14 +73,14 @@ def test_a_take_of_markers_and_its_movements(capsys: pytest.CaptureFixture[str])
     whole = Path("whole.html").read_text(encoding="utf-8")
     assert "6 markers, without polygons" in whole
     assert "--movements judges each onset" in whole
-    assert "plate, rotation and auto follow a surface, and markers have no polygons" in whole
+    assert "plate and rotation follow a surface, and markers have no polygons" in whole
     assert status_of(*common, "parts.html", "--movements") == 0
     parts = Path("parts.html").read_text(encoding="utf-8")
     assert "1 onset and 1 offset" in parts
     assert "curves of curves.json" in parts
     said = capsys.readouterr().out
     assert said.count("written to") == 2
-    assert " ".join(said.split()).count("Left out: plate, rotation and auto") == 2
+    assert " ".join(said.split()).count("Left out: plate and rotation") == 2
 
 
 @pytest.mark.parametrize(

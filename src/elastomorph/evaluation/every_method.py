@@ -14,7 +14,7 @@ from elastomorph.sequence import MeshSequence
 
 __all__ = ["every_method", "left_out"]
 
-_OF_SURFACES = ("plate:2", "rotation", "auto")
+_OF_SURFACES = ("plate:2", "rotation")
 _MOST_INBETWEENS = 2
 
 
@@ -34,10 +34,11 @@ def every_method(
         progress: Told what is being prepared.
 
     Returns:
-        linear, cosine, ease, beam and arc; plate, rotation and auto where there are polygons; a
+        linear, cosine, ease, beam, arc and auto; plate and rotation where there are polygons; a
         path through one and through two recorded frames, as far as there are frames.
     """
-    texts = (*DEFAULT_METHODS, "arc", *(_OF_SURFACES if len(truth.mesh.faces) else ()))
+    surfaces = _OF_SURFACES if len(truth.mesh.faces) else ()
+    texts = (*DEFAULT_METHODS, *surfaces, "arc", "auto")
     found: dict[str, Method | Morph] = {}
     for text in texts:
         method = Method.parse(text).with_material(material or Material())
@@ -56,7 +57,4 @@ def left_out(truth: MeshSequence) -> str:
     if len(truth.mesh.faces):
         return ""
     names = [Method.parse(text).name for text in _OF_SURFACES]
-    return (
-        f"Left out: {', '.join(names[:-1])} and {names[-1]} follow a surface, and markers have no "
-        "polygons."
-    )
+    return f"Left out: {' and '.join(names)} follow a surface, and markers have no polygons."
