@@ -8,6 +8,7 @@ from elastomorph.evaluation.results import Evaluation, MethodResult
 from elastomorph.evaluation.rigidity import Rigidity, rigidity
 from elastomorph.evaluation.segments import Movement, find_movements, resting_pose
 from elastomorph.evaluation.shape import Shape, ShapeProbe
+from elastomorph.evaluation.target_paths import TargetPath, TargetPaths, target_paths
 from elastomorph.evaluation.timing import free_timing
 
 __all__ = [
@@ -20,6 +21,8 @@ __all__ = [
     "Shape",
     "ShapeProbe",
     "Suggestion",
+    "TargetPath",
+    "TargetPaths",
     "curve_errors",
     "evaluate",
     "every_method",
@@ -29,4 +32,5 @@ __all__ = [
     "resting_pose",
     "rigidity",
     "suggest_inbetweens",
+    "target_paths",
 ]

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.extent import moved_extent
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Choice, Morph
 from elastomorph.paths import prepare
-from elastomorph.polygon_normals import polygon_normals
 
 __all__ = ["INBETWEEN_PAYS", "TargetPath", "TargetPaths", "target_paths"]
 
@@ -125,14 +125,9 @@ def _described(name: str, morph: Morph) -> TargetPath:
 
 
 def _flips(morph: Morph) -> int:
-    """The number of polygons with n·n₀ < 0 and n·n₁ < 0, in the worst moment."""
-    faces = morph.neutral.faces
-    if not len(faces):
+    """Polygons turned over in the worst moment."""
+    if not len(morph.neutral.faces):
         return 0
-    ends = [polygon_normals(mesh.vertices, faces) for mesh in (morph.neutral, morph.target)]
-    worst = 0
-    for time in _TIMES:
-        normals = polygon_normals(morph.at(time), faces)
-        against = [np.einsum("fi,fi->f", normals, end) < 0 for end in ends]
-        worst = max(worst, int(np.count_nonzero(against[0] & against[1])))
-    return worst
+    nobody = np.zeros(len(morph.neutral.vertices), dtype=np.int64)
+    probe = ShapeProbe.of(morph.neutral, morph.target, nobody)
+    return max(probe.flips(morph.at(time)) for time in _TIMES)
