@@ -132,7 +132,7 @@ def _table(suggestions: Sequence[Suggestion]) -> Table:
         )
         legend += f" The path overshoots, by weights up to {weights}; smooth never does."
     table = Table(box=SIMPLE_HEAD, caption=legend, caption_justify="left", pad_edge=False)
-    for header in ("n", "LME", "÷", "LAE", "mean LME", "mean LAE"):
+    for header in ("n", "LME", "÷", "LAE", "mean\nLME", "mean\nLAE"):
         table.add_column(header, justify="right", no_wrap=True)
     table.add_column("method", no_wrap=True)
     table.add_column("frames (t)")
