@@ -140,5 +140,6 @@ def test_a_graph_needs_suggestions(motion: em.MeshSequence) -> None:
 def test_a_table_is_legible_on_a_narrow_terminal(motion: em.MeshSequence) -> None:
     printed = run("suggest", "scan.##.obj", width=80)
     assert max(map(len, printed.splitlines())) <= 80
-    assert "scan.04.obj" in printed
+    assert "scan.04.obj (0.375)" in printed
+    assert "> 1000" in printed  # nothing but rounding is left, which is no number to divide by
     assert len(motion) == 9
