@@ -76,3 +76,15 @@ def test_in_betweens_pay_on_real_captures(data_dir: Path) -> None:
     linear, one_key, two_keys = (np.mean(values) for values in lme.values())
     assert linear / one_key > 2.0
     assert linear / two_keys > 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.realdata
+def test_the_path_of_auto_is_never_worse_than_the_straight_line(data_dir: Path) -> None:
+    """By more than 0.02 % of D, on any recorded movement."""
+    for name in ("jaw", "eyebrows"):
+        take = read_marker_take(data_dir / "animface" / f"{name}.npz")
+        network = em.CurveNetwork(read_curves(CURVES, len(take.names), take.names), len(take.names))
+        for one in evaluate_movements(take.motion, network, lambda _: ["linear", "auto"]):
+            auto, straight = one.evaluation["auto"], one.evaluation["linear"]
+            assert auto.path_lme <= straight.path_lme + 2e-4
