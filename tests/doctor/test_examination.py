@@ -369,3 +369,18 @@ def test_any_meshes_are_examined(seed: int, shape: str) -> None:
     found = examined(neutral, targets, Settings(steady=True, beam=BeamSettings(Material())))
     assert as_text(found)
     assert json.dumps(as_document(found), allow_nan=False)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 5e-4])
+def test_clean_scans_of_a_head_give_no_warnings(noise: float) -> None:
+    """Ten that differ smoothly by 0.1 % of D from what was sculpted, with noise or without."""
+    face, random, targets = head(), np.random.default_rng(1), {}
+    sculpted = [name for name in shapes() if not name.endswith(("_R", "Right"))][:10]
+    for number, name in enumerate(sculpted):
+        points = shapes()[name].vertices.copy()
+        for centre in face.vertices[random.integers(len(points), size=12)]:
+            weights = np.exp(-((points - centre) ** 2).sum(axis=1) / (0.3 * face.diameter) ** 2)
+            points += 1e-3 * face.diameter * weights[:, None] * random.normal(size=3)
+        targets[f"scan_{number:02}.obj"] = with_noise(face.with_vertices(points), noise, number)
+    found = examined(face, targets)
+    assert [one for one in found.findings if one.severity != "note"] == []

@@ -37,5 +37,6 @@ def test_the_page_names_the_thresholds_in_use() -> None:
     assert f"({100 * limits.nothing:g} % of D)" in PAGE
     assert f"more than {100 * limits.head:g} % of D" in PAGE
     assert f"more than {100 * limits.bend:g} % of D" in PAGE
+    assert f"more than {100 * limits.noise:g} % of an edge" in PAGE
     share, of_d = f"{100 * limits.asymmetry:g} %", f"{100 * limits.asymmetry_of_d:g} %"
     assert f"{share} of\nthe motion and {of_d} of D" in PAGE

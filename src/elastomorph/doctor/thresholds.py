@@ -18,14 +18,18 @@ class Thresholds:
             that keeps at most this part of its area has lost it.
         head: The stillest quarter of the vertices of a target may move so far before one asks
             whether the head moved; scans are stabilised to about this.
-        steadier: A rigid motion is one of the head if it takes away more than this part of what
-            the stillest quarter moves.
+        steadier: A rigid motion is one of the head if it leaves less than this part of what the
+            stillest quarter moves: it leaves 0.001 of a sculpted target, while of scans that
+            differ smoothly by 0.1 % of D without any such motion it leaves 0.24 and more.
         jump: A vertex jumps that leaves the median of its neighbours by more than this part of
             its mean edge,
         jump_alone: and by more than this many times what they differ among themselves,
         jump_clearly: and if the product of both, in mean edges and in such differences, is larger
             than this: a short leap counts only where the neighbours agree well. Corners of lashes
             reach 4 in a blink, vertices left behind 10 and more.
+        jump_noise: and by more than this many times what the smoothest quarter of the vertices
+            leaves theirs: of a million vertices with normal noise none leaves it by
+            5.1 times that.
         scale: A target has another unit if a third of the distances between near vertices is
             larger or smaller by more than this factor. No expression does that: even a jaw that
             drops leaves half of them as they are.
@@ -51,10 +55,11 @@ class Thresholds:
     nothing: float = 1e-5
     area: float = 1e-6
     head: float = 5e-4
-    steadier: float = 0.5
+    steadier: float = 0.2
     jump: float = 0.5
     jump_alone: float = 5.0
     jump_clearly: float = 6.0
+    jump_noise: float = 8.0
     scale: float = 1.2
     resting: float = 0.1
     deltas: float = 0.5

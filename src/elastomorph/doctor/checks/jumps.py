@@ -6,6 +6,7 @@ import numpy as np
 
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.neighbours import Neighbours
+from elastomorph.doctor.stillness import QUARTER
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.doctor.words import counted, listed, percent
 from elastomorph.mesh import Mesh
@@ -29,7 +30,9 @@ class JumpCheck:
         moved = mesh.vertices - self._neutral.vertices
         off, edge = self._around.off_mean(moved), self._around.edge
         indices, starts = self._around.adjacent.indices, self._around.adjacent.indptr
-        least = self._limits.jump * edge
+        # Of vertices that are all a little off, the one that is farthest does not jump.
+        noise = self._limits.jump_noise * float(np.quantile(off, QUARTER))
+        least = np.maximum(self._limits.jump * edge, noise)
         worth_a_look = (off > _WORTH_A_LOOK * least) & (self._around.valence >= 3)
         jumping, far = [], 0.0
         for vertex in np.flatnonzero(worth_a_look).tolist():
