@@ -34,6 +34,23 @@ def test_lines_marks_quotes_and_blanks(tmp_path: Path, end: str, mark: bytes) ->
     assert numbers(table, [2, 0, 1], [0, 1]).tolist() == [[3, 1, -2500], [7, 0.5, 0]]
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_columns_of_spreadsheets_of_other_countries(
+    tmp_path: Path, separator: str, decimal: str
+) -> None:
+    rows = [["a", '"b,c"', "d"], ["1", "-2.5e3", ".25"], ["0", "7", "-0.5"]]
+    text = "\n".join(separator.join(row) for row in rows).replace(".", decimal)
+    table = read_table(write(tmp_path, text))
+    assert table.header == ("a", "b,c", "d")
+    assert (table.separator, table.decimal_comma) == (separator, decimal == ",")
+    assert numbers(table, [0, 1, 2], [0, 1]).tolist() == [[1, -2500, 0.25], [0, 7, -0.5]]
+
+
+def test_zero_bytes_at_the_end_are_padding(tmp_path: Path) -> None:
+    assert all_numbers(write(tmp_path, b"a,b\n1,2\0\0")).tolist() == [[1, 2]]
+
+
 @given(st.lists(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3)))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_numbers_come_back_bit_for_bit(tmp_path: Path, rows: list[list[float]]) -> None:
@@ -50,9 +67,10 @@ def test_numbers_come_back_bit_for_bit(tmp_path: Path, rows: list[list[float]]) 
         (b"\xef\xbb\xbf\n\n", None, "the file is empty"),
         ("a,b\n1,2".encode("utf-16"), 1, "UTF-16"),
         (b"a,b\n1,2\n3,\xff", 3, "not UTF-8"),
-        (b"a,b\n1,\0", 2, "zero byte"),
-        (b"a;b\n1;2", 1, "semicolons"),
-        (b"a\tb\n1\t2", 1, "tabs"),
+        (b"a,b\n1,\0\n", 2, "zero byte"),
+        (b"a;b\n0,5;0.5", 2, "b is '0.5', expected a finite number with a decimal comma"),
+        (b"a;b\n1.000,5;1", 2, "a is '1.000,5', expected"),
+        (b"a;b\n0,5;1,000,000", 2, "b is '1,000,000', expected"),
         (b"a,,c\n1,2,3", 1, "column 2 of the header has no name"),
         (b"a,b, a\n1,2,3", 1, "'a' twice"),
         (b'a,b\n1,"2', 2, "not comma-separated"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from elastomorph.errors import FormatError, ParameterError
+from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
 from elastomorph.io.performance_csv import (
     read_performance,
     read_performance_csv,
@@ -26,13 +27,72 @@ def write(folder: Path, *lines: str) -> Path:
 
 
 def test_by_hand(tmp_path: Path) -> None:
-    path = write(tmp_path, "jawOpen,Time,x", "0.5,1,7", "1,1.04,8", "0,1.08,9")
+    path = write(tmp_path, "jawOpen,Time,x", "0.5,1,0.7", "1,1.04,0.8", "0,1.08,1.9")
     take = read_performance_csv(path)
     assert take.names == ("jawOpen", "x")
     assert take.times.tolist() == [1, 1.04, 1.08]
-    assert take.weights.tolist() == [[0.5, 7], [1, 8], [0, 9]]
+    assert take.weights.tolist() == [[0.5, 0.7], [1, 0.8], [0, 1.9]]
     assert take.rate == 25
     assert read_performance(path).weights.tolist() == take.weights.tolist()
+
+
+PERCENT = ("jawOpen", "smile", "blink", "headYaw")
+
+
+@pytest.mark.parametrize("column", ["time", "Milliseconds", "ms", "Time (ms)"])
+def test_milliseconds_and_percent_are_recognised_and_said(tmp_path: Path, column: str) -> None:
+    """Thirty frames a second; turns of the head are no weights."""
+    steps = np.arange(12)
+    rows = [f"{1000 * i / 30!r},{8 * i},{50},{0.5 * i},{-i}" for i in range(12)]
+    path = write(tmp_path, ",".join((column, *PERCENT)), *rows)
+    words = rf"take\.csv: the times in '{re.escape(column)}' .* milliseconds; .* percent"
+    with pytest.warns(ElastomorphWarning, match=words) as said:
+        take = read_performance(path)
+    assert len(said) == 1
+    assert take.rate == 30
+    assert take.times == pytest.approx(steps / 30)
+    expected = np.stack([0.08 * steps, np.full(12, 0.5), 0.005 * steps, -1.0 * steps], axis=1)
+    assert take.weights == pytest.approx(expected)
+
+
+def test_a_column_of_seconds_has_all_numbers_taken_as_they_are(tmp_path: Path) -> None:
+    rows = [f"{20 * i},{8 * i}" for i in range(12)]
+    take = read_performance(write(tmp_path, "seconds,jawOpen", *rows))
+    assert take.times.tolist() == [20 * i for i in range(12)]
+    assert take.weights[:, 0].tolist() == [8 * i for i in range(12)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        (["time,x", "0,0", "33,1", "66,0"], "33 apart, which could be seconds or milliseconds"),
+        (["time,x", "0,0", "0.1,7"], "up to 7, which could be percent or not"),
+        (["time,a,b,c,d,e", "0,1,1,1,1,0", "0.1,0,0,0,0,30"], "up to 30, which could be"),
+    ],
+)
+def test_what_could_be_either_is_refused(tmp_path: Path, lines: list[str], words: str) -> None:
+    """And read as soon as the column says 'seconds'."""
+    with pytest.raises(FormatError, match=words) as caught:
+        read_performance(write(tmp_path, *lines))
+    assert "'seconds'" in str(caught.value)
+    header = lines[0].replace("time", "seconds")
+    assert len(read_performance(write(tmp_path, header, *lines[1:])).times) == len(lines) - 1
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_semicolons_tabs_and_decimal_commas_are_said(tmp_path: Path, separator: str) -> None:
+    lines = ["time,jaw", "0,0", "0.5,0.25"]
+    path = write(tmp_path, *(line.replace(",", separator).replace(".", ",") for line in lines))
+    with pytest.warns(ElastomorphWarning, match=r"separated by .* and decimals by commas"):
+        take = read_performance(path)
+    assert take.times.tolist() == [0, 0.5]
+    assert take.weights.tolist() == [[0], [0.25]]
+
+
+def test_takes_of_live_link_face_may_have_been_saved_with_semicolons(tmp_path: Path) -> None:
+    path = write(tmp_path, "Timecode;BlendShapeCount;JawOpen", "01:00:00:00;1;0,5")
+    with pytest.warns(ElastomorphWarning, match="semicolons and decimals by commas"):
+        assert read_performance(path).weights.tolist() == [[0.5]]
 
 
 @given(

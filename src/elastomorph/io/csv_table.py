@@ -1,10 +1,16 @@
-"""Tables of numbers as comma-separated text, read strictly: a header, and equal rows below it."""
+"""Tables of numbers as text in columns, read strictly: a header, and equal rows below it.
+
+Columns are separated by commas, or as spreadsheets of many countries write them, by semicolons or
+tabs; decimals then have a point or a comma.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +24,7 @@ __all__ = ["CsvTable", "numbers", "read_table"]
 
 _SHOWN = 40
 _BLOCK = 1000
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -29,23 +36,38 @@ class CsvTable:
         header: Names of the columns, each there once, without blanks around them.
         rows: Cells of each row, as many as the header or fewer; empty lines are left out.
         lines: Line number of each row.
+        separator: What stands between columns.
+        decimal_comma: Whether numbers are written 0,5.
     """
 
     path: str | Path
     header: tuple[str, ...]
     rows: tuple[Sequence[str], ...]
     lines: tuple[int, ...]
+    separator: str = ","
+    decimal_comma: bool = False
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """How it was read, where that is not what a file in this format should look like."""
+        if self.separator == ",":
+            return ()
+        found = "semicolons" if self.separator == ";" else "tabs"
+        return (
+            f"columns are separated by {found}" + " and decimals by commas" * self.decimal_comma,
+        )
 
 
 def read_table(path: str | Path) -> CsvTable:
-    """The cells of a comma-separated file in UTF-8.
+    """The cells of a file in UTF-8 whose columns are separated by commas, semicolons or tabs.
 
     Raises:
         FileError: The file is missing or cannot be read.
         FormatError: It is empty or no such text, or its header has no names or one twice.
     """
     text = _decoded(path, read_bytes(path))
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    separator = _separator(text)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     rows: list[list[str]] = []
     lines: list[int] = []
     try:
@@ -60,13 +82,6 @@ def read_table(path: str | Path) -> CsvTable:
     if not rows:
         raise FormatError(path, "the file is empty; expected a header and a row for each frame")
     header = tuple(name.strip() for name in rows[0])
-    if len(header) == 1:
-        other = next((mark for mark in (";", "\t") if mark in header[0]), None)
-        if other is not None:
-            found = "semicolons" if other == ";" else "tabs"
-            raise FormatError(
-                path, f"columns are separated by {found}; save it with commas", line=lines[0]
-            )
     seen: set[str] = set()
     for i, name in enumerate(header):
         if not name:
@@ -74,7 +89,12 @@ def read_table(path: str | Path) -> CsvTable:
         if name in seen:
             raise FormatError(path, f"the header names {_shown(name)} twice", line=lines[0])
         seen.add(name)
-    return CsvTable(path, header, tuple(rows[1:]), tuple(lines[1:]))
+    decimal_comma = separator != "," and any(
+        _DECIMAL_COMMA.fullmatch(cell) for row in rows[1:] for cell in row
+    )
+    return CsvTable(
+        path, header, tuple(rows[1:]), tuple(lines[1:]), separator, decimal_comma=decimal_comma
+    )
 
 
 def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDArray[np.float64]:
@@ -99,6 +119,9 @@ def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDA
                 line=table.lines[row],
             )
         cells += [own[column] for column in columns]
+    written = cells
+    if table.decimal_comma:
+        cells = [_with_point(cell) for cell in cells]
     values = _floats(cells)
     if values is None:
         blocks = range(0, len(cells), _BLOCK)
@@ -106,12 +129,28 @@ def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDA
         for i, cell in enumerate(cells[wrong:], start=wrong):
             if _floats([cell]) is None:
                 name = _cut(table.header[columns[i % len(columns)]])
+                with_comma = " with a decimal comma, as others have" * table.decimal_comma
                 raise FormatError(
                     table.path,
-                    f"{name} is {_shown(cell)}, expected a finite number",
+                    f"{name} is {_shown(written[i])}, expected a finite number{with_comma}",
                     line=table.lines[rows[i // len(columns)]],
                 )
     return np.array(values).reshape(len(rows), len(columns))
+
+
+def _separator(text: str) -> str:
+    """What gives the first line that is not empty the most columns; commas, if in doubt."""
+    first = re.split(r"[\r\n]", text.lstrip("\r\n"), maxsplit=1)[0]
+    columns = {}
+    for mark in (",", ";", "\t"):
+        with suppress(csv.Error):
+            columns[mark] = len(next(csv.reader([first], delimiter=mark), []))
+    return max(columns, key=columns.__getitem__, default=",")
+
+
+def _with_point(cell: str) -> str:
+    """A number with a decimal comma as Python writes it; nothing for one that has a point."""
+    return "" if "." in cell else cell.replace(",", ".", 1)
 
 
 def _floats(cells: list[str]) -> NDArray[np.float64] | None:
@@ -129,6 +168,7 @@ def _floats(cells: list[str]) -> NDArray[np.float64] | None:
 def _decoded(path: str | Path, content: bytes) -> str:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise FormatError(path, "the text is UTF-16; save it as UTF-8", line=1)
+    content = content.rstrip(b"\0")  # padding
     nul = content.find(b"\0")
     if nul >= 0:
         line = content.count(b"\n", 0, nul) + 1
