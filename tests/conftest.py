@@ -38,6 +38,10 @@ settings.register_profile("explore", print_blob=True, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
 
 
+# Limit of a test that is known to take long, in seconds; that of others is in pyproject.toml.
+LONGER = 480
+
+
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """The folder with the real rig and captures; skips the test where there is none."""
@@ -74,6 +78,14 @@ def browser() -> Iterator[Browser]:
         )
         yield opened
         opened.close()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests marked slow, and those of real data, have a longer limit."""
+    for item in items:
+        slow = item.get_closest_marker("slow") or item.get_closest_marker("realdata")
+        if slow and not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(LONGER))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

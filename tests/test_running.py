@@ -43,6 +43,12 @@ def test_every_test_has_a_limit(pytestconfig: pytest.Config) -> None:
     assert pytestconfig.getini("faulthandler_exit_on_timeout")
 
 
+@pytest.mark.slow
+def test_one_that_is_marked_slow_has_a_longer_limit(request: pytest.FixtureRequest) -> None:
+    marker = request.node.get_closest_marker("timeout")
+    assert marker.args == (480,)
+
+
 @pytest.mark.parametrize(
     ("limit", "word"),
     [("timeout=1", "Failed: Timeout"), ("faulthandler_timeout=1", "crashed while running")],

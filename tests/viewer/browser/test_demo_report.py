@@ -22,7 +22,6 @@ def report() -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(400)
 def test_the_report_of_the_demo_lives(visit: Visit, report: str) -> None:
     """Nothing is missing, asked for elsewhere or complained of, which `visit` looks after."""
     page = visit.blank(report)
