@@ -54,6 +54,7 @@ ON_SURFACES = ("rotation", "auto")
 ALLOWED = 2e-4
 MOST_INBETWEENS = 3
 EASE, BEAM = "ease R=2", "beam R=2"
+CUT_METHODS = ("linear", "ease:2", "auto")
 EDGE = 0.05
 EDGES = (0.0, 0.02, EDGE, 0.1, 0.2)
 
@@ -95,7 +96,7 @@ def main() -> int:
         judged = [one for take in takes for one in judge(take, methods=methods)]
         scan = evaluate(recorded_motion(), (*METHODS, *ON_SURFACES))
         cuts = {
-            edge: [one for take in takes for one in judge(take, edge, ("linear", "ease:2"))]
+            edge: [one for take in takes for one in judge(take, edge, CUT_METHODS)]
             for edge in EDGES
         }
     for message in dict.fromkeys(str(warning.message) for warning in caught):
@@ -123,6 +124,7 @@ def main() -> int:
     console.print(law_table(judged))
     console.print(path_table(judged, scan, reasons))
     console.print(Text(conclusion(kinds)))
+    console.print(Text(what_auto_did(cuts)))
     return 0
 
 
@@ -291,6 +293,22 @@ def worse(difference: float) -> Text:
     return Text(
         f"{round(100 * difference, 3) + 0.0:+.3f}", style="bold" if difference > ALLOWED else ""
     )
+
+
+def what_auto_did(cuts: Mapping[float, Sequence[Judged]]) -> str:
+    """By how much the path of auto is closer than the straight line, at best and at worst."""
+    said = []
+    for edge, judged in cuts.items():
+        changes = {
+            one.name: one.evaluation["auto"].path_lme - one.evaluation["linear"].path_lme
+            for one in judged
+        }
+        best, worst = min(changes, key=lambda n: changes[n]), max(changes, key=lambda n: changes[n])
+        said.append(
+            f"cut at {edge:.0%}, {len(changes)} movements: {changes[best]:+.3%} ({best}) to "
+            f"{changes[worst]:+.3%} ({worst})"
+        )
+    return "Path LME of auto against linear, in % of D: " + "; ".join(said) + "."
 
 
 def conclusion(kinds: Mapping[str, Sequence[Judged]]) -> str:

@@ -2,16 +2,18 @@
 
 Run:  python benchmarks/rotation_speed.py [--data FOLDER] [--only NAME ...]
 
-Prints, for linear, arc and rotation: the largest distance of teeth and gums from the hinge's true
-arc on the way to jawOpen, how far the lids of eyeBlink_L sink towards the eye below both ends,
+Prints, for linear, arc, rotation and auto: the largest distance of teeth and gums from the hinge's
+true arc on the way to jawOpen, how far the lids of eyeBlink_L sink towards the eye below both ends,
 polygons that point against both ends, the number of bends and the bake error, and the seconds of
-processor time, all of the real rig's targets at t = 0.25, 0.5 and 0.75.
+processor time, all of the real rig's targets at t = 0.25, 0.5 and 0.75. Then which targets auto
+bends and by how much, and how long the rig takes with auto, from its folder and from the cache.
 """
 
 from __future__ import annotations
 
 import argparse
 import resource
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter, process_time
@@ -20,9 +22,10 @@ import numpy as np
 
 from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.io import read
+from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
-from elastomorph.paths import arc, linear, rotation
+from elastomorph.morph import Choice, Morph
+from elastomorph.paths import arc, auto, linear, rotation
 from elastomorph.paths.method import Method
 from elastomorph.rigid import fit_rigid
 from measuring import data_folder
@@ -78,9 +81,10 @@ def measure(
         probe = ShapeProbe.of(morph.neutral, target, nobody)
         flips = [probe.flips(morph.at(t)) for t in TIMES]
         folded += max(flips)
+        chosen = "" if morph.choice is None else f"  {morph.method}: {_why(morph.choice)}"
         print(
             f"  {target_name:<18} flips {flips}  bends {len(morph.bends)}  "
-            f"bake error {morph.bake_error:.1e} of D  {seconds[-1]:5.2f} s"
+            f"bake error {morph.bake_error:.1e} of D  {seconds[-1]:5.2f} s{chosen}"
         )
         if target_name == "jawOpen":
             teeth, teeth_off, gums, gums_off = off_the_hinge(morph)
@@ -97,6 +101,23 @@ def measure(
     )
 
 
+def _why(choice: Choice) -> str:
+    return f"{'' if choice.exact else 'at most '}{choice.distance:.3%} of D from straight halfway"
+
+
+def load(folder: Path) -> None:
+    """Print how long the whole rig takes, files read and curves of time and all."""
+    with tempfile.TemporaryDirectory() as scratch:
+        for words in ("read, with auto", "from the cache"):
+            start, wall = process_time(), perf_counter()
+            rig = read_rig_folder(folder, method="auto", cache=Path(scratch))
+            bent = sum(len(morph.bends) > 0 for morph in rig.targets.values())
+            print(
+                f"the rig {words}: {perf_counter() - wall:.2f} s, {process_time() - start:.2f} s "
+                f"of processor time; {bent} of {len(rig.targets)} targets bend"
+            )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--data", type=Path, default=data_folder())
@@ -110,10 +131,11 @@ def main() -> None:
     # Targets share the polygons of the neutral, so that comparing them costs nothing.
     targets = {name: neutral.with_vertices(read(rig / f"{name}.obj").vertices) for name in names}
     method = Method("linear")
-    for name, module in (("linear", linear), ("arc", arc), ("rotation", rotation)):
+    for name, module in (("linear", linear), ("arc", arc), ("rotation", rotation), ("auto", auto)):
         measure(name, lambda module=module: module.prepare(neutral, method), targets)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(f"peak memory, all targets loaded: {peak:.2f} GiB")
+    load(rig)
 
 
 if __name__ == "__main__":

@@ -128,7 +128,7 @@ def _eliminated(
     own = np.zeros((size, size), order="F")
     below = np.zeros((reach, size), order="F")
     rest = np.zeros((reach, reach), order="F")
-    np.fill_diagonal(own, diagonal[start:stop])
+    own.ravel("K")[:: size + 1] = diagonal[start:stop]
     column, other, entries = edges
     within = other < stop
     own[other[within] - start, column[within]] = entries[within]
@@ -151,7 +151,7 @@ def _lower(matrix: Matrix) -> Matrix:
     from scipy.linalg.lapack import dpotrf
 
     found, failed = dpotrf(matrix, lower=1)
-    least = _LEAST_PIVOT * float(np.abs(matrix).max())
+    least = _LEAST_PIVOT * float(np.abs(matrix).max()) if failed else 0.0
     while failed:
         np.fill_diagonal(matrix, matrix.diagonal() + least)
         least *= 10.0
