@@ -111,10 +111,10 @@ def load(folder: Path) -> None:
         for words in ("read, with auto", "from the cache"):
             start, wall = process_time(), perf_counter()
             rig = read_rig_folder(folder, method="auto", cache=Path(scratch))
-            bent = sum(len(morph.bends) > 0 for morph in rig.targets.values())
+            bent = sum(len(morph.bends) > 0 for morph in rig.morphs.values())
             print(
                 f"the rig {words}: {perf_counter() - wall:.2f} s, {process_time() - start:.2f} s "
-                f"of processor time; {bent} of {len(rig.targets)} targets bend"
+                f"of processor time; {bent} of {len(rig.morphs)} targets bend"
             )
 
 

@@ -25,8 +25,8 @@ _HALF_TRUSTED = 0.3
 _SCREEN = 0.01
 # Chebyshev coefficients solved for together, and the part of the longest chord below which two of
 # them in a row end the series.
-_TOGETHER = 4
-_NEGLIGIBLE = 1e-9
+_TOGETHER = 3
+_NEGLIGIBLE = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +78,7 @@ class EdgeEquation:
         ends: (E, 2) vertices of the edges.
         pull: (F,) μ m.
         tree: The order of elimination.
+        negligible: A length that does not matter.
     """
 
     free: NDArray[np.bool_]
@@ -156,20 +157,21 @@ class EdgeEquation:
         return float(edges.sum() + arcs.max(initial=0.0))
 
     def series(self, count: int) -> NDArray[np.float64]:
-        """(count, F, 3) Chebyshev coefficients of the bend over t(1 - t).
+        """(N, F, 3) Chebyshev coefficients of the bend over t(1 - t), N at most `count`.
 
-        They fall faster than any power once turns are followed, so the last of them are left out.
+        Once turns are followed, each is a small part of the one before; where two in a row are
+        negligible, what follows is far more so, and is left out.
         """
         wanted = at_nodes(self.wanted, count)
-        found = np.zeros_like(wanted)
+        found = []
         for first in range(0, count, _TOGETHER):
             some = wanted[first : first + _TOGETHER]
             columns = some.transpose(1, 0, 2).reshape(some.shape[1], -1)
-            solved = self._factor.solve(columns).reshape(some.shape[1], -1, 3).transpose(1, 0, 2)
-            found[first : first + _TOGETHER] = solved
-            if np.abs(solved[-2:]).max() < self.negligible:
+            solved = self._factor.solve(columns).reshape(some.shape[1], -1, 3)
+            found.append(solved.transpose(1, 0, 2))
+            if np.abs(solved[:, -2:]).max() < self.negligible:
                 break
-        return found
+        return np.concatenate(found)
 
 
 def _trust(

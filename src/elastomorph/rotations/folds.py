@@ -47,19 +47,18 @@ def without_folds(
     bent = (morph.bends != 0).any(axis=(0, 2))
     for part in whole:
         bent[part] = False
-    suspects = _suspects(morph, _touching(faces, bent))
+    check = _suspects(morph, _touching(faces, bent))
     share = np.ones(len(bent))
-    folded = _folded(morph, suspects, share)
     rounds = 0
-    while folded.any():
-        rounds += 1
-        if rounds <= _ROUNDS:
+    while (folded := _folded(morph, check, share)).any():
+        before = share.copy()
+        if rounds < _ROUNDS:
             share *= _easing(folded, adjacency)
         else:
-            share[_within(folded, adjacency, rounds - _ROUNDS - 1)] = 0.0
+            share[_within(folded, adjacency, rounds - _ROUNDS)] = 0.0
+        rounds += 1
         # Easing moves neighbours apart: what was safe with full bends need not be safe now.
-        suspects = suspects | _touching(faces, bent & (share < 1.0))
-        folded = _folded(morph, suspects, share)
+        check = _touching(faces, bent & (share != before))
     return replace(morph, bends=morph.bends * share[:, None]) if rounds else morph
 
 

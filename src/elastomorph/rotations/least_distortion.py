@@ -83,13 +83,15 @@ class LeastDistortion:
     def bend(self) -> PolynomialBend:
         """The offset at all times, to about 1e-9 of the longest chord."""
         count = moments_needed(self.longest)
-        number = np.cumsum(self.moving) - 1
-        coefficients = np.zeros((count, int(self.moving.sum()), 3))
         own = self.moving[self._whole.vertices]
-        whole = at_nodes(self._whole.at, count)[:, own]
-        coefficients[:, number[self._whole.vertices[own]]] = whole
+        parts = [(self._whole.vertices[own], at_nodes(self._whole.at, count)[:, own])]
         if self._equation is not None:
-            coefficients[:, number[self._equation.free]] = self._equation.series(count)
+            parts.append((np.flatnonzero(self._equation.free), self._equation.series(count)))
+        number = np.cumsum(self.moving) - 1
+        used = max((len(values) for vertices, values in parts if vertices.size), default=1)
+        coefficients = np.zeros((used, int(self.moving.sum()), 3))
+        for vertices, values in parts:
+            coefficients[: len(values), number[vertices]] = values[:used]
         return PolynomialBend(coefficients, self.moving)
 
 

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 __all__ = ["ArcBend", "EdgeBend"]
 
+# Edges that are turned together, so that what is computed of them stays in the cache.
+_BLOCK = 8192
+
 
 @dataclass(frozen=True, eq=False)
 class ArcBend:
@@ -105,11 +108,15 @@ class EdgeBend:
 
     def at(self, t: float) -> NDArray[np.float64]:
         """(N, 3) offset of each edge from (1 - t) e₀ + t e₁."""
-        forth, back = t * self.angle[:, None], (1.0 - t) * self.angle[:, None]
-        bend: NDArray[np.float64] = (1.0 - t) * (np.cos(forth) - 1.0) * self.start
-        bend += (1.0 - t) * np.sin(forth) * self.start_turned
-        bend += t * (np.cos(back) - 1.0) * self.end
-        bend -= t * np.sin(back) * self.end_turned
+        bend = np.empty_like(self.start)
+        for first in range(0, len(bend), _BLOCK):
+            some = slice(first, first + _BLOCK)
+            forth, back = t * self.angle[some, None], (1.0 - t) * self.angle[some, None]
+            own = (1.0 - t) * (np.cos(forth) - 1.0) * self.start[some]
+            own += (1.0 - t) * np.sin(forth) * self.start_turned[some]
+            own += t * (np.cos(back) - 1.0) * self.end[some]
+            own -= t * np.sin(back) * self.end_turned[some]
+            bend[some] = own
         return bend
 
     def missed(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:

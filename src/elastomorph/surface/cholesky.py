@@ -136,9 +136,10 @@ def _eliminated(
     for places, update in updates:
         split = int(np.searchsorted(places, stop))
         here, there = places[:split] - start, np.searchsorted(border, places[split:])
-        own[here[:, None], here] += update[:split, :split]
-        below[there[:, None], here] += update[split:, :split]
-        rest[there[:, None], there] += update[split:, split:]
+        # Transposed, memory is walked in its own order.
+        own.T[here[:, None], here] += update.T[:split, :split]
+        below.T[here[:, None], there] += update.T[:split, split:]
+        rest.T[there[:, None], there] += update.T[split:, split:]
     own = _lower(own)
     if reach:
         below = dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
