@@ -6,6 +6,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from calls import status_of as run
 from small_files import sheet, write_all
@@ -179,6 +180,11 @@ def test_straight_within_is_part_of_the_method(here: Path) -> None:
         (["fit", "neutral.obj"], "neutral.obj"),
         (["interpolate", "ours.glb", "jawOpen.obj", "-o", "out.obj"], "ours.glb"),
         (["view", "neutral.obj", "-o", "out.html"], "neutral.obj"),
+        (
+            ["interpolate", "neutral.obj", "smile.obj", "-o", "a.obj", "--rest", "neutral"],
+            "--region",
+        ),
+        (["interpolate", "neutral.obj", "smile.obj", "-o", "a.obj", "--falloff", "2"], "--region"),
         (["render", "neutral.obj", "--mesh", "left", "-o", "out.png"], "--mesh"),
     ],
 )
@@ -278,3 +284,20 @@ def test_an_fbx_of_another_program(data_dir: Path, tmp_path: Path) -> None:
     assert set(paths_of(em.read_rig(out)).values()) == {"auto"}
     assert run("export", fbx, "--only", "jawOpen", "--method", "beam:2", "-o", out) == 0
     assert set(paths_of(em.read_rig(out)).values()) == {"beam R=2"}
+
+
+def test_a_region_and_settings_go_together(here: Path) -> None:
+    """Inside, the method of the settings, their own regions included; outside, the rest."""
+    Path("own.toml").write_text(
+        '[method]\ndefault = "ease:2"\n[regions.corner]\nvertices = [0]\nmethod = "cosine"\n'
+        "falloff = 0\n"
+    )
+    words = ["--settings", "own.toml", "-t", "0.25", "-o", "out.obj", "--region", "0-9"]
+    words += ["--falloff", "0", "--rest", "neutral"]
+    assert run("interpolate", "neutral.obj", "jawOpen.obj", *words) == 0
+    start, end = sheet().vertices, em.read("jawOpen.obj").vertices
+    found = em.read("out.obj").vertices
+    np.testing.assert_allclose(found[1:10], (start + 0.0625 * (end - start))[1:10], atol=1e-9)
+    share = (1 - np.cos(np.pi / 4)) / 2
+    np.testing.assert_allclose(found[0], (start + share * (end - start))[0], atol=1e-9)
+    np.testing.assert_array_equal(found[10:], start[10:])

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from elastomorph.cli import options
+from elastomorph.cli import completion, options
 
 __all__ = ["add_to"]
 
@@ -19,10 +19,18 @@ def add_to(app: typer.Typer) -> None:
 def bench(
     rig: options.OptionalRig = None,
     expressions: Annotated[
-        str | None, typer.Option(help="Names separated by commas; the paper's five by default.")
+        str | None,
+        typer.Option(
+            help="Names separated by commas; the paper's five by default.",
+            autocompletion=completion.sliders,
+        ),
     ] = None,
     method: Annotated[
-        str, typer.Option(help="linear, cosine, ease:R, beam:R or beam:R:closure.")
+        str,
+        typer.Option(
+            help="linear, cosine, ease:R, beam:R or beam:R:closure.",
+            autocompletion=completion.methods,
+        ),
     ] = "beam:3",
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,

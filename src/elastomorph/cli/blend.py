@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastomorph.cli import options
+from elastomorph.cli import completion, options
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,12 +35,21 @@ def blend(
     ] = None,
     weight: Annotated[
         list[str] | None,
-        typer.Option("--weight", "-w", help="name=0.4, repeated: one face instead of all."),
+        typer.Option(
+            "--weight",
+            "-w",
+            help="name=0.4, repeated: one face instead of all.",
+            autocompletion=completion.poses,
+        ),
     ] = None,
     t: Annotated[float, typer.Option("--time", "-t", help="Common time of all paths.")] = 1.0,
     levels: Annotated[int, typer.Option(help="Values from 0 to 1 in combinations.", min=2)] = 6,
     expressions: Annotated[
-        str | None, typer.Option(help="Names separated by commas; the paper's five by default.")
+        str | None,
+        typer.Option(
+            help="Names separated by commas; the paper's five by default.",
+            autocompletion=completion.sliders,
+        ),
     ] = None,
     normalize: Annotated[
         bool, typer.Option(help="Divide the weights of a face by their sum, as the paper does.")

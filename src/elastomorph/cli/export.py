@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from elastomorph.cli import options
+from elastomorph.cli import completion, options
 
 if TYPE_CHECKING:
     from elastomorph.settings import Settings
@@ -28,7 +28,10 @@ def export(
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
     only: Annotated[
-        str | None, typer.Option(help="Names separated by commas; all by default.")
+        str | None,
+        typer.Option(
+            help="Names separated by commas; all by default.", autocompletion=completion.sliders
+        ),
     ] = None,
     normals: Annotated[
         str | None, typer.Option(help=".glb: delta (normals of every target) or none.")

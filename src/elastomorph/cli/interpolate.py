@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -53,10 +53,13 @@ def interpolate(
     region: Annotated[
         str | None, typer.Option(help="Vertices to restrict it to: a .json list, or 0-9408,11248.")
     ] = None,
-    falloff: Annotated[int, typer.Option(help="Edge rings of blending inside the region.")] = 3,
+    falloff: Annotated[
+        float | None, typer.Option(help="Edge rings of blending inside the region; 3 by default.")
+    ] = None,
     rest: Annotated[
-        str, typer.Option(help="Vertices outside the region: linear, or neutral (stay).")
-    ] = "linear",
+        str | None,
+        typer.Option(help="Vertices outside the region: linear (default), or neutral (stay)."),
+    ] = None,
     timing: options.TimingText = None,
     picture: Annotated[
         Path | None, typer.Option(help="A picture (PNG) of the in-betweens side by side.")
@@ -73,13 +76,17 @@ def interpolate(
     from elastomorph.io import read, write, write_sequence
     from elastomorph.io.region_file import read_region
     from elastomorph.mesh import require_same_topology
-    from elastomorph.paths import interpolate as find_path
     from elastomorph.sequence import MeshSequence
-    from elastomorph.settings import PathMaker
+    from elastomorph.settings import Character, PathMaker, Settings
     from elastomorph.settings.choice import MethodChoice
+    from elastomorph.settings.paths import Part
 
     if time and frames:
         raise ParameterError("give --time or --frames, not both")
+    said: dict[str, Any] = {"falloff": falloff, "rest": rest}
+    said = {name: value for name, value in said.items() if value is not None}
+    if region is None and said:
+        raise ParameterError(f"--{next(iter(said))} is for a part of the face: add --region")
     clip = np.linspace(0, 1, frames) if frames else np.array(sorted(set(time or [0.5])))
     choice = MethodChoice.of(
         method,
@@ -90,30 +97,20 @@ def interpolate(
         basis=basis,
         stiffness=stiffness,
     )
-    chosen = options.settings_of(None, settings, choice)
-    _require_effect(choice, choice if chosen is None else chosen.choice_for(target.stem))
-    if chosen is not None and keep is not None:
+    own = Settings(target, Character(target.parent, target.stem), choice)
+    chosen = options.settings_of(None, settings, choice) or own
+    _require_effect(choice, chosen.choice_for(target.stem))
+    if keep is not None:
         chosen = chosen.with_curves(keep)
-    law = options.timing(timing or (None if chosen is None else chosen.timing))
+    part = None if region is None else Part(read_region(region), **said)
+    law = options.timing(timing or chosen.timing)
     times = clip if law is None else law.at(clip)
     with options.progress(as_json) as say:
         say("reading")
         start, end = read(neutral), read(target)
         say("solving")
-        if chosen is not None and region is None:
-            require_same_topology(start, end)
-            morph = PathMaker(chosen, start).path(target.stem, end)
-        else:
-            way = choice if chosen is None else chosen.choice_for(target.stem)
-            morph = find_path(
-                start,
-                end,
-                way.method(),
-                curves=options.network(start, options.curve_file(keep, settings)),
-                region=None if region is None else read_region(region),
-                falloff=falloff,
-                rest=rest,
-            )
+        require_same_topology(start, end)
+        morph = PathMaker(chosen, start, part=part).path(target.stem, end)
         positions = morph.at(times)
         say("writing")
         if len(times) == 1:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from elastomorph.cli import completion
 from elastomorph.errors import ElastomorphWarning
 
 if TYPE_CHECKING:
@@ -60,7 +61,8 @@ MethodText = Annotated[
     str | None,
     typer.Option(
         help="Paths made anew by auto[:distance], linear, cosine, ease:R, beam:R[:closure], "
-        "plate:R, arc or rotation. Default: those of the file, auto where it has none."
+        "plate:R, arc or rotation. Default: those of the file, auto where it has none.",
+        autocompletion=completion.methods,
     ),
 ]
 RigName = Annotated[

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from elastomorph.cli import options
+from elastomorph.cli import completion, options
 
 if TYPE_CHECKING:
     from elastomorph.report.pose_pictures import Comparison
@@ -47,7 +47,12 @@ def render(
     ] = "built-in",
     pose: Annotated[
         list[str] | None,
-        typer.Option("--pose", "-p", help="smile=0.7, repeated or separated by commas."),
+        typer.Option(
+            "--pose",
+            "-p",
+            help="smile=0.7, repeated or separated by commas.",
+            autocompletion=completion.poses,
+        ),
     ] = None,
     t: Annotated[
         float,
@@ -57,13 +62,17 @@ def render(
         list[str] | None,
         typer.Option(
             help="auto, linear, rotation, beam:R[:closure], …: paths made anew from the targets; "
-            "repeated for the rows of a strip. Default: those of the file, auto where it has none."
+            "repeated for the rows of a strip. Default: those of the file, auto where it has none.",
+            autocompletion=completion.methods,
         ),
     ] = None,
     mesh: options.MeshNames = None,
     view: Annotated[
         str,
-        typer.Option(help="front, three-quarter, side, below, mouth, eyes, or degrees LEFT,UP."),
+        typer.Option(
+            help="front, three-quarter, side, below, mouth, eyes, or degrees LEFT,UP.",
+            autocompletion=completion.views,
+        ),
     ] = "front",
     size: Annotated[
         str | None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastomorph.cli import options
+from elastomorph.cli import completion, options
 
 if TYPE_CHECKING:
     from elastomorph.rig import Rig
@@ -37,7 +37,8 @@ def view(
         list[str] | None,
         typer.Option(
             help="auto, linear, rotation, beam:R[:closure], …: paths made anew from the targets; "
-            "may be repeated to compare. Default: those of the file, auto where it has none."
+            "may be repeated to compare. Default: those of the file, auto where it has none.",
+            autocompletion=completion.methods,
         ),
     ] = None,
     mesh: options.MeshNames = None,

@@ -14,7 +14,7 @@ from elastomorph.samples.implicit import Points
 from elastomorph.samples.muscles import movements
 from elastomorph.samples.turns import keep_off_eyes, turn_lids
 
-__all__ = ["expressions", "pose", "shapes"]
+__all__ = ["expressions", "pose", "shape_names", "shapes"]
 
 # How far the upper and the lower lid close with each shape.
 _LIDS = {
@@ -61,15 +61,19 @@ def _sided(name: str) -> list[str]:
 
 @cache
 def _shapes() -> dict[str, Mesh]:
-    names = sorted({*movements(), *(f"{lid}_{side}" for lid in _LIDS for side in "LR")})
     neutral = build().mesh
-    return {name: neutral.with_vertices(pose({name: 1.0})) for name in names}
+    return {name: neutral.with_vertices(pose({name: 1.0})) for name in shape_names()}
 
 
 @cache
 def _expressions() -> dict[str, Mesh]:
     neutral = build().mesh
     return {name: neutral.with_vertices(pose(parts)) for name, parts in EXPRESSIONS.items()}
+
+
+def shape_names() -> list[str]:
+    """The names of `shapes`, which need not be built to be told."""
+    return sorted({*movements(), *(f"{lid}_{side}" for lid in _LIDS for side in "LR")})
 
 
 def shapes() -> dict[str, Mesh]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,10 +18,25 @@ from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
 from elastomorph.paths import Method, prepare, through
 from elastomorph.paths.patchwork import laid_over
-from elastomorph.paths.region import weights_inside
+from elastomorph.paths.region import blend_into_rest, weights_inside
 from elastomorph.settings.settings import Inbetweens, Settings
 
-__all__ = ["PathMaker"]
+__all__ = ["Part", "PathMaker"]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The part of a face that paths are restricted to.
+
+    Attributes:
+        vertices: (N,) vertex indices.
+        falloff: Rings of edges inside its border over which paths blend into the rest.
+        rest: What the other vertices do, as for `elastomorph.interpolate`.
+    """
+
+    vertices: NDArray[np.int64]
+    falloff: float = 3.0
+    rest: str = "linear"
 
 
 class PathMaker:
@@ -31,16 +47,24 @@ class PathMaker:
         neutral: The face at rest.
         extent: D of the rig, see `elastomorph.rig.remade.extent_of`; that of the neutral by
             default.
+        part: Where paths follow the settings; everywhere by default.
 
     Raises:
         FileError: A file of curves or of a region cannot be read.
         FormatError: One is not what it should be, or does not fit the neutral.
     """
 
-    def __init__(self, settings: Settings, neutral: Mesh, extent: float | None = None) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        neutral: Mesh,
+        extent: float | None = None,
+        part: Part | None = None,
+    ) -> None:
         self._settings = settings
         self._neutral = neutral
         self._extent = extent
+        self._part = part
         self._prepared: dict[tuple[Method, str], Callable[[Mesh], Morph]] = {}
         self._regions = {
             name: (self._vertices(name, region.vertices), region)
@@ -59,6 +83,15 @@ class PathMaker:
         Raises:
             ElastomorphError: As `elastomorph.interpolate` and `elastomorph.through`.
         """
+        morph = self._everywhere(name, target, own)
+        if self._part is None:
+            return morph
+        weights = weights_inside(
+            self._neutral, self.network, self._part.vertices, self._part.falloff
+        )
+        return blend_into_rest(lambda _: morph, weights, self._part.rest)(target)
+
+    def _everywhere(self, name: str, target: Mesh, own: Morph | None) -> Morph:
         if name in self._settings.inbetweens:
             return self._through(target, self._settings.inbetweens[name])
         choice = self._settings.choice_for(name)
@@ -98,6 +131,8 @@ class PathMaker:
                 curves = self.network
                 if region:
                     curves = curves.restricted(self._regions[region][0])
+                if self._part is not None:
+                    curves = curves.restricted(self._part.vertices)
             self._prepared[method, region] = prepare(
                 self._neutral, method, curves=curves, extent=self._extent
             )
