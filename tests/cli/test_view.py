@@ -17,8 +17,9 @@ from calls import status_of as run
 import elastomorph as em
 from children import started
 from elastomorph.rig import Rig
-from elastomorph.samples import expressions, head
+from elastomorph.samples import expressions, head, shapes
 from elastomorph.viewer import ViewerServer
+from foreign_files import write_foreign_glb
 from needs import extra
 
 STAND_IN = "<!doctype html><head>\n<!-- elastomorph scene -->\n</head><body></body>\n"
@@ -252,3 +253,24 @@ def test_it_ends_when_asked(tmp_path: Path, number: signal.Signals) -> None:
         _, said = process.communicate(timeout=20)
     assert process.returncode == (0 if number is signal.SIGINT else 128 + number)
     assert said == ""
+
+
+def test_a_glb_of_others_is_bent_unless_it_has_clips(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Clips play on the file as it is; that and how to bend it is said."""
+    shapes_of = {"jawOpen": shapes()["jawOpen"]}
+    rig = Rig(head(), {name: em.interpolate(head(), m, "linear") for name, m in shapes_of.items()})
+    bare = write_foreign_glb(tmp_path / "bare.glb", rig)
+    clips = write_foreign_glb(tmp_path / "clips.glb", rig, clips=True)
+    page = tmp_path / "page.html"
+    assert run("view", bare, "-o", page) == 0
+    assert capsys.readouterr().err == ""
+    bent = rig_in(written(page)[1][0], tmp_path).morphs["jawOpen"]
+    assert bent.choice is not None
+    assert len(bent.bends)
+    assert run("view", clips, "-o", page) == 0
+    assert "shown as it is" in capsys.readouterr().err
+    assert written(page)[1] == [clips.read_bytes()]
+    assert run("view", clips, "-o", page, "--method", "auto") == 0
+    assert len(rig_in(written(page)[1][0], tmp_path).morphs["jawOpen"].bends)
