@@ -116,24 +116,17 @@ def walk_through(
     say(f"interpolating {subject.jaw} by every method")
     morphs = _every_morph(subject, curves)
     evaluation = _compared(subject, curves, morphs, say)
-    faces: list[Picture] = []
+    pictures: list[Picture] = []
     if evaluation is not None:
-        if subject.motion is not None:
-            morphs = {result.label: result.morph for result in evaluation.results}
-            lengths = Lengths(evaluation.diameter, subject.unit)
-            faces = evaluation_pictures(evaluation, lengths, informed_methods(evaluation), say)
-        written += write_evaluation(evaluation, place, faces=faces, say=say)
+        pictures = _draw_evaluation(subject, evaluation, say)
+        written += write_evaluation(evaluation, place, faces=pictures, say=say)
+        morphs = morphs or {result.label: result.morph for result in evaluation.results}
     say("writing in-betweens")
     written += _write_in_betweens(neutral, morphs, place / "in-betweens")
 
     turning = _jaw_on_its_hinge(subject, place, written, say)
-    pictures = faces
     if subject.motion is None:
-        say(f"drawing {subject.jaw}")
-        written.append(place / "in-betweens.png")
-        shown = {label: morphs[label] for label in ("linear", "beam R=2", "auto")}
-        image = expression_strip(shown, written[-1], title=subject.jaw)
-        pictures.append(jaw_picture(image, subject.jaw, list(shown)))
+        pictures.append(_draw_jaw(subject, morphs, place, written, say))
     pictures += _draw_expressions(subject, place, written, say)
     say("comparing closures")
     seams = closure_seams(neutral, jaw, curves)
@@ -180,6 +173,30 @@ def _compared(
     return evaluate(
         parts.truth, of_parts, parts.curves(curves), extent=subject.neutral.diameter or None
     )
+
+
+def _draw_evaluation(
+    subject: Subject, evaluation: Evaluation, say: Callable[[str], None]
+) -> list[Picture]:
+    """Pictures of a recorded motion; the parts of a rig alone are no face to look at."""
+    if subject.motion is None:
+        return []
+    lengths = Lengths(evaluation.diameter, subject.unit)
+    return evaluation_pictures(evaluation, lengths, informed_methods(evaluation), say)
+
+
+def _draw_jaw(
+    subject: Subject,
+    morphs: Mapping[str, Morph],
+    place: Path,
+    written: list[Path],
+    say: Callable[[str], None],
+) -> Picture:
+    say(f"drawing {subject.jaw}")
+    written.append(place / "in-betweens.png")
+    shown = {label: morphs[label] for label in ("linear", "beam R=2", "auto")}
+    image = expression_strip(shown, written[-1], title=subject.jaw)
+    return jaw_picture(image, subject.jaw, list(shown))
 
 
 def _jaw_on_its_hinge(

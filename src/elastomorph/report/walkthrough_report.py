@@ -78,21 +78,13 @@ def write_walkthrough_report(
         sections = [*first, Section("faces", "Faces", picture_content(pictures))]
         write_page(path, document(subject.name, "What its targets need", sections))
         return
-    recorded = subject.motion is not None
     suggestions = []
-    if recorded:
+    if subject.motion is not None:
         say("looking for the best in-betweens")
         suggestions = suggest_inbetweens(
             evaluation.truth, _MOST_INBETWEENS, curves=evaluation.curves
         )
-    about = About(
-        subject.name,
-        source=motion_words(subject),
-        unit=subject.unit,
-        call=call,
-        timing_known=recorded,
-        remarks=(beam_words(beam, len(subject.targets)),),
-    )
+    about = _about(subject, beam, call)
     write_report(
         evaluation,
         path,
@@ -102,6 +94,17 @@ def write_walkthrough_report(
         first=first,
         faces=(),
         say=say,
+    )
+
+
+def _about(subject: Subject, beam: BeamTiming, call: str) -> About:
+    return About(
+        subject.name,
+        source=motion_words(subject),
+        unit=subject.unit,
+        call=call,
+        timing_known=subject.motion is not None,
+        remarks=(beam_words(beam, len(subject.targets)),),
     )
 
 
