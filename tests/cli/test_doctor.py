@@ -11,6 +11,8 @@ from calls import status_of as run
 
 from elastomorph.io import read, write
 from elastomorph.mesh import Mesh
+from elastomorph.paths import prepare
+from elastomorph.rig import Rig
 from elastomorph.samples import head, shapes
 
 
@@ -40,6 +42,25 @@ def test_a_sound_rig_exits_with_0(rig: Path, capsys: pytest.CaptureFixture[str])
 def test_files_can_be_named_one_by_one(rig: Path) -> None:
     assert run("doctor", rig / "neutral.obj", rig / "mouthSmile_L.obj") == 0
     assert run("doctor", rig / "neutral.obj") == 0
+
+
+def test_rigs_are_examined_like_files(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The built-in head, a rig file, and settings; nothing of a sound rig is written."""
+    to = prepare(head(), "linear")
+    smile = shapes()["mouthSmile_L"]
+    write(tmp_path / "head.glb", Rig(head(), {"smile": to(smile), "nothing": to(head())}))
+    assert run("doctor", "built-in") == 0
+    assert "built-in and " in capsys.readouterr().out
+    assert run("doctor", tmp_path / "head.glb", "--fail-on", "warning") == 1
+    assert "[does-nothing]\n  nothing  it is the neutral" in capsys.readouterr().out
+    assert run("doctor", tmp_path / "head.glb", "--repair", tmp_path / "fixed") == 2
+    assert "nothing to repair" in capsys.readouterr().err
+    assert not (tmp_path / "fixed").exists()
+    (rig / "elastomorph.toml").write_text('[character]\nname = "hero"\n')
+    assert run("doctor", rig / "elastomorph.toml", "--fail-on", "warning") == 0
+    assert run("doctor", rig / "neutral.obj", tmp_path / "head.glb") == 2
 
 
 def test_findings_at_the_severity_asked_for_exit_with_1(rig: Path) -> None:

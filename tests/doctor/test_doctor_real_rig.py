@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from planted_faults import shuffled, turned_over
+from planted_faults import baked, shuffled, turned_over
 
-from elastomorph.doctor import Examination, examine, examine_files
+from elastomorph.components import component_of
+from elastomorph.doctor import Examination, Thresholds, examine, examine_files, examine_rig
 from elastomorph.doctor.checks.order import NeutralOrder
-from elastomorph.io import read
+from elastomorph.doctor.checks.reordering import turned
+from elastomorph.io import read, read_rig, write
 from elastomorph.mesh import Mesh
 
 pytestmark = [pytest.mark.realdata, pytest.mark.slow]
@@ -158,3 +160,57 @@ def test_a_shuffled_target_in_millimetres_and_z_up(folder: Path, neutral: Mesh) 
     assert kinds == ["vertex-order", "different-units", "different-axes"]
     mesh = found.repaired["frown.obj"].mesh
     np.testing.assert_allclose(mesh.vertices, target.vertices, rtol=1e-14, atol=1e-12)
+
+
+def test_one_reversed_piece_of_a_target_is_wound_again(
+    folder: Path, neutral: Mesh, tmp_path: Path
+) -> None:
+    """Each of the eight largest pieces; numbers and positions are never touched."""
+    target = read(folder / "mouthSmile_L.obj")
+    part = component_of(len(target.vertices), target.edges)
+    for piece in np.argsort(-np.bincount(part))[:8].tolist():
+        inside = part[target.faces.indices[target.faces.offsets[:-1]]] == piece
+        over = turned(target, inside)
+        found = NeutralOrder(neutral).examine(over, "over.obj")
+        (one,) = found.findings
+        assert one.name == "reversed-winding"
+        assert one.vertices == tuple(np.flatnonzero(part == piece))
+        assert found.mesh is not None
+        assert found.mesh.faces == neutral.faces
+        np.testing.assert_array_equal(found.mesh.vertices, target.vertices)
+        mixed = NeutralOrder(neutral).examine(shuffled(over, piece)[0], "mixed.obj")
+        if mixed.mesh is None:
+            assert [f.name for f in mixed.findings] == ["different-polygons"]
+        else:
+            np.testing.assert_array_equal(mixed.mesh.vertices, target.vertices)
+
+
+def test_a_smile_with_the_jaw_baked_in_is_named(folder: Path, neutral: Mesh) -> None:
+    jaw, smile = (read(folder / f"{name}.obj") for name in ("jawOpen", "mouthSmile_L"))
+    names = ("jawOpen", "mouthFunnel", "mouthPucker", "mouthSmile_R")
+    clean = {f"{name}.obj": read(folder / f"{name}.obj") for name in names}
+    found = examine(
+        neutral, {**clean, "mouthSmile_L.obj": baked(neutral, smile, jaw)}.items(), file="n"
+    )
+    named = [(f.file, f.message) for f in found.findings if f.name == "baked-in-target"]
+    assert named == [("mouthSmile_L.obj", "contains jawOpen: used together, it counts twice")]
+
+
+def test_a_face_whose_jaw_enlarges_it_is_one_rig(data_dir: Path, tmp_path: Path) -> None:
+    """FaceCap, from FBX and from OBJ: no errors, and nothing to repair."""
+    rig = read_rig(data_dir / "facecap" / "FaceCapHeadGeneric.fbx")
+    write(tmp_path / "neutral.obj", rig.neutral)
+    for name, morph in rig.morphs.items():
+        write(tmp_path / f"{name}.obj", morph.target)
+    for found in (examine_rig(rig, file="FaceCap"), examine_files([tmp_path])):
+        assert found.count("error") == 0
+        assert not found.repaired
+        assert not found.beyond_repair
+        warned = {(f.name, Path(f.file).stem) for f in found.findings if f.severity == "warning"}
+        assert warned == {("does-nothing", "tongueOut"), ("asymmetric-pair", "jawLeft")}
+    jaw = rig.morphs["jawOpen"].target.vertices
+    spread = [
+        np.median(np.linalg.norm(points - np.median(points, axis=0), axis=1))
+        for points in (rig.neutral.vertices, jaw)
+    ]
+    assert spread[1] / spread[0] > Thresholds().scale

@@ -302,6 +302,14 @@ def test_an_unreadable_target_does_not_hide_the_others(face: Mesh, rig: dict[str
     assert (worst.name, worst.line, worst.message) == ("unreadable", 7, "nan is no coordinate")
 
 
+def test_targets_without_names_are_told_by_their_number(face: Mesh, rig: dict[str, Mesh]) -> None:
+    """None takes the place of another."""
+    meshes = [("", rig[SMILE]), ("", face), ("mesh", spiked(rig["browInnerUp.obj"]))]
+    found = examine(face, meshes)
+    assert found.targets == ("target 0", "target 1", "mesh (2)")
+    assert names(found) == [("does-nothing", "target 1"), ("jumping-vertices", "mesh (2)")]
+
+
 def test_vertices_the_neutral_does_not_have_are_refused(face: Mesh) -> None:
     with pytest.raises(ParameterError, match="has no vertex 99,999"):
         examine(face, [], Settings(seeds=((99_999, 0),)))

@@ -45,6 +45,9 @@ __all__ = ["examine", "examine_rig"]
 
 Say = Callable[[str], None]
 
+# Findings that leave no vertex as it should be, so that another comparison says nothing new.
+_EVERYWHERE = frozenset({"noise", "baked-in-target"})
+
 
 def examine(
     neutral: Mesh,
@@ -58,7 +61,8 @@ def examine(
 
     Args:
         neutral: The neutral.
-        targets: File and mesh of each target, or the error it could not be read for.
+        targets: File and mesh of each target, or the error it could not be read for. Those without
+            a name, or with that of another, are told by their number.
         settings: What is known beforehand.
         file: File of the neutral; by default where it was read from.
         say: Told what is being done.
@@ -92,8 +96,10 @@ def examine_rig(
     Raises:
         ParameterError: As `examine`.
     """
-    name = file or rig.neutral.name
     meshes = {morph: path.target for morph, path in rig.morphs.items()}
+    name = file or rig.neutral.name
+    if name in meshes:
+        name = f"{name} (rig)"
     patient = _Patient(rig.neutral, name, settings or Settings())
     patient.name_of, patient.meshes = str, {name: rig.neutral, **meshes}
     return _examined(patient, meshes.items(), say)
@@ -104,7 +110,10 @@ def _examined(
 ) -> Examination:
     say(f"examining {patient.file}")
     patient.examine_neutral()
-    for name, target in targets:
+    for number, (given, target) in enumerate(targets):
+        name = given or f"target {number}"
+        if name == patient.file or name in patient.done:
+            name = f"{name} ({number})"
         say(f"comparing {name}")
         patient.put_in_order(name, target)
     patient.put_in_frame()
@@ -318,6 +327,9 @@ class _Patient:
         return True
 
     def _vertices_at_fault(self, file: str) -> list[int]:
+        kinds = {f.name for f in self.findings if f.file == file and f.severity != "note"}
+        if kinds & _EVERYWHERE:
+            return list(range(len(self.neutral.vertices)))
         return [vertex for f in self.findings if f.file == file for vertex in f.vertices]
 
 

@@ -30,11 +30,19 @@ _FACES = 0.75
 
 @dataclass(frozen=True, eq=False)
 class _Pair:
-    """Two targets, and how clearly the left one is on one side of the plane, from -1 to 1."""
+    """Two targets that tell sides.
+
+    Attributes:
+        left: Name of the one called left.
+        right: Name of the other one.
+        side: 1 or -1, the side of the plane that the left one moves, or to which it moves.
+        aside: Whether it moves the middle of the face to that side.
+    """
 
     left: str
     right: str
     side: float
+    aside: bool
 
 
 def examine_swapped(
@@ -53,52 +61,37 @@ def examine_swapped(
         mirror: The plane of symmetry.
         pairs: Names of left and right targets.
     """
+    heights = mirror.heights(neutral.vertices)
     clear = []
-    for left, right in pairs:
-        moved = [targets[name].vertices - neutral.vertices for name in (left, right)]
-        side = _side_of(*moved, neutral.vertices, mirror)
-        if side:
-            clear.append(_Pair(left, right, side))
-    sides = np.sign([pair.side for pair in clear])
-    usual = float(np.sign(sides.sum()))
-    others = [pair for pair, side in zip(clear, sides, strict=True) if side == -usual]
-    if len(clear) >= _ENOUGH and usual:
-        if 3 * len(others) > len(clear):
-            return []
-        what = "other right targets move"
-    else:
-        usual = _left_of(neutral, [targets[name] for pair in pairs for name in pair], mirror)
-        others = [pair for pair, side in zip(clear, sides, strict=True) if side == -usual]
-        what = "is the right one of the face"
+    for names in pairs:
+        left, right = (targets[name].vertices - neutral.vertices for name in names)
+        place = _clear(_ratio(left, heights), _ratio(right, heights), _CLEARLY)
+        way = _clear(_aside(left, mirror.normal), _aside(right, mirror.normal), _ASIDE)
+        if place or way:
+            clear.append(_Pair(*names, place or way, not place))
+    usual = float(np.sign(sum(pair.side for pair in clear))) if len(clear) >= _ENOUGH else 0.0
+    which = "of the other right targets"
     if not usual:
+        usual = _left_of(neutral, [targets[name] for pair in pairs for name in pair], mirror)
+        which = "that is the right one of the face"
+    others = [pair for pair in clear if pair.side == -usual]
+    if len(clear) >= _ENOUGH and 3 * len(others) > len(clear):
         return []
     return [
         finding(
             "swapped-sides",
             files[pair.left],
-            f"moves the side, or to the side, that {what}, and "
-            f"{Path(files[pair.right]).name} the left",
+            f"moves {'to ' if pair.aside else ''}the side {which}, and "
+            f"{Path(files[pair.right]).name} {'to ' if pair.aside else ''}the left",
         )
         for pair in others
     ]
 
 
-def _side_of(
-    left: NDArray[np.float64],
-    right: NDArray[np.float64],
-    points: NDArray[np.float64],
-    mirror: Mirror,
-) -> float:
-    """On which side of the plane the left one is, or to which it moves the middle; 0 if neither."""
-    heights = mirror.heights(points)
-    for measure, least in (
-        (lambda moved: _ratio(moved, heights), _CLEARLY),
-        (lambda moved: _aside(moved, mirror.normal), _ASIDE),
-    ):
-        mine, their = measure(left), measure(right)
-        if min(abs(mine), abs(their)) > least and mine * their < 0:
-            return mine
-    return 0.0
+def _clear(left: float, right: float, least: float) -> float:
+    """The sign of the left one, if both are clear and opposite; else 0."""
+    clear = min(abs(left), abs(right)) > least and left * right < 0
+    return float(np.sign(left)) if clear else 0.0
 
 
 def _ratio(moved: NDArray[np.float64], heights: NDArray[np.float64]) -> float:
