@@ -13,6 +13,7 @@ from elastomorph.components import component_of
 from elastomorph.doctor import Examination, Thresholds, examine, examine_files, examine_rig
 from elastomorph.doctor.checks.order import NeutralOrder
 from elastomorph.doctor.checks.reordering import turned
+from elastomorph.doctor.mirror import find_mirror
 from elastomorph.io import read, read_rig, write
 from elastomorph.mesh import Mesh
 
@@ -214,3 +215,15 @@ def test_a_face_whose_jaw_enlarges_it_is_one_rig(data_dir: Path, tmp_path: Path)
         for points in (rig.neutral.vertices, jaw)
     ]
     assert spread[1] / spread[0] > Thresholds().scale
+
+
+def test_vertices_are_paired_with_their_mirror_image_or_with_none(data_dir: Path) -> None:
+    """Teeth of FaceCap are alike: none is paired with one of the other end of the jaw."""
+    face = read_rig(data_dir / "facecap" / "FaceCapHeadGeneric.fbx").neutral
+    mirror = find_mirror(face)
+    assert mirror is not None
+    known = np.flatnonzero(mirror.partner >= 0)
+    there = face.vertices[mirror.partner[known]] * [-1, 1, 1]
+    off = np.linalg.norm(there - face.vertices[known], axis=1)
+    assert off.max() < 0.05 * face.diameter
+    assert len(known) > 0.95 * len(face.vertices)

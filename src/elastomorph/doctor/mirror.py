@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,9 +69,11 @@ def find_mirror(neutral: Mesh) -> Mirror | None:
     found = find_relabelling(ours, theirs)
     if isinstance(found, Relabelling):
         mirror = _with_plane(points, found.new_index)
-        off = points[found.new_index] - _image(points, mirror)
-        if np.sqrt((off**2).sum(axis=1).mean()) <= _IMAGE_OFF * scale:
-            return mirror
+        off = np.linalg.norm(points[found.new_index] - _image(points, mirror), axis=1)
+        if np.sqrt((off**2).mean()) <= _IMAGE_OFF * scale:
+            # Among pieces alike, such as teeth, a few may be taken for each other.
+            partner = np.where(off <= _IMAGE_OFF * scale, mirror.partner, -1)
+            return replace(mirror, partner=partner)
     return _by_position(points, image, scale)
 
 
