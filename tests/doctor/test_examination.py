@@ -30,6 +30,7 @@ from elastomorph.doctor import (
     as_text,
     examine,
 )
+from elastomorph.doctor.checks.reordering import turned
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.mesh import Mesh
@@ -169,6 +170,24 @@ def test_a_neutral_that_differs_from_all_its_targets_is_the_one_to_blame(
     found = examined(face, {**targets, "zz.obj": rig[SMILE]})
     assert (kind, "neutral.obj") in names(found)
     assert (kind, "zz.obj") in names(found)
+
+
+@pytest.mark.parametrize("piece", [0, 1, 3])
+def test_a_neutral_wound_against_all_its_targets_is_the_one_to_turn(
+    face: Mesh, rig: dict[str, Mesh], piece: int
+) -> None:
+    part = component_of(len(face.vertices), face.edges)
+    over = turned(face, part[face.faces.indices[face.faces.offsets[:-1]]] == piece)
+    found = examined(over, rig)
+    assert names(found) == [("reversed-winding", "neutral.obj")]
+    assert found.findings[0].vertices == tuple(np.flatnonzero(part == piece))
+    assert list(found.repaired) == ["neutral.obj"]
+    assert found.repaired["neutral.obj"].mesh.faces == face.faces
+    # A target that runs them as the neutral does is then the odd one out.
+    odd = over.with_vertices(rig[SMILE].vertices)
+    found = examined(over, {**rig, SMILE: odd})
+    assert names(found) == [("reversed-winding", SMILE), ("reversed-winding", "neutral.obj")]
+    assert found.repaired[SMILE].mesh.faces == face.faces
 
 
 def test_of_mirror_images_the_one_that_shows_its_back_is_to_blame(

@@ -13,7 +13,7 @@ from elastomorph.doctor.checks.surface import SurfaceFacts
 from elastomorph.doctor.findings import KINDS, SEVERITIES, Finding, Severity, finding
 from elastomorph.doctor.side_names import SIDES
 from elastomorph.doctor.thresholds import Thresholds
-from elastomorph.errors import ElastomorphError, FileError
+from elastomorph.errors import ElastomorphError, FileError, ParameterError
 from elastomorph.mesh import Mesh
 
 __all__ = ["Examination", "Repaired", "Settings", "in_order", "unreadable", "unreadable_neutral"]
@@ -38,6 +38,23 @@ class Settings:
     steady: bool = False
     beam: BeamSettings | None = None
     thresholds: Thresholds = field(default_factory=Thresholds)
+
+    def require_vertices(self, neutral: Mesh, file: str) -> None:
+        """Check that the vertices named are there.
+
+        Raises:
+            ParameterError: The neutral has no such vertex, or there are too few to align to.
+        """
+        wanted = np.array([pair[0] for pair in self.seeds], dtype=np.int64)
+        if self.still is not None:
+            wanted = np.concatenate([wanted, self.still])
+            if len(np.unique(self.still)) < 3:
+                raise ParameterError("--align needs three vertices or more that are not on a line")
+        bad = wanted[(wanted >= len(neutral.vertices)) | (wanted < 0)]
+        if bad.size:
+            raise ParameterError(
+                f"{file} has no vertex {int(bad[0]):,}, only 0 to {len(neutral.vertices) - 1:,}"
+            )
 
 
 @dataclass(frozen=True, eq=False)

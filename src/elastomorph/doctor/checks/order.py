@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from elastomorph.doctor.checks.reordering import reordered
 from elastomorph.doctor.checks.welds import examine_welds
+from elastomorph.doctor.checks.winding import reversed_finding
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.relabelling import (
     Doubts,
@@ -24,7 +25,6 @@ from elastomorph.doctor.relabelling import (
     split_polygons,
     turned_corners,
 )
-from elastomorph.doctor.words import counted, listed
 from elastomorph.mesh import Mesh
 from elastomorph.polygons import Polygons
 
@@ -42,11 +42,14 @@ class InOrder:
         mesh: The target with vertices and polygons in the order of the neutral, or None.
         findings: What was wrong.
         repair: What was done, in a few words; empty where nothing was wrong, or nothing helped.
+        turned: (F,) polygons of the neutral that it only runs the other way round; None where
+            there are none, or anything else was wrong.
     """
 
     mesh: Mesh | None
     findings: tuple[Finding, ...] = ()
     repair: str = ""
+    turned: NDArray[np.bool_] | None = None
 
 
 class NeutralOrder:
@@ -101,21 +104,21 @@ class NeutralOrder:
         )
         found = [finding("triangulated", file, message)]
         if turned.any():
-            found.append(_reversed(target, file, np.flatnonzero(turned)))
+            found.append(reversed_finding(target, file, np.flatnonzero(turned)))
         mesh = self.neutral.with_vertices(target.vertices)
         return InOrder(mesh, tuple(found), "polygons of the neutral put back")
 
     def _same_numbers(self, target: Mesh, file: str) -> InOrder | None:
         """A target that numbers vertices as the neutral does."""
-        faces, found, repairs = self.neutral.faces, [], []
+        faces, found, repairs, turned = self.neutral.faces, [], [], None
         corners = corresponding_corners(faces, target.faces)
         if corners is None:
             either = corners_either_way(faces, target.faces)
             if either is None:
                 return None
-            corners = either.corners
+            corners, turned = either.corners, either.turned
             partner = _partners(faces, target.faces, corners)
-            found.append(_reversed(target, file, np.sort(partner[either.turned])))
+            found.append(reversed_finding(target, file, np.sort(partner[turned])))
             repairs.append("polygons wound as in the neutral")
         partner = _partners(faces, target.faces, corners)
         if not found or (partner != np.arange(len(faces))).any():
@@ -123,8 +126,9 @@ class NeutralOrder:
             line = self._first_line(target)
             found.append(finding("polygon-order", file, message, line=line))
             repairs.append("polygons reordered")
+            turned = None
         mesh = reordered(self.neutral, target, np.arange(len(target.vertices)), corners)
-        return InOrder(mesh, tuple(found), ", ".join(repairs))
+        return InOrder(mesh, tuple(found), ", ".join(repairs), turned)
 
     def _relabelled(self, target: Mesh, file: str) -> InOrder:
         """A target that numbers vertices otherwise, if its polygons tell how."""
@@ -205,7 +209,7 @@ class NeutralOrder:
             )
         findings = [finding("vertex-order", file, message)]
         if turned is not None:
-            findings.append(_reversed(target, file, np.flatnonzero(turned)))
+            findings.append(reversed_finding(target, file, np.flatnonzero(turned)))
         mesh = reordered(self.neutral, target, found.new_index, found.corners)
         return InOrder(mesh, tuple(findings), "vertices reordered")
 
@@ -293,26 +297,6 @@ class NeutralOrder:
 def _partners(ours: Polygons, theirs: Polygons, corners: NDArray[np.int64]) -> NDArray[np.int32]:
     """(F,) which of their polygons each of ours is."""
     return theirs.corner_faces[corners[ours.offsets[:-1]]]
-
-
-def _reversed(target: Mesh, file: str, polygons: NDArray[np.integer]) -> Finding:
-    """The finding for polygons of a target that run the other way round than in the neutral."""
-    if len(polygons) == len(target.faces):
-        which = "every polygon runs the other way round: its normals point inwards"
-    else:
-        which = (
-            f"{counted(polygons, 'polygon runs', 'polygons run')} the other way round than in the "
-            f"neutral: {listed(polygons)}"
-        )
-    lines = target.source.face_lines if target.source else None
-    corners = np.isin(target.faces.corner_faces, polygons)
-    return finding(
-        "reversed-winding",
-        file,
-        which,
-        line=None if lines is None else int(lines[polygons[0]]),
-        vertices=np.unique(target.faces.indices[corners]).tolist(),
-    )
 
 
 def _positions(mesh: Mesh) -> int:
