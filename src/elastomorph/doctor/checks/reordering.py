@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.doctor.relabelling import turned_corners
-from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.polygons import Polygons
 
 __all__ = ["reordered", "turned"]
@@ -47,7 +49,7 @@ def reordered(
     faces = target.faces.corner_faces[corners[neutral.faces.offsets[:-1]]]
     source = target.source
     if source is not None and source.face_lines is not None:
-        source = Source(source.path, source.face_lines[faces])
+        source = replace(source, face_lines=source.face_lines[faces])
     return Mesh(
         vertices,
         neutral.faces,

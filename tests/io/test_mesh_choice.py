@@ -1,0 +1,45 @@
+"""Which meshes of a file are read: all that is shown, or what is named."""
+
+from __future__ import annotations
+
+import pytest
+
+from elastomorph.errors import ParameterError
+from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
+
+HEAD = ListedMesh(("/a/head", "head"), 5)
+HAIR = ListedMesh(("/a/hair", "hair"), 0)
+OLD = ListedMesh(("/old/head", "head"), 3, shown=False)
+GUIDE = ListedMesh(("/guide",), 0, shown=False)
+
+
+@pytest.mark.parametrize(
+    ("meshes", "wanted", "expected"),
+    [
+        ([HEAD, HAIR, OLD, GUIDE], [], [0, 1]),
+        ([HAIR, OLD, GUIDE], [], [0, 1]),
+        ([HEAD, HAIR, OLD], ["head"], [0, 2]),
+        ([HEAD, HAIR, OLD], ["/old/head"], [2]),
+        ([HEAD, HAIR, OLD], ["hair", "/a/head"], [0, 1]),
+        ([HEAD, GUIDE], ["/guide"], [1]),
+    ],
+)
+def test_what_is_read(meshes: list[ListedMesh], wanted: list[str], expected: list[int]) -> None:
+    """Hidden ones only where they are named, or where nothing else moves."""
+    assert chosen_meshes(meshes, wanted) == expected
+
+
+def test_what_is_not_there_is_listed() -> None:
+    with pytest.raises(ParameterError, match=r"called 'nose'; there are '/a/head' \(5 shapes\)"):
+        chosen_meshes([HEAD, HAIR], ["head", "nose"])
+    with pytest.raises(ParameterError, match=r"no mesh has blend shapes; .*'/a/hair' \(no shapes"):
+        chosen_meshes([HAIR], [])
+    assert chosen_meshes([HAIR], [], need_shapes=False) == [0]
+
+
+def test_names_are_one_or_several() -> None:
+    assert wanted_names(None) == ()
+    assert wanted_names("head") == ("head",)
+    assert wanted_names(["head", "hair"]) == ("head", "hair")
+    with pytest.raises(ParameterError, match="at least one"):
+        wanted_names([])
