@@ -24,6 +24,7 @@ from elastomorph.morph import Choice
 from elastomorph.paths import Method
 from elastomorph.physics import Material
 from elastomorph.report.page import About, Picture, report_page, write_report
+from elastomorph.report.page.compared import compared
 from elastomorph.report.page.document import PAPER
 from elastomorph.report.page.picture import picture_figure
 from elastomorph.report.page.recipe import methods_table
@@ -82,6 +83,24 @@ def test_every_picture_says_what_is_seen(root: Element) -> None:
         assert len(graph.attributes["aria-label"]) > 60
     for figure in root.all("figure"):
         assert len(figure.one("figcaption").text) > 60
+
+
+def test_the_size_of_a_part_is_not_called_that_of_the_face(evaluation: Evaluation) -> None:
+    """Where the errors of a part are in D of the whole, both sizes are named."""
+    part = replace(evaluation, extent=40.0)
+    facts = {f.one("dt").text: f.one("dd").text for f in _facts(part)}
+    own = evaluation.truth.mesh.diameter
+    assert facts["Size"].startswith("D = 40.0 cm, the size of the whole face")
+    assert facts["Size"].endswith(f"the parts compared here measure {own:#.3g}")
+    assert "Face" not in facts
+    whole = {f.one("dt").text: f.one("dd").text for f in _facts(evaluation)}
+    assert whole["Size"].startswith(f"D = {own:#.3g}")
+    assert "Parts" not in whole
+
+
+def _facts(evaluation: Evaluation) -> list[Element]:
+    root = parsed(str(compared(evaluation, About(unit="cm"))))
+    return [each for each in root.all("div") if each.attributes.get("class") == "fact"]
 
 
 def test_auto_is_described_as_what_it_is(evaluation: Evaluation) -> None:

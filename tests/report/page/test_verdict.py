@@ -51,6 +51,16 @@ def test_a_win_of_timing_is_called_one_and_shared_with_the_ease() -> None:
     assert "75 % of its largest error was a matter of when" in said
 
 
+def test_beside_a_win_of_timing_the_headline_names_the_closest_path() -> None:
+    """A cosine may win at the recorded times; where the face goes, rotation is closer."""
+    lines = [line("linear", 0.04, 0.014), line("cosine", 0.03, 0.014)]
+    plain = reach_verdict(lines, HEAD).headline
+    lines += [line("rotation", 0.041, 0.010), line("auto", 0.041, 0.010)]
+    told = reach_verdict(lines, HEAD)
+    assert told.timing_alone
+    assert told.headline == f"{plain[:-1]}; by path rotation and auto come closest."
+
+
 def test_a_closer_path_is_called_one() -> None:
     verdict = reach_verdict([line("linear", 0.04, 0.01), line("arc", 0.02, 0.004)], HEAD)
     assert not verdict.timing_alone
