@@ -273,6 +273,10 @@ def test_the_built_in_head_is_a_rig_like_any_other(
     }
     assert run("inspect", "built-in") == 0
     assert "auto: turned, the straight line is" in capsys.readouterr().out
+    assert run("curves", "built-in", "-o", "curves.json", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["vertices"] == len(whole.neutral.vertices)
+    for words in (["-w", "jawOpen=1", "-o", "a.obj"], ["--levels", "2", "-o", "a.npz"]):
+        assert run("blend", "built-in", *words) == 0
 
 
 @pytest.mark.realdata

@@ -114,6 +114,9 @@ def test_a_file_that_was_read_on_the_way_is_kept(here: Path) -> None:
             file.write(b"new")
         with unnoted(), replacing("jawOpen.obj") as file:
             file.write(b"a cache")
+        read_bytes("smile.obj")
+        with replacing("smile.obj") as file:
+            file.write(b"read again by the command that wrote it, and written again")
     with replacing("neutral.obj") as file:
         file.write(b"from Python")
 

@@ -18,7 +18,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def curves(
-    face: Annotated[Path, typer.Argument(help="A mesh file (OBJ, PLY, NPZ).")],
+    face: Annotated[Path, typer.Argument(help="A mesh file (OBJ, PLY, NPZ), or 'built-in'.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Curve file, JSON.")] = None,
     picture: Annotated[
         Path | None, typer.Option(help="A picture (PNG) of the curves, one colour each.")
@@ -33,10 +33,12 @@ def curves(
     """
     from elastomorph.io import read
     from elastomorph.io.curve_file import write_curves
+    from elastomorph.io.registry import BUILT_IN
+    from elastomorph.samples import head
 
     with options.progress(as_json) as say:
         say(f"reading {face}")
-        mesh = read(face)
+        mesh = head() if str(face) == BUILT_IN else read(face)
         say("tracing edge loops")
         network = options.network(mesh, options.curve_file(keep, settings))
         if output is not None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.kept_inputs import note_input, require_no_input
+from elastomorph.io.kept_inputs import note_input, note_output, require_no_input
 from elastomorph.io.temporaries import remove_orphans, temporary_name
 
 __all__ = [
@@ -165,6 +165,7 @@ def _temporary_beside(path: str | Path) -> Iterator[Path]:
         if kept_mode is not None:
             temporary.chmod(kept_mode)
         temporary.replace(final)
+        note_output(final)
     except OSError as error:
         _refuse_writing(path, error)
     except FileError as error:
