@@ -80,7 +80,7 @@ def _top_eigenvectors(form: NDArray[np.float64]) -> NDArray[np.float64]:
     vectors /= np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
     unsure = (slope < _SEPARATED) | (np.abs(step) > _REACHED)
     vectors[unsure] = np.linalg.eigh(form[unsure])[1][:, :, -1]
-    return vectors
+    return np.asarray(vectors)
 
 
 def rotated(quaternions: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
