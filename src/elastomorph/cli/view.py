@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -131,7 +132,8 @@ def _report(path: Path, port: int) -> ViewerServer:
 def _show(server: ViewerServer, open_browser: bool, as_json: bool) -> None:
     import webbrowser
 
-    with server:
+    # Ctrl-C is how one leaves, also in the moment before the server waits for it.
+    with server, suppress(KeyboardInterrupt):
         if as_json:
             options.print_json({"address": server.address})
         else:
