@@ -24,8 +24,8 @@ from elastomorph.mesh import Mesh
 __all__ = ["Repair", "repair"]
 
 _SUFFIX = ".obj"
-# What repairs are made for: none of these may be found in a file that was repaired.
-_REPAIRED = frozenset({"moves-the-head", "saved-as-deltas"})
+# What only a comparison with other targets tells is not asked of a file alone.
+_AMONG_OTHERS = frozenset({"noise"})
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ def _written(
         if neutral is not None:
             settings = Settings(thresholds=examination.settings.thresholds)
             found = examine(neutral, [(file, again)], settings).findings
-            worse = _worse((f for f in found if f.file == file), examination)
+            worse = _worse([f for f in found if f.file == file], examination, file)
             if worse is not None:
                 return f"it would still be found to have {worse.title} ({worse.message})"
         trial.replace(goes_to)
@@ -160,11 +160,17 @@ def _written(
     return ""
 
 
-def _worse(found: Iterable[Finding], examination: Examination) -> Finding | None:
-    """What is still wrong after a repair, or was not wrong before."""
-    before = {f.name for f in examination.findings if f.severity != "error"}
+def _worse(found: Iterable[Finding], examination: Examination, file: str) -> Finding | None:
+    """What is still wrong with a file after its repair, or was not wrong before."""
+    before = {
+        f.name: len(f.vertices)
+        for f in examination.findings
+        if f.file == file and f.severity != "error"
+    }
     for one in found:
-        meant = one.name in _REPAIRED and examination.settings.steady
-        if one.severity == "error" or one.name not in before or meant:
+        if one.name in _AMONG_OTHERS:
+            continue
+        meant = one.name == "moves-the-head" and examination.settings.steady
+        if one.severity == "error" or meant or len(one.vertices) > before.get(one.name, -1):
             return one
     return None
