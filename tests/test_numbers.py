@@ -24,7 +24,7 @@ def test_numbers_of_any_kind(values: object) -> None:
 NO_NUMBERS = [None, True, "0.5", [None, 0.5], [[0, 1], [0]], object(), [0.5, "1"], {"t": 1}, 1j]
 
 
-@pytest.mark.parametrize("values", NO_NUMBERS, ids=repr)
+@pytest.mark.parametrize("values", NO_NUMBERS, ids=lambda value: type(value).__name__)
 def test_what_is_no_number_is_refused(values: object) -> None:
     with pytest.raises(em.ParameterError, match="times must be numbers, found"):
         STRAIGHT.at(values)  # type: ignore[arg-type]
