@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from threadpoolctl import ThreadpoolController, threadpool_limits
 
 import elastomorph as em
+from elastomorph import blas_threads
+from elastomorph.paths.rotation import Turning
 from elastomorph.rig.remade import bare_rig, extent_of, with_paths
 
 SIDE = 5
@@ -107,3 +112,36 @@ def test_only_the_morphs_named_are_given_paths(bare: em.Rig) -> None:
     part = with_paths(bare, "beam:2", names=["turn"])
     assert part.morphs["slide"] is bare.morphs["slide"]
     assert part.morphs["turn"].method == "beam R=2"
+
+
+def test_threads_make_the_paths_that_one_makes(
+    bare: em.Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the order of the rig, to the last bit, whoever comes first."""
+    monkeypatch.setattr(blas_threads, "usable_cores", lambda: 3)
+    shapes = {f"turn {n}": turned(0.1 + 0.2 * n) for n in range(8)}
+    with threadpool_limits(3, user_api="blas"):
+        rig = with_paths(bare_rig(sheet(), shapes), "rotation")
+    to = em.prepare(sheet(), "rotation")
+    assert list(rig.morphs) == list(shapes)
+    for name, morph in rig.morphs.items():
+        np.testing.assert_array_equal(morph.bends, to(shapes[name]).bends)
+
+
+def test_a_path_is_made_with_one_thread_of_blas(
+    bare: em.Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Many small products: threads of BLAS would wait for each other in every one of them."""
+    seen: list[int] = []
+    blas = ThreadpoolController().select(user_api="blas").lib_controllers
+
+    class Watched(Turning):
+        @classmethod
+        def of(cls, *given: Any) -> Turning:
+            seen.extend(library.get_num_threads() for library in blas)
+            return Turning.of(*given)
+
+    monkeypatch.setattr("elastomorph.paths.rotation.Turning", Watched)
+    with threadpool_limits(2, user_api="blas"):
+        em.interpolate(sheet(), turned(1.0), "rotation")
+    assert seen == [1] * len(blas)

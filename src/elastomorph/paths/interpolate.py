@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from numpy.typing import ArrayLike
 
+from elastomorph.blas_threads import one_blas_thread
 from elastomorph.curves import CurveNetwork, extract_curves, region_of, require_curves_of
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.mesh import Mesh, require_mesh, require_same_topology
@@ -80,6 +81,7 @@ def interpolate(
     return prepared(target)
 
 
+@one_blas_thread()
 def prepare(
     neutral: Mesh,
     method: str | Method = "auto",
@@ -95,7 +97,8 @@ def prepare(
 ) -> Path:
     """A function from target to path, for many targets of one neutral.
 
-    Curves and time laws are found once. Arguments and errors as in `interpolate`.
+    Curves and time laws are found once, and the function may be called from several threads: each
+    uses one thread of BLAS. Arguments and errors as in `interpolate`.
     """
     require_mesh(neutral, "the neutral")
     count = len(neutral.vertices)
@@ -115,12 +118,12 @@ def prepare(
     # One file a method, imported when it is first used: some need large parts of SciPy.
     make = import_module(f"elastomorph.paths.{chosen.name}").prepare
     if region is None:
-        return cast(Path, make(neutral, chosen, curves, **painted))
+        return one_blas_thread()(cast(Path, make(neutral, chosen, curves, **painted)))
     network = extract_curves(neutral) if curves is None else curves
     region = region_of(neutral, region)
     weights = weights_inside(neutral, network, region, falloff)
     prepared = make(neutral, chosen, network.restricted(region), **painted)
-    return blend_into_rest(prepared, weights, rest)
+    return one_blas_thread()(blend_into_rest(prepared, weights, rest))
 
 
 def _method(method: str | Method, settings: dict[str, object]) -> Method:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
+from elastomorph.blas_threads import in_own_threads
 from elastomorph.curves import CurveNetwork
 from elastomorph.extent import moved_extent
 from elastomorph.mesh import Mesh
@@ -79,7 +80,11 @@ def with_paths(
         **settings,  # type: ignore[arg-type]
     )
     morphs: dict[str, Morph] = dict(rig.morphs)
-    for number, name in enumerate(missing, start=1):
-        say(f"the path to {name}, {number} of {len(missing)}")
+
+    def make(number: int) -> None:
+        name = missing[number]
+        say(f"the path to {name}, {number + 1} of {len(missing)}")
         morphs[name] = to(rig.morphs[name].target)
+
+    in_own_threads(make, range(len(missing)))
     return Rig(rig.neutral, morphs, correctives=rig.sliders.correctives, groups=rig.sliders.groups)
