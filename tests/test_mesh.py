@@ -11,6 +11,7 @@ from scipy.spatial.distance import pdist
 from elastomorph.errors import MeshError, TopologyError
 from elastomorph.extent import largest_distance
 from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap, require_same_topology
+from elastomorph.paths import interpolate
 from elastomorph.polygons import Polygons
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]], dtype=float)
@@ -84,6 +85,26 @@ def test_a_mesh_without_polygons_has_no_edges() -> None:
 def test_what_is_not_a_mesh_is_refused(vertices: object, faces: object, message: str) -> None:
     with pytest.raises(MeshError, match=message):
         Mesh(vertices, faces)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("number", [1.1e75, -1e300, np.inf, np.nan])
+def test_coordinates_whose_products_are_no_numbers_are_refused(number: float) -> None:
+    with pytest.raises(MeshError, match=r"vertex 1 has the coordinates .* at most 1e\+75"):
+        Mesh([[0, 0, 0], [0, number, 0], [0, 0, 1]])
+
+
+@pytest.mark.parametrize("size", [1e75, 1e-75])
+def test_a_mesh_of_any_allowed_size_has_paths_that_scale_with_it(size: float) -> None:
+    """Nothing overflows or vanishes on the way, whatever unit of length an author may use."""
+    bent = [[0, 0, 0], [1, 0, 0], [1, 0.6, 0.8], [0, 0.6, 0.8]]
+    flat = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
+    faces = [[0, 1, 2], [0, 2, 3]]
+    for method in ("auto", "rotation", "arc", "plate:1", "beam"):
+        small, large = (
+            interpolate(Mesh(unit * flat, faces), Mesh(unit * np.array(bent), faces), method)
+            for unit in (1.0, size)
+        )
+        np.testing.assert_allclose(large.at(0.4) / size, small.at(0.4), atol=1e-9)
 
 
 def test_labels_must_fit_the_polygons() -> None:

@@ -40,6 +40,14 @@ def test_times_must_rise(times: list[float]) -> None:
         MeshSequence(MESH, FRAMES, times=times)
 
 
+@pytest.mark.parametrize("number", [np.nan, np.inf, -1e300])
+def test_a_frame_beyond_all_lengths_is_named(number: float) -> None:
+    frames = np.zeros((3, 3, 3))
+    frames[1, 2, 0] = number
+    with pytest.raises(MeshError, match=r"frame 1 has coordinates that are not finite .* 1e\+75"):
+        MeshSequence(Mesh(np.eye(3)), frames)
+
+
 def test_frames_must_fit_the_mesh() -> None:
     with pytest.raises(MeshError, match="shape"):
         MeshSequence(MESH, FRAMES[:, :3])

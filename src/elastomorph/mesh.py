@@ -17,6 +17,7 @@ from elastomorph.numbers import as_numbers
 from elastomorph.polygons import Polygons
 
 __all__ = [
+    "LARGEST",
     "FaceLabels",
     "Mesh",
     "Source",
@@ -25,6 +26,9 @@ __all__ = [
     "require_mesh",
     "require_same_topology",
 ]
+
+LARGEST = 1e75
+"""The largest coordinate of a mesh: products of four lengths, as in a squared area, are numbers."""
 
 _MOST_SHOWN = 12
 
@@ -86,8 +90,8 @@ class Mesh:
         source: The file it came from, if any.
 
     Raises:
-        MeshError: Coordinates are not finite (V, 3) numbers with V ≥ 1, or a polygon names a
-            vertex that does not exist.
+        MeshError: Coordinates are not finite (V, 3) numbers up to `LARGEST` with V ≥ 1, or a
+            polygon names a vertex that does not exist.
     """
 
     vertices: NDArray[np.float64]
@@ -184,7 +188,7 @@ def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
     """A read-only float64 copy of (V, 3) coordinates.
 
     Raises:
-        MeshError: Not (V, 3) with V ≥ 1, or a coordinate is NaN or infinite.
+        MeshError: Not (V, 3) with V ≥ 1, or a coordinate is NaN, infinite or beyond `LARGEST`.
     """
     try:
         own = np.array(as_numbers(vertices, "vertices"))
@@ -192,12 +196,12 @@ def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
         raise MeshError(f"{error}; they have the shape (V, 3)") from None
     if own.ndim != 2 or own.shape[1] != 3 or len(own) == 0:
         raise MeshError(f"vertices must have shape (V, 3) with V ≥ 1, found {own.shape}")
-    finite = np.isfinite(own).all(axis=1)
-    if not finite.all():
-        first = int(np.argmin(finite))
+    usable = (np.abs(own) <= LARGEST).all(axis=1)
+    if not usable.all():
+        first = int(np.argmin(usable))
         raise MeshError(
             f"vertex {first} has the coordinates {own[first].tolist()}; every coordinate must be "
-            f"a finite number ({int((~finite).sum())} vertices are not)"
+            f"a finite number, at most {LARGEST:g} ({int((~usable).sum())} vertices are not)"
         )
     own.flags.writeable = False
     return own

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.bend_curve import BendCurve, as_times
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.mesh import LARGEST, Mesh, require_same_topology
 from elastomorph.numbers import as_numbers
 
 __all__ = ["Choice", "Morph"]
@@ -95,8 +95,8 @@ class Morph:
         expected = (len(curves), *self.neutral.vertices.shape)
         if bends.shape != expected:
             raise MeshError(f"bends must have shape {expected}, found {bends.shape}")
-        if not np.isfinite(bends).all():
-            raise MeshError("bends must be finite numbers")
+        if bends.size and not (bends.max() <= LARGEST and bends.min() >= -LARGEST):
+            raise MeshError(f"bends must be finite numbers, at most {LARGEST:g}")
         bends.flags.writeable = False
         object.__setattr__(self, "bends", bends)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.mesh import Mesh, require_mesh
+from elastomorph.mesh import LARGEST, Mesh, require_mesh
 from elastomorph.numbers import as_numbers
 
 __all__ = ["MeshSequence", "require_motion"]
@@ -55,9 +55,12 @@ class MeshSequence:
                 f"frames must have shape (T, {len(mesh.vertices):,}, 3) with T ≥ 2, "
                 f"found {own.shape}"
             )
-        finite = np.isfinite(own).all(axis=(1, 2))
-        if not finite.all():
-            raise MeshError(f"frame {int(np.argmin(finite))} has coordinates that are not finite")
+        usable = (np.abs(own) <= LARGEST).all(axis=(1, 2))
+        if not usable.all():
+            raise MeshError(
+                f"frame {int(np.argmin(usable))} has coordinates that are not finite numbers of "
+                f"at most {LARGEST:g}"
+            )
         when = np.linspace(0.0, 1.0, len(own)) if times is None else as_numbers(times, "times")
         if when.shape != (len(own),) or not np.isfinite(when).all() or (np.diff(when) <= 0).any():
             raise ParameterError(f"times must be {len(own)} finite numbers that rise")

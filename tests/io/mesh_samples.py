@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.mesh import LARGEST, FaceLabels, Mesh, UVMap
 
-FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64)
+FINITE = st.floats(-LARGEST, LARGEST)
 
 
 def same_bits(one: np.ndarray, other: np.ndarray) -> bool:

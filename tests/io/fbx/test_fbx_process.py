@@ -11,6 +11,7 @@ import pytest
 from fbx_samples import as_binary, as_text, quad, scene
 
 from elastomorph.errors import FormatError
+from elastomorph.io import read_rig
 from elastomorph.io.fbx import read_fbx
 from elastomorph.rig import Rig
 from needs import installed
@@ -92,6 +93,15 @@ def test_points_and_shapes_that_contradict_each_other(tmp_path: Path) -> None:
         found = outcome(path)
         if isinstance(found, Rig):
             assert np.isfinite(found.pose({"lift": 1.0})).all()
+
+
+def test_shapes_beyond_all_lengths_are_refused_by_every_door(tmp_path: Path) -> None:
+    """Paths are made of what was read, so that nothing there may overflow either."""
+    path = tmp_path / "far.fbx"
+    path.write_bytes(as_text(scene(quad())).replace(b"0.25,0.5", b"1e308,1e308"))
+    for door in (read_fbx, read_rig):
+        with pytest.raises(FormatError, match=r"far\.fbx: vertex \d has .* at most 1e\+75"):
+            door(path)
 
 
 def test_the_worker_leaves_no_core_and_no_output_of_its_own(

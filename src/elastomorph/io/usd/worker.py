@@ -77,12 +77,17 @@ def _chosen(stage: Any, wanted: Sequence[str]) -> list[Any]:
     usd = pxr("Usd")
     every = usd.PrimRange.Stage(stage, usd.TraverseInstanceProxies())
     prims = [prim for prim in every if prim.IsA(pxr("UsdGeom").Mesh)]
-    listed = [
-        ListedMesh((str(prim.GetPath()), prim.GetName()), len(_targets(prim)), _is_shown(prim))
-        for prim in prims
-    ]
+    shapes = [len(_targets(prim)) for prim in prims]
     # A rig of ours may have no blend shapes.
-    need_shapes = not any(prim.HasAttribute(SLIDERS) for prim in prims)
+    need_shapes = not any(shapes) and not any(prim.HasAttribute(SLIDERS) for prim in prims)
+    # Whether a mesh is shown takes a walk up to its root: not where none will be read for that.
+    by_sight = not wanted and not need_shapes
+    listed = [
+        ListedMesh(
+            (prim.GetPath().pathString, prim.GetName()), count, not by_sight or _is_shown(prim)
+        )
+        for prim, count in zip(prims, shapes, strict=True)
+    ]
     try:
         chosen = chosen_meshes(listed, wanted, need_shapes=need_shapes)
     except ParameterError as problem:
@@ -141,9 +146,8 @@ def _to_world(prim: Any) -> Any:
 
 
 def _targets(prim: Any) -> list[Any]:
-    binding = pxr("UsdSkel").BindingAPI(prim)
-    targets: list[Any] = list(binding.GetBlendShapeTargetsRel().GetTargets())
-    return targets
+    named = prim.GetRelationship(pxr("UsdSkel").Tokens.skelBlendShapeTargets)
+    return list(named.GetTargets()) if named else []
 
 
 def _value(attribute: Any) -> Any:
