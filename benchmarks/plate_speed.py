@@ -56,15 +56,15 @@ def main() -> None:
     painted = 1 + 9 * (neutral.vertices[:, 1] > np.median(neutral.vertices[:, 1]))
     thin = em.Material(0.01, 1, 1)
     kinds: list[tuple[str, Method, dict[str, object]]] = [
-        ("R = 2", Method(order=2), {}),
-        ("R = 3", Method(order=3), {}),
-        ("R = 3, complex roots", Method(order=3, material=thin), {}),
-        ("R = 2, painted", Method(order=2), {"rigidity": painted}),
-        ("R = 3, painted", Method(order=3), {"rigidity": painted}),
-        ("R = 2, pinned", Method(order=2), {"pinned": np.arange(0, count, 100)}),
-        ("R = 2, 64 modes", Method(order=2, harmonics=64), {}),
-        ("R = 2, 200 modes", Method(order=2, harmonics=200), {}),
-        ("R = 8, 64 modes", Method(order=8), {}),
+        ("R = 2", Method("plate", order=2), {}),
+        ("R = 3", Method("plate", order=3), {}),
+        ("R = 3, complex roots", Method("plate", order=3, material=thin), {}),
+        ("R = 2, painted", Method("plate", order=2), {"rigidity": painted}),
+        ("R = 3, painted", Method("plate", order=3), {"rigidity": painted}),
+        ("R = 2, pinned", Method("plate", order=2), {"pinned": np.arange(0, count, 100)}),
+        ("R = 2, 64 modes", Method("plate", order=2, harmonics=64), {}),
+        ("R = 2, 200 modes", Method("plate", order=2, harmonics=200), {}),
+        ("R = 8, 64 modes", Method("plate", order=8), {}),
     ]
     middles = {}
     for label, method, options in kinds:

@@ -39,6 +39,13 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("curves", lambda: EM.interpolate(MESH, TARGET, curves=[0, 1]), "must be a CurveNetwork"),
     ("extent", lambda: EM.interpolate(MESH, TARGET, "auto", extent="D"), "extent must be a number"),
     ("falloff", lambda: EM.interpolate(MESH, TARGET, region=[0], falloff="3"), "falloff must be"),
+    (
+        "falloff of nothing",
+        lambda: EM.interpolate(MESH, TARGET, falloff=2),
+        "falloff without a region",
+    ),
+    ("rest of nothing", lambda: EM.prepare(MESH, rest="neutral"), "rest without a region"),
+    ("extent of a line", lambda: EM.prepare(MESH, "linear", extent=1), "only auto takes extent"),
     ("region", lambda: EM.interpolate(MESH, TARGET, region={"a": 1}), "a region must be"),
     ("rigidity", lambda: EM.interpolate(MESH, TARGET, "plate", rigidity="a"), "rigidity must be"),
     ("pinned", lambda: EM.interpolate(MESH, TARGET, "plate", pinned="a"), "pinned must be"),

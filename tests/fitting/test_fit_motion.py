@@ -19,9 +19,9 @@ Synthesis = Callable[..., list[em.MeshSequence]]
 pytestmark = pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
 
 # Damping and mass near the stiffness of the softest modes, π⁴ and 16π⁴.
-QUADRATIC = em.Method(load=em.Load([0.3, 0.7]), material=em.Material(1, 8, 1))
-CUBIC = em.Method(load=em.Load([0.3, 0.5, 0.2]), material=em.Material(6, 9, 1))
-QUARTIC = em.Method(load=em.Load([0.3, 0.2, 0.3, 0.2]), material=em.Material(4, 7, 1))
+QUADRATIC = em.Method("beam", load=em.Load([0.3, 0.7]), material=em.Material(1, 8, 1))
+CUBIC = em.Method("beam", load=em.Load([0.3, 0.5, 0.2]), material=em.Material(6, 9, 1))
+QUARTIC = em.Method("beam", load=em.Load([0.3, 0.2, 0.3, 0.2]), material=em.Material(4, 7, 1))
 
 
 def brute_force(
@@ -67,7 +67,9 @@ def test_every_closure_can_be_fitted(
     closure: str, synthesis: Synthesis, network: CurveNetwork
 ) -> None:
     """The means add to what is known of the mass, even with a quadratic load."""
-    truth = em.Method(load=em.Load([0.6, 0.4]), material=em.Material(2, 9, 1), closure=closure)
+    truth = em.Method(
+        "beam", load=em.Load([0.6, 0.4]), material=em.Material(2, 9, 1), closure=closure
+    )
     found = fit(synthesis(truth, count=1), network, degree=2, closure=closure)
     assert found.damping.value == pytest.approx(9, rel=1e-4)
     assert found.mass.identified == (closure != "linear")
@@ -173,6 +175,7 @@ def test_no_nearby_material_is_better(synthesis: Synthesis, network: CurveNetwor
     for _ in range(20):
         share = 1 + 0.05 * random.normal(size=3)
         other = em.Method(
+            "beam",
             load=em.Load(np.array(found.load.coefficients) * share[:2]),
             material=em.Material(1.0, found.damping.value * share[2], 1.0),
         )

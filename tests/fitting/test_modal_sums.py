@@ -35,7 +35,10 @@ def test_the_objective_is_the_distance_of_interpolate(
     for _ in range(3):
         damping, mass = np.exp(noise.normal(size=2)).tolist()
         method = em.Method(
-            load=em.Load(coefficients), material=em.Material(mass, damping, 1.0), closure=closure
+            "beam",
+            load=em.Load(coefficients),
+            material=em.Material(mass, damping, 1.0),
+            closure=closure,
         )
         direct = 0.0
         for motion in motions:

@@ -21,7 +21,7 @@ WAVE = np.stack([0 * TURN, 0 * TURN, np.cos(TURN)], axis=1)
 @pytest.mark.parametrize("rigidity", [1.0, 1e3, 1e6])
 def test_the_bends_of_a_stiff_beam_are_small_and_exact(rigidity: float) -> None:
     """φ₁ of the load t³ has -3c/B of t², down to 10⁻⁹ of the displacement."""
-    method = Method(order=3, material=em.Material(rigidity=rigidity))
+    method = Method("beam", order=3, material=em.Material(rigidity=rigidity))
     path = beam.prepare(RING, method, CURVES)(RING.with_vertices(RING.vertices + WAVE))
     law = modal_response(16 * np.pi**4 * rigidity, method.external_load, method.material)
     assert abs(law[1]) < 2e-3
@@ -31,6 +31,6 @@ def test_the_bends_of_a_stiff_beam_are_small_and_exact(rigidity: float) -> None:
 def test_bends_that_are_rounding_are_left_out() -> None:
     """Of a displacement alike everywhere the mean moves, by the limit law: no t² is in it."""
     moved = RING.with_vertices(RING.vertices + [0.1, 0.7, 0.3])
-    path = beam.prepare(RING, Method(order=3), CURVES)(moved)
+    path = beam.prepare(RING, Method("beam", 3), CURVES)(moved)
     assert len(path.bends) == 1
     assert path.bends[0] == pytest.approx(path.delta, abs=1e-14)

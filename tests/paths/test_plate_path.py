@@ -30,7 +30,7 @@ def bends(path: em.Morph) -> np.ndarray:
 @pytest.mark.parametrize("order", [2, 3])
 @pytest.mark.parametrize("closure", CLOSURES)
 def test_end_shapes_are_exact_to_the_last_bit(order: int, closure: str) -> None:
-    path = plate.prepare(FACE, Method(order=order, closure=closure, material=SOFT))(GRIN)
+    path = plate.prepare(FACE, Method("plate", order=order, closure=closure, material=SOFT))(GRIN)
     assert path.at(0).tobytes() == FACE.vertices.tobytes()
     assert path.at(1).tobytes() == GRIN.vertices.tobytes()
     assert not np.allclose(path.at(0.5), (FACE.vertices + GRIN.vertices) / 2, atol=1e-3)
@@ -38,7 +38,7 @@ def test_end_shapes_are_exact_to_the_last_bit(order: int, closure: str) -> None:
 
 @pytest.mark.parametrize("closure", ["limit", "linear", "compatible"])
 def test_a_linear_load_is_linear_interpolation(closure: str) -> None:
-    path = plate.prepare(FACE, Method(order=1, closure=closure, material=SOFT))(GRIN)
+    path = plate.prepare(FACE, Method("plate", order=1, closure=closure, material=SOFT))(GRIN)
     straight = linear.prepare(FACE, Method("linear"))(GRIN)
     assert len(path.bends) == 0
     assert np.array_equal(path.at([0.2, 0.7]), straight.at([0.2, 0.7]))
@@ -50,7 +50,7 @@ def test_a_stiff_plate_is_the_ease(order: int) -> None:
     eased = ease.prepare(FACE, Method("ease", order=order))(GRIN).at(0.5)
     gaps = []
     for rigidity in (1e2, 1e4):
-        method = Method(order=order, material=em.Material(1, 1, rigidity))
+        method = Method("plate", order=order, material=em.Material(1, 1, rigidity))
         path = plate.prepare(FACE, method)(GRIN)
         gaps.append(np.abs(path.at(0.5) - eased).max() / FACE.diameter)
     assert gaps[0] < 1e-3
@@ -59,7 +59,7 @@ def test_a_stiff_plate_is_the_ease(order: int) -> None:
 
 @pytest.mark.parametrize("order", [2, 3])
 def test_nothing_depends_on_place_size_or_numbering(order: int) -> None:
-    method = Method(order=order, closure="rest", material=SOFT)
+    method = Method("plate", order=order, closure="rest", material=SOFT)
     expected = bends(plate.prepare(FACE, method)(GRIN))
     random = np.random.default_rng(order)
     turn = np.linalg.qr(random.standard_normal((3, 3)))[0]
@@ -78,21 +78,21 @@ def test_nothing_depends_on_place_size_or_numbering(order: int) -> None:
 
 
 def test_one_preparation_serves_every_target() -> None:
-    to = plate.prepare(FACE, Method(order=3, material=SOFT))
+    to = plate.prepare(FACE, Method("plate", order=3, material=SOFT))
     for target in expressions().values():
-        alone = plate.prepare(FACE, Method(order=3, material=SOFT))(target)
+        alone = plate.prepare(FACE, Method("plate", order=3, material=SOFT))(target)
         assert np.array_equal(to(target).bends, alone.bends)
 
 
 def test_rigidity_is_a_factor_of_that_of_the_material() -> None:
     count = len(FACE.vertices)
     stiffer = em.Material(SOFT.mass, SOFT.damping, 3 * SOFT.rigidity)
-    expected = bends(plate.prepare(FACE, Method(material=stiffer))(GRIN))
+    expected = bends(plate.prepare(FACE, Method("plate", material=stiffer))(GRIN))
     for rigidity in (3, 3.0, np.full(count, 3.0)):
-        path = plate.prepare(FACE, Method(material=SOFT), rigidity=rigidity)(GRIN)
+        path = plate.prepare(FACE, Method("plate", material=SOFT), rigidity=rigidity)(GRIN)
         assert np.array_equal(path.bends, expected)
     nearly = 3 * (1 + 1e-13 * np.arange(count))
-    path = plate.prepare(FACE, Method(material=SOFT), rigidity=nearly)(GRIN)
+    path = plate.prepare(FACE, Method("plate", material=SOFT), rigidity=nearly)(GRIN)
     assert path.bends == pytest.approx(expected, abs=1e-9 * FACE.diameter)
 
 
@@ -101,7 +101,7 @@ def test_pinned_vertices_follow_the_limit_law(as_mask: bool) -> None:
     chosen = np.arange(0, len(FACE.vertices), 97)
     mask = np.zeros(len(FACE.vertices), dtype=bool)
     mask[chosen] = True
-    method = Method(order=2, material=SOFT)
+    method = Method("plate", order=2, material=SOFT)
     path = plate.prepare(FACE, method, pinned=mask if as_mask else chosen)(GRIN)
     eased = ease.prepare(FACE, Method("ease", order=2))(GRIN)
     off = np.abs(path.at(0.5) - eased.at(0.5)).max(axis=1)
@@ -112,7 +112,7 @@ def test_pinned_vertices_follow_the_limit_law(as_mask: bool) -> None:
 def test_vertices_on_no_polygon_follow_the_limit_law() -> None:
     neutral = em.Mesh(vertices=np.r_[FACE.vertices, [[0, 0, 9.0]]], faces=FACE.faces)
     target = neutral.with_vertices(np.r_[GRIN.vertices, [[0, 8.0, 9]]])
-    method = Method(order=2, closure="rest", material=SOFT)
+    method = Method("plate", order=2, closure="rest", material=SOFT)
     path = plate.prepare(neutral, method)(target)
     assert path.at(0.5)[-1] == pytest.approx([0, 2, 9])
     without = plate.prepare(FACE, method)(GRIN)
@@ -148,7 +148,7 @@ def test_collapsed_polygons_do_no_harm() -> None:
     faces = [*FACE.faces, FACE.faces[7], FACE.faces[8][[0, 1, 0]]]
     neutral = em.Mesh(vertices=vertices, faces=faces)
     target = neutral.with_vertices(vertices + GRIN.vertices - FACE.vertices)
-    path = plate.prepare(neutral, Method(order=3, material=SOFT))(target)
+    path = plate.prepare(neutral, Method("plate", order=3, material=SOFT))(target)
     largest = np.abs(path.delta).max()
     assert np.isfinite(path.bends).all()
     assert np.abs(path.bends).max() < 10 * largest
@@ -164,7 +164,7 @@ def test_no_seam_opens_in_a_production_face(data_dir: Path) -> None:
     line = linear.prepare(neutral, Method("linear"))(target)
     straight = probe.at(line, 0.25, line.at(0.25))  # where the limit law t² is at t = 0.5
     for closure in CLOSURES:
-        path = plate.prepare(neutral, Method(order=2, closure=closure))(target)
+        path = plate.prepare(neutral, Method("plate", order=2, closure=closure))(target)
         shape = probe.at(path, 0.5, path.at(0.5))
         assert shape.seam < straight.seam + 1e-5
         assert shape.flips <= straight.flips
@@ -177,7 +177,7 @@ def test_every_piece_of_a_production_face_has_its_own_mean(data_dir: Path) -> No
     rig = data_dir / "ict-facekit"
     neutral, target = em.read(rig / "generic_neutral_mesh.obj"), em.read(rig / "jawOpen.obj")
     surface = surface_operators(neutral)
-    path = plate.prepare(neutral, Method(order=2, closure="rest"))(target)
+    path = plate.prepare(neutral, Method("plate", order=2, closure="rest"))(target)
     law = 1.5 * 0.5**2 - 0.5 * 0.5**3
     weights = surface.mass[:, None]
     for piece in range(surface.component_count):

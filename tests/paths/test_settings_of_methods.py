@@ -62,6 +62,19 @@ def test_has_an_effect_or_is_refused(method: str, setting: str) -> None:
     assert np.abs(usual.at(times) - other.at(times)).max() > 1e-9
 
 
+@pytest.mark.parametrize("setting", VALUES)
+@pytest.mark.parametrize("method", METHODS)
+def test_a_method_made_directly_has_the_same_settings(method: str, setting: str) -> None:
+    given = {setting: VALUES[setting]}
+    if setting in SETTINGS[method]:
+        assert getattr(em.Method(method, **given), setting) == VALUES[setting]
+    else:
+        with pytest.raises(em.ParameterError, match=f"method '{method}': {method} has no "):
+            em.Method(method, **given)
+    default = {setting: getattr(em.Method(), setting)}
+    assert em.Method(method, **default) == em.Method(method)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_what_is_no_network_is_refused_by_every_method(method: str) -> None:
     for curves in ("nonsense", [[0, 1, 2]], 3):

@@ -93,7 +93,7 @@ def test_a_target_keeps_what_it_does_not_say(folder: Path) -> None:
 
 def test_a_name_brings_its_order_or_load() -> None:
     general = MethodChoice.of("beam", load=(0.2, 0.8), closure="rest")
-    assert MethodChoice.of("ease").over(general).method() == em.Method("ease", closure="rest")
+    assert MethodChoice.of("ease").over(general).method() == em.Method("ease")
     assert MethodChoice(damping=2.0).over(general).method().load == em.Load([0.2, 0.8])
     assert MethodChoice(load=(1.0,)).over(MethodChoice.of("beam:3")).method().order == 2
     assert not MethodChoice()

@@ -96,7 +96,7 @@ def material(
     from elastomorph.settings.choice import MethodChoice
 
     said = MethodChoice(mass=mass, damping=damping, rigidity=rigidity)
-    return (said if settings is None else said.over(settings.method)).method().material
+    return (said if settings is None else said.over(settings.method)).material
 
 
 def settings_of(

@@ -48,10 +48,10 @@ def prepare(
         BakeError: A turn is too sharp to be stored.
     """
     scale = (neutral.diameter if extent is None else extent) or 1.0
-    straight = linear.prepare(neutral, replace(method, name="linear"))
+    straight = linear.prepare(neutral, Method("linear"))
     around = neighbourhoods(neutral, curves)
     surface = _surface(neutral)
-    bent = replace(method, name="arc" if surface is None else "rotation")
+    bent = Method("arc" if surface is None else "rotation", tolerance=method.tolerance)
 
     def to(target: Mesh) -> Morph:
         found: Arcs | Turning

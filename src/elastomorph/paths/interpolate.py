@@ -29,8 +29,8 @@ def interpolate(
     *,
     curves: CurveNetwork | None = None,
     region: ArrayLike | str | None = None,
-    falloff: float = 3,
-    rest: str = "linear",
+    falloff: float | None = None,
+    rest: str | None = None,
     rigidity: ArrayLike | None = None,
     pinned: ArrayLike | None = None,
     extent: float | None = None,
@@ -47,13 +47,13 @@ def interpolate(
         region: Vertex indices, (V,) bool, or the name of a group of the neutral's polygons; the
             method is used there only, on the parts of the curves inside.
         falloff: Rings of edges inside the border of the region over which its path blends into
-            the rest, without a jump.
-        rest: What vertices outside the region do: ``linear`` or ``neutral`` (stay).
+            the rest, without a jump; 3 by default.
+        rest: What vertices outside the region do: ``linear`` (default) or ``neutral`` (stay).
         rigidity: (V,) painted rigidity of a ``plate``, times that of its material.
         pinned: Vertices of a ``plate`` that follow the limit law, indices or (V,) bool.
         extent: The length D that ``straight_within`` of ``auto`` is a fraction of, in the unit of
             the vertices: for a rig the size of what its targets move, see
-            `elastomorph.extent.moved_extent`. ``neutral.diameter`` by default.
+            `elastomorph.extent.moved_extent`. ``neutral.diameter`` by default. Only for ``auto``.
         **settings: What the method named has, as fields of `Method`: ``order``, ``material``,
             ``closure``, ``load``, ``basis``, ``stiffness``, ``harmonics``, ``tolerance``,
             ``straight_within``.
@@ -62,7 +62,8 @@ def interpolate(
         TopologyError: Neutral and target differ in vertices or polygons.
         MeshError: The neutral has fewer than three vertices, or it or the target is no Mesh.
         CurveError: The curves belong to another mesh, or are none.
-        ParameterError: A setting or a region is not understood, or the method has no such setting.
+        ParameterError: A setting or a region is not understood, or the method has no such setting;
+            falloff or rest without a region.
         ResonanceError: The material is singular for this load.
     """
     require_same_topology(neutral, target)
@@ -88,8 +89,8 @@ def prepare(
     *,
     curves: CurveNetwork | None = None,
     region: ArrayLike | str | None = None,
-    falloff: float = 3,
-    rest: str = "linear",
+    falloff: float | None = None,
+    rest: str | None = None,
     rigidity: ArrayLike | None = None,
     pinned: ArrayLike | None = None,
     extent: float | None = None,
@@ -105,29 +106,31 @@ def prepare(
     if count < 3:
         raise MeshError(f"{neutral.name} has {count} vertices; a face needs at least 3")
     chosen = _method(method, settings)
-    if extent is not None:
-        extent = as_number(extent, "extent", least=0)
     if curves is not None:
         require_curves_of(curves, count, neutral.name)
-    options = {"rigidity": rigidity, "pinned": pinned}
-    painted: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
-    if painted and chosen.name != "plate":
-        raise ParameterError(f"only a plate takes {' and '.join(painted)}, not {chosen.name}")
-    if chosen.name == "auto" and extent is not None:
-        painted["extent"] = extent
+    own = _given(rigidity=rigidity, pinned=pinned)
+    if own and chosen.name != "plate":
+        raise ParameterError(f"only a plate takes {' and '.join(own)}, not {chosen.name}")
+    if extent is not None:
+        if chosen.name != "auto":
+            raise ParameterError(f"only auto takes extent, not {chosen.name}")
+        own["extent"] = as_number(extent, "extent", least=0)
+    border = _given(falloff=falloff, rest=rest)
+    if region is None and border:
+        raise ParameterError(f"{' and '.join(border)} without a region: name one as region=…")
     # One file a method, imported when it is first used: some need large parts of SciPy.
     make = import_module(f"elastomorph.paths.{chosen.name}").prepare
     if region is None:
-        return one_blas_thread()(cast(Path, make(neutral, chosen, curves, **painted)))
+        return one_blas_thread()(cast(Path, make(neutral, chosen, curves, **own)))
     network = extract_curves(neutral) if curves is None else curves
     region = region_of(neutral, region)
-    weights = weights_inside(neutral, network, region, falloff)
-    prepared = make(neutral, chosen, network.restricted(region), **painted)
-    return one_blas_thread()(blend_into_rest(prepared, weights, rest))
+    weights = weights_inside(neutral, network, region, border.get("falloff", 3))
+    prepared = make(neutral, chosen, network.restricted(region), **own)
+    return one_blas_thread()(blend_into_rest(prepared, weights, border.get("rest", "linear")))
 
 
 def _method(method: str | Method, settings: dict[str, object]) -> Method:
-    given = [name for name, value in settings.items() if value is not None]
+    given = _given(**settings)
     if not isinstance(method, Method):
         return Method.parse(method, **settings)
     if given:
@@ -135,3 +138,7 @@ def _method(method: str | Method, settings: dict[str, object]) -> Method:
             f"give {', '.join(sorted(given))} within the Method, or the method by its name"
         )
     return method
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}

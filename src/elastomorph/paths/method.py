@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import as_number
@@ -51,7 +51,8 @@ class Method:
             halfway and as a fraction of D, and still goes straight.
 
     Raises:
-        ParameterError: A setting is unknown or out of range.
+        ParameterError: A setting is unknown or out of range, or differs from its default although
+            the method has no such setting.
     """
 
     name: str = "auto"
@@ -87,6 +88,9 @@ class Method:
         whole = isinstance(self.harmonics, int) and not isinstance(self.harmonics, bool)
         if self.harmonics is not None and not (whole and self.harmonics >= 0):
             raise ParameterError(f"harmonics must be a whole number ≥ 0, found {self.harmonics!r}")
+        for setting, usual in _USUAL.items():
+            if getattr(self, setting) != usual:
+                _require_setting(self.name, setting, repr(self.name))
 
     def has(self, setting: str) -> bool:
         """Whether a setting changes what this method does."""
@@ -123,6 +127,15 @@ class Method:
         return " ".join(words)
 
     @classmethod
+    def of(cls, method: str | Method) -> Method:
+        """The method that a text names, or the method itself.
+
+        Raises:
+            ParameterError: As `parse`.
+        """
+        return method if isinstance(method, Method) else cls.parse(method)
+
+    @classmethod
     def parse(cls, text: str, **settings: object) -> Method:
         """A method from ``name``, ``name:order``, ``beam:order:closure`` or ``auto:distance``.
 
@@ -157,9 +170,8 @@ class Method:
             raise ParameterError(f"method {text!r} names an option twice")
         stated = [key for key, value in settings.items() if value is not None]
         for key in [*found, *stated] if name in METHODS else []:
-            if key != "name" and key not in SETTINGS[name]:
-                has = ", ".join(SETTINGS[name]) or "no settings"
-                raise ParameterError(f"method {text!r}: {name} has no {key}; it has {has}")
+            if key != "name":
+                _require_setting(name, key, repr(text))
         for key in stated:
             if key in found or (key == "load" and "order" in {*found, *stated}):
                 raise ParameterError(
@@ -171,6 +183,20 @@ class Method:
     def with_material(self, material: Material) -> Method:
         """The same method for another material, where it has one."""
         return replace(self, material=material) if self.has("material") else self
+
+
+_USUAL: dict[str, object] = {
+    each.name: each.default if each.default_factory is MISSING else each.default_factory()
+    for each in fields(Method)
+    if each.name != "name"
+}
+"""The default of each setting."""
+
+
+def _require_setting(name: str, setting: str, text: str) -> None:
+    if setting not in SETTINGS[name]:
+        has = ", ".join(SETTINGS[name]) or "no settings"
+        raise ParameterError(f"method {text}: {name} has no {setting}; it has {has}")
 
 
 def _distance(text: str, option: str) -> float:

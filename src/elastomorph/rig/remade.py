@@ -63,22 +63,17 @@ def with_paths(
     Raises:
         ElastomorphError: As `elastomorph.prepare`.
     """
-    if method is None and any(value is not None for value in settings.values()):
-        method = Method().name
+    anew = method is not None or any(value is not None for value in settings.values())
+    method = Method().name if method is None else method
     missing = [
         name
         for name, morph in rig.morphs.items()
-        if (method is not None or morph.bare) and (names is None or name in names)
+        if (anew or morph.bare) and (names is None or name in names)
     ]
     if not missing:
         return rig
-    to = prepare(
-        rig.neutral,
-        Method() if method is None else method,
-        curves=curves,
-        extent=extent_of(rig),
-        **settings,  # type: ignore[arg-type]
-    )
+    extent = extent_of(rig) if Method.of(method).name == "auto" else None
+    to = prepare(rig.neutral, method, curves=curves, extent=extent, **settings)  # type: ignore[arg-type]
     morphs: dict[str, Morph] = dict(rig.morphs)
 
     def make(number: int) -> None:

@@ -57,9 +57,12 @@ def paths_to(
     # Imported here: a rig whose paths are there needs nothing of what makes them.
     from elastomorph.paths import Method, prepare
 
-    ends = [m.target if isinstance(m, Morph) else m for m in morphs.values()]
-    extent = moved_extent(neutral.vertices, [end.vertices for end in ends])
-    to = prepare(neutral, Method() if method is None else method, extent=extent)
+    chosen = Method() if method is None else Method.of(method)
+    extent = None
+    if chosen.name == "auto":
+        ends = [m.target if isinstance(m, Morph) else m for m in morphs.values()]
+        extent = moved_extent(neutral.vertices, [end.vertices for end in ends])
+    to = prepare(neutral, chosen, extent=extent)
     return {n: to(targets[n]) if n in targets else m for n, m in morphs.items()}  # type: ignore[misc]
 
 

@@ -76,7 +76,7 @@ def _top_eigenvectors(form: NDArray[np.float64]) -> NDArray[np.float64]:
     diagonal = np.arange(4)
     projector[:, diagonal, diagonal] += constant[:, None]
     best = projector[:, diagonal, diagonal].argmax(axis=1)
-    vectors = projector[np.arange(len(form)), best]
+    vectors: NDArray[np.float64] = projector[np.arange(len(form)), best]
     vectors /= np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
     unsure = (slope < _SEPARATED) | (np.abs(step) > _REACHED)
     vectors[unsure] = np.linalg.eigh(form[unsure])[1][:, :, -1]

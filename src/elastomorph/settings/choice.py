@@ -58,7 +58,11 @@ class MethodChoice:
     rigidity: float | None = None
 
     def __post_init__(self) -> None:
-        self.method()
+        if self.name is not None:
+            Method(self.name)
+        for setting, value in self._settings.items():
+            somebody = next(name for name, own in SETTINGS.items() if setting in own)
+            Method(somebody, **{setting: value})
 
     @classmethod
     def of(cls, text: str | None, **stated: Any) -> MethodChoice:
@@ -126,12 +130,27 @@ class MethodChoice:
         return replace(general, **kept)
 
     def method(self) -> Method:
-        """The method, with the program's defaults for what is not stated."""
-        given = {name: value for name, value in self.stated.items() if value is not None}
-        material = Material(**{name: given.pop(name) for name in _MATERIAL if name in given})
+        """The method, with the program's defaults for what is not stated; without what is idle."""
+        name = Method().name if self.name is None else self.name
+        has = SETTINGS[name]
+        return Method(name, **{key: value for key, value in self._settings.items() if key in has})
+
+    @property
+    def material(self) -> Material:
+        """The material, with the program's defaults for what is not stated."""
+        stated = {name: getattr(self, name) for name in _MATERIAL}
+        return Material(**{name: value for name, value in stated.items() if value is not None})
+
+    @property
+    def _settings(self) -> dict[str, Any]:
+        """Fields of `Method` as far as they are stated, without the name."""
+        stated = {name: value for name, value in self.stated.items() if value is not None}
+        given = {key: value for key, value in stated.items() if key not in ("name", *_MATERIAL)}
+        if stated.keys() & set(_MATERIAL):
+            given["material"] = self.material
         if "load" in given:
             given["load"] = Load(given["load"])
         for name in ("tolerance", "straight_within"):
             if name in given:
                 given[name] = float(given[name])
-        return Method(**given, material=material)
+        return given

@@ -133,8 +133,9 @@ class PathMaker:
                     curves = curves.restricted(self._regions[region][0])
                 if self._part is not None:
                     curves = curves.restricted(self._part.vertices)
+            extent = self._extent if method.name == "auto" else None
             self._prepared[method, region] = prepare(
-                self._neutral, method, curves=curves, extent=self._extent
+                self._neutral, method, curves=curves, extent=extent
             )
         return self._prepared[method, region]
 

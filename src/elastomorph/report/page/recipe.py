@@ -7,12 +7,14 @@ import platform
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 import numpy as np
 
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.morph import Morph
-from elastomorph.paths import METHODS, Method
+from elastomorph.paths import Method
+from elastomorph.paths.method import SETTINGS
 from elastomorph.physics import CLOSURES
 from elastomorph.physics.load import HIGHEST_ORDER
 from elastomorph.report.page.about import About, percent
@@ -137,10 +139,11 @@ def _named(morph: Morph) -> Method | Morph:
     """The method whose label a path carries: a label leaves no setting unsaid but the tolerance."""
     if morph.choice is not None:
         return Method("auto", straight_within=morph.choice.allowed)
-    for name in METHODS:
+    for name, has in SETTINGS.items():
         for order in range(1, HIGHEST_ORDER + 1):
             for closure in CLOSURES:
-                method = Method(name, order, closure=closure)
+                stated: dict[str, Any] = {"order": order, "closure": closure}
+                method = Method(name, **{key: stated[key] for key in stated if key in has})
                 if method.label == morph.method:
                     return method
     return morph
