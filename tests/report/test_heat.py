@@ -48,6 +48,9 @@ def test_a_scale_ends_at_a_round_number_just_above(value: float) -> None:
     top = round_up(value)
     assert value * (1 - 1e-9) <= top <= value * 1.6
     assert round_up(top) == pytest.approx(top)
+    # A scale is marked in quarters, with few digits.
+    mantissa, power = f"{top / 4:.12e}".split("e")
+    assert float(mantissa) * 10 == pytest.approx(round(float(mantissa) * 10)), power
 
 
 def test_a_scale_of_nothing_ends_at_one() -> None:

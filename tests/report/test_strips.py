@@ -14,6 +14,7 @@ from elastomorph.evaluation import Evaluation
 from elastomorph.paths import interpolate
 from elastomorph.report.closures import closure_comparison
 from elastomorph.report.face_strip import face_strip
+from elastomorph.report.stage import Stage
 from elastomorph.report.strips import error_strip, expression_strip, method_strip, side_by_side
 
 FACE = (64, 80)
@@ -52,6 +53,25 @@ def test_equal_poses_look_equal_and_different_ones_differ() -> None:
     np.testing.assert_array_equal(cells[0], cells[3])
     np.testing.assert_array_equal(cells[1], cells[2])
     assert _differ(cells[0], cells[1])
+
+
+def test_poses_that_rows_share_are_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = ball()
+    drawn: list[np.ndarray] = []
+    picture = Stage.picture
+
+    def counted(stage: Stage, vertices: np.ndarray) -> np.ndarray:
+        drawn.append(vertices)
+        return picture(stage, vertices)
+
+    monkeypatch.setattr(Stage, "picture", counted)
+    ends = np.stack([mesh.vertices, 1.2 * mesh.vertices])
+    rows = {
+        name: (mesh, np.stack([ends[0], size * mesh.vertices, ends[1]]))
+        for name, size in (("slow", 1.05), ("even", 1.1), ("fast", 1.15))
+    }
+    face_strip(rows, [0, 0.5, 1], face=FACE)
+    assert len(drawn) == 2 + len(rows)
 
 
 def test_strips_that_do_not_fit_are_refused() -> None:

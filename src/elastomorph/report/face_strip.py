@@ -61,7 +61,7 @@ def face_strip(
             )
     poses = np.concatenate([first.vertices[None], *(positions for _, positions in rows.values())])
     with Stage(first, camera_for(first, view, poses=poses, size=face), size=face) as stage:
-        faces = [[stage.picture(pose) for pose in positions] for _, positions in rows.values()]
+        faces = _drawn(stage, [positions for _, positions in rows.values()])
     image = picture_grid(
         faces,
         row_labels=[_in_lines(label) for label in rows],
@@ -71,6 +71,15 @@ def face_strip(
     if path is not None:
         write_picture(image, path)
     return image
+
+
+def _drawn(stage: Stage, rows: Sequence[NDArray[np.float64]]) -> list[list[Image]]:
+    """A picture of each pose; those that rows share, as their ends, are drawn once."""
+    known: dict[bytes, Image] = {}
+    for pose in (pose for row in rows for pose in row):
+        if pose.tobytes() not in known:
+            known[pose.tobytes()] = stage.picture(pose)
+    return [[known[pose.tobytes()] for pose in row] for row in rows]
 
 
 def _in_lines(label: str) -> str:

@@ -45,11 +45,14 @@ def heat_colours(
 
 
 def round_up(value: float) -> float:
-    """The next of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten: the end of a scale; 1 for 0."""
+    """The end of a scale: the next of a few numbers times a power of ten; 1 for 0.
+
+    A quarter of each has two digits, so that a scale in four parts is marked by round numbers.
+    """
     if not np.isfinite(value) or value < 0:
         raise ParameterError(f"a scale needs a number of at least 0, found {value}")
     if value == 0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(value))
-    steps = np.array([1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0]) * power
+    steps = np.array([1.0, 1.2, 1.6, 2.0, 2.4, 3.2, 4.0, 6.0, 8.0, 10.0]) * power
     return float(steps[np.argmax(steps >= value * (1 - 1e-12))])

@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from elastomorph.report.page.document import Section, document
+from elastomorph.report.page.markup import Markup
 from needs import MODULES
 
 AXE = MODULES / "axe-core" / "axe.min.js"
@@ -49,6 +51,17 @@ def test_it_opens_from_disk_and_asks_for_nothing(
     outside = [url for url in asked if not url.startswith(("data:", "about:"))]
     assert outside == [address]
     context.close()
+
+
+def test_on_a_desk_no_heading_of_the_contents_is_cut_off(browser: Any) -> None:
+    sections = [Section(f"s{n}", "A heading of some words", Markup("<p>")) for n in range(9)]
+    tab = browser.new_page(viewport={"width": 1280, "height": 720})
+    tab.set_content(document("many", "", sections))
+    for link in tab.locator("nav a").all():
+        box = link.bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 1280
+    tab.close()
 
 
 def test_it_is_read_without_javascript(browser: Any, address: str) -> None:

@@ -64,7 +64,7 @@ def evaluation_pictures(
     alike = look_alikes(evaluation)
     found = [_strip(evaluation, alike)]
     say("drawing one moment")
-    image = side_by_side(evaluation, labels=pair, time=time, face=(440, 550))
+    image = side_by_side(evaluation, labels=pair, time=time, face=(360, 450))
     off = [
         f"{label} by {lengths(float(evaluation[label].maximum[:, frame].max()))}" for label in pair
     ]
