@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.evaluation.rigid_parts import find_rigid_parts
+from elastomorph.mesh import FaceLabels
 
 
 def boxes(count: int) -> em.Mesh:
@@ -36,6 +37,21 @@ def test_two_of_four_boxes_turn_together() -> None:
     assert len(parts.truth.mesh.faces) == 12
     network = parts.curves(em.extract_curves(neutral))
     assert sum(len(curve) for curve in network) == 16
+
+
+def test_the_parts_keep_the_names_of_their_polygons() -> None:
+    """So that teeth look like teeth wherever the truth is drawn."""
+    plain = boxes(2)
+    names = FaceLabels(("lips", "teeth"), np.repeat([0, 1], 6).astype(np.int32))
+    neutral = em.Mesh(plain.vertices, plain.faces, materials=names, groups=names)
+    moved = neutral.vertices.copy()
+    moved[8:] = Rotation.from_rotvec([0.4, 0, 0]).apply(moved[8:])
+    moved[:8] *= [1, 1.5, 1]
+    parts = find_rigid_parts(neutral, neutral.with_vertices(moved))
+    assert parts is not None
+    for labels in (parts.truth.mesh.materials, parts.truth.mesh.groups):
+        assert labels is not None
+        assert [labels.names[number] for number in labels.of_face] == ["teeth"] * 6
 
 
 def test_nothing_rigid_is_nothing_found() -> None:

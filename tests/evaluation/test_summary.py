@@ -32,10 +32,12 @@ def test_a_win_with_the_path_of_the_straight_line_is_timing_alone() -> None:
     """And an ease of nearly the same error is said to share it."""
     lines = [LINEAR, line("ease R=2", 0.0301, 0.02, 0.01), line("beam R=2", 0.03, 0.02001, 0.01)]
     first, second = conclusions(lines)
-    assert first.startswith("beam R=2 has the smallest LME, 3.000% of D against 4.000% for linear")
+    assert first.startswith(
+        "beam R=2 has the smallest LME, 3.000 % of D against 4.000 % for linear"
+    )
     assert "a win of timing alone" in first
     assert first.endswith("As close at the captured times: ease R=2.")
-    assert "from 4.000% to 2.000%" in second
+    assert "from 4.000 % to 2.000 %" in second
 
 
 def test_a_path_that_is_worse_is_no_win_of_path() -> None:
@@ -86,7 +88,7 @@ def test_an_error_that_timing_does_not_lower_is_one_of_path(path_lme: float) -> 
 def test_without_linear_nothing_is_compared() -> None:
     """Only the smallest error is named."""
     said = conclusions([line("ease R=2", 0.03, 0.02, 0.01), line("beam R=2", 0.02, 0.02, 0.01)])
-    assert said == ["Smallest LME: beam R=2, 2.000% of D."]
+    assert said == ["Smallest LME: beam R=2, 2.000 % of D."]
 
 
 def test_computed_on_motions_whose_nature_is_known(curved: Morph, rows: CurveNetwork) -> None:
@@ -131,7 +133,7 @@ def test_who_knows_frames_of_the_recording_wins_nothing() -> None:
     lines = [LINEAR, line("cosine", 0.03, 0.02, 0.01), line("through 2", 0.001, 0.001, 0.001)]
     *said, told = conclusions(lines, ["through 2"])
     assert said == conclusions(lines[:2])
-    assert told.startswith("through 2 (0.100% of D) passed through frames of this very recording")
+    assert told.startswith("through 2 (0.100 % of D) passed through frames of this very recording")
     assert conclusions(lines[2:], ["through 2"]) == [told]
 
 

@@ -86,6 +86,10 @@ def test_every_method_stands_beside_the_truth(evaluation: Evaluation, tmp_path: 
         np.testing.assert_allclose(path.at([0, 0.3, 1]), result.morph.at([0, 0.3, 1]), atol=1e-6)
 
 
+def test_a_motion_that_was_not_recorded_is_not_called_so(evaluation: Evaluation) -> None:
+    assert evaluation_scene(evaluation, truth="known way").models[-1].name == "known way"
+
+
 def test_it_begins_with_the_best_beside_the_truth(evaluation: Evaluation) -> None:
     start = evaluation_scene(evaluation).start
     errors = [result.lme for result in evaluation.results]

@@ -238,7 +238,9 @@ def _tell(
             console.print(sentence, highlight=False)
     if bodies:
         ends = next(iter(bodies.values())).ends
-        console.print(f"\nrigid body, as its ends show within {ends:.3%} of D", highlight=False)
+        console.print(
+            f"\nrigid body, as its ends show within {100 * ends:.3f} % of D", highlight=False
+        )
         console.print("change of distances, distance from its screw, % of D:")
     for label, found in bodies.items():
         console.print(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from elastomorph.paths.auto import INBETWEEN_PAYS
+
 __all__ = ["Thresholds"]
 
 
@@ -70,4 +72,4 @@ class Thresholds:
     asymmetry: float = 0.1
     asymmetry_of_d: float = 1e-3
     one_sided: float = 0.5
-    bend: float = 2.5e-3
+    bend: float = INBETWEEN_PAYS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from elastomorph.components import connected_parts
 from elastomorph.curves import CurveNetwork
-from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.mesh import FaceLabels, Mesh, require_same_topology
 from elastomorph.morph import Morph
 from elastomorph.rigid import Screw, fit_rigid
 from elastomorph.sequence import MeshSequence
@@ -104,10 +105,17 @@ def _truth(
 ) -> MeshSequence:
     new_index = np.full(len(neutral.vertices), -1)
     new_index[vertices] = np.arange(len(vertices))
-    faces = [new_index[face] for face in neutral.faces if (new_index[face] >= 0).all()]
+    kept = [number for number, face in enumerate(neutral.faces) if (new_index[face] >= 0).all()]
+    faces = [new_index[neutral.faces[number]] for number in kept]
     start, end = neutral.vertices[vertices], target.vertices[vertices]
     left_over = end - screw.at(1.0, start)
     times = np.linspace(0.0, 1.0, frames)
     positions = np.stack([screw.at(float(t), start) + t * left_over for t in times])
     positions[-1] = end
-    return MeshSequence(Mesh(start, faces), positions, times)
+    materials, groups = (_of(labels, kept) for labels in (neutral.materials, neutral.groups))
+    return MeshSequence(Mesh(start, faces, materials=materials, groups=groups), positions, times)
+
+
+def _of(labels: FaceLabels | None, faces: Sequence[int]) -> FaceLabels | None:
+    """The labels of some of the polygons."""
+    return None if labels is None else FaceLabels(labels.names, labels.of_face[list(faces)])

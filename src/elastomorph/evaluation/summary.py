@@ -101,7 +101,7 @@ def conclusions(lines: Sequence[MethodSummary], informed: Collection[str] = ()) 
     judged = [line for line in lines if line.label not in informed]
     said = _conclusions(judged) if judged else []
     if told:
-        each = " and ".join(f"{line.label} ({line.lme:.3%} of D)" for line in told)
+        each = " and ".join(f"{line.label} ({_percent(line.lme)} of D)" for line in told)
         said.append(
             f"{each} passed through frames of this very recording: what scanned in-betweens are "
             "worth, not a win."
@@ -113,16 +113,16 @@ def _conclusions(lines: Sequence[MethodSummary]) -> list[str]:
     linear = next((line for line in lines if line.label == "linear"), None)
     best = min(lines, key=lambda line: line.lme)
     if linear is None or len(lines) == 1:
-        return [f"Smallest LME: {best.label}, {best.lme:.3%} of D."]
+        return [f"Smallest LME: {best.label}, {_percent(best.lme)} of D."]
     if linear.path_lme < linear.lme and not same(linear.path_lme, linear.lme):
         said = [
-            f"Free timing brings linear from {linear.lme:.3%} to {linear.path_lme:.3%} of D "
-            "(LME): that much is a matter of when, not where."
+            f"Free timing brings linear from {_percent(linear.lme)} to "
+            f"{_percent(linear.path_lme)} of D (LME): that much is a matter of when, not where."
         ]
     else:
         said = [
-            f"Free timing does not bring linear closer ({linear.lme:.3%} at the captured times, "
-            f"{linear.path_lme:.3%} with it, LME): its error is one of path."
+            f"Free timing does not bring linear closer ({_percent(linear.lme)} at the captured "
+            f"times, {_percent(linear.path_lme)} with it, LME): its error is one of path."
         ]
     if best is linear or same(best.lme, linear.lme):
         return ["No method is closer than linear at the captured times (LME).", *said]
@@ -133,8 +133,8 @@ def _conclusions(lines: Sequence[MethodSummary]) -> list[str]:
     ]
     shared = f" As close at the captured times: {', '.join(sharing)}." if sharing else ""
     win = (
-        f"{best.label} has the smallest LME, {best.lme:.3%} of D against {linear.lme:.3%} for "
-        "linear"
+        f"{best.label} has the smallest LME, {_percent(best.lme)} of D against "
+        f"{_percent(linear.lme)} for linear"
     )
     closer = [
         name
@@ -147,15 +147,21 @@ def _conclusions(lines: Sequence[MethodSummary]) -> list[str]:
     if not closer:
         reason = (
             "with free timing its path is no closer than the straight line "
-            f"({best.path_lme:.3%} against {linear.path_lme:.3%})"
+            f"({_percent(best.path_lme)} against {_percent(linear.path_lme)})"
         )
         return [f"{win}: a win of timing alone, for {reason}.{shared}", *said]
     path = (
         "; with free timing its path too is closer than the straight line in "
-        f"{' and '.join(closer)} (LME {best.path_lme:.3%} against {linear.path_lme:.3%}, "
-        f"LAE {best.path_lae:.3%} against {linear.path_lae:.3%})"
+        f"{' and '.join(closer)} (LME {_percent(best.path_lme)} against "
+        f"{_percent(linear.path_lme)}, LAE {_percent(best.path_lae)} against "
+        f"{_percent(linear.path_lae)})"
     )
     return [f"{win}{path}.{shared}", *said]
+
+
+def _percent(fraction: float) -> str:
+    """An error as in the table, such as "1.376 %"."""
+    return f"{100 * fraction:.3f} %"
 
 
 def rankings(lines: Sequence[MethodSummary]) -> list[str]:

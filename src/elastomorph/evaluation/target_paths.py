@@ -12,12 +12,10 @@ from elastomorph.extent import moved_extent
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Choice, Morph
 from elastomorph.paths import prepare
+from elastomorph.paths.auto import INBETWEEN_PAYS
 
-__all__ = ["INBETWEEN_PAYS", "TargetPath", "TargetPaths", "target_paths"]
+__all__ = ["TargetPath", "TargetPaths", "target_paths"]
 
-INBETWEEN_PAYS = 2.5e-3
-"""Where the straight and the turning path part by more, as a fraction of D, only a scanned or
-sculpted in-between can say which of them is right."""
 _TIMES = (0.25, 0.5, 0.75)
 # In a file a vertex that a morph target moves is an index and three numbers of four bytes each.
 _ROW = 16

@@ -78,7 +78,7 @@ def conclusions(fit: Fit) -> list[str]:
     else:
         linear, ease, beam = fit.left_out
         won = int((fit.left_out_rms[:, 2] < fit.left_out_rms[:, 0]).sum())
-        pair = f"RMS {beam.rms:.3%} of D against {linear.rms:.3%}"
+        pair = f"RMS {_percent(beam.rms)} of D against {_percent(linear.rms)}"
         score = f"closer on {won} of {fit.motions}"
         said.append(
             f"On motions left out of the fit it beats linear interpolation: {pair}, {score}."
@@ -88,18 +88,18 @@ def conclusions(fit: Fit) -> list[str]:
         )
         if fit.beats_ease:
             said.append(
-                f"It also beats ease with a load fitted alike ({ease.rms:.3%}): the material "
+                f"It also beats ease with a load fitted alike ({_percent(ease.rms)}): the material "
                 "adds to the timing."
             )
         elif fit.degree > 1 and same(ease.rms, beam.rms):
             said.append(
-                f"Ease with a load fitted alike is as close ({ease.rms:.3%}): the material adds "
-                "nothing to the timing."
+                f"Ease with a load fitted alike is as close ({_percent(ease.rms)}): the material "
+                "adds nothing to the timing."
             )
         elif fit.degree > 1:
             said.append(
-                f"It does not beat ease with a load fitted alike ({ease.rms:.3%}): the material "
-                "adds nothing that can be relied on."
+                f"It does not beat ease with a load fitted alike ({_percent(ease.rms)}): the "
+                "material adds nothing that can be relied on."
             )
         if fit.chosen == "leave-one-out":
             said.append("The degree was chosen by these same errors, which flatters them a little.")
@@ -270,3 +270,8 @@ def _curve_table(curves: Sequence[CurveFit]) -> Table:
             "does not move" if one.load is None else _polynomial(one.load.coefficients),
         )
     return table
+
+
+def _percent(fraction: float) -> str:
+    """A distance as a share of D, such as "1.376 %"."""
+    return f"{100 * fraction:.3f} %"

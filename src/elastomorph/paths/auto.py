@@ -22,7 +22,11 @@ from elastomorph.paths.method import Method
 from elastomorph.paths.rotation import Turning
 from elastomorph.rotations import SurfaceEdges
 
-__all__ = ["prepare"]
+__all__ = ["INBETWEEN_PAYS", "prepare"]
+
+INBETWEEN_PAYS = 2.5e-3
+"""Where the straight and the turning path part by more halfway, as a fraction of D, only a scanned
+or sculpted in-between can say which of them is right."""
 
 
 def prepare(

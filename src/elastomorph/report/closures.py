@@ -75,7 +75,7 @@ def closure_comparison(
     with Stage(neutral, close, size=mouths) as stage:
         near = [stage.picture(pose) for pose in poses]
     captions = [
-        f"seam {seam.shape.seam:.2%} of D, {_polygons(seam.shape.flips)} turned over"
+        f"seam {100 * seam.shape.seam:.2f} % of D, {_polygons(seam.shape.flips)} turned over"
         for seam in made
     ]
     names = [f"beam R={order}, {closure}, t = {time:g}" for closure in closures]

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation, MethodResult
@@ -135,8 +136,8 @@ def side_by_side(
         for result in chosen:
             faces.append(stage.picture(result.morph.at(float(truth.times[frame]))))
             captions.append(
-                f"largest error {result.maximum[:, frame].max():.2%} of D\n"
-                f"largest average of a curve {result.average[:, frame].max():.2%}"
+                f"largest error {100 * result.maximum[:, frame].max():.2f} % of D\n"
+                f"largest average of a curve {100 * result.average[:, frame].max():.2f} %"
             )
     names = [TRUTH, *(result.label for result in chosen)]
     image = picture_grid([faces], column_labels=names, captions=[captions], title=title)
@@ -189,38 +190,25 @@ def error_strip(
     """
     if columns < 1:
         raise ParameterError(f"a row needs at least 1 column, found {columns}")
-    truth = evaluation.truth
+    results = evaluation.results if labels is None else [evaluation[label] for label in labels]
     frame = _nearest_frame(evaluation, time)
-    chosen: Sequence[MethodResult] = (
-        evaluation.results if labels is None else [evaluation[label] for label in labels]
-    )
-    moment = float(truth.times[frame])
-    poses = [
-        result.morph.at(float(result.path_times[frame]) if free_timing else moment)
-        for result in chosen
-    ]
-    errors = [
-        100 * np.linalg.norm(pose - truth.frames[frame], axis=1) / evaluation.diameter
-        for pose in poses
-    ]
+    poses = [_pose_at(result, evaluation, frame, free_timing) for result in results]
+    errors = [_percent_off(pose, evaluation, frame) for pose in poses]
     largest = max((float(error.max()) for error in errors), default=0.0)
     top = round_up(largest) if highest is None else 100 * highest
-    camera = camera_for(truth.mesh, view, poses=truth.frames, size=face)
-    with Stage(truth.mesh, camera, size=face) as stage:
+    mesh = evaluation.truth.mesh
+    camera = camera_for(mesh, view, poses=evaluation.truth.frames, size=face)
+    with Stage(mesh, camera, size=face) as stage:
         faces = [
             stage.picture(pose, colours=heat_colours(error, top, colour_map=colour_map))
             for pose, error in zip(poses, errors, strict=True)
         ]
-    shown = [(names or {}).get(result.label, result.label) for result in chosen]
     captions = [
-        f"{name}\nmax {error.max():.2f} %, mean {error.mean():.2f} %"
-        for name, error in zip(shown, errors, strict=True)
+        f"{(names or {}).get(result.label, result.label)}\n"
+        f"max {error.max():.2f} %, mean {error.mean():.2f} %"
+        for result, error in zip(results, errors, strict=True)
     ]
-    words = (
-        f"distance from the recorded face at t = {moment:.2g}"
-        f"{', with free timing' if free_timing else ''}, % of D   "
-        f"(D = {evaluation.diameter:.4g}{' ' * bool(unit)}{unit})"
-    )
+    words = _distance_words(evaluation, frame, unit, free_timing)
     starts = range(0, len(faces), columns)
     image = picture_grid(
         [faces[start : start + columns] for start in starts],
@@ -229,6 +217,30 @@ def error_strip(
         scale=ColourScale(top, words, colour_map),
     )
     return _written(image, path)
+
+
+def _pose_at(
+    result: MethodResult, evaluation: Evaluation, frame: int, free_timing: bool
+) -> NDArray[np.float64]:
+    """The face of a method at a frame, or at the moment that free timing picks for it."""
+    times = result.path_times if free_timing else evaluation.truth.times
+    return result.morph.at(float(times[frame]))
+
+
+def _percent_off(
+    pose: NDArray[np.float64], evaluation: Evaluation, frame: int
+) -> NDArray[np.float64]:
+    """(V,) distance of each vertex from the recorded one, in % of D."""
+    away = np.linalg.norm(pose - evaluation.truth.frames[frame], axis=1)
+    return np.asarray(100 * away / evaluation.diameter)
+
+
+def _distance_words(evaluation: Evaluation, frame: int, unit: str, free_timing: bool) -> str:
+    return (
+        f"distance from the recorded face at t = {float(evaluation.truth.times[frame]):.2g}"
+        f"{', with free timing' if free_timing else ''}, % of D   "
+        f"(D = {evaluation.diameter:.4g}{' ' * bool(unit)}{unit})"
+    )
 
 
 def _nearest_frame(evaluation: Evaluation, time: float) -> int:

@@ -27,6 +27,7 @@ def evaluation_scene(
     title: str | None = None,
     unit: str = "",
     frames: int = MOST_FRAMES,
+    truth: str = "recorded",
 ) -> Scene:
     """A scene of the methods of an evaluation and of the recorded motion, half way.
 
@@ -38,6 +39,7 @@ def evaluation_scene(
         title: What the page is called; it also says how many frames of a long take are shown.
         unit: Unit of the coordinates, for legends.
         frames: The most frames of the recorded motion to show, evenly spread.
+        truth: What the motion is called, where it is not a recorded one.
 
     Raises:
         ParameterError: The motion has no polygons, as those of markers, or fewer than two frames
@@ -45,15 +47,15 @@ def evaluation_scene(
         FormatError: Coordinates too large for single precision.
         MissingExtraError: pygltflib is not installed.
     """
-    truth = evaluation.truth
-    recorded = motion_morph(truth, frames)
+    motion = evaluation.truth
+    recorded = motion_morph(motion, frames)
     shown = len(recorded.bends) + 2
     name = "Methods and recorded motion" if title is None else title
-    if shown < len(truth):
-        name += f" ({shown} of {len(truth):,} frames)"
+    if shown < len(motion):
+        name += f" ({shown} of {len(motion):,} frames)"
     methods = [rig_model(result.morph, result.label, "method") for result in evaluation.results]
     return Scene(
-        (*methods, rig_model(recorded, "recorded", "truth")),
+        (*methods, rig_model(recorded, truth, "truth")),
         name,
         unit,
         evaluation.diameter,

@@ -235,6 +235,28 @@ def test_without_times_the_timed_errors_decide_nothing(evaluation: Evaluation) -
     assert "the times are made up" in said
     assert "At the recorded times" not in said
     assert "At constant speed, assumed" in said
+    assert "is compared with the known way." in said
+    assert "recorded" not in root.one("main").text.replace("known way", "")
+
+
+@pytest.mark.usefixtures("small_viewer")
+def test_the_viewer_holds_what_a_rig_gets_unless_asked_otherwise(
+    evaluation: Evaluation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However small it must be; and calls nothing recorded that was not."""
+    from elastomorph.report.page import live
+
+    methods = ["linear", "cosine", "ease:2", "rotation", "auto"]
+    many = evaluate(evaluation.truth, methods, evaluation.curves)
+    monkeypatch.setattr(live, "LARGEST", 1)
+    viewer, shown = live.live_viewer(many, "ball", truth="known way")
+    assert shown
+    left_out = viewer.split("it does not hold ")[1].split(".")[0]
+    assert "rotation" in left_out
+    assert "auto" not in left_out
+    frame = parsed(viewer).one("iframe").attributes
+    assert '"known way"' in frame["srcdoc"]
+    assert '"recorded"' not in frame["srcdoc"]
 
 
 def test_without_drawing_there_are_only_words(evaluation: Evaluation) -> None:

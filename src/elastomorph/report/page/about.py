@@ -40,6 +40,11 @@ class About:
     timing_known: bool = True
     remarks: tuple[str, ...] = ()
 
+    @property
+    def truth(self) -> str:
+        """What the methods are compared with, in a word or two."""
+        return "recorded" if self.timing_known else "known way"
+
 
 @dataclass(frozen=True)
 class Lengths:

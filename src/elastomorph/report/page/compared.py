@@ -43,7 +43,7 @@ def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ())
         "p",
         "Every method was given the first and the last frame"
         f"{_given_more(informed)}. What it makes of the way between them is compared with the "
-        "recorded frames.",
+        f"{'recorded frames' if about.timing_known else 'known way'}.",
     )
     return joined([lead, fact_list(facts), how])
 

@@ -53,7 +53,7 @@ def column_words(
         element("b", "means"),
         " are over the inner frames. With ",
         element("b", "free timing"),
-        " each recorded frame is compared with a moment of the path of its own, in order: those "
+        " each frame is compared with a moment of the path of its own, in order: those "
         "at which the largest error is smallest. What falls there was timing.",
     ]
     if shape:

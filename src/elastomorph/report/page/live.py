@@ -23,7 +23,11 @@ _ROW = 16 * 4 / 3
 
 
 def live_viewer(
-    evaluation: Evaluation, title: str, unit: str = "", informed: Collection[str] = ()
+    evaluation: Evaluation,
+    title: str,
+    unit: str = "",
+    informed: Collection[str] = (),
+    truth: str = "recorded",
 ) -> tuple[Markup, bool]:
     """The viewer in a frame of its own, or a sentence that says why there is none.
 
@@ -32,6 +36,7 @@ def live_viewer(
         title: What the viewer's page is called.
         unit: Unit of the coordinates.
         informed: Methods that were given frames of the recording; the first to be left out.
+        truth: What the viewer calls that motion.
 
     Returns:
         What stands in the report, and whether it is the viewer.
@@ -49,7 +54,7 @@ def live_viewer(
         from elastomorph.viewer.page import viewer_page
 
         some = replace(evaluation, results=tuple(shown))
-        scene = evaluation_scene(some, title=title, unit=unit, frames=frames)
+        scene = evaluation_scene(some, title=title, unit=unit, frames=frames, truth=truth)
         # Halfway, where all symmetric timings meet, says the least.
         moment = float(evaluation.truth.times[telling_frame(evaluation)])
         page = viewer_page(replace(scene, start={**scene.start, "t": moment}))
@@ -59,7 +64,7 @@ def live_viewer(
         return _sentence(f"It is left out: {error}."), False
     frame = element(
         "iframe",
-        title="Live viewer: the recorded face and the methods",
+        title=f"Live viewer: the methods and what they are compared with ({truth})",
         # An origin of its own: nothing in the frame reaches the report or the disk around it.
         sandbox="allow-scripts allow-downloads",
         loading="lazy",
@@ -113,10 +118,13 @@ def _fitting(evaluation: Evaluation, informed: Collection[str]) -> tuple[list[Me
 def _by_interest(
     results: Sequence[MethodResult], informed: Collection[str]
 ) -> tuple[list[MethodResult], list[MethodResult]]:
-    """What a report must show: the straight line, the closest, the paper's choice; and the rest."""
+    """What a report must show, and the rest.
+
+    The straight line, the closest, the paper's choice, and what a rig gets unless asked otherwise.
+    """
     judged = [r for r in results if r.label not in informed] or list(results)
     best = min(judged, key=lambda result: result.lme)
-    telling = [r for r in results if r is best or r.label in ("linear", "beam R=2")]
+    telling = [r for r in results if r is best or r.label in ("linear", "beam R=2", "auto")]
     nearest = min(judged, key=lambda result: result.path_lme)
     # The ease shows what of the beam is timing alone, the nearest path what is none of it.
     rest = [r for r in results if r not in telling]

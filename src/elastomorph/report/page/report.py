@@ -21,7 +21,7 @@ from elastomorph.report.page.error_table import error_table, ranking_lists
 from elastomorph.report.page.faces import evaluation_pictures
 from elastomorph.report.page.graph_section import graph_section
 from elastomorph.report.page.live import live_viewer
-from elastomorph.report.page.markup import Markup, joined
+from elastomorph.report.page.markup import joined
 from elastomorph.report.page.picture import Picture
 from elastomorph.report.page.recipe import methods_table, recipe
 from elastomorph.report.page.verdict import reach_verdict
@@ -91,76 +91,67 @@ def report_page(
 ) -> str:
     """The page that `write_report` writes; arguments and errors are the same."""
     about = about or About()
-    lines = summaries(evaluation)
-    lengths = Lengths(evaluation.diameter, about.unit)
     informed = informed_methods(evaluation)
-    verdict = reach_verdict(
-        lines,
-        lengths,
-        informed=informed,
-        suggestions=suggestions,
-        timing_known=about.timing_known,
-        what="this recording" if about.timing_known else "the known way",
-    )
-    shape = len(evaluation.truth.mesh.faces) > 0
-    table = error_table(
-        lines,
-        "Errors of each method, in % of D",
-        informed=informed,
-        shape=shape,
-        timing_known=about.timing_known,
-    )
-    graphs = shown = Markup("")
-    viewer, live = Markup(""), False
-    if draw:
-        say("drawing graphs")
-        graphs = graph_section(evaluation, suggestions, timing_known=about.timing_known)
-        if faces is None and shape and about.timing_known:
-            faces = evaluation_pictures(evaluation, lengths, informed, say)
-        shown = picture_content([*(faces or ()), *pictures])
-        say("adding the viewer")
-        viewer, live = live_viewer(evaluation, about.name, about.unit, informed)
     sections = [
         *first,
         Section("compared", "What was compared", compared(evaluation, about, informed)),
-        Section(
-            "outcome",
-            "The outcome",
-            verdict_content(
-                verdict,
-                about.remarks,
-                _ONE_MOTION,
-                ranking_lists(lines, timing_known=about.timing_known),
-            ),
-        ),
-        Section(
-            "errors",
-            "Errors",
-            joined(
-                [
-                    column_words(evaluation.diameter, about.unit, shape=shape, informed=informed),
-                    table,
-                ]
-            ),
-        ),
-        Section("graphs", "Curve by curve and over time", graphs),
-        Section("faces", "Faces", shown),
-        Section("viewer", "Live viewer", viewer),
-        Section(
-            "recipe",
-            "To reproduce it",
-            recipe(
-                evaluation.truth,
-                about,
-                methods_table(evaluation, about, "Methods with all their settings"),
-            ),
-        ),
+        _outcome(evaluation, about, informed, suggestions),
+        _errors(evaluation, about, informed),
     ]
+    live = False
+    if draw:
+        say("drawing graphs")
+        graphs = graph_section(evaluation, suggestions, timing_known=about.timing_known)
+        if faces is None and len(evaluation.truth.mesh.faces) and about.timing_known:
+            lengths = Lengths(evaluation.diameter, about.unit)
+            faces = evaluation_pictures(evaluation, lengths, informed, say)
+        say("adding the viewer")
+        viewer, live = live_viewer(evaluation, about.name, about.unit, informed, about.truth)
+        sections += [
+            Section("graphs", "Curve by curve and over time", graphs),
+            Section("faces", "Faces", picture_content([*(faces or ()), *pictures])),
+            Section("viewer", "Live viewer", viewer),
+        ]
+    methods = methods_table(evaluation, about, "Methods with all their settings")
+    sections.append(Section("recipe", "To reproduce it", recipe(evaluation.truth, about, methods)))
     subtitle = (
         f"{counted(len(evaluation.results), 'method')} of interpolation against "
         f"{counted(len(evaluation.truth), 'frame')}"
     )
     return document(about.name, subtitle, sections, viewer=live)
+
+
+def _outcome(
+    evaluation: Evaluation,
+    about: About,
+    informed: Sequence[str],
+    suggestions: Sequence[Suggestion],
+) -> Section:
+    lines = summaries(evaluation)
+    verdict = reach_verdict(
+        lines,
+        Lengths(evaluation.diameter, about.unit),
+        informed=informed,
+        suggestions=suggestions,
+        timing_known=about.timing_known,
+        what="this recording" if about.timing_known else "the known way",
+    )
+    rankings = ranking_lists(lines, timing_known=about.timing_known)
+    content = verdict_content(verdict, about.remarks, _ONE_MOTION, rankings)
+    return Section("outcome", "The outcome", content)
+
+
+def _errors(evaluation: Evaluation, about: About, informed: Sequence[str]) -> Section:
+    shape = len(evaluation.truth.mesh.faces) > 0
+    words = column_words(evaluation.diameter, about.unit, shape=shape, informed=informed)
+    table = error_table(
+        summaries(evaluation),
+        "Errors of each method, in % of D",
+        informed=informed,
+        shape=shape,
+        timing_known=about.timing_known,
+    )
+    return Section("errors", "Errors", joined([words, table]))
 
 
 def require_page_path(path: str | Path) -> None:

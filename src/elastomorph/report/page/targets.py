@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from elastomorph.evaluation.target_paths import INBETWEEN_PAYS, TargetPath, TargetPaths
+from elastomorph.evaluation.target_paths import TargetPath, TargetPaths
+from elastomorph.paths.auto import INBETWEEN_PAYS
 from elastomorph.report.page.about import SPACE, significant
 from elastomorph.report.page.compared import counted
 from elastomorph.report.page.document import Section
