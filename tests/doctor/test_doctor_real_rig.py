@@ -186,6 +186,14 @@ def test_one_reversed_piece_of_a_target_is_wound_again(
             np.testing.assert_array_equal(mixed.mesh.vertices, target.vertices)
 
 
+@pytest.mark.parametrize("expression", ["eyeBlink", "eyeLookDown", "eyeWide"])
+def test_the_lids_alone_do_not_say_which_way_a_face_looks(folder: Path, expression: str) -> None:
+    """What they move looks up; taken for the front, left and right would be told the wrong way."""
+    files = [folder / f"{expression}_{side}.obj" for side in "LR"]
+    found = examine_files([folder / "generic_neutral_mesh.obj", *files])
+    assert "swapped-sides" not in {one.name for one in found.findings}
+
+
 def test_a_smile_with_the_jaw_baked_in_is_named(folder: Path, neutral: Mesh) -> None:
     jaw, smile = (read(folder / f"{name}.obj") for name in ("jawOpen", "mouthSmile_L"))
     names = ("jawOpen", "mouthFunnel", "mouthPucker", "mouthSmile_R")

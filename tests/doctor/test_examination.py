@@ -119,6 +119,19 @@ def test_what_can_be_repaired_is_as_it_was(face: Mesh, rig: dict[str, Mesh], nam
     assert not found.beyond_repair
 
 
+@pytest.mark.parametrize("unit", [25.4, 100.0])
+def test_displacements_in_another_unit_are_left(
+    face: Mesh, rig: dict[str, Mesh], unit: float
+) -> None:
+    """Added to the neutral as they are they would throw vertices far from the face."""
+    deltas = as_deltas(face, rig[SMILE])
+    rig[SMILE] = deltas.with_vertices(unit * deltas.vertices)
+    found = examined(face, rig)
+    assert names(found) == [("saved-as-deltas", SMILE)]
+    assert "another unit" in found.findings[0].message
+    assert found.beyond_repair == (SMILE,)
+
+
 def test_all_at_once_is_undone(face: Mesh, rig: dict[str, Mesh]) -> None:
     """Shuffled, Z up, in millimetres and with the head turned."""
     smile = rig[SMILE]

@@ -121,6 +121,9 @@ class Patient:
         deltas = examine_deltas(self.neutral, ordered.mesh, file, self.settings.thresholds)
         if deltas is not None:
             self.findings.append(deltas[0])
+            if deltas[1] is None:
+                self.lost.append(file)
+                return
             self.done[file].append("added to the neutral")
         self.ordered[file] = ordered.mesh if deltas is None else deltas[1]
         none = np.zeros(len(self.neutral.faces), dtype=bool)

@@ -19,7 +19,7 @@ _UNLIKE = 0.3
 
 def examine_deltas(
     neutral: Mesh, target: Mesh, file: str, limits: Thresholds
-) -> tuple[Finding, Mesh] | None:
+) -> tuple[Finding, Mesh | None] | None:
     """Whether a target holds displacements, and the shape they make.
 
     Args:
@@ -29,16 +29,27 @@ def examine_deltas(
         limits: From where on to report.
 
     Returns:
-        The finding, and the target with the neutral added; None for a shape.
+        The finding, and the target with the neutral added, or None where displacements are so
+        large that they are of another unit, and nothing says of which; None for a shape.
     """
     scale = neutral.diameter
     points = target.vertices
     if not scale or len(points) < 4:
         return None
     at_origin = float((np.linalg.norm(points, axis=1) <= limits.nothing * scale).mean())
-    small = float(np.linalg.norm(points, axis=1).max()) < limits.deltas * scale
+    largest = float(np.linalg.norm(points, axis=1).max()) / scale
+    small = largest < limits.deltas
     if at_origin < limits.resting and not (small and _is_unlike(neutral, target)):
         return None
+    if not small:
+        if not _is_unlike(neutral, target):
+            return None
+        message = (
+            "its coordinates are displacements from the neutral, no positions, and in another "
+            f"unit: the largest is {percent(largest)} of D, farther than any expression reaches; "
+            "nothing says which unit, so it is not repaired"
+        )
+        return finding("saved-as-deltas", file, message), None
     shape = target.with_vertices(neutral.vertices + points)
     if not frame_between(neutral.vertices, shape.vertices, limits.scale).is_same:
         return None

@@ -24,7 +24,8 @@ _CLEARLY = 0.8
 _ASIDE = 0.5
 # From so many pairs on, what most of them do tells what is left.
 _ENOUGH = 3
-# A face looks along an axis if what moves has this cosine with it.
+# A face looks along an axis if where what moves is, and where its surface looks, both have this
+# cosine with it. Lids alone tell nothing: they and their lashes look up as much as ahead.
 _FACES = 0.75
 
 
@@ -120,13 +121,13 @@ def _left_of(neutral: Mesh, targets: Sequence[Mesh], mirror: Mirror) -> float:
     outwards = np.cross(b - a, c - a)
     outwards[np.repeat(inside_out(neutral), neutral.faces.sizes - 2)] *= -1.0
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
-    front = np.zeros(3)
+    ways = []
     for way in (moved @ (points - middle), moved[triangles].mean(axis=1) @ outwards):
         across = way - (way @ mirror.normal) * mirror.normal
-        front += across / max(float(np.linalg.norm(across)), 1e-300)
-    length = float(np.linalg.norm(front))
-    if length == 0 or np.abs(front).max() < _FACES * length:
+        ways.append(across / max(float(np.linalg.norm(across)), 1e-300))
+    axis = int(np.abs(ways[0]).argmax())
+    front = np.sign(ways[0][axis]) * np.eye(3)[axis]
+    if min(float(way @ front) for way in ways) < _FACES:
         return 0.0
-    axis = int(np.abs(front).argmax())
     up = np.eye(3)[2 if axis == 1 else 1]
     return float(np.sign(np.cross(up, front) @ mirror.normal))
