@@ -15,6 +15,7 @@ import typer
 
 from elastomorph.cli import (
     animate,
+    bash_words,
     bench,
     blend,
     curves,
@@ -103,7 +104,10 @@ def main(arguments: list[str] | None = None) -> None:
         _fail("an argument is empty: name what is meant, or leave it out")
     try:
         try:
-            app(arguments)
+            if bash_words.asked():
+                bash_words.answered(app)
+            else:
+                app(arguments)
         finally:
             sys.stdout.flush()
     except ElastomorphError as error:

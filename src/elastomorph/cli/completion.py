@@ -16,6 +16,7 @@ import typer
 __all__ = ["methods", "poses", "sliders", "views"]
 
 _OF_ORDER = ("ease", "beam", "plate")
+_WEIGHTS = ("0.25", "0.5", "0.75", "1")
 
 
 def methods(incomplete: str) -> list[str]:
@@ -42,11 +43,18 @@ def sliders(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def poses(context: typer.Context, incomplete: str) -> list[str]:
-    """As `sliders`, each with the ``=`` that its weight stands behind."""
+    """As `sliders`, each with ``=``, and the last one with some weights.
+
+    A shell adds a space behind what it has no choice for, and a weight follows without one.
+    """
     before, comma, last = incomplete.rpartition(",")
     taken = [text.partition("=")[0] for text in before.split(",")]
-    names = [f"{name}=" for name in _slider_names(context) if name not in taken]
-    return [f"{before}{comma}{name}" for name in _beginning(names, last)]
+    stem, equals, _ = last.partition("=")
+    names = [name for name in _slider_names(context) if name not in taken]
+    found = _beginning([f"{name}=" for name in names], f"{stem}{equals}")
+    if len(found) == 1:
+        found = _beginning([f"{found[0]}{weight}" for weight in _WEIGHTS], last)
+    return [f"{before}{comma}{text}" for text in found]
 
 
 def _beginning(names: Iterable[str], incomplete: str) -> list[str]:
