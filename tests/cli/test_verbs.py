@@ -211,7 +211,7 @@ class TestVerbs:
 
 def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("--version") == 0
-    assert capsys.readouterr().out.strip() == "0.1.0"
+    assert capsys.readouterr().out.strip() == "0.2.0"
     assert run("--help") == 0
     for verb in ("demo", "inspect", "curves", "interpolate", "evaluate"):
         assert verb in capsys.readouterr().out or run(verb, "--help") == 0

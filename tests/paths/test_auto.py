@@ -53,6 +53,7 @@ def test_the_shapes_of_the_head_are_judged_by_their_whole_path() -> None:
     assert 0 < bent < len(shapes())
 
 
+@pytest.mark.filterwarnings("ignore::elastomorph.ElastomorphWarning")
 @given(st.integers(0, 10**6), st.floats(-6.0, 0.5))
 @settings(max_examples=30, deadline=None)
 def test_no_target_that_bends_is_called_straight(seed: int, exponent: float) -> None:
@@ -63,10 +64,15 @@ def test_no_target_that_bends_is_called_straight(seed: int, exponent: float) -> 
     mesh = em.Mesh(points, faces)
     target = mesh.with_vertices(points + 10.0**exponent * rng.normal(size=points.shape))
     morph = em.interpolate(mesh, target, "auto")
-    distance = off_straight(mesh, target)
+    whole = em.interpolate(mesh, target, "rotation")
+    stored = float(np.linalg.norm(whole.at(0.5) - (points + target.vertices) / 2, axis=1).max())
+    stored /= mesh.diameter
     assert morph.choice is not None
-    assert morph.choice.distance >= distance * (1 - 1e-6) - 1e-12
-    assert morph.choice.straight == (distance <= 5e-4)
+    # What is stored decides: it is closer to the line where bends were eased because they fold.
+    assert morph.choice.straight or off_straight(mesh, target) > 5e-4
+    assert morph.choice.straight or np.array_equal(morph.bends, whole.bends)
+    assert morph.choice.straight or abs(morph.choice.distance - stored) <= whole.bake_error
+    assert not morph.choice.straight or stored <= 5e-4 + whole.bake_error
 
 
 def test_small_motions_are_decided_without_a_solve() -> None:

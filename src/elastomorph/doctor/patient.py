@@ -118,14 +118,16 @@ class Patient:
         if ordered.mesh is None:
             self.lost.append(file)
             return
+        mesh: Mesh | None = ordered.mesh
         deltas = examine_deltas(self.neutral, ordered.mesh, file, self.settings.thresholds)
         if deltas is not None:
-            self.findings.append(deltas[0])
-            if deltas[1] is None:
+            found, mesh = deltas
+            self.findings.append(found)
+            if mesh is None:
                 self.lost.append(file)
                 return
             self.done[file].append("added to the neutral")
-        self.ordered[file] = ordered.mesh if deltas is None else deltas[1]
+        self.ordered[file] = mesh
         none = np.zeros(len(self.neutral.faces), dtype=bool)
         self.turned[file] = none if ordered.turned is None else ordered.turned
 

@@ -65,8 +65,15 @@ def prepare(
         else:
             found = Turning.of(neutral, target, around, surface)
             choice = _choice(found, method.straight_within, scale)
-        path = straight(target) if choice.straight else found.stored(bent)
-        return replace(path, choice=choice)
+        if choice.straight:
+            return replace(straight(target), choice=choice)
+        path = found.stored(bent)
+        middle = (neutral.vertices + target.vertices) / 2.0
+        left = _longest(path.at(0.5) - middle) / scale
+        if left < choice.distance - path.bake_error * neutral.diameter / scale:
+            # Closer than rounding to bends explains: they were eased where the face would fold.
+            choice = Choice(left, method.straight_within)
+        return replace(straight(target) if choice.straight else path, choice=choice)
 
     return to
 
