@@ -118,14 +118,14 @@ class Patient:
         if ordered.mesh is None:
             self.lost.append(file)
             return
-        mesh: Mesh | None = ordered.mesh
         deltas = examine_deltas(self.neutral, ordered.mesh, file, self.settings.thresholds)
+        mesh = ordered.mesh if deltas is None else deltas[1]
         if deltas is not None:
-            found, mesh = deltas
-            self.findings.append(found)
-            if mesh is None:
-                self.lost.append(file)
-                return
+            self.findings.append(deltas[0])
+        if mesh is None:
+            self.lost.append(file)
+            return
+        if deltas is not None:
             self.done[file].append("added to the neutral")
         self.ordered[file] = mesh
         none = np.zeros(len(self.neutral.faces), dtype=bool)
