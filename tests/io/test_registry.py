@@ -171,3 +171,17 @@ def test_a_format_that_is_only_read_is_not_written(tmp_path: Path) -> None:
     for suffix in (".gltf", ".fbx"):
         with pytest.raises(FormatError, match=r"only read; write one of \.glb, \.usd"):
             write(tmp_path / f"face{suffix}", rig)
+
+
+@pytest.mark.parametrize(
+    ("name", "known"),
+    [("face.obj", "there are none"), ("face.ply", "there are encoding"), ("rig.glb", "normals, ")],
+)
+def test_an_option_that_the_format_has_not_is_refused(
+    tmp_path: Path, name: str, known: str
+) -> None:
+    mesh = Mesh(np.eye(3), [[0, 1, 2]])
+    thing = Rig(mesh, {}) if name.startswith("rig") else mesh
+    with pytest.raises(ParameterError, match=rf"{name}: this format has no option .*{known}"):
+        write(tmp_path / name, thing, tol=1)
+    assert not list(tmp_path.iterdir())

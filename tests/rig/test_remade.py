@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -145,3 +146,13 @@ def test_a_path_is_made_with_one_thread_of_blas(
     with threadpool_limits(2, user_api="blas"):
         em.interpolate(sheet(), turned(1.0), "rotation")
     assert seen == [1] * len(blas)
+
+
+def test_another_extent_may_be_given_where_it_has_an_effect(bare: em.Rig, tmp_path: Path) -> None:
+    whole = em.interpolate(bare.neutral, turned(1.0)).choice
+    rig = with_paths(bare, extent=bare.neutral.diameter)
+    assert rig["turn"].choice == whole
+    em.write(tmp_path / "bare.npz", bare)
+    assert em.read_rig(tmp_path / "bare.npz", extent=bare.neutral.diameter)["turn"].choice == whole
+    with pytest.raises(em.ParameterError, match="only auto takes extent, not ease"):
+        with_paths(bare, "ease:2", extent=1.0)

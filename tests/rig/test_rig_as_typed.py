@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import urllib.request
 import webbrowser
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -120,3 +123,12 @@ def test_view_shows_the_rig_until_the_user_ends_it(monkeypatch: pytest.MonkeyPat
     assert said[0].startswith(opened[0])
     with pytest.raises(OSError, match="refused"):
         urllib.request.urlopen(opened[0], timeout=10)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda rig: pickle.loads(pickle.dumps(rig))])
+def test_a_copy_for_another_process_is_the_same_rig(copied: Callable[[Rig], Rig]) -> None:
+    rig = em.Rig(head(), {"jawOpen": JAW, "grin": GRIN}, correctives={"grin": ["jawOpen", "grin"]})
+    other = copied(rig)
+    assert other.sliders == rig.sliders
+    assert other["jawOpen"].choice == rig["jawOpen"].choice
+    np.testing.assert_array_equal(other.batch([[0.3, 0.6]]), rig.batch([[0.3, 0.6]]))

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
+from inspect import signature
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
@@ -65,9 +66,19 @@ class Format(Generic[T]):
 def _later(module: str, function: str) -> Callable[..., Any]:
     def call(*arguments: Any, **options: Any) -> Any:
         found = getattr(import_module(f"elastomorph.io.{module}"), function)
+        if options:
+            _require_options(arguments[0], options, found)
         return found(*arguments, **options)
 
     return call
+
+
+def _require_options(path: object, options: dict[str, Any], function: Callable[..., Any]) -> None:
+    has = [own.name for own in signature(function).parameters.values() if own.default != own.empty]
+    for name in options:
+        if name not in has:
+            known = f"there are {', '.join(has)}" if has else "there are none"
+            raise ParameterError(f"{path}: this format has no option {name!r}; {known}")
 
 
 MESH_FORMATS: tuple[Format[Mesh], ...] = (
@@ -232,7 +243,7 @@ def write(path: str | Path, thing: Mesh | Rig, **options: Any) -> Any:
     Raises:
         FormatError: The suffix is unknown, or the format cannot hold this thing.
         FileError: The file cannot be written.
-        ParameterError: Neither a mesh nor a rig.
+        ParameterError: Neither a mesh nor a rig, or the format has no such option.
         MissingExtraError: The format needs a package that is not installed.
     """
     require_name(path)

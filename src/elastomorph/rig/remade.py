@@ -43,6 +43,7 @@ def with_paths(
     names: Collection[str] | None = None,
     curves: CurveNetwork | None = None,
     say: Callable[[str], None] = lambda _: None,
+    extent: float | None = None,
     **settings: object,
 ) -> Rig:
     """The rig with a path to each target.
@@ -55,6 +56,7 @@ def with_paths(
             The others stay as they are, and count for D.
         curves: The curves that beams follow; found on the neutral by default.
         say: Told what is being done.
+        extent: D for ``auto``; that of what the targets move by default.
         **settings: Fields of `Method`, for all paths.
 
     Returns:
@@ -63,7 +65,7 @@ def with_paths(
     Raises:
         ElastomorphError: As `elastomorph.prepare`.
     """
-    anew = method is not None or any(value is not None for value in settings.values())
+    anew = any(value is not None for value in (method, extent, *settings.values()))
     method = Method().name if method is None else method
     missing = [
         name
@@ -72,7 +74,8 @@ def with_paths(
     ]
     if not missing:
         return rig
-    extent = extent_of(rig) if Method.of(method).name == "auto" else None
+    if extent is None and Method.of(method).name == "auto":
+        extent = extent_of(rig)
     to = prepare(rig.neutral, method, curves=curves, extent=extent, **settings)  # type: ignore[arg-type]
     morphs: dict[str, Morph] = dict(rig.morphs)
 

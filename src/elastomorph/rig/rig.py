@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -71,6 +71,12 @@ class Rig:
             named_lists(groups, "groups"),
         )
         self._products: dict[np.dtype[np.floating], FieldProduct] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What copies are made of, such as those that other processes get."""
+        own = self.sliders
+        made = partial(type(self), correctives=dict(own.correctives), groups=dict(own.groups))
+        return made, (self.neutral, dict(self.morphs))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -30,7 +30,9 @@ def test_triangles_and_a_straight_path_for_each_target(tmp_path: Path) -> None:
         (None, ("target_0", "target_1")),
         ([], ("target_0", "target_1")),
         ({"targetNames": "ab"}, ("target_0", "target_1")),
-        ({"targetNames": ["a", 3]}, ("target_0", "target_1")),
+        ({"targetNames": ["a", 3]}, ("a", "target_1")),
+        ({"targetNames": [None, "a"]}, ("target_0", "a")),
+        ({"targetNames": [None, None]}, ("target_0", "target_1")),
         ({"targetNames": ["a"]}, ("a", "target_1")),
         ({"targetNames": ["a", "a"]}, ("a", "a_2")),
         ({"targetNames": ["a_2", "a_2"]}, ("a_2", "a_2_2")),
@@ -159,6 +161,15 @@ def test_quantised_positions(tmp_path: Path, kind: str, largest: int) -> None:
         found = read_glb(file.write(tmp_path / "a.glb")).neutral.vertices
         expected = np.maximum(whole / largest, -1) if normalized else whole
         np.testing.assert_allclose(found, expected, rtol=1e-15)
+
+
+def test_a_step_of_nothing_is_no_gap(tmp_path: Path) -> None:
+    file = square()
+    for view in file.document["bufferViews"]:
+        view["byteStride"] = 0
+    rig = read_glb(file.write(tmp_path / "a.glb"))
+    np.testing.assert_array_equal(rig.neutral.vertices, SQUARE)
+    np.testing.assert_array_equal(rig.morphs["target_0"].delta, MOVED)
 
 
 def test_sparse_targets_with_and_without_a_base(tmp_path: Path) -> None:

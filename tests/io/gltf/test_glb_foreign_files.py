@@ -144,7 +144,7 @@ def zeros(count: int) -> dict[str, Any]:
         (lambda d: d["bufferViews"][0].update(byteLength=10**12), "beyond its buffer"),
         (lambda d: d["bufferViews"][0].update(byteOffset=10**12), "beyond its buffer"),
         (lambda d: d["bufferViews"][0].update(byteStride=4), "do not fit"),
-        (lambda d: d["bufferViews"][0].update(byteStride=0), "do not fit"),
+        (lambda d: d["bufferViews"][0].update(byteStride=8), "do not fit"),
         (lambda d: d["bufferViews"][0].update(byteStride=10**9), "do not fit"),
         (lambda d: d["bufferViews"][0].update(buffer=1), "buffers"),
         (lambda d: d["bufferViews"].__setitem__(0, 3), "no object"),

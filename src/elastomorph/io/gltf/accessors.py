@@ -126,7 +126,8 @@ class AccessorReader:
         start = file.whole_in(entry, "byteOffset", of, default=0)
         length = file.whole_in(entry, "byteLength", of)
         size = dtype.itemsize * width
-        step = file.whole_in(entry, "byteStride", of, default=size)
+        # Some programs write 0 for elements without gaps, as glTF 1.0 had it.
+        step = file.whole_in(entry, "byteStride", of, default=size) or size
         content = file.buffer(file.whole_in(entry, "buffer", of))
         if start + length > len(content):
             file.refuse(f"{of} reaches beyond its buffer of {len(content):,} bytes")

@@ -178,7 +178,7 @@ class _SurfaceReader:
 
 
 def target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
-    """The names of the morph targets of a mesh, or ``target_0``, ``target_1`` where it has none.
+    """The names of the morph targets of a mesh; ``target_0``, ``target_1`` where they have none.
 
     Most programs name them in the extras of the mesh, some in those of each primitive, and older
     ones in those of each target.
@@ -187,17 +187,18 @@ def target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
         holders: The mesh and its primitives.
         count: Number of targets.
     """
-    lists = [_extras(holder).get("targetNames") for holder in holders]
+    lists: list[Any] = [_extras(holder).get("targetNames") for holder in holders]
     lists += [
         [_extras(target).get("name") for target in holder["targets"]]
         for holder in holders
         if isinstance(holder.get("targets"), list)
     ]
-    given: list[str] = next((names for names in lists if names and _are_names(names)), [])
+    given: list[Any] = next((names for names in lists if _has_names(names)), [])
     names: dict[str, None] = {}
     again: dict[str, int] = {}
     for number in range(count):
-        plain = name = given[number] if number < len(given) else f"target_{number}"
+        found = given[number] if number < len(given) else None
+        plain = name = found if isinstance(found, str) else f"target_{number}"
         while name in names:
             again[plain] = again.get(plain, 1) + 1
             name = f"{plain}_{again[plain]}"
@@ -210,8 +211,8 @@ def _extras(holder: Any) -> dict[str, Any]:
     return extras if isinstance(extras, dict) else {}
 
 
-def _are_names(names: Any) -> bool:
-    return isinstance(names, list) and all(isinstance(name, str) for name in names)
+def _has_names(names: Any) -> bool:
+    return isinstance(names, list) and any(isinstance(name, str) for name in names)
 
 
 def turned(vectors: NDArray[np.float64], linear: NDArray[np.float64]) -> NDArray[np.float64]:
