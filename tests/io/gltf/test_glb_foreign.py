@@ -273,6 +273,71 @@ def test_a_skinned_mesh_stays_where_its_vertices_are(tmp_path: Path) -> None:
     np.testing.assert_array_equal(rig.neutral.vertices, SQUARE)
 
 
+def skinned(held: Any, posed: Any = None) -> HandMade:
+    """A square of two joints that hold it by a matrix, or one of them by another, and a plain one.
+
+    Both meshes and the joints are below a node of a tenth of the size, as after a conversion.
+    """
+    file = square()
+    file.document["meshes"].append(
+        {"primitives": [dict(file.document["meshes"][0]["primitives"][0])]}
+    )
+    worlds = [np.eye(4), np.eye(4)]
+    worlds[0][:3, 3], worlds[1][:3, 3] = [0, 10, 0], [3, 12, 1]
+    for world in worlds:
+        world[:3] *= 0.1
+    inverse = [np.linalg.inv(world) @ held for world in worlds]
+    if posed is not None:
+        inverse[1] = np.linalg.inv(worlds[1]) @ posed
+    matrices = np.stack(inverse).transpose(0, 2, 1).reshape(-1, 16)
+    number = file.array(matrices)
+    file.document["accessors"][number]["type"] = "MAT4"
+    file.document["skins"] = [{"joints": [3, 4], "inverseBindMatrices": number}]
+    file.document["nodes"] = [
+        {"scale": [0.1, 0.1, 0.1], "children": [1, 2, 3]},
+        {"mesh": 0, "skin": 0, "name": "face"},
+        {"mesh": 1, "name": "eye"},
+        {"translation": [0, 10, 0], "children": [4]},
+        {"translation": [3, 2, 1]},
+    ]
+    return file
+
+
+def test_a_skinned_mesh_stands_where_its_joints_hold_it(tmp_path: Path) -> None:
+    """Beside those without a skin, as viewers show it; offsets are turned and scaled with it."""
+    held = np.array([[0, -0.1, 0, 1], [0.1, 0, 0, 0], [0, 0, 0.1, -2], [0, 0, 0, 1]])
+    rig = read_glb(skinned(held).write(tmp_path / "a.glb"))
+    moved = SQUARE @ held[:3, :3].T + held[:3, 3]
+    np.testing.assert_allclose(rig.neutral.vertices[:4], moved, atol=1e-5)
+    np.testing.assert_allclose(rig.neutral.vertices[4:], 0.1 * SQUARE, atol=1e-6)
+    delta = rig.morphs["target_0"].delta
+    np.testing.assert_allclose(delta[:4], MOVED @ held[:3, :3].T, atol=1e-6)
+    np.testing.assert_allclose(delta[4:], 0.1 * MOVED, atol=1e-6)
+
+
+@pytest.mark.parametrize("posed", [None, np.diag([1, 2, 1, 1.0])])
+def test_a_skinned_mesh_held_as_it_is_or_posed_keeps_its_vertices(
+    tmp_path: Path, posed: Any
+) -> None:
+    rig = read_glb(skinned(np.eye(4), posed).write(tmp_path / "a.glb"))
+    np.testing.assert_array_equal(rig.neutral.vertices[:4], SQUARE)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda d: d["accessors"][-1].update(type="VEC3"), "inverse bind matrices of a skin has a"),
+        (lambda d: d["skins"][0].update(joints=[3, 4, 2]), "are 2 for 3 joints"),
+        (lambda d: d["nodes"][1].update(skin=5), "names number 5 of 1 skins"),
+    ],
+)
+def test_a_skin_that_contradicts_itself_is_refused(tmp_path: Path, change: Any, words: str) -> None:
+    file = skinned(np.eye(4))
+    change(file.document)
+    with pytest.raises(FormatError, match=words):
+        read_glb(file.write(tmp_path / "a.glb"))
+
+
 def test_without_a_scene_the_roots_or_else_all_meshes_are_read(tmp_path: Path) -> None:
     file = square()
     del file.document["scene"], file.document["scenes"]

@@ -12,7 +12,7 @@ from elastomorph.io.gltf.container import GltfFile
 __all__ = ["AccessorReader"]
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "MAT4": 16}
 _COPIES = 20  # bytes of each number that is read, with the copies made of it
 _MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 

@@ -42,7 +42,8 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
     bends and bend curves; positions in single precision. If another program has changed it so
     that these no longer fit, a warning says so and it is read as any other file:
 
-    - All meshes of the scene become one, in the order of the scene and placed by their nodes.
+    - All meshes of the scene become one, in the order of the scene and placed by their nodes; one
+      with a skin by its joints, in the pose it was bound in.
       Vertices are neither merged nor reordered; triangles stay triangles.
     - Morph targets of the same name in several meshes are one morph, on a straight path; a mesh
       without any is part of the neutral. Targets without names are called ``target_0`` and so on.

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.io.gltf.accessors import AccessorReader
 from elastomorph.io.gltf.container import GltfFile
 
 __all__ = ["PlacedMesh", "placed_meshes"]
+
+_BOUND_ALIKE = 1e-4  # single precision, through a chain of joints
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +37,13 @@ class PlacedMesh:
 def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
     """The meshes of the scene a viewer shows, depth first.
 
-    A mesh with a skin stays where its vertices are: glTF lets its joints place it, and these are
-    not read. A document without scenes, or without nodes that show a mesh, gives all its meshes.
+    A mesh with a skin stands where its joints hold it, as long as they hold all of it alike. Where
+    they are posed, it stays where its vertices are: skinning is not applied. A document without
+    scenes, or without nodes that show a mesh, gives all its meshes.
     """
-    found: list[PlacedMesh] = []
+    found: list[dict[str, Any]] = []
     unit = np.eye(4)
+    worlds: dict[int, NDArray[np.float64]] = {}
     waiting = [(node, unit) for node in reversed(_roots(file))]
     seen: set[int] = set()
     while waiting:
@@ -47,14 +52,17 @@ def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
         if number in seen:
             file.refuse(f"node {number} appears twice in the scene")
         seen.add(number)
-        world = above @ _transform(file, node, number)
+        worlds[number] = world = above @ _transform(file, node, number)
         if "mesh" in node:
             file.budget.spend_objects(1)
-            found.append(_placed(file, node, unit if "skin" in node else world))
+            found.append({**node, "world": world})
         children = file.list_in(node, "children", f"node {number}")
         waiting += [(child, world) for child in reversed(children)]
     if found:
-        return found
+        return [
+            _placed(file, node, _bound(file, node, worlds) if "skin" in node else node["world"])
+            for node in found
+        ]
     count = len(file.items("meshes"))
     file.budget.spend_objects(count)
     return [_placed(file, {"mesh": number}, unit) for number in range(count)]
@@ -66,6 +74,27 @@ def _placed(file: GltfFile, node: dict[str, Any], world: NDArray[np.float64]) ->
     known = tuple(dict.fromkeys(name for name in names if isinstance(name, str)))
     numbered = (f"mesh {node['mesh']}",)
     return PlacedMesh(node["mesh"], known or numbered, world[:3, :3], world[:3, 3])
+
+
+def _bound(
+    file: GltfFile, node: dict[str, Any], worlds: dict[int, NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """(4, 4) where the joints of a skin hold its mesh: the same for each in the pose of binding."""
+    skin = file.item("skins", node["skin"], "a node")
+    joints = file.list_in(skin, "joints", "a skin")
+    given = skin.get("inverseBindMatrices")
+    unit = np.eye(4)
+    if given is None or not joints or not all(type(j) is int and j in worlds for j in joints):
+        return unit
+    of = "the inverse bind matrices of a skin"
+    columns = AccessorReader(file).floats(given, 16, of).reshape(-1, 4, 4)
+    if len(columns) < len(joints):
+        file.refuse(f"{of} are {len(columns):,} for {len(joints):,} joints")
+    held = np.stack([worlds[j] for j in joints]) @ columns[: len(joints)].transpose(0, 2, 1)
+    apart = _BOUND_ALIKE * np.abs(held[0]).max()
+    if not np.abs(held - held[0]).max() <= apart or np.abs(held[0] - unit).max() <= apart:
+        return unit
+    return np.asarray(held[0])
 
 
 def _roots(file: GltfFile) -> list[Any]:
