@@ -86,7 +86,7 @@ def time_graphs(
     """Errors over time at the times of the frames (a, b) and with free timing (c, d).
 
     What falls from the upper graphs to the lower was a matter of timing, not of the path. The times
-    of (c, d) make the peak of a line as low as it can be; away from it the line may also rise.
+    of (c, d) make the peak of each line as low as it can be, never higher than in (a, b).
 
     Args:
         evaluation: Methods compared with a recorded motion.

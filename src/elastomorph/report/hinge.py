@@ -72,13 +72,16 @@ def hinge_faces(
     return image
 
 
-def hinge_graph(hinge: Hinge, morphs: Mapping[str, Morph], path: str | Path) -> None:
+def hinge_graph(
+    hinge: Hinge, morphs: Mapping[str, Morph], path: str | Path, unit: str = ""
+) -> None:
     """The way of one vertex, seen along the hinge (a), and the distance from the arc over t (b).
 
     Args:
         hinge: What turns.
         morphs: Paths of the whole face by the labels of their methods.
         path: Graph to write: .png, .svg or .pdf.
+        unit: Unit of the coordinates, or an empty string.
 
     Raises:
         ParameterError: Another suffix.
@@ -106,6 +109,7 @@ def hinge_graph(hinge: Hinge, morphs: Mapping[str, Morph], path: str | Path) -> 
         ways.set_aspect("equal", adjustable="datalim")
         ways.set_title("(a) the farthest vertex, seen along the axis")
         ways.set_xlabel("dots at t = 0.25, 0.5 and 0.75")
+        ways.set_ylabel(unit or "units of the rig")
         _dress(gaps)
         figure.legend(*ways.get_legend_handles_labels(), loc="outside right upper")
 

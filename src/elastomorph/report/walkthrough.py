@@ -211,7 +211,7 @@ def _jaw_on_its_hinge(
     morphs = {name: interpolate(neutral, jaw, name) for name in _JAW_METHODS}
     written += [place / "hinge.png", place / "hinge-graph.png"]
     image = hinge_faces(hinge, morphs, written[-2])
-    hinge_graph(hinge, morphs, written[-1])
+    hinge_graph(hinge, morphs, written[-1], subject.unit)
     return Jaw(hinge, morphs, hinge_errors(hinge, morphs), image)
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from parsed_page import Element, parsed
@@ -13,7 +16,7 @@ from elastomorph.evaluation.rigid_parts import find_rigid_parts
 from elastomorph.mesh import FaceLabels
 from elastomorph.morph import Morph
 from elastomorph.report.grid import text_size_for
-from elastomorph.report.hinge import hinge_faces, looks_of
+from elastomorph.report.hinge import hinge_faces, hinge_graph, looks_of
 from elastomorph.report.page.hinge import hinge_section
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -62,6 +65,25 @@ def test_the_winner_keeps_to_the_arc(
     rows = {row.all("th")[0].text: row.all("td") for row in section.one("tbody").all("tr")}
     assert rows["linear"][0].text == f"{100 * errors['linear'].parts:.3f}"
     assert rows["linear"][1].text == f"{sagitta:#.3g}\u00a0cm"
+
+
+def test_what_vanishes_has_a_length_too(hinge: tuple[Hinge, dict[str, Morph]]) -> None:
+    """It is less than that of the last digit, in the unit of the column."""
+    found, morphs = hinge
+    errors = [replace(error, parts=0.0, along=0.0) for error in hinge_errors(found, morphs)]
+    grey = np.full((4, 4, 3), 128, dtype=np.uint8)
+    shown = parsed(str(hinge_section(found, "jawOpen", errors, morphs, grey, "cm").content))
+    least = f"<\u00a0{1e-5 * found.neutral.diameter:#.3g}\u00a0cm"
+    for row in shown.one("tbody").all("tr"):
+        assert [cell.text for cell in row.all("td")] == ["0.000", least]
+
+
+def test_the_graph_says_in_which_unit_the_jaw_goes(
+    hinge: tuple[Hinge, dict[str, Morph]], tmp_path: Path
+) -> None:
+    for unit, shown in (("cm", ">cm<"), ("", ">units of the rig<")):
+        hinge_graph(*hinge, tmp_path / "way.svg", unit)
+        assert shown in (tmp_path / "way.svg").read_text(encoding="utf-8")
 
 
 def test_parts_are_known_by_their_names(hinge: tuple[Hinge, dict[str, Morph]]) -> None:

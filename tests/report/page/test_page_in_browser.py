@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from elastomorph.report.page.document import Section, document
-from elastomorph.report.page.markup import Markup
+from elastomorph.report.page.error_table import scrolling
+from elastomorph.report.page.markup import Markup, element
 from needs import MODULES
 
 AXE = MODULES / "axe-core" / "axe.min.js"
@@ -61,6 +62,18 @@ def test_on_a_desk_no_heading_of_the_contents_is_cut_off(browser: Any) -> None:
         box = link.bounding_box()
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= 1280
+    tab.close()
+
+
+def test_on_a_phone_the_caption_of_a_wide_table_is_read_whole(browser: Any) -> None:
+    words = "The largest distance of anything from anything, in words that need several lines"
+    row = element("tr", *(element("td", "12345.678") for _ in range(9)))
+    table = element("table", element("caption", words), element("tbody", row))
+    tab = browser.new_page(viewport={"width": 390, "height": 844})
+    tab.set_content(document("wide", "", [Section("s", "S", scrolling(table, "wide"))]))
+    caption = tab.locator("caption").bounding_box()
+    assert tab.locator("table").bounding_box()["width"] > 390
+    assert caption["x"] + caption["width"] <= 390
     tab.close()
 
 

@@ -50,7 +50,8 @@ def graph_section(
     words = (
         "Above at the times of the frames, below with free timing. What falls from the upper "
         "graphs to the lower was a matter of timing; what is left is the path. Free timing makes "
-        "the peak of a line as low as it can be; away from it the line may also rise."
+        "the peak of each line as low as it can be, never higher than above; beside its peak a "
+        "line may lie higher."
     )
     if not timing_known:
         words += " The times are made up here, so only the lower graphs count."

@@ -59,7 +59,7 @@ def hinge_section(
         "of every arc, most of all where the way is longest.",
     )
     graph = graph_figure(
-        lambda file: hinge_graph(hinge, morphs, file),
+        lambda file: hinge_graph(hinge, morphs, file, unit),
         "hinge",
         "The way of the jaw",
         f"Left the way of one vertex, right the distance from the arc over time. {worst.label} "
@@ -131,8 +131,8 @@ def _table(hinge: Hinge, errors: Sequence[HingeError], lengths: Lengths) -> Mark
         values = (error.parts, error.along)[: len(titles) - 1]
         cells = [element("td", f"{100 * value:.3f}") for value in values]
         most = max(values)
-        less = f"< {_LEAST}{SPACE}% of D"
-        cells.append(element("td", lengths.plain(most) if most > _LAST_DIGIT else less))
+        less = "" if most > _LAST_DIGIT else f"<{SPACE}"
+        cells.append(element("td", f"{less}{lengths.plain(max(most, _LAST_DIGIT))}"))
         name = element("th", error.label, scope="row", class_="name")
         rows.append(element("tr", name, *cells))
     heads = [element("th", title, scope="col") for title in (*titles, "The worst, as a length")]
