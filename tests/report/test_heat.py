@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from elastomorph.errors import ParameterError
-from elastomorph.report.heat import COLOUR_MAP, heat_colours, round_up
+from elastomorph.report.heat import COLOUR_MAP, SCALE_ENDS, heat_colours, round_up
 from elastomorph.viewer.page import shipped_page
 
 
@@ -70,3 +70,8 @@ def test_the_viewer_has_the_same_colours() -> None:
     # One list in this order, nothing but quotation marks and commas between them.
     assert max(np.diff(found)) <= len(wanted[0]) + 3
     assert min(np.diff(found)) > 0
+
+
+def test_the_viewer_ends_its_scale_at_the_same_numbers() -> None:
+    ends = ",".join(f"{end:g}" for end in SCALE_ENDS)
+    assert f"[{ends}]" in shipped_page()

@@ -8,10 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.report.extras import imported
 
-__all__ = ["COLOUR_MAP", "heat_colours", "round_up"]
+__all__ = ["COLOUR_MAP", "SCALE_ENDS", "heat_colours", "round_up"]
 
 COLOUR_MAP = "magma_r"
 """Perceptually uniform, readable in grey and by the colour-blind; no error is pale, like skin."""
+SCALE_ENDS = (1, 1.2, 1.6, 2, 2.4, 3.2, 4, 6, 8, 10)
+"""A quarter of each has two digits, so that a scale in four parts is marked by round numbers."""
 
 
 def heat_colours(
@@ -45,14 +47,11 @@ def heat_colours(
 
 
 def round_up(value: float) -> float:
-    """The end of a scale: the next of a few numbers times a power of ten; 1 for 0.
-
-    A quarter of each has two digits, so that a scale in four parts is marked by round numbers.
-    """
+    """The end of a scale: the next of `SCALE_ENDS` times a power of ten; 1 for 0."""
     if not np.isfinite(value) or value < 0:
         raise ParameterError(f"a scale needs a number of at least 0, found {value}")
     if value == 0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(value))
-    steps = np.array([1.0, 1.2, 1.6, 2.0, 2.4, 3.2, 4.0, 6.0, 8.0, 10.0]) * power
+    steps = np.array(SCALE_ENDS) * power
     return float(steps[np.argmax(steps >= value * (1 - 1e-12))])

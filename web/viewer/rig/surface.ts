@@ -41,12 +41,15 @@ export function vertexAt(
   return [at(0), at(1), at(2)];
 }
 
-/** The least of 1, 2 and 5 times a power of ten that is at least `value`. */
+// A quarter of each has two digits: the marks of a scale. The pictures of the package have the same.
+const ENDS = [1, 1.2, 1.6, 2, 2.4, 3.2, 4, 6, 8, 10];
+
+/** The end of a scale of at least `value`: the least of ENDS times a power of ten. */
 export function roundedUp(value: number): number {
   if (!(value > 0) || !Number.isFinite(value)) return 0;
   const power = 10 ** Math.floor(Math.log10(value));
   // The tolerance keeps 0.3 − 0.1 and the like from being rounded up to the next step.
-  const step = [1, 1.5, 2, 3, 4, 5, 6, 8, 10].find((s) => s * power >= value * (1 - 1e-9)) ?? 10;
+  const step = ENDS.find((s) => s * power >= value * (1 - 1e-9)) ?? 10;
   return step * power;
 }
 
