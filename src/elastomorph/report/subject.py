@@ -10,6 +10,7 @@ from elastomorph.evaluation.rigid_parts import RigidParts, find_rigid_parts
 from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.mesh import Mesh
 from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
+from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.sequence import MeshSequence
 
@@ -77,7 +78,8 @@ def rig_subject(
     place = Path(folder)
     if (place / "ict-facekit").is_dir():
         place = place / "ict-facekit"
-    rig = read_rig_folder(place, say=say) if rig is None else rig
+    if rig is None:  # only its targets count, and straight lines to them cost nothing
+        rig = read_rig_folder(place, method=Method("linear"), say=say)
     neutral = rig.neutral
     targets = {name: morph.target for name, morph in rig.morphs.items()}
     jaw = "jawOpen" if "jawOpen" in targets else _farthest(neutral, targets)

@@ -124,7 +124,7 @@ def walk_through(
     say("writing in-betweens")
     written += _write_in_betweens(neutral, morphs, place / "in-betweens")
 
-    turning = _jaw_on_its_hinge(subject, place, written, say)
+    turning = _jaw_on_its_hinge(subject, morphs, place, written, say)
     if subject.motion is None:
         pictures.append(_draw_jaw(subject, morphs, place, written, say))
     pictures += _draw_expressions(subject, place, written, say)
@@ -200,7 +200,11 @@ def _draw_jaw(
 
 
 def _jaw_on_its_hinge(
-    subject: Subject, place: Path, written: list[Path], say: Callable[[str], None]
+    subject: Subject,
+    known: Mapping[str, Morph],
+    place: Path,
+    written: list[Path],
+    say: Callable[[str], None],
 ) -> Jaw | None:
     parts = subject.rigid_parts
     if parts is None:
@@ -208,7 +212,10 @@ def _jaw_on_its_hinge(
     say("measuring the jaw on its hinge")
     neutral, jaw = subject.neutral, subject.targets[subject.jaw]
     hinge = find_hinge(neutral, jaw, parts)
-    morphs = {name: interpolate(neutral, jaw, name) for name in _JAW_METHODS}
+    if subject.motion is None:  # its methods were tried on this very jaw
+        morphs = {name: known[name] for name in _JAW_METHODS}
+    else:
+        morphs = {name: interpolate(neutral, jaw, name) for name in _JAW_METHODS}
     written += [place / "hinge.png", place / "hinge-graph.png"]
     image = hinge_faces(hinge, morphs, written[-2])
     hinge_graph(hinge, morphs, written[-1], subject.unit)

@@ -224,7 +224,7 @@ def _path_heat_map(evaluation: Evaluation, unit: str) -> Picture:
         names={label: _names(group) for label, group in alike.items()},
         free_timing=True,
     )
-    crowds = [f"{group[0]} is {listed(group[1:])} too" for group in alike.values() if group[2:]]
+    crowds = [f"{group[0]} is also {listed(group[1:])}" for group in alike.values() if group[2:]]
     return Picture(
         "Where each path errs, whatever its timing",
         image,

@@ -1,0 +1,32 @@
+"""The face of a walkthrough: what it is made of, and what it costs to get."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import ball
+
+from elastomorph.io import write
+from elastomorph.paths import auto
+from elastomorph.report.subject import rig_subject
+
+
+def test_a_rig_is_read_without_looking_for_its_paths(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The walkthrough looks for them itself: twice would be half of its time."""
+    mesh = ball()
+    moved = mesh.with_vertices(mesh.vertices * [1.0, 1.2, 1.0])
+    write(tmp_path / "neutral.obj", mesh)
+    write(tmp_path / "jawOpen.obj", moved)
+
+    def refused(*_: object, **__: object) -> None:
+        raise AssertionError("no path is wanted here")
+
+    monkeypatch.setattr(auto, "prepare", refused)
+    subject = rig_subject(tmp_path)
+    assert subject.jaw == "jawOpen"
+    assert list(subject.targets) == ["jawOpen"]
+    np.testing.assert_allclose(subject.targets["jawOpen"].vertices, moved.vertices, atol=1e-6)
