@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.bend_curve import BendCurve
+from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.evaluation.target_paths import TargetPath, TargetPaths, _flips, target_paths
 from elastomorph.morph import Choice, Morph
 
@@ -90,3 +91,12 @@ def test_progress_names_targets() -> None:
     moved = neutral.with_vertices(neutral.vertices + [0, 0, 1])
     target_paths(neutral, {"up": moved, "down": moved}, progress=said.append)
     assert said == ["choosing a path for up, 1 of 2", "choosing a path for down, 2 of 2"]
+
+
+def test_the_doctor_asks_for_an_in_between_where_the_report_does() -> None:
+    """The same distance of the two ways, whoever looks at them."""
+    allowed = Choice(distance=Thresholds().bend, allowed=5e-4)
+    beyond = Choice(distance=float(np.nextafter(allowed.distance, 1.0)), allowed=5e-4)
+    for choice, pays in ((allowed, False), (beyond, True)):
+        path = TargetPath("jawOpen", choice, 1, 8, 0.0, 0)
+        assert path.inbetween_pays == pays
