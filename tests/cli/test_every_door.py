@@ -186,6 +186,25 @@ def test_straight_within_is_part_of_the_method(here: Path) -> None:
         ),
         (["interpolate", "neutral.obj", "smile.obj", "-o", "a.obj", "--falloff", "2"], "--region"),
         (["render", "neutral.obj", "--mesh", "left", "-o", "out.png"], "--mesh"),
+        (["render", "face", "-o", "out.png", "--unit", "cm"], "--against"),
+        (["render", "face", "-o", "out.png", "-t", "0.5"], "--pose"),
+        (["render", "face", "-o", "out.png", "--method", "linear"], "--pose"),
+        (["render", "neutral.obj", "-o", "out.png", "--method", "linear"], "--pose"),
+        (["render", "face", "-p", "smile=1", "--strip", "0,1", "-t", "1", "-o", "a.png"], "--time"),
+        (["blend", "face", "-w", "smile=1", "-o", "out.obj", "--levels", "3"], "--weight"),
+        (["blend", "face", "-w", "smile=1", "-o", "a.obj", "--expressions", "smile"], "--weight"),
+        (["blend", "face", "-w", "smile=1", "-o", "out.obj", "--no-normalize"], "--weight"),
+        (["blend", "face", "-w", "smile=1", "-o", "out.obj", "--sheet", "a.png"], "--weight"),
+        (["evaluate", "scan.####.obj", "--edge", "0.2"], "--movements"),
+        (["evaluate", "scan.####.obj", "--unit", "cm"], "--report"),
+        (["evaluate", "scan.####.obj", "--method", "linear", "--mass", "2"], "--method beam"),
+        (["evaluate", "scan.####.obj", "--method", "through:1", "--rigidity", "2"], "beam"),
+        (["animate", "face", "take.csv", "--timecode-rate", "30", "-o", "a.glb"], "no timecodes"),
+        (["animate", "face", "take.csv", "--rate", "9", "--picture", "a.png"], "--output"),
+        (["animate", "face", "take.csv", "-o", "face/"], "folder of the rig"),
+        (["animate", "character/elastomorph.toml", "take.csv", "-o", "character"], "of the rig"),
+        (["export", "nowhere", "-o", "out.glb"], "nowhere: there is no such file or folder"),
+        (["inspect", "nowhere"], "nowhere: there is no such file or folder"),
     ],
 )
 def test_it_refuses_in_one_sentence(
@@ -203,6 +222,8 @@ def test_it_refuses_in_one_sentence(
 
 
 INTERPOLATE = ["interpolate", "neutral.obj", "jawOpen.obj", "-t", "0.3"]
+RENDER = ["render", "face", "--size", "32x32", "-p", "jawOpen=1"]
+AGAINST = ["render", "face", "--size", "240x240", "-p", "jawOpen=1", "-t", "0.5"]
 OPTIONS = [
     (INTERPOLATE, ["--method", "beam:2"], "out.obj"),
     (INTERPOLATE, ["--settings", "own.toml"], "out.obj"),
@@ -242,6 +263,32 @@ OPTIONS = [
     (["animate", "face", "take.csv"], ["--stop", "0.1"], "out.npz"),
     (["animate", "face", "take.csv"], ["--method", "ease:2"], "out.npz"),
     (["curves", "neutral.obj"], ["--curves", "curves.json"], "out.json"),
+    (["fit", "motion.npz"], ["--degree", "2"], "out.json"),
+    (["fit", "motion.npz"], ["--per-curve"], "out.json"),
+    (["fit", "motion.npz"], ["--closure", "rest"], "out.json"),
+    (["fit", "motion.npz"], ["--curves", "curves.json"], "out.json"),
+    (["view", "face"], ["--method", "linear"], "out.html"),
+    (["view", "face"], ["--unit", "cm"], "out.html"),
+    (["view", "face"], ["--settings", "own.toml"], "out.html"),
+    (["view", "heads.glb"], ["--mesh", "left"], "out.html"),
+    (RENDER, ["--pose", "smile=1"], "out.png"),
+    (RENDER, ["-t", "0.5"], "out.png"),
+    ([*RENDER, "-t", "0.5"], ["--method", "linear"], "out.png"),
+    ([*RENDER, "-t", "0.5"], ["--settings", "own.toml"], "out.png"),
+    (RENDER, ["--view", "side"], "out.png"),
+    (RENDER, ["--size", "48x48"], "out.png"),
+    (RENDER, ["--strip", "0,1"], "out.png"),
+    (RENDER, ["--wireframe"], "out.png"),
+    (RENDER, ["--edge-loops"], "out.png"),
+    (RENDER, ["--background", "#204060"], "out.png"),
+    (AGAINST, ["--against", "linear"], "out.png"),
+    ([*AGAINST, "--against", "linear"], ["--highest", "9"], "out.png"),
+    ([*AGAINST, "--against", "linear"], ["--unit", "cm"], "out.png"),
+    ([*RENDER, "--turntable", "--frames", "2"], ["--degrees", "90"], "out.gif"),
+    ([*RENDER, "--turntable", "--frames", "2"], ["--frames", "3"], "out.gif"),
+    ([*RENDER, "--turntable", "--frames", "2"], ["--fps", "5"], "out.gif"),
+    ([*RENDER, "--turntable", "--frames", "3"], ["--animate"], "out.gif"),
+    ([*RENDER, "--animate", "--frames", "5"], ["--timing", "blink"], "out.gif"),
 ]
 """Calls, an option more, and the file that it changes."""
 
@@ -305,3 +352,29 @@ def test_a_region_and_settings_go_together(here: Path) -> None:
     share = (1 - np.cos(np.pi / 4)) / 2
     np.testing.assert_allclose(found[0], (start + share * (end - start))[0], atol=1e-9)
     np.testing.assert_array_equal(found[10:], start[10:])
+
+
+@pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
+@pytest.mark.parametrize(
+    "option",
+    [
+        ["--method", "ease:2"],
+        ["--all"],
+        ["--rigid", "0-9"],
+        ["--mass", "90"],
+        ["--damping", "90"],
+        ["--rigidity", "0.1"],
+        ["--curves", "curves.json"],
+        ["--settings", "own.toml"],
+    ],
+    ids=" ".join,
+)
+def test_an_option_changes_an_evaluation(
+    here: Path, option: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = []
+    for more in ([], option):
+        assert run("evaluate", "scan.####.obj", "--method", "beam:3", "--json", *more) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    assert found[0] != found[1]
+    assert ("rigid" in found[1]) == ("--rigid" in option)

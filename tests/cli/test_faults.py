@@ -15,6 +15,7 @@ from types import ModuleType
 
 import pytest
 
+from calls import status_of
 from children import started
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals and limits")
@@ -41,6 +42,14 @@ def running(
     )
     environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
     return started("-c", program, *words, cwd=folder, env=environment, **files)
+
+
+@pytest.mark.parametrize("stream", ["stdin", "stdout", "stderr"])
+@pytest.mark.parametrize("word", ["--version", "nothing"])
+def test_streams_may_be_closed(monkeypatch: pytest.MonkeyPatch, stream: str, word: str) -> None:
+    """As for a service: Python then has None in their place."""
+    monkeypatch.setattr(sys, stream, None)
+    assert status_of(word) == (0 if word == "--version" else 2)
 
 
 @pytest.mark.parametrize("words", WRITING[:5], ids=lambda words: words[-1])

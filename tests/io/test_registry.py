@@ -78,11 +78,20 @@ def test_capitals_in_a_suffix_do_not_matter(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["face.stl", "face", "face.obj.bak"])
 def test_an_unknown_suffix_lists_the_known_ones(tmp_path: Path, name: str) -> None:
-    for attempt in (lambda: read(tmp_path / name), lambda: write(tmp_path / name, house())):
+    there = tmp_path / "there" / name
+    there.parent.mkdir()
+    there.touch()
+    for attempt in (lambda: read(there), lambda: write(tmp_path / name, house())):
         with pytest.raises(FormatError) as caught:
             attempt()
         assert all(suffix in str(caught.value) for suffix in SUFFIXES)
-    assert list(tmp_path.iterdir()) == []
+    assert list(tmp_path.iterdir()) == [there.parent]
+
+
+def test_a_name_without_a_suffix_that_nothing_has_is_missing(tmp_path: Path) -> None:
+    for attempt in (read, read_rig):
+        with pytest.raises(FileError, match="no such file or folder"):
+            attempt(tmp_path / "face")
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -70,6 +70,8 @@ def animate(
 
     if output is None and picture is None and not only_list:
         raise ParameterError("say where to write the take (-o take.glb), or ask for --list")
+    if rate is not None and output is None and not only_list:
+        raise ParameterError("--rate is for what is written: add --output")
     positions = output is not None and holds_positions(output)
     with options.progress(as_json) as say:
         say(f"reading {performance}")
@@ -79,6 +81,8 @@ def animate(
                 float("-inf") if start is None else start, float("inf") if stop is None else stop
             )
         place = options.named_rig(rig, settings)
+        if output is not None and not only_list:
+            _require_apart(place, Path(output))
         chosen = options.settings_of(place, settings, method)
         face_rig = options.full_rig(place, method, say, chosen, mesh=mesh)
         found = match(take.names, face_rig.names)
@@ -106,6 +110,21 @@ def animate(
         options.print_json(facts)
     else:
         _tell(take, written, found, facts["written"])
+
+
+def _require_apart(rig: Path | None, output: Path) -> None:
+    """Refuse frames in the folder of a rig: it would take them for targets from then on."""
+    from elastomorph.errors import FileError
+    from elastomorph.io.atomic import is_folder
+
+    if rig is None or not is_folder(output):
+        return
+    folder = rig if is_folder(rig) else rig.parent
+    if folder.exists() and output.samefile(folder) and (is_folder(rig) or rig.suffix == ".toml"):
+        raise FileError(
+            output,
+            "this is the folder of the rig, which would take the frames for targets; name another",
+        )
 
 
 @contextmanager

@@ -96,6 +96,7 @@ def main(arguments: list[str] | None = None) -> None:
     Args:
         arguments: Words after the program's name; those of the process by default.
     """
+    _require_streams()
     if arguments is None:
         signal.signal(signal.SIGTERM, _stop)
     words = sys.argv[1:] if arguments is None else arguments
@@ -122,6 +123,14 @@ def main(arguments: list[str] | None = None) -> None:
     except OSError as error:
         _drop_output()
         _fail(f"{error.filename or 'the output'}: {error.strerror or error}")
+
+
+def _require_streams() -> None:
+    """Open what was closed, as for a service, so that no file written takes its number."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            mode = "r" if name == "stdin" else "w"
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115, PTH123
 
 
 def _stop(number: int, frame: object) -> None:

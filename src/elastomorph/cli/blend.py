@@ -43,7 +43,9 @@ def blend(
         ),
     ] = None,
     t: Annotated[float, typer.Option("--time", "-t", help="Common time of all paths.")] = 1.0,
-    levels: Annotated[int, typer.Option(help="Values from 0 to 1 in combinations.", min=2)] = 6,
+    levels: Annotated[
+        int | None, typer.Option(help="Values from 0 to 1 in combinations; 6 by default.", min=2)
+    ] = None,
     expressions: Annotated[
         str | None,
         typer.Option(
@@ -52,8 +54,12 @@ def blend(
         ),
     ] = None,
     normalize: Annotated[
-        bool, typer.Option(help="Divide the weights of a face by their sum, as the paper does.")
-    ] = True,
+        bool | None,
+        typer.Option(
+            help="Divide the weights of a face by their sum, as the paper does, or not; all "
+            "combinations do by default."
+        ),
+    ] = None,
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
@@ -69,6 +75,8 @@ def blend(
       elastomorph blend -o faces.npy --sheet sheet.png
       elastomorph blend rig.glb -w jawOpen=0.4 -w mouthSmile_L=1 -o face.obj
     """
+    if weight:
+        _refuse_for_one(levels=levels, expressions=expressions, normalize=normalize, sheet=sheet)
     with options.progress(as_json) as say:
         place = options.named_rig(rig, settings)
         chosen = options.settings_of(place, settings, method)
@@ -77,7 +85,7 @@ def blend(
             found = _one(face_rig, weight, t, output)
         else:
             face_rig = options.expression_rig(place, expressions, method, say, chosen, mesh)
-            found = _all(face_rig, levels, t, normalize, output, sheet, say)
+            found = _all(face_rig, levels or 6, t, normalize is not False, output, sheet, say)
         if grid is not None:
             from elastomorph.report import expression_strip
 
@@ -90,6 +98,18 @@ def blend(
         for name, value in found.items():
             typer.echo(
                 f"{name:>12}  {value:,}" if isinstance(value, int) else f"{name:>12}  {value}"
+            )
+
+
+def _refuse_for_one(**given: object) -> None:
+    """Refuse what is for all combinations where weights ask for one face."""
+    from elastomorph.errors import ParameterError
+
+    for name, value in given.items():
+        if value is not None:
+            raise ParameterError(
+                f"--{name} is for all combinations: leave it out, or --weight, which asks for one "
+                "face"
             )
 
 

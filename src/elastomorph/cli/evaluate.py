@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -56,8 +57,9 @@ def evaluate(
         bool, typer.Option(help="Find onsets and offsets in a long take and evaluate each.")
     ] = False,
     edge: Annotated[
-        float, typer.Option(help="Share of a movement's rise left out at either end.")
-    ] = 0.05,
+        float | None,
+        typer.Option(help="Share of a movement's rise left out at either end; 0.05 by default."),
+    ] = None,
     rigid: Annotated[
         str | None,
         typer.Option(help="Vertices known to be rigid: a .json list, or 0-99,120."),
@@ -90,15 +92,20 @@ def evaluate(
         raise ParameterError(
             "--movements prints tables and writes reports only: leave --rigid and --output out"
         )
+    if edge is not None and not movements:
+        raise ParameterError("--edge is for --movements: it says where they begin and end")
+    if unit and output is None and report is None:
+        raise ParameterError("--unit is for pictures and pages: add --report or --output")
+    said = MethodChoice(mass=mass, damping=damping, rigidity=stiff)
+    if said and not every:
+        _require_elastic(method or [])
     if report is not None:
         from elastomorph.report.page.report import require_page_path
 
         require_page_path(report)
     with options.progress(as_json) as say:
         say("reading")
-        character = options.settings_of(
-            None, settings, MethodChoice(mass=mass, damping=damping, rigidity=stiff)
-        )
+        character = options.settings_of(None, settings, said)
         if character is not None and keep is not None:
             character = character.with_curves(keep)
         keep = options.curve_file(keep, settings)
@@ -113,6 +120,7 @@ def evaluate(
 
         page = EvaluationPage(report, call_words(context), truth, unit, keep, pictures, every)
         if movements:
+            edge = 0.05 if edge is None else edge
             _movements(motion, network, methods, every, edge, as_json, page, say)
             return
         chosen = methods(motion)
@@ -128,9 +136,24 @@ def evaluate(
             write_evaluation(result, output, graphs=pictures, faces=drawn or (), say=say)
         page.write(result, chosen, say, drawn)
     if as_json:
-        typer.echo(result.to_json(), nl=False)
+        rigid_parts = {label: asdict(body) for label, body in bodies.items()}
+        found = json.loads(result.to_json())
+        options.print_json(found | ({"rigid": rigid_parts} if bodies else {}))
     else:
         _tell(result, motion, bodies, every, [f"{output}/"] * bool(output) + page.names)
+
+
+def _require_elastic(texts: Sequence[str]) -> None:
+    """Refuse a material where no method has a use for one."""
+    from elastomorph.errors import ParameterError
+    from elastomorph.paths import Method
+
+    own = [text for text in texts if not text.strip().startswith("through")]
+    if not any(Method.parse(text).has("material") for text in own):
+        raise ParameterError(
+            f"a material is for beam, plate; {', '.join(texts)} has none: add --method beam, or "
+            "leave --mass, --damping and --rigidity out"
+        )
 
 
 def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
@@ -184,8 +207,6 @@ def _movements(
     page: EvaluationPage,
     say: Callable[[str], None],
 ) -> None:
-    from dataclasses import asdict
-
     from rich.console import Console
 
     from elastomorph.evaluation import left_out

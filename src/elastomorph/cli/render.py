@@ -55,9 +55,11 @@ def render(
         ),
     ] = None,
     t: Annotated[
-        float,
-        typer.Option("--time", "--t", "-t", help="Master time: each path is at its weight × t."),
-    ] = 1.0,
+        float | None,
+        typer.Option(
+            "--time", "--t", "-t", help="Master time: each path is at its weight × t; 1 by default."
+        ),
+    ] = None,
     method: Annotated[
         list[str] | None,
         typer.Option(
@@ -145,6 +147,11 @@ def render(
             "--frames and --fps are for clips: add --turntable or --animate",
         ),
         (highest is not None and against is None, "--highest is for --against"),
+        (bool(unit) and against is None, "--unit is for the legend of --against"),
+        (
+            t is not None and strip is not None,
+            "--strip names its times: leave out --time, or --strip",
+        ),
         (
             len(method or ()) > 1 and strip is None,
             "several methods are the rows of a strip: add --strip 0,0.5,1",
@@ -157,15 +164,21 @@ def render(
             colour is None and (strip is not None or against is not None),
             "captions and legends need paper: no transparent background with --strip or --against",
         ),
+        (
+            not weights and (t is not None or bool(method)),
+            f"--{'time' if t is not None else 'method'} is for what a --pose moves: say what, as "
+            "in --pose smile=1",
+        ),
     )
     count = frames if frames is not None else _TURN_FRAMES if turntable else _SWING_FRAMES
     rate = _RATE if fps is None else fps
     sides = picture_size(size, _FRAME if moving else _STILL if strip is None else _FACE)
     looked = view_of(view)
     _require_format(output, moving, sides, count, rate, transparent=colour is None)
-    times = [t] * count if moving else [t] if strip is None else numbers(strip, "--strip")
+    time = 1.0 if t is None else t
+    times = [time] * count if moving else [time] if strip is None else numbers(strip, "--strip")
     if animate:
-        times = swing(count, by_name(timing or "smoothstep"), t).tolist()
+        times = swing(count, by_name(timing or "smoothstep"), time).tolist()
     angles = turn_angles(count, 360.0 if degrees is None else degrees) if turntable else None
     with options.progress(as_json) as say:
         rigs = posed_rigs(rig, method or (), weights, say, settings, mesh)
@@ -182,7 +195,7 @@ def render(
                 write_clip(output, _counted(drawn, count, say), count=count, fps=rate)
         elif strip is None:
             image = pose_picture(
-                rigs[0], t, size=sides, view=looked, finish=finish, comparison=compared
+                rigs[0], time, size=sides, view=looked, finish=finish, comparison=compared
             )
             _write(output, image)
         else:

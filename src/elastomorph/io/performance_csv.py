@@ -49,9 +49,13 @@ def read_performance(path: str | Path, timecode_rate: float | None = None) -> Pe
         FileError: The file is missing or cannot be read.
         FormatError: It is neither, or nothing tells in which units its numbers are; the message
             names the line.
-        ParameterError: No timecode counts at ``timecode_rate``.
+        ParameterError: No timecode counts at ``timecode_rate``, or there are none.
     """
     table = read_table(path)
+    if not is_livelink(table) and timecode_rate is not None:
+        raise ParameterError(
+            f"{path} has times in seconds and no timecodes: leave the timecode rate out"
+        )
     if is_livelink(table):
         performance = livelink_performance(table, timecode_rate)
         _say(table, table.said)

@@ -14,8 +14,8 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
-from elastomorph.errors import FormatError, MissingExtraError, ParameterError
-from elastomorph.io.atomic import is_folder
+from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
+from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.checked import require_name
 from elastomorph.mesh import Mesh
 from elastomorph.paths import Method
@@ -156,7 +156,17 @@ def read(path: str | Path) -> Mesh:
         FileError: The file is missing or cannot be read.
         FormatError: The suffix is unknown, or the content is not what the format allows.
     """
+    _require_there(path)
     return format_of(path, MESH_FORMATS).read(path)
+
+
+def _require_there(path: str | Path) -> None:
+    """Refuse a name without a suffix that nothing has: a mistyped folder, not an unknown format."""
+    require_name(path)
+    if not Path(path).suffix and not is_file(path) and not is_folder(path):
+        raise FileError(
+            path, "there is no such file or folder; check the name and where it is looked for"
+        )
 
 
 def read_rig(path: str | Path, *, method: str | Method | None = None, **options: Any) -> Rig:
@@ -213,6 +223,7 @@ def rig_as_stored(path: str | Path, *, mesh: str | Sequence[str] | None = None) 
         _refuse_options(path, beside, ("mesh",), "a folder")
         straight = read_rig(path, method="linear")
         return bare_rig(straight.neutral, {n: m.target for n, m in straight.morphs.items()})
+    _require_there(path)
     known = format_of(path, RIG_FORMATS)
     if ".npz" in known.suffixes:
         _refuse_options(path, beside, ("mesh",), "an archive of one rig")
