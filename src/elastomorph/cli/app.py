@@ -129,8 +129,9 @@ def _require_streams() -> None:
     """Open what was closed, as for a service, so that no file written takes its number."""
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
+            nowhere = os.open(os.devnull, os.O_RDWR)
             mode = "r" if name == "stdin" else "w"
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115, PTH123
+            setattr(sys, name, os.fdopen(nowhere, mode, encoding="utf-8", closefd=False))
 
 
 def _stop(number: int, frame: object) -> None:
