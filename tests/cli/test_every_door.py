@@ -204,6 +204,7 @@ def test_straight_within_is_part_of_the_method(here: Path) -> None:
         (["animate", "face", "take.csv", "-o", "face/"], "folder of the rig"),
         (["animate", "character/elastomorph.toml", "take.csv", "-o", "character"], "of the rig"),
         (["export", "nowhere", "-o", "out.glb"], "nowhere: there is no such file or folder"),
+        (["evaluate", "motion.npz", "--method", "linear", "-o", "smile.obj"], "this is a file"),
         (["inspect", "nowhere"], "nowhere: there is no such file or folder"),
     ],
 )

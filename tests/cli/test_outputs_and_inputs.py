@@ -130,6 +130,9 @@ def test_a_file_that_was_read_on_the_way_is_kept(here: Path) -> None:
         (["view", "face", "-o", "a.html"], "pygltflib", "gltf"),
         (["curves", "neutral.obj", "--picture", "a.png"], "vtkmodules", "demo"),
         (["blend", "face", "--sheet", "a.png"], "PIL", "demo"),
+        (["evaluate", "motion.npz", "-o", "tables"], "matplotlib", "demo"),
+        (["evaluate", "motion.npz", "--report", "a.html"], "matplotlib", "demo"),
+        (["demo", "--data", "face", "-o", "a"], "vtkmodules", "demo"),
     ],
 )
 def test_a_missing_package_is_noticed_before_anything_is_read(

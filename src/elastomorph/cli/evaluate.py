@@ -84,6 +84,7 @@ def evaluate(
     from elastomorph.errors import ParameterError
     from elastomorph.evaluation import evaluate as compare
     from elastomorph.evaluation import every_method
+    from elastomorph.io.atomic import made_folder
     from elastomorph.settings import settings_tables
     from elastomorph.settings.choice import MethodChoice
 
@@ -124,6 +125,8 @@ def evaluate(
             _movements(motion, network, methods, every, edge, as_json, page, say)
             return
         chosen = methods(motion)
+        if output is not None:
+            made_folder(output)
         result = compare(motion, chosen, network, progress=say)
         if character is not None:
             result = replace(result, settings=settings_tables(character))
@@ -132,7 +135,6 @@ def evaluate(
         if output is not None:
             from elastomorph.report.evaluation_files import write_evaluation
 
-            output.mkdir(parents=True, exist_ok=True)
             write_evaluation(result, output, graphs=pictures, faces=drawn or (), say=say)
         page.write(result, chosen, say, drawn)
     if as_json:

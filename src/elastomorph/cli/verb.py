@@ -19,6 +19,8 @@ OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to")
 """The parameters of verbs that name what is written."""
 
 _PICTURES = ("picture", "sheet", "grid")
+_DRAWING = (("vtkmodules", "vtk", "demo"), ("PIL", "pillow", "demo"))
+_GRAPHS = ("matplotlib", "matplotlib", "demo")
 
 _Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Let an output take the place of an input.")
@@ -40,7 +42,7 @@ def keeping_inputs(verb: Callable[..., Any]) -> Callable[..., Any]:
         from elastomorph.io.kept_inputs import inputs_kept
 
         given = signature.bind(*arguments, **options).arguments
-        _require_packages(given)
+        _require_packages(given, verb.__name__)
         if not overwrite:
             _require_apart(given)
         with nullcontext() if overwrite else inputs_kept():
@@ -58,7 +60,7 @@ def keeping_inputs(verb: Callable[..., Any]) -> Callable[..., Any]:
     return kept
 
 
-def _require_packages(parameters: dict[str, Any]) -> None:
+def _require_packages(parameters: dict[str, Any], verb: str) -> None:
     """Refuse an output that nothing installed can write, before any work is done."""
     from elastomorph.errors import MissingExtraError
     from elastomorph.io.registry import RIG_FORMATS
@@ -76,7 +78,12 @@ def _require_packages(parameters: dict[str, Any]) -> None:
         for word in _words(parameters.get(name))
     ]
     if any(parameters.get(name) is not None for name in _PICTURES):
-        needed += [("vtkmodules", "vtk", "demo"), ("PIL", "pillow", "demo")]
+        needed += _DRAWING
+    pages = parameters.get("output") is not None or parameters.get("report") is not None
+    if verb == "evaluate" and pages and parameters.get("pictures", True):
+        needed += [_GRAPHS]
+    if verb == "demo":
+        needed += [_GRAPHS, *_DRAWING]
     for package in needed:
         if package is not None and find_spec(package[0]) is None:
             raise MissingExtraError(*package[1:])

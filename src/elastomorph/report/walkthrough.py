@@ -15,6 +15,7 @@ from elastomorph.evaluation.hinge import HingeError, find_hinge, hinge_errors
 from elastomorph.evaluation.summary import informed_methods
 from elastomorph.evaluation.target_paths import TargetPaths, target_paths
 from elastomorph.io import write
+from elastomorph.io.atomic import made_folder
 from elastomorph.io.curve_file import write_curves
 from elastomorph.mesh import Mesh
 from elastomorph.morph import Morph
@@ -103,7 +104,7 @@ def walk_through(
     """
     place = Path(folder)
     for part in (place, place / "in-betweens"):
-        part.mkdir(parents=True, exist_ok=True)
+        made_folder(part)
     neutral, jaw = subject.neutral, subject.targets[subject.jaw]
     say("tracing curves")
     curves = extract_curves(neutral)
