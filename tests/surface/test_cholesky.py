@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from elastomorph.errors import MeshError
 from elastomorph.surface import dissection
 from elastomorph.surface.cholesky import Cholesky
 from elastomorph.surface.dissection import EliminationTree
@@ -63,3 +64,11 @@ def test_a_matrix_without_inverse_up_to_rounding_still_gives_numbers() -> None:
     assert np.isfinite(found).all()
     exact = wanted / (1e3 * (2 - 2 * np.cos(2 * np.pi / count)))
     np.testing.assert_allclose(found - found.mean(), exact, atol=1e-5)
+
+
+@pytest.mark.timeout(10)
+def test_a_matrix_of_zeros_is_refused_and_not_tried_for_ever() -> None:
+    ends = np.array([[0, 1]])
+    tree = EliminationTree.of(np.eye(3)[:2], ends)
+    with pytest.raises(MeshError, match="nothing holds a part of it"):
+        Cholesky.of(tree, np.ones(2, bool), ends, np.zeros(1), np.zeros(2))

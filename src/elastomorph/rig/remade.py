@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
-from elastomorph.blas_threads import in_own_threads
 from elastomorph.curves import CurveNetwork
 from elastomorph.extent import moved_extent
 from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
 from elastomorph.paths import Method, prepare
 from elastomorph.rig.rig import Rig
+from elastomorph.rig.targets import each_path
 
 __all__ = ["bare_rig", "extent_of", "with_paths"]
 
@@ -77,12 +76,6 @@ def with_paths(
     if extent is None and Method.of(method).name == "auto":
         extent = extent_of(rig)
     to = prepare(rig.neutral, method, curves=curves, extent=extent, **settings)  # type: ignore[arg-type]
-    morphs: dict[str, Morph] = dict(rig.morphs)
-
-    def make(number: int) -> None:
-        name = missing[number]
-        say(f"the path to {name}, {number + 1} of {len(missing)}")
-        morphs[name] = to(rig.morphs[name].target)
-
-    in_own_threads(make, range(len(missing)))
+    made = each_path(to, {name: rig.morphs[name].target for name in missing}, say)
+    morphs = {**rig.morphs, **made}
     return Rig(rig.neutral, morphs, correctives=rig.sliders.correctives, groups=rig.sliders.groups)

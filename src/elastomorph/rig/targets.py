@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from elastomorph.blas_threads import in_own_threads
 from elastomorph.errors import ParameterError
 from elastomorph.extent import moved_extent
 from elastomorph.mesh import Mesh, require_mesh, require_same_topology
@@ -15,7 +16,7 @@ from elastomorph.morph import Morph
 if TYPE_CHECKING:
     from elastomorph.paths import Method
 
-__all__ = ["paths_to"]
+__all__ = ["each_path", "paths_to"]
 
 
 def paths_to(
@@ -62,8 +63,33 @@ def paths_to(
     if chosen.name == "auto":
         ends = [m.target if isinstance(m, Morph) else m for m in morphs.values()]
         extent = moved_extent(neutral.vertices, [end.vertices for end in ends])
-    to = prepare(neutral, chosen, extent=extent)
-    return {n: to(targets[n]) if n in targets else m for n, m in morphs.items()}  # type: ignore[misc]
+    made = each_path(prepare(neutral, chosen, extent=extent), targets)
+    whole = {name: m for name, m in morphs.items() if isinstance(m, Morph)} | made
+    return {name: whole[name] for name in morphs}
+
+
+def each_path(
+    to: Callable[[Mesh], Morph],
+    targets: Mapping[str, Mesh],
+    say: Callable[[str], None] = lambda _: None,
+) -> dict[str, Morph]:
+    """The path to each target by its name, made on all cores.
+
+    Args:
+        to: Makes a path, as `elastomorph.prepare` gives it.
+        targets: Targets by name.
+        say: Told which path is being made.
+    """
+    names = list(targets)
+    made: dict[str, Morph] = {}
+
+    def make(number: int) -> None:
+        name = names[number]
+        say(f"the path to {name}, {number + 1} of {len(names)}")
+        made[name] = to(targets[name])
+
+    in_own_threads(make, range(len(names)))
+    return made
 
 
 def _require_start(neutral: Mesh, name: str, morph: Morph) -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import MeshError
 from elastomorph.surface.dissection import EliminationTree
 
 __all__ = ["Cholesky"]
@@ -19,6 +20,8 @@ __all__ = ["Cholesky"]
 Matrix = NDArray[np.float64]
 # What is added to the diagonal of a dense matrix that rounding has left without an inverse.
 _LEAST_PIVOT = 1e-14
+# Ten times more each round: by then the diagonal outweighs all the rest.
+_ROUNDS = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +156,10 @@ def _lower(matrix: Matrix) -> Matrix:
 
     found, failed = dpotrf(matrix, lower=1)
     least = _LEAST_PIVOT * float(np.abs(matrix).max()) if failed else 0.0
-    while failed:
+    for _ in range(_ROUNDS):
+        if not failed:
+            return np.asarray(found)
         np.fill_diagonal(matrix, matrix.diagonal() + least)
         least *= 10.0
         found, failed = dpotrf(matrix, lower=1)
-    return np.asarray(found)
+    raise MeshError("the equation of the surface has no solution: nothing holds a part of it")
