@@ -17,8 +17,8 @@ import numpy as np
 
 from elastomorph.curves import extract_curves
 from elastomorph.io import read
-from elastomorph.mesh import Mesh
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.polygons import Polygons
 from measuring import data_folder
 
 FACE = Path("ict-facekit") / "generic_neutral_mesh.obj"

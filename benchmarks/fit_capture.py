@@ -22,8 +22,8 @@ from rich.text import Text
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.segments import find_movements
 from elastomorph.fitting import Fit, fit
-from elastomorph.mesh import Mesh
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 from measuring import data_folder
 from real_capture import TAKES, marker_curves
 

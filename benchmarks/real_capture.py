@@ -42,10 +42,10 @@ from elastomorph.evaluation.summary import mean_summaries, same
 from elastomorph.evaluation.table import method_table
 from elastomorph.io.curve_file import read_curves
 from elastomorph.io.marker_take import read_marker_take
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import interpolate
 from elastomorph.paths.through import LAWS, through
 from elastomorph.samples import recorded_motion
-from elastomorph.sequence import MeshSequence
 from measuring import data_folder
 
 TAKES = ("jaw", "eyebrows")

@@ -23,11 +23,11 @@ import numpy as np
 from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.io import read
 from elastomorph.io.rig_folder import read_rig_folder
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Choice, Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Choice, Morph
+from elastomorph.model.rigid import fit_rigid
 from elastomorph.paths import arc, auto, linear, rotation
 from elastomorph.paths.method import Method
-from elastomorph.rigid import fit_rigid
 from measuring import data_folder
 
 NEUTRAL = "generic_neutral_mesh"

@@ -30,7 +30,7 @@ from elastomorph import errors
 from elastomorph.cli import main
 from elastomorph.doctor import KINDS
 from elastomorph.io.performance_csv import write_performance_csv
-from elastomorph.performance import Performance
+from elastomorph.rig.performance import Performance
 from elastomorph.samples import expressions, head, recorded_motion, shapes
 from needs import MODULES, extra, node
 

@@ -7,7 +7,7 @@ import pytest
 
 from elastomorph.errors import TopologyError
 from elastomorph.inspection import displacement, mesh_facts
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 
 def test_a_cube_and_a_loose_triangle_and_a_lone_vertex() -> None:

@@ -27,7 +27,7 @@ def test_type_checkers_and_python_find_the_same_names() -> None:
     for node in guarded.body:
         assert isinstance(node, ast.ImportFrom)
         homes.setdefault(node.module or "", set()).update(alias.name for alias in node.names)
-    assert homes.pop("elastomorph") == {"timing"}
+    homes["elastomorph.rig"].remove("timing")
     assert homes == {home: set(names) for home, names in em._HOMES.items()}
 
 

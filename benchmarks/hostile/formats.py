@@ -13,6 +13,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from elastomorph.character import read_settings
 from elastomorph.io import read_rig, read_sequence
 from elastomorph.io.curve_file import read_curves
 from elastomorph.io.gltf import read_glb, write_glb
@@ -24,8 +25,7 @@ from elastomorph.io.ply import read_ply, write_ply
 from elastomorph.io.point_cache import read_mdd, read_pc2, write_mdd, write_pc2
 from elastomorph.io.region_file import read_region
 from elastomorph.io.rig_npz import read_rig_npz, write_rig_npz
-from elastomorph.performance import Performance
-from elastomorph.settings import read_settings
+from elastomorph.rig.performance import Performance
 from hostile import archives, documents, scenes, texts
 from hostile.format import Format
 from hostile.frames import NumberedFrames, sequence_folders

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["elastomorph.io", "elastomorph.mesh"]):
+with atheris.instrument_imports(include=["elastomorph.io", "elastomorph.model.mesh"]):
     from hostile.trial import find_format
 
 from hostile.byte_changes import MOST_BYTES

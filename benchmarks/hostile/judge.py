@@ -12,10 +12,10 @@ import numpy as np
 from elastomorph.errors import ElastomorphError, ElastomorphWarning
 from elastomorph.io.marker_take import MarkerTake
 from elastomorph.io.point_cache import PointCache
-from elastomorph.mesh import Mesh
-from elastomorph.performance import Performance
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig
-from elastomorph.sequence import MeshSequence
+from elastomorph.rig.performance import Performance
 
 __all__ = ["WrongError", "is_small", "judged", "require", "same", "sound"]
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from elastomorph.bend_curve import BendCurve
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig
-from elastomorph.sequence import MeshSequence
 
 __all__ = ["face", "motion", "rig", "written"]
 

@@ -12,10 +12,9 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from elastomorph._renamed import accept_old_names
+
 if TYPE_CHECKING:
-    from elastomorph import timing as timing
-    from elastomorph.baking import bake as bake
-    from elastomorph.bend_curve import BendCurve as BendCurve
     from elastomorph.curves import Curve as Curve
     from elastomorph.curves import CurveNetwork as CurveNetwork
     from elastomorph.curves import edge_loops as edge_loops
@@ -37,26 +36,31 @@ if TYPE_CHECKING:
     from elastomorph.evaluation import evaluate as evaluate
     from elastomorph.evaluation import suggest_inbetweens as suggest_inbetweens
     from elastomorph.fitting import Fit as Fit
-    from elastomorph.fitting import fit as fit
+    from elastomorph.fitting.fit import fit as fit
     from elastomorph.io import read as read
     from elastomorph.io import read_rig as read_rig
     from elastomorph.io import read_sequence as read_sequence
     from elastomorph.io import write as write
     from elastomorph.io import write_sequence as write_sequence
-    from elastomorph.mesh import Mesh as Mesh
-    from elastomorph.morph import Morph as Morph
+    from elastomorph.model.bend_curve import BendCurve as BendCurve
+    from elastomorph.model.mesh import Mesh as Mesh
+    from elastomorph.model.morph import Morph as Morph
+    from elastomorph.model.sequence import MeshSequence as MeshSequence
     from elastomorph.paths import Method as Method
-    from elastomorph.paths import interpolate as interpolate
-    from elastomorph.paths import prepare as prepare
-    from elastomorph.paths import through as through
+    from elastomorph.paths.bake import bake as bake
+    from elastomorph.paths.interpolate import interpolate as interpolate
+    from elastomorph.paths.interpolate import prepare as prepare
+    from elastomorph.paths.through import through as through
     from elastomorph.physics import Load as Load
     from elastomorph.physics import Material as Material
     from elastomorph.rig import Rig as Rig
-    from elastomorph.sequence import MeshSequence as MeshSequence
+    from elastomorph.rig import timing as timing
 
 _HOMES: dict[str, tuple[str, ...]] = {
-    "elastomorph.baking": ("bake",),
-    "elastomorph.bend_curve": ("BendCurve",),
+    "elastomorph.paths.bake": ("bake",),
+    "elastomorph.paths.interpolate": ("interpolate", "prepare"),
+    "elastomorph.paths.through": ("through",),
+    "elastomorph.model.bend_curve": ("BendCurve",),
     "elastomorph.curves": ("Curve", "CurveNetwork", "edge_loops", "extract_curves"),
     "elastomorph.errors": (
         "BakeError",
@@ -73,14 +77,15 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "TopologyError",
     ),
     "elastomorph.evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
-    "elastomorph.fitting": ("Fit", "fit"),
+    "elastomorph.fitting": ("Fit",),
+    "elastomorph.fitting.fit": ("fit",),
     "elastomorph.io": ("read", "read_rig", "read_sequence", "write", "write_sequence"),
-    "elastomorph.mesh": ("Mesh",),
-    "elastomorph.morph": ("Morph",),
-    "elastomorph.paths": ("Method", "interpolate", "prepare", "through"),
+    "elastomorph.model.mesh": ("Mesh",),
+    "elastomorph.model.morph": ("Morph",),
+    "elastomorph.paths": ("Method",),
     "elastomorph.physics": ("Load", "Material"),
     "elastomorph.rig": ("Rig",),
-    "elastomorph.sequence": ("MeshSequence",),
+    "elastomorph.model.sequence": ("MeshSequence",),
 }
 """The module of each public name."""
 
@@ -88,10 +93,12 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = sorted(_HOME)
 
+accept_old_names()
+
 
 def __getattr__(name: str) -> Any:
     if name == "timing":
-        return import_module("elastomorph.timing")
+        return import_module("elastomorph.rig.timing")
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(_HOME[name]), name)

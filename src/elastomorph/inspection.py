@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastomorph.components import component_of
-from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import Mesh, require_same_topology
 
 __all__ = ["Displacement", "MeshFacts", "displacement", "mesh_facts"]
 

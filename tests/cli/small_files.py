@@ -10,8 +10,8 @@ import numpy as np
 
 import elastomorph as em
 from elastomorph.io.performance_csv import write_performance_csv
-from elastomorph.performance import Performance
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.sequence import MeshSequence
+from elastomorph.rig.performance import Performance
 from foreign_files import write_foreign_glb
 
 __all__ = ["SIDE", "sheet", "turned", "write_all"]

@@ -10,7 +10,7 @@ import pytest
 from calls import status_of as run
 
 from elastomorph.io import read, write
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths import prepare
 from elastomorph.rig import Rig
 from elastomorph.samples import head, shapes

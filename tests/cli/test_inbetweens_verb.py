@@ -11,10 +11,10 @@ from calls import printed_by
 
 import elastomorph as em
 from elastomorph.cli import inbetweens
+from elastomorph.draw.inbetween_graph import inbetween_graph
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
 from elastomorph.paths.through import through
-from elastomorph.report.inbetween_graph import inbetween_graph
 
 SIZE = 5
 

@@ -10,10 +10,10 @@ import pytest
 from calls import status_of as run
 
 import elastomorph as em
+from elastomorph.character import read_settings, rig_from_settings
 from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.io.rig_npz import rig_arrays
 from elastomorph.samples import head, shapes
-from elastomorph.settings import read_settings, rig_from_settings
 
 
 @pytest.fixture(scope="module")

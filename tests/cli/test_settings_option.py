@@ -13,8 +13,8 @@ from calls import status_of as run
 import elastomorph as em
 from elastomorph.io.performance_csv import write_performance_csv
 from elastomorph.io.settings_used import settings_used
-from elastomorph.performance import Performance
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.sequence import MeshSequence
+from elastomorph.rig.performance import Performance
 from needs import extra
 
 SIDE = 5

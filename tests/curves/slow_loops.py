@@ -7,7 +7,7 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 Edge = tuple[int, int]
 

@@ -8,7 +8,7 @@ from slow_loops import slow_straight
 from topologies import anything, cube, fan, grid, patiently
 
 from elastomorph.curves.connectivity import edge_ends, straight_successors
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 
 def straight_of(mesh: Mesh) -> dict[tuple[int, tuple[int, int]], tuple[int, int]]:

@@ -15,7 +15,7 @@ from topologies import anything, cube, fan, grid, patiently, together, triangula
 from elastomorph.curves import Curve, CurveNetwork, edge_loops, extract_curves
 from elastomorph.errors import CurveError
 from elastomorph.io import read
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 
 def kinds(curves: CurveNetwork) -> Counter[tuple[int, bool]]:

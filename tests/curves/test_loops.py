@@ -24,7 +24,7 @@ from topologies import (
 from elastomorph.curves import Curve, edge_loops
 from elastomorph.curves.connectivity import edge_ends
 from elastomorph.curves.loops import trace_loops
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 
 def kinds(loops: tuple[Curve, ...]) -> Counter[tuple[int, bool]]:

@@ -8,7 +8,7 @@ from topologies import fan, grid
 from elastomorph.curves.chains import ordered_chains
 from elastomorph.curves.scraps import mend_scraps
 from elastomorph.curves.selection import Threads
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 
 def mended(

@@ -12,7 +12,7 @@ from elastomorph.curves.chains import ordered_chains
 from elastomorph.curves.connectivity import edge_ends
 from elastomorph.curves.loops import trace_loops
 from elastomorph.curves.selection import choose_runs
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 
 def chosen_edges(mesh: Mesh, taken: np.ndarray) -> set[frozenset[int]]:

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 patiently = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 

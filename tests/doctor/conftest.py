@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.samples import head, shapes
 
 SOUND = (

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.doctor import Examination, Finding
-from elastomorph.mesh import Mesh
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.polygons import Polygons
 
 
 def shuffled(mesh: Mesh, seed: int = 0) -> tuple[Mesh, NDArray[np.int64]]:

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from planted_faults import baked, shuffled, turned_over
 
-from elastomorph.components import component_of
 from elastomorph.doctor import Examination, Thresholds, examine, examine_files, examine_rig
 from elastomorph.doctor.checks.order import NeutralOrder
 from elastomorph.doctor.checks.reordering import turned
 from elastomorph.doctor.mirror import find_mirror
 from elastomorph.io import read, read_rig, write
-from elastomorph.mesh import Mesh
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import Mesh
 
 pytestmark = [pytest.mark.realdata, pytest.mark.slow]
 
@@ -113,7 +113,7 @@ def test_the_jaw_is_off_by_the_height_of_its_arc(
     found: Examination, folder: Path, neutral: Mesh
 ) -> None:
     """Teeth turn rigidly: by hand, the middle of the chord is r(1 - cos θ/2) off the arc."""
-    from elastomorph.rigid import fit_rigid
+    from elastomorph.model.rigid import fit_rigid
 
     (jaw,) = [f for f in found.findings if f.file.endswith("jawOpen.obj")]
     target = read(folder / "jawOpen.obj")

@@ -20,7 +20,6 @@ from planted_faults import (
     with_noise,
 )
 
-from elastomorph.components import component_of
 from elastomorph.doctor import (
     KINDS,
     BeamSettings,
@@ -33,7 +32,8 @@ from elastomorph.doctor import (
 from elastomorph.doctor.checks.reordering import turned
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.mesh import Mesh
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import Mesh
 from elastomorph.physics import Material
 from elastomorph.samples import head, shapes
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elastomorph.doctor.frames import UNITS, Frame, frame_between
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 ORIENTATIONS = [
     (axes, signs) for axes in permutations((0, 1, 2)) for signs in product((1, -1), repeat=3)

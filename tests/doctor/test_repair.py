@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from planted_faults import shuffled, turn
 
-from elastomorph.components import component_of
 from elastomorph.doctor import Settings, as_document, as_text, examine_files, repair
 from elastomorph.doctor.files import read_seeds, rig_paths
 from elastomorph.errors import ElastomorphError, FileError, FormatError, ParameterError
 from elastomorph.io import read, read_rig, write
-from elastomorph.mesh import Mesh
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import Mesh
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from planted_faults import names, turn
 from elastomorph.doctor import Settings, as_document, as_text, examine_files, examine_rig, repair
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io import read, write
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths import prepare
 from elastomorph.rig import Rig
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.curves import Curve, CurveNetwork
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 
 ROWS, COLUMNS = 4, 5
 

@@ -15,11 +15,11 @@ from elastomorph.errors import (
     TopologyError,
 )
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method, interpolate
 from elastomorph.physics import Material
-from elastomorph.sequence import MeshSequence
 
 TIMES = np.array([0.0, 0.15, 0.4, 0.55, 0.8, 1.0])
 ERRORS = ("average", "maximum", "path_average", "path_maximum")

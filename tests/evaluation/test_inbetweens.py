@@ -14,9 +14,9 @@ from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.errors import CurveError, ElastomorphWarning, MeshError, ParameterError
 from elastomorph.evaluation import evaluate, find_movements
 from elastomorph.evaluation.inbetweens import MEASURES, suggest_inbetweens
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths.through import LAWS, through
-from elastomorph.sequence import MeshSequence
 
 FRAMES = 13
 

@@ -10,11 +10,11 @@ from elastomorph.errors import ParameterError
 from elastomorph.evaluation import evaluate
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
 from elastomorph.evaluation.method_texts import method_of
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.physics import Material
-from elastomorph.sequence import MeshSequence
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ import pytest
 
 from elastomorph.evaluation import evaluate
 from elastomorph.io import read
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import interpolate
-from elastomorph.sequence import MeshSequence
 
 BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "real_capture.py"
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.evaluation.rigid_parts import find_rigid_parts
-from elastomorph.mesh import FaceLabels
+from elastomorph.model.mesh import FaceLabels
 
 
 def boxes(count: int) -> em.Mesh:

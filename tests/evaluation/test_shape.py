@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import Shape, ShapeProbe
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
-from elastomorph.polygon_normals import polygon_normals
-from elastomorph.polygons import Polygons
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.polygon_normals import polygon_normals
+from elastomorph.model.polygons import Polygons
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 

@@ -16,10 +16,10 @@ from elastomorph.evaluation.summary import (
     rankings,
     summaries,
 )
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import interpolate
-from elastomorph.sequence import MeshSequence
 
 LINEAR = MethodSummary("linear", 0.04, 0.02, 0.03, 0.015, 0.02, 0.01, 0.015, 0.008, 0.0, 0, 1.0)
 

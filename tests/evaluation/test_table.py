@@ -17,9 +17,9 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate
 from elastomorph.evaluation.summary import conclusions, summaries
 from elastomorph.evaluation.table import method_table, plain_text
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
-from elastomorph.sequence import MeshSequence
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
-from elastomorph.bend_curve import BendCurve
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.evaluation.target_paths import TargetPath, TargetPaths, _flips, target_paths
-from elastomorph.morph import Choice, Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Choice, Morph
 
 
 def sheet() -> em.Mesh:

@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import timing
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.timing import free_timing, least_in_order
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from elastomorph.mesh import LARGEST, FaceLabels, Mesh, UVMap
+from elastomorph.model.mesh import LARGEST, FaceLabels, Mesh, UVMap
 
 FINITE = st.floats(-LARGEST, LARGEST)
 

@@ -17,8 +17,8 @@ from elastomorph.errors import FormatError
 from elastomorph.io.npz import read_npz, read_npz_sequence, write_npz, write_npz_sequence
 from elastomorph.io.obj import read_obj, write_obj
 from elastomorph.io.ply import read_ply, write_ply
-from elastomorph.mesh import Mesh
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 
 
 def write_motion(path: Path, mesh: Mesh) -> None:

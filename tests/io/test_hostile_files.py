@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from elastomorph.errors import FormatError, MeshError
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.io.joined_rig import RigPart, joined_rig, turned_corners
 from elastomorph.io.placing import Placing
-from elastomorph.mesh import Mesh, UVMap
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh, UVMap
+from elastomorph.model.morph import Morph
 
 TRIANGLE = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]])
 HERE = Placing(np.eye(3), np.zeros(3))

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.livelink import read_livelink
-from elastomorph.performance import match
-from elastomorph.performance.naming import ARKIT
-from elastomorph.performance.timecode import TimecodeClock
+from elastomorph.rig.performance import match
+from elastomorph.rig.performance.naming import ARKIT
+from elastomorph.rig.performance.timecode import TimecodeClock
 
 HEADER = "Timecode,BlendShapeCount,JawOpen,HeadYaw"
 

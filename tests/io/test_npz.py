@@ -17,8 +17,8 @@ from mesh_samples import assert_same_mesh, house, meshes, same_bits
 
 from elastomorph.errors import FormatError
 from elastomorph.io.npz import read_npz, read_npz_sequence, write_npz, write_npz_sequence
-from elastomorph.mesh import Mesh
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 
 
 def motion() -> MeshSequence:

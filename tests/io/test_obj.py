@@ -12,7 +12,7 @@ from mesh_samples import assert_same_mesh, label_names
 from elastomorph.errors import ElastomorphError, ElastomorphWarning, FormatError
 from elastomorph.io.npz import read_npz, write_npz
 from elastomorph.io.obj import read_obj, write_obj
-from elastomorph.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import FaceLabels, Mesh
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 

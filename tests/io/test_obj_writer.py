@@ -12,7 +12,7 @@ from mesh_samples import house, labels_of
 
 from elastomorph.errors import FormatError
 from elastomorph.io.obj import read_obj, write_obj
-from elastomorph.mesh import Mesh, UVMap
+from elastomorph.model.mesh import Mesh, UVMap
 
 TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 

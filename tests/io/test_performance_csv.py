@@ -17,7 +17,7 @@ from elastomorph.io.performance_csv import (
     read_performance_csv,
     write_performance_csv,
 )
-from elastomorph.performance import Performance
+from elastomorph.rig.performance import Performance
 
 
 def write(folder: Path, *lines: str) -> Path:

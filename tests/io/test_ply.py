@@ -15,7 +15,7 @@ from mesh_samples import assert_same_surface, house, meshes
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.ply import Encoding, read_ply, write_ply
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from needs import extra
 
 ENCODINGS: tuple[Encoding, ...] = get_args(Encoding)

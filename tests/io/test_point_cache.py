@@ -19,7 +19,7 @@ from hypothesis.extra.numpy import arrays
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io import point_cache
 from elastomorph.io.point_cache import PointCache, read_mdd, read_pc2, write_mdd, write_pc2
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths import interpolate
 from elastomorph.rig import Rig
 

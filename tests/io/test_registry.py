@@ -16,9 +16,9 @@ from mesh_samples import assert_same_mesh, assert_same_surface, house, meshes
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io import read, read_rig, write
 from elastomorph.io.registry import MESH_FORMATS, Format, format_of, known_suffixes
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig
-from elastomorph.sequence import MeshSequence
 
 SUFFIXES = known_suffixes(MESH_FORMATS)
 

@@ -14,8 +14,8 @@ from mesh_samples import assert_same_mesh, house, same_bits
 import elastomorph.io.obj
 from elastomorph.errors import FileError, FormatError, ParameterError, TopologyError
 from elastomorph.io import read, read_sequence, write, write_sequence
-from elastomorph.mesh import Mesh
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 
 
 def frame(number: int) -> Mesh:

@@ -16,8 +16,8 @@ from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.point_cache import read_mdd, read_pc2
 from elastomorph.io.take_npz import write_npz_take
 from elastomorph.io.takes import holds_positions, write_take
-from elastomorph.performance import Performance, slider_weights
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import Performance, slider_weights
 from needs import extra
 
 

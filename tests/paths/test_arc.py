@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.evaluation.shape import ShapeProbe
+from elastomorph.model.rigid import fit_rigid
 from elastomorph.paths import arc
 from elastomorph.paths.method import Method
-from elastomorph.rigid import fit_rigid
 from elastomorph.samples import head, shapes
 
 TIMES = (0.0, 0.2, 0.5, 0.7, 1.0)

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.evaluation.shape import ShapeProbe
+from elastomorph.model.morph import Choice
 from elastomorph.paths import rotation
 from elastomorph.samples import head, shapes
 
@@ -113,7 +114,7 @@ def test_half_a_turn_bends() -> None:
 def test_nothing_moves(method: str) -> None:
     face = head()
     morph = em.interpolate(face, face, method)
-    assert morph.choice == em.morph.Choice(0.0, 5e-4, exact=True)
+    assert morph.choice == Choice(0.0, 5e-4, exact=True)
     assert morph.method == "linear"
     np.testing.assert_array_equal(morph.at(0.3), face.vertices)
 
@@ -178,7 +179,7 @@ def test_markers_follow_arcs_only_where_a_turn_explains_their_curve() -> None:
     only_lids[6] = end[6]
     still = em.interpolate(mesh, mesh.with_vertices(only_lids), "auto", curves=curves)
     assert still.method == "linear"
-    assert still.choice == em.morph.Choice(0.0, 5e-4, exact=True)
+    assert still.choice == Choice(0.0, 5e-4, exact=True)
 
 
 @pytest.mark.parametrize("rest", ["linear", "neutral"])

@@ -9,11 +9,11 @@ import pytest
 
 import elastomorph as em
 from elastomorph.evaluation.shape import ShapeProbe
+from elastomorph.model.surface import surface_operators
 from elastomorph.paths import ease, linear, plate
 from elastomorph.paths.method import Method
 from elastomorph.physics import CLOSURES
 from elastomorph.samples import expressions, head
-from elastomorph.surface import surface_operators
 
 FACE = head()
 GRIN = expressions()["grinning"]

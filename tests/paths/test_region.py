@@ -7,7 +7,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph.evaluation import rigidity
-from elastomorph.mesh import FaceLabels
+from elastomorph.model.mesh import FaceLabels
 
 SIZE = 25
 

@@ -10,7 +10,7 @@ from scipy.integrate import trapezoid
 from scipy.interpolate import CubicSpline
 
 from elastomorph.errors import ElastomorphWarning, MeshError, ParameterError, TopologyError
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths.through import LAWS, cardinal_curves, inner_curvatures, law_for, through
 
 FACES = [[0, 1, 2, 3], [3, 2, 4]]

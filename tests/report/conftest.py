@@ -1,36 +1,33 @@
-"""A sphere to draw, and a small evaluation."""
+"""The page of a small evaluation, drawn once."""
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
-from scenes import ball
+from parsed_page import Element, parsed
+from stand_in import VIEWER
 
-from elastomorph.curves import Curve, CurveNetwork
-from elastomorph.evaluation import Evaluation, evaluate
-from elastomorph.mesh import Mesh
-from elastomorph.sequence import MeshSequence
+from elastomorph.evaluation import Evaluation, suggest_inbetweens
+from elastomorph.report import About, report_page
+from scenes import evaluation, rings
 
-
-@pytest.fixture(scope="session")
-def sphere() -> Mesh:
-    """The unit sphere."""
-    return ball(rings=24, meridians=48)
+__all__ = ["evaluation", "page", "rings", "root", "small_viewer"]
 
 
-@pytest.fixture(scope="session")
-def rings() -> CurveNetwork:
-    """The parallels of a small ball as closed curves, its poles as curves of one vertex."""
-    curves = [Curve(np.arange(24) + 24 * ring, True) for ring in range(11)]
-    return CurveNetwork([*curves, Curve([264]), Curve([265])], 266)
+@pytest.fixture
+def small_viewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("elastomorph.viewer.page.shipped_page", lambda: VIEWER)
 
 
 @pytest.fixture(scope="session")
-def evaluation(rings: CurveNetwork) -> Evaluation:
-    """A ball that grows and moves aside, compared with a few methods."""
-    mesh = ball()
-    times = np.linspace(0.0, 1.0, 5)
-    push = np.array([0.6, 0.0, 0.2]) + 0.3 * mesh.vertices * (1 + mesh.vertices[:, :1])
-    frames = [mesh.vertices + time**1.5 * push for time in times]
-    methods = ["linear", "ease:2", "beam:1", "beam:2", "beam:2:unforced"]
-    return evaluate(MeshSequence(mesh, np.stack(frames), times), methods, rings)
+def page(evaluation: Evaluation) -> str:
+    """The page with everything in it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("elastomorph.viewer.page.shipped_page", lambda: VIEWER)
+        about = About("ball & more", source="A ball grows.", unit="cm", call="elastomorph <this>")
+        found = suggest_inbetweens(evaluation.truth, 2, curves=evaluation.curves)
+        return report_page(evaluation, about, suggestions=found)
+
+
+@pytest.fixture(scope="session")
+def root(page: str) -> Element:
+    return parsed(page)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.samples.assembly import Head, build
 
 

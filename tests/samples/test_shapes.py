@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.mesh import require_same_topology
+from elastomorph.model.mesh import require_same_topology
 from elastomorph.paper_expressions import EXPRESSIONS
 from elastomorph.samples import expressions, groups, lips, shapes
 from elastomorph.samples.anatomy import EYE_CENTRE, EYE_RADIUS

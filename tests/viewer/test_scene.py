@@ -45,7 +45,7 @@ def test_curves_of_the_caller_are_drawn(rig: Rig) -> None:
 
 def test_vertices_in_the_file_are_counted_with_copies_at_seams() -> None:
     """Two triangles whose texture is cut along their common edge: four vertices become six."""
-    from elastomorph.mesh import UVMap
+    from elastomorph.model.mesh import UVMap
 
     uv = UVMap(np.random.default_rng(1).random((6, 2)), np.arange(6, dtype=np.int32))
     mesh = em.Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], uv=uv)

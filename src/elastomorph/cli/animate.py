@@ -12,7 +12,7 @@ import typer
 from elastomorph.cli import options
 
 if TYPE_CHECKING:
-    from elastomorph.performance import Match, Performance
+    from elastomorph.rig.performance import Match, Performance
 
 __all__ = ["add_to"]
 
@@ -62,11 +62,11 @@ def animate(
 
     Example: elastomorph animate rig.glb take.csv -o take.glb --start 10 --stop 20
     """
+    from elastomorph.character.export import export_options
     from elastomorph.errors import ParameterError
     from elastomorph.io.performance_csv import read_performance
     from elastomorph.io.takes import holds_positions, write_take
-    from elastomorph.performance import match
-    from elastomorph.settings.export import export_options
+    from elastomorph.rig.performance import match
 
     if output is None and picture is None and not only_list:
         raise ParameterError("say where to write the take (-o take.glb), or ask for --list")
@@ -99,8 +99,8 @@ def animate(
             export = {} if chosen is None else export_options(chosen, output)
             write_take(output, face_rig, written, found, clip=clip, watch=watch, export=export)
     if picture is not None:
-        from elastomorph.performance import slider_weights
-        from elastomorph.report.take_strip import take_strip
+        from elastomorph.draw.take_strip import take_strip
+        from elastomorph.rig.performance import slider_weights
 
         with options.progress(as_json) as say:
             say("drawing")

@@ -87,7 +87,7 @@ def blend(
             face_rig = options.expression_rig(place, expressions, method, say, chosen, mesh)
             found = _all(face_rig, levels or 6, t, normalize is not False, output, sheet, say)
         if grid is not None:
-            from elastomorph.report import expression_strip
+            from elastomorph.draw import expression_strip
 
             say("drawing expressions")
             expression_strip(dict(face_rig.morphs), grid)
@@ -147,7 +147,7 @@ def _all(
         _write_faces(rig, rows, t, normalize, output)
         found["written"] = output
     if sheet is not None:
-        from elastomorph.report.contact_sheet import contact_sheet
+        from elastomorph.draw.contact_sheet import contact_sheet
 
         say("drawing the contact sheet")
         chosen = rows[spread_rows(len(rows), 50)]

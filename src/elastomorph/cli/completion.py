@@ -29,7 +29,7 @@ def methods(incomplete: str) -> list[str]:
 
 def views(incomplete: str) -> list[str]:
     """The views of a picture."""
-    from elastomorph.report.camera import VIEWS
+    from elastomorph.draw.camera import VIEWS
 
     return _beginning(VIEWS, incomplete)
 
@@ -81,8 +81,8 @@ def _names_in(path: Path | None) -> list[str]:
         return [*shape_names(), *EXPRESSIONS]
     suffix = path.suffix.lower()
     if suffix == ".toml" or (path.is_dir() and (path / "elastomorph.toml").is_file()):
-        from elastomorph.settings import read_settings
-        from elastomorph.settings.sources import find_sources
+        from elastomorph.character import read_settings
+        from elastomorph.character.sources import find_sources
 
         sources = find_sources(read_settings(path))
         return list(sources.targets) if sources.rig is None else _names_in(sources.rig)

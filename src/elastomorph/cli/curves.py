@@ -44,7 +44,7 @@ def curves(
         if output is not None:
             write_curves(output, network)
         if picture is not None:
-            from elastomorph.report.curves_picture import curves_picture
+            from elastomorph.draw.curves_picture import curves_picture
 
             say("drawing")
             curves_picture(mesh, network, picture)

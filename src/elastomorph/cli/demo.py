@@ -49,7 +49,7 @@ def demo(
         # The targets are what counts, for every method is tried: the straight lines cost nothing.
         chosen = options.settings_of(data, settings, "linear")
         if chosen is not None:
-            from elastomorph.settings import rig_from_settings
+            from elastomorph.character import rig_from_settings
 
             rig = rig_from_settings(chosen, say=say)
             subject = rig_subject(chosen.character.folder, say, rig)

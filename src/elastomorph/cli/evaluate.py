@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
     from elastomorph.evaluation import Evaluation
     from elastomorph.evaluation.rigidity import Rigidity
-    from elastomorph.sequence import MeshSequence
+    from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["add_to"]
 
@@ -81,12 +81,12 @@ def evaluate(
       elastomorph evaluate scan.####.obj -o out --method linear --method beam:2
       elastomorph evaluate take.npz --curves markers.json --movements
     """
+    from elastomorph.character import settings_tables
+    from elastomorph.character.choice import MethodChoice
     from elastomorph.errors import ParameterError
     from elastomorph.evaluation import evaluate as compare
     from elastomorph.evaluation import every_method
     from elastomorph.io.atomic import made_folder
-    from elastomorph.settings import settings_tables
-    from elastomorph.settings.choice import MethodChoice
 
     every = every or not method
     if movements and (rigid or output):
@@ -101,7 +101,7 @@ def evaluate(
     if said and not every:
         _require_elastic(method or [])
     if report is not None:
-        from elastomorph.report.page.report import require_page_path
+        from elastomorph.report.report import require_page_path
 
         require_page_path(report)
     with options.progress(as_json) as say:

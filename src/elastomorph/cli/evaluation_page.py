@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from elastomorph.evaluation import Evaluation
     from elastomorph.evaluation.movements import JudgedMovement
-    from elastomorph.report.page import About, Picture
-    from elastomorph.sequence import MeshSequence
+    from elastomorph.model.sequence import MeshSequence
+    from elastomorph.report import About, Picture
 
 __all__ = ["EvaluationPage"]
 
@@ -53,8 +53,8 @@ class EvaluationPage:
     def drawn(self, result: Evaluation, say: Callable[[str], None]) -> list[Picture]:
         """Pictures of the comparison, for the report and for files; none of markers."""
         from elastomorph.evaluation.summary import informed_methods
-        from elastomorph.report.page.about import Lengths
-        from elastomorph.report.page.faces import evaluation_pictures
+        from elastomorph.report.about import Lengths
+        from elastomorph.report.faces import evaluation_pictures
 
         if not self.draw or not len(result.truth.mesh.faces):
             return []
@@ -72,7 +72,7 @@ class EvaluationPage:
         if self.path is None:
             return
         from elastomorph.evaluation import suggest_inbetweens
-        from elastomorph.report.page import write_report
+        from elastomorph.report import write_report
 
         truth = result.truth
         count = min(_MOST_INBETWEENS, len(truth) - 2)
@@ -95,7 +95,7 @@ class EvaluationPage:
         """Write the report of a take's movements, if there is to be one."""
         if self.path is None:
             return
-        from elastomorph.report.page import write_movements_report
+        from elastomorph.report import write_movements_report
 
         about = self._about(take, methods, movements=True)
         write_movements_report(judged, take, self.path, about, draw=self.draw)
@@ -104,7 +104,7 @@ class EvaluationPage:
         self, truth: MeshSequence, methods: Mapping[str, Any], *, movements: bool = False
     ) -> About:
         from elastomorph.evaluation import left_out
-        from elastomorph.report.page import About
+        from elastomorph.report import About
 
         name = Path(self.truth).name or self.truth
         traced = "traced along the edges of the polygons, every vertex on one curve"

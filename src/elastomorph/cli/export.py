@@ -11,7 +11,7 @@ import typer
 from elastomorph.cli import completion, options
 
 if TYPE_CHECKING:
-    from elastomorph.settings import Settings
+    from elastomorph.character import Settings
 
 __all__ = ["add_to"]
 
@@ -94,7 +94,7 @@ def _overriding(
     settings: Settings, output: Path, said: dict[str, Any], timing: str | None, only: str | None
 ) -> dict[str, Any]:
     """Options of the writer: those of settings, and in their place those of the command line."""
-    from elastomorph.settings.export import export_options
+    from elastomorph.character.export import export_options
 
     plain = {name: value for name, value in said.items() if name != "timing"}
     names = [*said, *(["only"] if only is not None else [])]

@@ -37,8 +37,8 @@ def init(
       elastomorph init path/to/face
       elastomorph init path/to/face --force
     """
-    from elastomorph.settings.suggestions import arkit_names, correctives, turning
-    from elastomorph.settings.template import write_settings
+    from elastomorph.character.suggestions import arkit_names, correctives, turning
+    from elastomorph.character.template import write_settings
 
     with options.progress(as_json) as say:
         file, found = write_settings(folder, neutral=neutral, force=force, say=say)

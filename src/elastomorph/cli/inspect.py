@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from elastomorph.inspection import Displacement, MeshFacts
-    from elastomorph.morph import Morph
+    from elastomorph.model.morph import Morph
     from elastomorph.rig import Rig
 
 __all__ = ["add_to"]

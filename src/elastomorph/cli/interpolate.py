@@ -10,7 +10,7 @@ import typer
 from elastomorph.cli import options
 
 if TYPE_CHECKING:
-    from elastomorph.settings.choice import MethodChoice
+    from elastomorph.character.choice import MethodChoice
 
 __all__ = ["add_to"]
 
@@ -72,14 +72,14 @@ def interpolate(
     """
     import numpy as np
 
+    from elastomorph.character import Character, PathMaker, Settings
+    from elastomorph.character.choice import MethodChoice
+    from elastomorph.character.paths import Part
     from elastomorph.errors import ParameterError
     from elastomorph.io import read, write, write_sequence
     from elastomorph.io.region_file import read_region
-    from elastomorph.mesh import require_same_topology
-    from elastomorph.sequence import MeshSequence
-    from elastomorph.settings import Character, PathMaker, Settings
-    from elastomorph.settings.choice import MethodChoice
-    from elastomorph.settings.paths import Part
+    from elastomorph.model.mesh import require_same_topology
+    from elastomorph.model.sequence import MeshSequence
 
     if time and frames:
         raise ParameterError("give --time or --frames, not both")
@@ -119,7 +119,7 @@ def interpolate(
             names = [f"t = {t:g}" for t in times]
             write_sequence(output, MeshSequence(start, positions, names=names))
         if picture is not None:
-            from elastomorph.report.strips import expression_strip
+            from elastomorph.draw.strips import expression_strip
 
             say("drawing")
             expression_strip({morph.method: morph}, picture, times=times.tolist())

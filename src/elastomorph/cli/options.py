@@ -17,13 +17,13 @@ from elastomorph.errors import ElastomorphWarning
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from elastomorph.character import Settings
+    from elastomorph.character.choice import MethodChoice
     from elastomorph.curves import CurveNetwork
-    from elastomorph.mesh import Mesh
+    from elastomorph.model.mesh import Mesh
     from elastomorph.physics import Material
     from elastomorph.rig import Rig
-    from elastomorph.settings import Settings
-    from elastomorph.settings.choice import MethodChoice
-    from elastomorph.timing import Timing
+    from elastomorph.rig.timing import Timing
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 CurveFile = Annotated[
@@ -93,7 +93,7 @@ def material(
     settings: Settings | None = None,
 ) -> Material:
     """The material that the options describe, and where they do not, settings or the program."""
-    from elastomorph.settings.choice import MethodChoice
+    from elastomorph.character.choice import MethodChoice
 
     said = MethodChoice(mass=mass, damping=damping, rigidity=rigidity)
     return (said if settings is None else said.over(settings.method)).material
@@ -112,9 +112,9 @@ def settings_of(
     named = rig is not None and rig.suffix.lower() == ".toml" and not rig.is_dir()
     if file is None and not named and (rig is None or not rig.is_dir()):
         return None
+    from elastomorph.character import find_settings, read_settings
+    from elastomorph.character.choice import MethodChoice
     from elastomorph.errors import ParameterError
-    from elastomorph.settings import find_settings, read_settings
-    from elastomorph.settings.choice import MethodChoice
 
     if named and file is not None:
         raise ParameterError(f"the rig {rig} is settings of its own; leave out --settings {file}")
@@ -149,7 +149,7 @@ def curve_file(keep: Path | None, settings: Path | None) -> Path | None:
     """The curves that the command line names, or else settings."""
     if keep is not None or settings is None:
         return keep
-    from elastomorph.settings import read_settings
+    from elastomorph.character import read_settings
 
     found = read_settings(settings)
     name = found.character.curves
@@ -158,7 +158,7 @@ def curve_file(keep: Path | None, settings: Path | None) -> Path | None:
 
 def timing(text: str | None) -> Timing | None:
     """The timing that an option names, if it was given."""
-    from elastomorph.timing import by_name
+    from elastomorph.rig.timing import by_name
 
     return None if text is None else by_name(text)
 
@@ -218,7 +218,7 @@ def full_rig(
 
     settings = settings_of(path, None, method) if settings is None else settings
     if settings is not None:
-        from elastomorph.settings import rig_from_settings
+        from elastomorph.character import rig_from_settings
 
         if mesh:
             if settings.character.rig is None:
@@ -273,7 +273,7 @@ def expression_rig(
         five = list(composed or rig.morphs)[: len(EXPRESSIONS)]
         rig = bare_rig(rig.neutral, composed) if composed else rig
         if composed and settings is not None:
-            from elastomorph.settings import PathMaker
+            from elastomorph.character import PathMaker
 
             maker = PathMaker(settings, rig.neutral, extent_of(rig))
             return Rig(rig.neutral, {name: maker.path(name, composed[name]) for name in five})

@@ -37,7 +37,7 @@ def view_of(text: str) -> str | tuple[float, float]:
     Raises:
         ParameterError: Neither.
     """
-    from elastomorph.report.camera import VIEWS
+    from elastomorph.draw.camera import VIEWS
 
     name = text.strip().lower()
     if name in VIEWS:
@@ -75,8 +75,8 @@ def background_of(text: str | None) -> tuple[float, float, float] | None:
     Raises:
         ParameterError: No such colour.
     """
-    from elastomorph.report.portrait import colour_named
-    from elastomorph.report.stage import BACKGROUND
+    from elastomorph.draw.portrait import colour_named
+    from elastomorph.draw.stage import BACKGROUND
 
     if text is None:
         return BACKGROUND

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from elastomorph.mesh import Mesh
-    from elastomorph.report.posed import PosedRig
+    from elastomorph.draw.posed import PosedRig
+    from elastomorph.model.mesh import Mesh
     from elastomorph.rig import Rig
 
 __all__ = ["posed_rigs", "reference"]
@@ -43,9 +43,9 @@ def posed_rigs(
         ParameterError: A method or slider is unknown, a method twice, or weights for a plain mesh.
         FileError: The file cannot be read.
     """
+    from elastomorph.draw.posed import PosedRig, with_paths
     from elastomorph.errors import ParameterError
     from elastomorph.paths import Method
-    from elastomorph.report.posed import PosedRig, with_paths
 
     parsed = [Method.parse(text) for text in methods]
     for number, text in enumerate(methods):
@@ -77,10 +77,10 @@ def reference(
         FileError: No such file, or it cannot be read.
         TopologyError: The rig or mesh has other vertices or polygons.
     """
+    from elastomorph.draw.posed import PosedRig, with_paths
     from elastomorph.errors import ParameterError
-    from elastomorph.mesh import require_same_topology
+    from elastomorph.model.mesh import require_same_topology
     from elastomorph.paths import Method
-    from elastomorph.report.posed import PosedRig, with_paths
 
     try:
         method = Method.parse(against)

@@ -12,10 +12,10 @@ import typer
 from elastomorph.cli import completion, options
 
 if TYPE_CHECKING:
-    from elastomorph.report.pose_pictures import Comparison
-    from elastomorph.report.posed import PosedRig
-    from elastomorph.report.stage import Lines
-    from elastomorph.report.window import Image
+    from elastomorph.draw.pose_pictures import Comparison
+    from elastomorph.draw.posed import PosedRig
+    from elastomorph.draw.stage import Lines
+    from elastomorph.draw.window import Image
 
 __all__ = ["add_to"]
 
@@ -128,12 +128,12 @@ def render(
     """
     from elastomorph.cli.picture_options import background_of, numbers, picture_size, view_of
     from elastomorph.cli.posed_rigs import posed_rigs
-    from elastomorph.report.clips import write_clip
-    from elastomorph.report.portrait import Finish
-    from elastomorph.report.pose_pictures import clip_frames, pose_picture, pose_strip
-    from elastomorph.report.posed import swing
-    from elastomorph.report.turntable import turn_angles
-    from elastomorph.timing import by_name
+    from elastomorph.draw.clips import write_clip
+    from elastomorph.draw.portrait import Finish
+    from elastomorph.draw.pose_pictures import clip_frames, pose_picture, pose_strip
+    from elastomorph.draw.posed import swing
+    from elastomorph.draw.turntable import turn_angles
+    from elastomorph.rig.timing import by_name
 
     moving = turntable or animate
     weights = options.named_numbers(_apart(pose), "--pose")
@@ -243,8 +243,8 @@ def _require_format(
     output: str, moving: bool, size: tuple[int, int], count: int, fps: float, *, transparent: bool
 ) -> None:
     """Refuse a file name that does not fit what is to be written, before anything is read."""
-    from elastomorph.report.clips import check_clip, is_clip
-    from elastomorph.report.pictures import SUFFIXES
+    from elastomorph.draw.clips import check_clip, is_clip
+    from elastomorph.draw.pictures import SUFFIXES
 
     suffix = Path(output).suffix.lower()
     if moving:
@@ -276,7 +276,7 @@ def _comparison(
     say: Callable[[str], None],
 ) -> Comparison | None:
     from elastomorph.cli.posed_rigs import reference
-    from elastomorph.report.pose_pictures import compare
+    from elastomorph.draw.pose_pictures import compare
 
     if against is None:
         return None
@@ -287,7 +287,7 @@ def _comparison(
 
 def _edge_loops(posed: PosedRig, say: Callable[[str], None]) -> tuple[Lines, ...]:
     from elastomorph.curves import extract_curves
-    from elastomorph.report.curves_picture import network_lines
+    from elastomorph.draw.curves_picture import network_lines
 
     say("finding curves")
     mesh = posed.rig.neutral
@@ -301,8 +301,8 @@ def _counted(frames: Iterable[Image], count: int, say: Callable[[str], None]) ->
 
 
 def _write(output: str, image: Image) -> None:
-    from elastomorph.report.clips import WIDEST_WEBP
-    from elastomorph.report.pictures import write_picture
+    from elastomorph.draw.clips import WIDEST_WEBP
+    from elastomorph.draw.pictures import write_picture
 
     _refuse(
         (

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves.chains import ordered_chains
-from elastomorph.polygons import Polygons
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["EdgeEnds", "edge_ends", "straight_successors"]
 

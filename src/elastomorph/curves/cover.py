@@ -12,7 +12,7 @@ from elastomorph.curves.loops import trace_loops
 from elastomorph.curves.network import Curve, CurveNetwork
 from elastomorph.curves.scraps import mend_scraps
 from elastomorph.curves.selection import choose_runs
-from elastomorph.mesh import Mesh, require_mesh
+from elastomorph.model.mesh import Mesh, require_mesh
 
 __all__ = ["extract_curves"]
 

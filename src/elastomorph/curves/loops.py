@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from elastomorph.curves.chains import Chains, ordered_chains
 from elastomorph.curves.connectivity import EdgeEnds, edge_ends, straight_successors
 from elastomorph.curves.network import Curve
-from elastomorph.mesh import Mesh, require_mesh
+from elastomorph.model.mesh import Mesh, require_mesh
 
 __all__ = ["edge_loops", "previous_visits", "trace_loops"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import CurveError, ParameterError
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.numbers import as_number
 
 __all__ = ["as_region", "region_of", "region_weights"]

@@ -14,7 +14,7 @@ from elastomorph.doctor.findings import KINDS, SEVERITIES, Finding, Severity, fi
 from elastomorph.doctor.side_names import SIDES
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.errors import ElastomorphError, FileError, ParameterError
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["Examination", "Repaired", "Settings", "in_order", "unreadable", "unreadable_neutral"]
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from elastomorph.doctor.examination import Examination, Settings
 from elastomorph.doctor.patient import Patient
 from elastomorph.errors import ElastomorphError
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
 __all__ = ["examine", "examine_rig"]

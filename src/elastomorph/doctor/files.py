@@ -13,7 +13,7 @@ from elastomorph.io import read, read_rig
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes
 from elastomorph.io.rig_folder import find_rig_files
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
 __all__ = ["BUILT_IN", "examine_files", "read_seeds", "rig_paths"]
@@ -34,8 +34,8 @@ def rig_paths(paths: Sequence[str | Path]) -> tuple[Path, ...]:
         FormatError: Settings that cannot be understood.
         ParameterError: A folder, settings or a rig beside other paths, or a file twice.
     """
-    from elastomorph.settings import find_settings, read_settings
-    from elastomorph.settings.sources import find_sources
+    from elastomorph.character import find_settings, read_settings
+    from elastomorph.character.sources import find_sources
 
     files = [Path(path) for path in paths]
     if len(files) == 1:

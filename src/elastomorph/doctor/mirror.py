@@ -13,7 +13,7 @@ from elastomorph.doctor.relabelling import (
     find_relabelling,
     reversed_polygons,
 )
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["Mirror", "find_mirror"]
 

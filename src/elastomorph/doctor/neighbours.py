@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["Neighbours"]
 

@@ -34,7 +34,7 @@ from elastomorph.doctor.mirror import find_mirror
 from elastomorph.doctor.neighbours import Neighbours
 from elastomorph.doctor.side_names import sided_pairs
 from elastomorph.errors import ElastomorphError
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["Patient"]
 

@@ -19,7 +19,7 @@ from elastomorph.errors import FileError, ParameterError
 from elastomorph.io import read, write
 from elastomorph.io.atomic import read_bytes, replacing
 from elastomorph.io.temporaries import temporary_name
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["Repair", "repair"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.rigid import Screw, fit_rigid
+from elastomorph.model.rigid import Screw, fit_rigid
 
 __all__ = ["QUARTER", "steady_motion", "stillest_quarter", "without_motion"]
 

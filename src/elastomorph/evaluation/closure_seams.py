@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import TimeLawWarning
 from elastomorph.evaluation.shape import Shape, ShapeProbe
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths import interpolate
 from elastomorph.physics import CLOSURES, Material
 

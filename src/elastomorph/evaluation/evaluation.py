@@ -16,11 +16,11 @@ from elastomorph.evaluation.method_texts import method_of
 from elastomorph.evaluation.results import Evaluation, MethodResult
 from elastomorph.evaluation.shape import Shape, ShapeProbe
 from elastomorph.evaluation.timing import free_timing
-from elastomorph.mesh import require_same_topology
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import require_same_topology
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.paths import Method, interpolate
 from elastomorph.physics import Material
-from elastomorph.sequence import MeshSequence, require_motion
 
 __all__ = ["DEFAULT_METHODS", "evaluate"]
 

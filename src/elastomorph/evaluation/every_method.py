@@ -7,10 +7,10 @@ from collections.abc import Callable
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.evaluation import DEFAULT_METHODS
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.physics import Material
-from elastomorph.sequence import MeshSequence
 
 __all__ = ["every_method", "left_out"]
 

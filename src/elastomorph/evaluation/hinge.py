@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.components import connected_parts
 from elastomorph.evaluation.rigid_parts import RigidParts
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
-from elastomorph.rigid import Screw, fit_rigid
+from elastomorph.model.components import connected_parts
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.rigid import Screw, fit_rigid
 
 __all__ = ["TIMES", "Hinge", "HingeError", "find_hinge", "hinge_errors"]
 

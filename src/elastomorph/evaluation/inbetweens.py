@@ -14,10 +14,10 @@ from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.key_frames import EFFORT, Judge, best_frames
 from elastomorph.evaluation.spline_errors import Choice, LargestError, MeanSquare
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.numbers import as_number
 from elastomorph.paths.through import law_for, through
-from elastomorph.sequence import MeshSequence, require_motion
 
 __all__ = ["MEASURES", "Suggestion", "suggest_inbetweens"]
 

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.paths.through import law_for
 from elastomorph.physics import Material
-from elastomorph.sequence import MeshSequence
 
 __all__ = ["method_of"]
 

@@ -11,7 +11,7 @@ from elastomorph.evaluation.evaluation import AnyMethod, evaluate
 from elastomorph.evaluation.results import Evaluation
 from elastomorph.evaluation.segments import Movement, find_movements
 from elastomorph.evaluation.summary import MethodSummary, mean_summaries
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["JudgedMovement", "evaluate_movements", "mean_lines"]
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
-from elastomorph.morph import Morph
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -197,7 +197,7 @@ class Evaluation:
         """
         # An upward import: pictures belong to report, and a user with an evaluation in hand looks
         # for them here.
-        from elastomorph.report.graphs import error_graphs
+        from elastomorph.draw.graphs import error_graphs
 
         error_graphs(self, path)
 
@@ -212,7 +212,7 @@ class Evaluation:
             FileError: The page cannot be written.
             MissingExtraError: matplotlib, vtk or Pillow is not installed.
         """
-        from elastomorph.report.page import About, write_report
+        from elastomorph.report import About, write_report
 
         write_report(self, path, About(name=name))
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.components import connected_parts
 from elastomorph.curves import CurveNetwork
-from elastomorph.mesh import FaceLabels, Mesh, require_same_topology
-from elastomorph.morph import Morph
-from elastomorph.rigid import Screw, fit_rigid
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.components import connected_parts
+from elastomorph.model.mesh import FaceLabels, Mesh, require_same_topology
+from elastomorph.model.morph import Morph
+from elastomorph.model.rigid import Screw, fit_rigid
+from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["RigidParts", "find_rigid_parts"]
 

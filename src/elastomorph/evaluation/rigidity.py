@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.curves import region_of
 from elastomorph.errors import ParameterError
-from elastomorph.extent import largest_distance
-from elastomorph.morph import Morph
-from elastomorph.rigid import fit_rigid
+from elastomorph.model.extent import largest_distance
+from elastomorph.model.morph import Morph
+from elastomorph.model.rigid import fit_rigid
 
 __all__ = ["Rigidity", "rigidity"]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
-from elastomorph.polygon_normals import polygon_normals
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.polygon_normals import polygon_normals
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["Shape", "ShapeProbe"]
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastomorph.evaluation.shape import ShapeProbe
-from elastomorph.extent import moved_extent
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Choice, Morph
+from elastomorph.model.extent import moved_extent
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Choice, Morph
 from elastomorph.paths import prepare
 from elastomorph.paths.auto import INBETWEEN_PAYS
 

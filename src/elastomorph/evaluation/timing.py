@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices
-from elastomorph.morph import Morph
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["free_timing"]
 

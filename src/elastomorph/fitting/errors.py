@@ -12,8 +12,8 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.errors import TimeLawWarning
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.fitting.results import Errors
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method, interpolate
-from elastomorph.sequence import MeshSequence
 
 __all__ = ["method_errors", "pooled_errors"]
 

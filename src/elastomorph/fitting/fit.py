@@ -17,10 +17,10 @@ from elastomorph.fitting.folds import Repetitions, Solution, constants
 from elastomorph.fitting.modal_sums import ModalSums, curve_sums
 from elastomorph.fitting.objective import Objective
 from elastomorph.fitting.results import Fit
-from elastomorph.mesh import require_same_topology
+from elastomorph.model.mesh import require_same_topology
+from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.paths import Method
 from elastomorph.physics import CLOSURES
-from elastomorph.sequence import MeshSequence, require_motion
 
 __all__ = ["fit"]
 

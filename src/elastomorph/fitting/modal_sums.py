@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import Curve
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.physics.transform import ModeTransform
-from elastomorph.sequence import MeshSequence
 
 __all__ = ["LawSums", "ModalSums", "curve_sums"]
 

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from elastomorph.errors import ParameterError
-from elastomorph.morph import Choice
+from elastomorph.model.morph import Choice
 
 __all__ = ["choice_from_json", "choice_to_json"]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import FileError
 from elastomorph.io.frame_names import frame_pattern
 from elastomorph.io.registry import MESH_FORMATS, writer_of
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["write_face_files"]
 

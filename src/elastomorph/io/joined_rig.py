@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.io.placing import Placing
-from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
-from elastomorph.morph import Morph
-from elastomorph.polygons import Polygons
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.morph import Morph
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["RigPart", "joined_rig", "turned_corners"]
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from elastomorph.errors import FormatError
 from elastomorph.io.csv_table import CsvTable, numbers, read_table
-from elastomorph.performance import Performance
-from elastomorph.performance.take_timing import TimingError, take_timing
-from elastomorph.performance.timecode import Timecode, parse_timecode
+from elastomorph.rig.performance import Performance
+from elastomorph.rig.performance.take_timing import TimingError, take_timing
+from elastomorph.rig.performance.timecode import Timecode, parse_timecode
 
 __all__ = ["is_livelink", "livelink_performance", "read_livelink"]
 

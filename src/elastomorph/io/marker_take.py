@@ -11,8 +11,8 @@ from elastomorph.errors import FormatError
 from elastomorph.io.atomic import is_file
 from elastomorph.io.checked import naming_file
 from elastomorph.io.npz_members import open_npz
-from elastomorph.mesh import Mesh
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["MarkerTake", "holds_markers", "read_marker_take"]
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from elastomorph.errors import FormatError
 from elastomorph.io.checked import naming_file
 from elastomorph.io.npz_members import NpzMembers, open_npz, write_arrays
-from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
-from elastomorph.polygons import Polygons
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.polygons import Polygons
+from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["read_npz", "read_npz_sequence", "write_npz", "write_npz_sequence"]
 

@@ -16,7 +16,7 @@ from elastomorph.io.obj_lines import read_lines
 from elastomorph.io.obj_statements import mesh_of
 from elastomorph.io.obj_table import read_table
 from elastomorph.io.obj_writer import write_obj
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["read_obj", "write_obj"]
 

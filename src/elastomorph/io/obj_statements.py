@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ElastomorphWarning
-from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.polygons import Polygons
 
 __all__ = [
     "IGNORED",

@@ -17,8 +17,8 @@ from elastomorph.io.atomic import read_bytes, replacing
 from elastomorph.io.checked import naming_file
 from elastomorph.io.ply_header import ENCODINGS, PlyHeader, read_header
 from elastomorph.io.ply_rows import Column, read_columns
-from elastomorph.mesh import Mesh, Source
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import Mesh, Source
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["read_ply", "write_ply"]
 

@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar, cast
 from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
 from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.checked import require_name
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.rig.remade import bare_rig, with_paths

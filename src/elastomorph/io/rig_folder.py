@@ -16,7 +16,7 @@ from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read
 from elastomorph.io.rig_cache import RigCache
 from elastomorph.io.rig_key import content_digests
-from elastomorph.mesh import Mesh, require_same_topology
+from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.rig.remade import bare_rig, with_paths

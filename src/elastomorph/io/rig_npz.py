@@ -42,8 +42,8 @@ from elastomorph.io.rig_npz_tables import (
     read_indices,
     read_lists,
 )
-from elastomorph.mesh import Mesh, Source
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh, Source
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 __all__ = ["read_rig_npz", "rig_arrays", "rig_of_members", "write_rig_npz"]

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import FormatError
 from elastomorph.io.checked import naming_file
 from elastomorph.io.choices import choice_from_json
 from elastomorph.io.npz_members import NpzMembers
-from elastomorph.morph import Choice
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Choice
 
 __all__ = [
     "CurveTable",

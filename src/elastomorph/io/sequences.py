@@ -15,8 +15,8 @@ from elastomorph.io.checked import naming_file, require_name
 from elastomorph.io.frame_names import find_frames, frame_pattern
 from elastomorph.io.npz import read_npz_sequence, write_npz_sequence
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read, writer_of
-from elastomorph.mesh import require_same_topology
-from elastomorph.sequence import MeshSequence
+from elastomorph.model.mesh import require_same_topology
+from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["read_sequence", "write_sequence"]
 

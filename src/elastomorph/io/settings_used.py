@@ -20,7 +20,7 @@ def settings_used(path: str | Path) -> dict[str, Any] | None:
         path: A rig (.glb, .gltf, .vrm, .usd, .usda, .usdc, .npz), or an evaluation (.json).
 
     Returns:
-        The settings as tables, as `elastomorph.settings.settings_tables` made them; None where
+        The settings as tables, as `elastomorph.character.settings_tables` made them; None where
         the file was made without any, or is of another kind.
 
     Raises:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import replacing_path
 from elastomorph.io.npz import write_npz
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["write_npz_take"]
 

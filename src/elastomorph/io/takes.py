@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.frame_names import frame_pattern
-from elastomorph.performance import Match, Performance, play, slider_weights
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import Match, Performance, play, slider_weights
 
 __all__ = ["holds_positions", "write_take"]
 

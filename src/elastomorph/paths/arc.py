@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphWarning, ParameterError
-from elastomorph.mesh import Mesh, require_same_topology
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh, require_same_topology
+from elastomorph.model.morph import Morph
 from elastomorph.paths.method import Method
 from elastomorph.paths.region import curve_edges
-from elastomorph.rotations import (
+from elastomorph.paths.rotations import (
     ArcBend,
     Neighbourhoods,
     PolynomialBend,
@@ -28,7 +28,7 @@ from elastomorph.rotations import (
     moments_needed,
     vertex_rotations,
 )
-from elastomorph.rotations.folds import without_folds
+from elastomorph.paths.rotations.folds import without_folds
 
 __all__ = [
     "Arcs",
@@ -149,7 +149,7 @@ def arc_path(
 
         V(t) = V₀ + t d∥ + sin(tθ/2)/sin(θ/2) · Rot(a, (t - 1)θ/2) d⊥,   d = V₁ - V₀ = d∥ + d⊥
 
-    with axis a and angle θ of `elastomorph.rotations.vertex_rotations`. A part that moves rigidly
+    with axis a and angle θ of `vertex_rotations`. A part that moves rigidly
     stays rigid; where nothing turns, the path is straight. Vertices without edges go straight.
 
     Args:

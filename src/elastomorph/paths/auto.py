@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import MeshError
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Choice, Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Choice, Morph
 from elastomorph.paths import linear
 from elastomorph.paths.arc import Arcs, neighbourhoods
 from elastomorph.paths.method import Method
 from elastomorph.paths.rotation import Turning
-from elastomorph.rotations import SurfaceEdges
+from elastomorph.paths.rotations import SurfaceEdges
 
 __all__ = ["INBETWEEN_PAYS", "prepare"]
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths.ease import law_bend
 from elastomorph.paths.method import Method
 from elastomorph.physics import BeamModes

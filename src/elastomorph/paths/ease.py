@@ -10,10 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.curves import CurveNetwork
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths.method import Method
 from elastomorph.physics import Load
 

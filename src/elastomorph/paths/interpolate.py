@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.curves import CurveNetwork, extract_curves, region_of, require_curves_of
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.mesh import Mesh, require_mesh, require_same_topology
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
+from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
 from elastomorph.paths.method import Method
 from elastomorph.paths.region import blend_into_rest, weights_inside
@@ -53,7 +53,7 @@ def interpolate(
         pinned: Vertices of a ``plate`` that follow the limit law, indices or (V,) bool.
         extent: The length D that ``straight_within`` of ``auto`` is a fraction of, in the unit of
             the vertices: for a rig the size of what its targets move, see
-            `elastomorph.extent.moved_extent`. ``neutral.diameter`` by default. Only for ``auto``.
+            `moved_extent`. ``neutral.diameter`` by default. Only for ``auto``.
         **settings: What the method named has, as fields of `Method`: ``order``, ``material``,
             ``closure``, ``load``, ``basis``, ``stiffness``, ``harmonics``, ``tolerance``,
             ``straight_within``.

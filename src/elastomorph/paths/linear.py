@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths.method import Method
 
 __all__ = ["prepare"]

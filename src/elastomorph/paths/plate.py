@@ -7,15 +7,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.surface import surface_operators
 from elastomorph.paths.ease import law_bend
 from elastomorph.paths.method import Method
 from elastomorph.physics.plate import PlateModes
-from elastomorph.surface import surface_operators
 
 __all__ = ["prepare"]
 

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.curves import CurveNetwork, region_weights
 from elastomorph.errors import ParameterError
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 
 __all__ = ["RESTS", "blend_into_rest", "curve_edges", "weights_inside"]
 

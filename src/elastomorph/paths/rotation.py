@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths.arc import (
     Path,
     bent_path,
@@ -21,7 +21,12 @@ from elastomorph.paths.arc import (
     warn_of_loose,
 )
 from elastomorph.paths.method import Method
-from elastomorph.rotations import LeastDistortion, Neighbourhoods, SurfaceEdges, VertexRotations
+from elastomorph.paths.rotations import (
+    LeastDistortion,
+    Neighbourhoods,
+    SurfaceEdges,
+    VertexRotations,
+)
 
 __all__ = ["Turning", "prepare", "rotation_path"]
 
@@ -102,7 +107,7 @@ def rotation_path(
 ) -> Path:
     """The path on which edges turn with their neighbourhoods, as nearly as all together can.
 
-    See `elastomorph.rotations.least_distortion` for what is minimised.
+    See `elastomorph.paths.rotations.least_distortion` for what is minimised.
 
     Args:
         neutral: The mesh at t = 0.

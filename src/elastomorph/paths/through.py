@@ -24,10 +24,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ElastomorphWarning, ParameterError
-from elastomorph.mesh import Mesh, require_mesh, require_same_topology
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
+from elastomorph.model.morph import Morph
 
 __all__ = ["LAWS", "OVERSHOOT", "cardinal_curves", "inner_curvatures", "law_for", "through"]
 

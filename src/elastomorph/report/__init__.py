@@ -1,50 +1,28 @@
-"""Pictures of faces, graphs of errors, and reports.
+"""Comparisons as pages of HTML that ask the network for nothing."""
 
-Needs vtk, matplotlib and Pillow (``pip install 'elastomorph[demo]'``), which are imported when the
-first picture is drawn. Pictures are (H, W, 3) uint8 arrays, and files where a path is given.
-"""
+import warnings
+from typing import Any
 
-from elastomorph.report.camera import VIEWS, Camera
-from elastomorph.report.closures import closure_comparison
-from elastomorph.report.curves_picture import curves_picture, network_lines
-from elastomorph.report.face_strip import face_strip
-from elastomorph.report.framing import camera_for
-from elastomorph.report.graphs import error_graphs, time_graphs
-from elastomorph.report.grid import ColourScale, picture_grid
-from elastomorph.report.heat import heat_colours
-from elastomorph.report.inbetween_graph import inbetween_graph
-from elastomorph.report.page import About, write_movements_report, write_report
-from elastomorph.report.pictures import as_png, write_picture
-from elastomorph.report.render import render
-from elastomorph.report.stage import Lines, Stage
-from elastomorph.report.strips import error_strip, expression_strip, method_strip, side_by_side
-from elastomorph.report.time_laws import time_law_graph
+from elastomorph import draw
+from elastomorph.report.about import About
+from elastomorph.report.movements import movements_page, write_movements_report
+from elastomorph.report.picture import Picture
+from elastomorph.report.report import report_page, write_report
 
 __all__ = [
-    "VIEWS",
     "About",
-    "Camera",
-    "ColourScale",
-    "Lines",
-    "Stage",
-    "as_png",
-    "camera_for",
-    "closure_comparison",
-    "curves_picture",
-    "error_graphs",
-    "error_strip",
-    "expression_strip",
-    "face_strip",
-    "heat_colours",
-    "inbetween_graph",
-    "method_strip",
-    "network_lines",
-    "picture_grid",
-    "render",
-    "side_by_side",
-    "time_graphs",
-    "time_law_graph",
+    "Picture",
+    "movements_page",
+    "report_page",
     "write_movements_report",
-    "write_picture",
     "write_report",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """What is drawn has moved to `elastomorph.draw`; found here too until 0.3."""
+    if name not in draw.__all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    message = f"{__name__}.{name} is now elastomorph.draw.{name}; this works until elastomorph 0.3."
+    warnings.warn(message, DeprecationWarning, stacklevel=2)
+    return getattr(draw, name)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import extract_curves
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method, prepare
 from elastomorph.physics import mean_response, modal_response
 from elastomorph.physics.transform import ModeTransform

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from elastomorph.draw.graphs import error_graphs, time_graphs
+from elastomorph.draw.pictures import write_picture
 from elastomorph.evaluation import Evaluation
 from elastomorph.io.atomic import replacing
-from elastomorph.report.graphs import error_graphs, time_graphs
-from elastomorph.report.page.picture import Picture
-from elastomorph.report.pictures import write_picture
+from elastomorph.report.picture import Picture
 
 __all__ = ["write_evaluation", "write_text"]
 

@@ -1,174 +1,147 @@
-"""A jaw on its hinge: where methods leave the true arc, as faces and as a graph."""
+"""The section on the jaw: how far each method leaves the arc of its hinge."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
+import math
+from collections.abc import Mapping, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
+from elastomorph.draw.hinge import hinge_graph, looks_of
+from elastomorph.draw.stage import Image
+from elastomorph.evaluation.hinge import Hinge, HingeError
+from elastomorph.model.morph import Morph
+from elastomorph.report.about import SPACE, Lengths, listed, percent
+from elastomorph.report.compared import counted
+from elastomorph.report.content import graph_figure
+from elastomorph.report.document import Section
+from elastomorph.report.error_table import scrolling
+from elastomorph.report.markup import Markup, element, joined
+from elastomorph.report.picture import Picture, picture_figure
 
-from elastomorph.evaluation.hinge import TIMES, Hinge
-from elastomorph.mesh import FaceLabels, Mesh
-from elastomorph.morph import Morph
-from elastomorph.report.camera import Camera
-from elastomorph.report.figure import new_figure
-from elastomorph.report.grid import ColourScale, picture_grid
-from elastomorph.report.heat import heat_colours, round_up
-from elastomorph.report.materials import parts_of
-from elastomorph.report.method_style import styles_for
-from elastomorph.report.pictures import write_picture
-from elastomorph.report.stage import Image, Stage
+__all__ = ["hinge_section", "hinge_words"]
 
-__all__ = ["hinge_faces", "hinge_graph", "looks_of"]
-
-_VIEW = (55.0, 12.0)
-_TRUE = "#9ad0b0"
+_ALIKE = 1.05
+"""Times the smallest distance: no more than that apart, methods do equally well."""
+_LAST_DIGIT = 1e-5
+"""As a fraction of D: the last digit of the table."""
+_LEAST = "0.001"
 
 
-def hinge_faces(
+def hinge_section(
     hinge: Hinge,
+    target: str,
+    errors: Sequence[HingeError],
     morphs: Mapping[str, Morph],
-    path: str | Path | None = None,
-    *,
-    time: float = 0.5,
-    face: tuple[int, int] = (380, 300),
-) -> Image:
-    """What turns about the hinge, one picture a method, coloured by its distance from the true arc.
+    image: Image,
+    unit: str = "",
+) -> Section:
+    """The numbers, the picture and the graph of a jaw on its hinge.
 
     Args:
         hinge: What turns.
-        morphs: Paths of the whole face by the labels of their methods.
-        path: Picture to write, if any; the suffix chooses the format.
-        time: t of the pictures.
-        face: Width and height of one picture in pixels.
-
-    Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        MeshError: No polygon has all its vertices on what turns.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
-    """
-    shown = hinge.vertices
-    off = {label: 100 * hinge.off(morph, time) for label, morph in morphs.items()}
-    top = round_up(max(float(each.max()) for each in off.values()))
-    poses = {label: morph.at(time)[shown] for label, morph in morphs.items()}
-    part = _part(hinge.neutral, shown)
-    camera = Camera.framing(np.stack(list(poses.values())), _VIEW, size=face)
-    with Stage(part, camera, size=face) as stage:
-        images = [
-            stage.picture(poses[label], colours=heat_colours(off[label], top)) for label in poses
-        ]
-    image = picture_grid(
-        [images],
-        column_labels=list(poses),
-        captions=[[f"off the arc by up to {off[label].max():.3f} % of D" for label in poses]],
-        scale=ColourScale(top, f"distance from the hinge's true arc at t = {time:g}, % of D"),
-    )
-    if path is not None:
-        write_picture(image, path)
-    return image
-
-
-def hinge_graph(
-    hinge: Hinge, morphs: Mapping[str, Morph], path: str | Path, unit: str = ""
-) -> None:
-    """The way of one vertex, seen along the hinge (a), and the distance from the arc over t (b).
-
-    Args:
-        hinge: What turns.
-        morphs: Paths of the whole face by the labels of their methods.
-        path: Graph to write: .png, .svg or .pdf.
+        target: The target that opens the jaw.
+        errors: How far each method leaves the arc.
+        morphs: The paths, by the labels of their methods.
+        image: What turns, coloured by its distance from the arc, drawn already.
         unit: Unit of the coordinates, or an empty string.
 
     Raises:
-        ParameterError: Another suffix.
-        MissingExtraError: matplotlib is not installed.
+        MissingExtraError: matplotlib or Pillow is not installed.
     """
-    times = np.linspace(0.0, 1.0, 41)
-    styles = styles_for(list(morphs))
-    farthest = _farthest(hinge)
-    start = hinge.neutral.vertices[farthest][None]
-    true = _seen(hinge, np.concatenate([hinge.screw.at(float(t), start) for t in times]))
-    with new_figure(path, 11.0, 4.6) as figure:
-        ways, gaps = figure.subplots(1, 2)
-        ways.plot(*true.T, color=_TRUE, linewidth=9, label="true arc")
-        for label, morph in morphs.items():
-            style = styles[label]
-            line = {"color": style.colour, "linewidth": style.width, "zorder": style.layer}
-            way = _seen(hinge, np.stack([morph.at(float(t))[farthest] for t in times]))
-            marks = [int(np.argmin(np.abs(times - t))) for t in TIMES]
-            (drawn,) = ways.plot(*way.T, marker="o", markevery=marks, ms=5, label=label, **line)
-            off = [100 * float(hinge.off(morph, float(t)).max()) for t in times]
-            (over_time,) = gaps.plot(times, off, label=label, **line)
-            if style.dashes:
-                drawn.set_dashes(style.dashes)
-                over_time.set_dashes(style.dashes)
-        ways.set_aspect("equal", adjustable="datalim")
-        ways.set_title("(a) the farthest vertex, seen along the axis")
-        ways.set_xlabel("dots at t = 0.25, 0.5 and 0.75")
-        ways.set_ylabel(unit or "units of the rig")
-        _dress(gaps)
-        figure.legend(*ways.get_legend_handles_labels(), loc="outside right upper")
-
-
-def looks_of(mesh: Mesh, vertices: NDArray[np.int64]) -> list[str]:
-    """What vertices are, by the names of materials or groups, such as teeth and gum.
-
-    Returns:
-        Keys of `LOOKS`, that of most vertices first; none where nothing has a name.
-    """
-    faces = mesh.faces
-    chosen = np.zeros(len(mesh.vertices), dtype=bool)
-    chosen[vertices] = True
-    counts = {}
-    for name, numbers in parts_of(mesh).items():
-        inside = np.zeros(len(faces), dtype=bool)
-        inside[numbers] = True
-        count = int(chosen[np.unique(faces.indices[inside[faces.corner_faces]])].sum())
-        if count and name not in ("skin", "hidden"):
-            counts[name] = count
-    return sorted(counts, key=lambda name: -counts[name])
-
-
-def _dress(axes: Any) -> None:
-    axes.set_title("(b) farthest from the arc, of all that turns")
-    axes.set_xlabel("t")
-    axes.set_ylabel("% of D")
-    axes.set_xlim(0, 1)
-    axes.set_ylim(bottom=0)
-
-
-def _farthest(hinge: Hinge) -> int:
-    """The vertex of the rigid parts that is farthest from the axis."""
-    arms = hinge.neutral.vertices[hinge.parts] - hinge.screw.centre
-    across = arms - np.outer(arms @ hinge.screw.axis, hinge.screw.axis)
-    return int(hinge.parts[np.linalg.norm(across, axis=1).argmax()])
-
-
-def _seen(hinge: Hinge, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 2) points as an eye on the axis sees them: forward to the right, up."""
-    axis = hinge.screw.axis
-    up = np.array([0.0, 1.0, 0.0]) - axis[1] * axis
-    if np.linalg.norm(up) < 1e-6:  # a hinge that stands upright
-        up = np.array([1.0, 0.0, 0.0]) - axis[0] * axis
-    up /= np.linalg.norm(up)
-    forward = np.cross(axis, up)
-    forward *= 1.0 if forward[2] >= 0 else -1.0
-    arms = points - hinge.screw.centre
-    return np.stack([arms @ forward, arms @ up], axis=1)
-
-
-def _part(mesh: Mesh, vertices: NDArray[np.int64]) -> Mesh:
-    """The polygons between some of the vertices, which are numbered anew."""
-    new_index = np.full(len(mesh.vertices), -1)
-    new_index[vertices] = np.arange(len(vertices))
-    kept = [number for number, face in enumerate(mesh.faces) if (new_index[face] >= 0).all()]
-    faces = [new_index[mesh.faces[number]] for number in kept]
-    labels = [
-        None if own is None else FaceLabels(own.names, own.of_face[kept])
-        for own in (mesh.materials, mesh.groups)
+    lengths = Lengths(hinge.neutral.diameter, unit)
+    worst = max(errors, key=lambda error: error.parts)
+    best = min(errors, key=lambda error: error.parts)
+    picture = Picture(
+        "On the hinge",
+        image,
+        f"{counted(len(errors), 'picture')} of what turns with {target}, halfway: "
+        f"{worst.label} is darkest, up to {lengths(worst.parts)} off the arc.",
+        "Pale is on the arc, dark is off it, on one scale for all. A straight line cuts the corner "
+        "of every arc, most of all where the way is longest.",
+    )
+    graph = graph_figure(
+        lambda file: hinge_graph(hinge, morphs, file, unit),
+        "hinge",
+        "The way of the jaw",
+        f"Left the way of one vertex, right the distance from the arc over time. {worst.label} "
+        f"leaves the arc by up to {lengths(worst.parts)}, {best.label} by no more than "
+        f"{_length(best.parts, lengths)}.",
+        "Left the broad green line is the true arc: linear is its chord, whatever its timing. "
+        "Right: the farthest vertex of all that turns, at even timing.",
+    )
+    content = [
+        element("p", _headline(best, errors, lengths), class_="headline"),
+        element("p", hinge_words(hinge, target)),
+        _table(hinge, errors, lengths),
+        element("div", element("h3", picture.title), picture_figure(picture)),
+        graph,
     ]
-    return Mesh(mesh.vertices[vertices], faces, materials=labels[0], groups=labels[1])
+    return Section("hinge", "The jaw on its hinge", joined(content))
+
+
+def hinge_words(hinge: Hinge, target: str) -> str:
+    """What turns, by how much, and why its arc is known."""
+    parts, along = _names(hinge)
+    words = (
+        f"With {target}, {parts} ({counted(len(hinge.parts), 'vertex', 'vertices')}) turn as one "
+        f"rigid body by {math.degrees(hinge.screw.angle):.1f}°"
+    )
+    if len(hinge.along):
+        words += f", and {along} ({counted(len(hinge.along), 'vertex', 'vertices')}) with them"
+    words += (
+        ". Neutral and target give the axis away, so here the true way is known: every vertex runs "
+        "on a circle."
+    )
+    if hinge.residual > _LAST_DIGIT:
+        words += (
+            f" The target itself is up to {percent(hinge.residual)} off a rigid turn, which no "
+            "method can undo: it is in the numbers, and is what the graph shows at t = 1."
+        )
+    return words
+
+
+def _names(hinge: Hinge) -> tuple[str, str]:
+    own = looks_of(hinge.neutral, hinge.parts)
+    more = [name for name in looks_of(hinge.neutral, hinge.along) if name not in own]
+    return (listed(own) if own else "rigid parts", listed(more) if more else "others")
+
+
+def _headline(best: HingeError, errors: Sequence[HingeError], lengths: Lengths) -> str:
+    straight = next((error for error in errors if error.label == "linear"), None)
+    good = [error.label for error in errors if error.parts <= max(_ALIKE * best.parts, _LAST_DIGIT)]
+    verb = "keeps" if len(good) == 1 else "keep"
+    most = max(error.parts for error in errors if error.label in good)
+    said = f"{listed(good)} {verb} the jaw within {_length(most, lengths)} of its arc"
+    if straight is None or straight.label in good:
+        return f"{said}."
+    return f"{said}; a straight line leaves it by {lengths(straight.parts)}."
+
+
+def _length(fraction: float, lengths: Lengths) -> str:
+    """As a length and in % of D; what the table shows as 0 is not written to more digits."""
+    return lengths(fraction) if fraction > _LAST_DIGIT else f"{_LEAST}{SPACE}% of D"
+
+
+def _table(hinge: Hinge, errors: Sequence[HingeError], lengths: Lengths) -> Markup:
+    parts, along = _names(hinge)
+    titles = ["Method", parts.capitalize()]
+    if len(hinge.along):
+        titles.append(along.capitalize())
+    rows = []
+    for error in errors:
+        values = (error.parts, error.along)[: len(titles) - 1]
+        cells = [element("td", f"{100 * value:.3f}") for value in values]
+        most = max(values)
+        less = "" if most > _LAST_DIGIT else f"<{SPACE}"
+        cells.append(element("td", f"{less}{lengths.plain(max(most, _LAST_DIGIT))}"))
+        name = element("th", error.label, scope="row", class_="name")
+        rows.append(element("tr", name, *cells))
+    heads = [element("th", title, scope="col") for title in (*titles, "The worst, as a length")]
+    caption = "Largest distance from the true arc at t = 0.25, 0.5 and 0.75, in % of D"
+    table = element(
+        "table",
+        element("caption", caption),
+        element("thead", element("tr", *heads)),
+        element("tbody", *rows),
+        class_="hinge",
+    )
+    return scrolling(table, caption)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from elastomorph.evaluation.rigid_parts import RigidParts, find_rigid_parts
 from elastomorph.io.rig_folder import read_rig_folder
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
-from elastomorph.sequence import MeshSequence
 
 __all__ = ["Subject", "built_in_subject", "rig_subject"]
 

@@ -9,6 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from elastomorph.curves import CurveNetwork, extract_curves
+from elastomorph.draw.closures import closure_comparison
+from elastomorph.draw.curves_picture import curves_picture
+from elastomorph.draw.hinge import hinge_faces, hinge_graph
+from elastomorph.draw.pictures import write_picture
+from elastomorph.draw.strips import expression_strip
+from elastomorph.draw.time_laws import time_law_graph
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate, every_method
 from elastomorph.evaluation.closure_seams import ClosureSeam, closure_seams
 from elastomorph.evaluation.hinge import HingeError, find_hinge, hinge_errors
@@ -17,26 +23,20 @@ from elastomorph.evaluation.target_paths import TargetPaths, target_paths
 from elastomorph.io import write
 from elastomorph.io.atomic import made_folder
 from elastomorph.io.curve_file import write_curves
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
-from elastomorph.report.closures import closure_comparison
-from elastomorph.report.curves_picture import curves_picture
+from elastomorph.report.about import Lengths
 from elastomorph.report.evaluation_files import write_evaluation, write_text
-from elastomorph.report.hinge import hinge_faces, hinge_graph
-from elastomorph.report.page.about import Lengths
-from elastomorph.report.page.faces import (
+from elastomorph.report.faces import (
     closures_picture,
     evaluation_pictures,
     expressions_picture,
     jaw_picture,
     sheet_picture,
 )
-from elastomorph.report.page.picture import Picture
-from elastomorph.report.pictures import write_picture
-from elastomorph.report.strips import expression_strip
+from elastomorph.report.picture import Picture
 from elastomorph.report.subject import Subject
-from elastomorph.report.time_laws import time_law_graph
 from elastomorph.report.walkthrough_report import Jaw, write_walkthrough_report
 
 __all__ = ["BeamTiming", "Walkthrough", "walk_through"]

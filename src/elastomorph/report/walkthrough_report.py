@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from elastomorph.draw.stage import Image
 from elastomorph.evaluation import Evaluation, suggest_inbetweens
 from elastomorph.evaluation.hinge import Hinge, HingeError
 from elastomorph.evaluation.target_paths import TargetPaths
-from elastomorph.morph import Morph
-from elastomorph.report.page import About, Picture, write_report
-from elastomorph.report.page.about import percent
-from elastomorph.report.page.content import picture_content
-from elastomorph.report.page.document import Section, document
-from elastomorph.report.page.hinge import hinge_section
-from elastomorph.report.page.report import write_page
-from elastomorph.report.page.targets import targets_section
-from elastomorph.report.stage import Image
+from elastomorph.model.morph import Morph
+from elastomorph.report import About, Picture, write_report
+from elastomorph.report.about import percent
+from elastomorph.report.content import picture_content
+from elastomorph.report.document import Section, document
+from elastomorph.report.hinge import hinge_section
+from elastomorph.report.report import write_page
+from elastomorph.report.targets import targets_section
 
 if TYPE_CHECKING:
     from elastomorph.report.subject import Subject

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from elastomorph.bend_curve import BendCurve
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Morph
 
 __all__ = ["MorphFields", "RigFields", "Span"]
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.extent import moved_extent
-from elastomorph.mesh import Mesh
+from elastomorph.model.extent import moved_extent
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method, prepare
 from elastomorph.rig.rig import Rig
 from elastomorph.rig.targets import each_path

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import ParameterError
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_numbers
 from elastomorph.rig.fields import MorphFields, RigFields
 from elastomorph.rig.moments import Times, Weights, named_moments, table_moments

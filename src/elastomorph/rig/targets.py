@@ -9,9 +9,9 @@ import numpy as np
 
 from elastomorph.blas_threads import in_own_threads
 from elastomorph.errors import ParameterError
-from elastomorph.extent import moved_extent
-from elastomorph.mesh import Mesh, require_mesh, require_same_topology
-from elastomorph.morph import Morph
+from elastomorph.model.extent import moved_extent
+from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
+from elastomorph.model.morph import Morph
 
 if TYPE_CHECKING:
     from elastomorph.paths import Method

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import MissingExtraError, ParameterError
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig.rig import Rig
 
 try:

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import FaceLabels, Mesh
 from elastomorph.samples import eyeballs, layout, sculpt, teeth
 from elastomorph.samples.implicit import Points
 

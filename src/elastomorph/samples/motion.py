@@ -11,11 +11,11 @@ from functools import cache
 
 import numpy as np
 
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.samples.assembly import build
 from elastomorph.samples.implicit import Points
 from elastomorph.samples.muscles import movements
 from elastomorph.samples.turns import keep_off_eyes, turn_jaw, turn_lids
-from elastomorph.sequence import MeshSequence
 
 __all__ = ["FRAMES", "JAW_TURN", "jaw_angle", "recorded_motion"]
 

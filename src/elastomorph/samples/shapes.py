@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.paper_expressions import EXPRESSIONS
 from elastomorph.samples.assembly import build
 from elastomorph.samples.implicit import Points

@@ -9,9 +9,9 @@ import numpy as np
 
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import through
-from elastomorph.sequence import MeshSequence
 from elastomorph.viewer.rig_scenes import SLIDER, rig_model
 from elastomorph.viewer.scene import Scene
 

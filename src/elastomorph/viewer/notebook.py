@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 
 from elastomorph.errors import ElastomorphError
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from elastomorph.viewer.page import viewer_page
 from elastomorph.viewer.rig_scenes import rig_scene

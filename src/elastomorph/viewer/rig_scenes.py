@@ -9,8 +9,8 @@ from typing import Any
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import ParameterError
 from elastomorph.io.gltf import write_glb
-from elastomorph.mesh import require_same_topology
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import require_same_topology
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from elastomorph.viewer.scene import Role, Scene, SceneModel
 

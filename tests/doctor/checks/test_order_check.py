@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from planted_faults import grid, only, shuffled, split_at, turned_over, welded
 
-from elastomorph.components import component_of
 from elastomorph.doctor.checks.order import InOrder, NeutralOrder
 from elastomorph.io import read, write
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 
 
 def examined(neutral: Mesh, target: Mesh, seeds: tuple[tuple[int, int], ...] = ()) -> InOrder:

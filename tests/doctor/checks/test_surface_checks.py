@@ -11,7 +11,7 @@ from planted_faults import grid, only
 from elastomorph.doctor.checks.area import AreaCheck
 from elastomorph.doctor.checks.surface import examine_surface, surface_facts
 from elastomorph.doctor.checks.welding import examine_welding
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 POINTS = np.random.default_rng(0).uniform(0, 1, (12, 3))
 

@@ -17,7 +17,7 @@ from elastomorph.doctor.neighbours import Neighbours
 from elastomorph.doctor.side_names import parse_sides, sided_pairs
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.errors import ParameterError
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.physics import Load, Material, modal_response
 
 HEAD = {"allowed": 5e-4, "steadier": 0.5}

@@ -11,9 +11,9 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from elastomorph.bend_curve import BendCurve
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 

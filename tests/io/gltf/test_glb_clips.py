@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastomorph import timing
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ParameterError
 from elastomorph.io.gltf.clips import performance_clip, slider_clips
 from elastomorph.io.gltf.targets import MorphTargets
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths.through import LAWS, through
 from elastomorph.rig import Rig
 

@@ -17,11 +17,11 @@ from glb_samples import HandMade, chunks_of, glb, seamed_mesh, triangle_rig
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ElastomorphWarning, FormatError
 from elastomorph.io.budget import allowed_memory
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 

@@ -17,7 +17,7 @@ from glb_samples import SQUARE, HandMade, chunks_of, glb, seamed_mesh, square
 from elastomorph.errors import ElastomorphWarning, FileError, FormatError
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.io.gltf.packing import packed
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 TOO_MUCH = "would take more memory than"

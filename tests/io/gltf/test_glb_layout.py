@@ -9,7 +9,7 @@ from hypothesis import given, settings
 
 from elastomorph.io.gltf.layout import lay_out
 from elastomorph.io.gltf.surface_extras import restored_surface, surface_extras
-from elastomorph.mesh import Mesh, UVMap
+from elastomorph.model.mesh import Mesh, UVMap
 
 
 def test_a_mesh_without_texture_is_not_split() -> None:

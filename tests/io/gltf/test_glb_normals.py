@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.baking import bake
-from elastomorph.bend_curve import BendCurve
 from elastomorph.io.gltf.normals import NormalField, normal_deltas
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
-from elastomorph.polygons import Polygons
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.polygons import Polygons
+from elastomorph.paths.bake import bake
 
 QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 

@@ -13,12 +13,12 @@ from glb_samples import chunks_of, glb, rigs, seamed_mesh, triangle_rig
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ElastomorphWarning
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.io.gltf.weight_signs import with_positive_weights
-from elastomorph.mesh import FaceLabels, Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 

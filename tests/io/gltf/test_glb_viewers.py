@@ -13,11 +13,11 @@ from glb_samples import HandMade, rigs, seamed_mesh, triangle_rig
 from hypothesis import HealthCheck, given, settings
 from viewer_checks import drawn, run, validated
 
-from elastomorph.baking import bake
-from elastomorph.bend_curve import BendCurve
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.paths.bake import bake
 from elastomorph.rig import Rig
 
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from glb_samples import chunks_of, seamed_mesh, triangle, triangle_rig
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.mesh import Mesh, UVMap
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh, UVMap
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 

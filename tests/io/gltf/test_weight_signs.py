@@ -9,9 +9,9 @@ import pytest
 from glb_samples import chunks_of
 
 import elastomorph as em
-from elastomorph.bend_curve import BendCurve
 from elastomorph.io.gltf.weight_signs import with_positive_weights
 from elastomorph.io.gltf.writer import write_glb
+from elastomorph.model.bend_curve import BendCurve
 
 FACE = em.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 TARGET = FACE.with_vertices(FACE.vertices + [0, 0.5, 0.25])

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from usd_rigs import curved, grid, sample_rig
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.io.usd.exact import checksum, path_from_json, path_to_json
+from elastomorph.model.bend_curve import BendCurve
 
 
 @pytest.mark.parametrize("name", sample_rig().names)

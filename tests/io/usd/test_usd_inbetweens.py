@@ -10,11 +10,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from usd_rigs import curved, grid, piecewise_linear
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.io.usd.inbetweens import deviation, place_inbetweens
 from elastomorph.io.usd.paths import hat
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.paths import interpolate, through
 
 

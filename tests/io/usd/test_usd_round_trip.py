@@ -17,11 +17,11 @@ from usd_rigs import (
     sample_rig,
 )
 
-from elastomorph.baking import bake
 from elastomorph.errors import ElastomorphWarning
 from elastomorph.io.usd import read_usd, write_usd
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.paths.bake import bake
 from elastomorph.rig import Rig
 from needs import extra
 

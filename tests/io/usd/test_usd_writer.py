@@ -13,8 +13,8 @@ from usd_rigs import grid, piecewise_linear, played_by_usd, posed_by_usd, sample
 
 from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
 from elastomorph.io.usd import UsdReport, write_usd
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from needs import extra
 

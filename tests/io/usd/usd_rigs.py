@@ -10,7 +10,6 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import FormatError
 from elastomorph.io.budget import MemoryBudget
 from elastomorph.io.isolated import RefusedError
@@ -18,8 +17,9 @@ from elastomorph.io.npz_members import open_npz, write_arrays
 from elastomorph.io.usd import reader, worker
 from elastomorph.io.usd.paths import hat
 from elastomorph.io.usd.scene import Scene
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 NAMES = st.text(st.characters(exclude_characters="\0", codec="utf-8"), max_size=6)

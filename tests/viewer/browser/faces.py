@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from elastomorph.io.gltf import write_glb
-from elastomorph.performance import Performance, slider_weights
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import Performance, slider_weights
 from elastomorph.samples import head, shapes
 from elastomorph.viewer import Scene, SceneModel, comparison_scene, rig_scene
 

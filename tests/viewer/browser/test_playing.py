@@ -119,7 +119,7 @@ def test_back_and_forth_and_loop(visit: Visit, faces: Faces) -> None:
 
 
 def test_the_drawn_timing_is_the_law(visit: Visit, faces: Faces) -> None:
-    """The small picture of a timing runs through the values of `elastomorph.timing`."""
+    """The small picture of a timing runs through the values of `elastomorph.rig.timing`."""
     laws = {
         "linear": timing.linear,
         "smoothstep": timing.smoothstep,

@@ -11,7 +11,7 @@ from test_looks import AXE, SIZES, violations, written
 from visiting import Visit, wait
 
 from elastomorph.evaluation import Evaluation
-from elastomorph.report.page import About, report_page
+from elastomorph.report import About, report_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

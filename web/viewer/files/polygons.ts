@@ -14,7 +14,7 @@ export interface Polygons {
   readonly edges: Uint32Array;
 }
 
-/** The polygons described in `extras.elastomorph.surface`, or null where they do not fit. */
+/** The polygons described in `extras.elastomorph.model.surface`, or null where they do not fit. */
 export async function readPolygons(stored: unknown, surface: Surface): Promise<Polygons | null> {
   if (!isEntry(stored) || surface.sheets !== 1) return null;
   const { vertices, polygons } = stored;

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.words import counted, listed
-from elastomorph.mesh import Mesh
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["AreaCheck"]
 

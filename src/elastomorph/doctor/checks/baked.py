@@ -12,7 +12,7 @@ from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.side_names import sided_pairs
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.doctor.words import percent
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["examine_baked"]
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.words import percent
 from elastomorph.errors import ElastomorphError, ElastomorphWarning
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths.arc import local_rotations, neighbourhoods
 from elastomorph.paths.rotation import rotation_path
-from elastomorph.rotations import ArcBend, Neighbourhoods, SurfaceEdges
+from elastomorph.paths.rotations import ArcBend, Neighbourhoods, SurfaceEdges
 
 __all__ = ["BendCheck"]
 

@@ -8,8 +8,8 @@ from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.frames import frame_between
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.doctor.words import percent
-from elastomorph.mesh import Mesh
-from elastomorph.rigid import fit_rigid
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.rigid import fit_rigid
 
 __all__ = ["examine_deltas"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.frames import Frame
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["InFrame", "common_frame", "in_frame"]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.stillness import steady_motion, stillest_quarter, without_motion
 from elastomorph.doctor.words import percent
-from elastomorph.mesh import Mesh
-from elastomorph.rigid import fit_rigid
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.rigid import fit_rigid
 
 __all__ = ["Steadied", "align", "examine_head"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.components import component_of
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.half_edges import HalfEdges
 from elastomorph.doctor.words import counted, listed
-from elastomorph.mesh import Mesh
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["inside_out", "inside_out_finding"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from elastomorph.curves import extract_curves
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.errors import ResonanceError, TimeLawWarning
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.physics import BeamModes, Load, Material
 
 __all__ = ["BeamSettings", "examine_material"]

@@ -11,7 +11,7 @@ from elastomorph.doctor.neighbours import Neighbours
 from elastomorph.doctor.stillness import QUARTER
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.doctor.words import percent
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["examine_noise", "roughness"]
 

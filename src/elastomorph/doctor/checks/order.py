@@ -25,8 +25,8 @@ from elastomorph.doctor.relabelling import (
     split_polygons,
     turned_corners,
 )
-from elastomorph.mesh import Mesh
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["InOrder", "NeutralOrder"]
 

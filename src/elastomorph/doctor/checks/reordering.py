@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.doctor.relabelling import turned_corners
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["reordered", "turned"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from elastomorph.doctor.findings import Finding, finding
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["does_nothing", "examine_doubles"]
 

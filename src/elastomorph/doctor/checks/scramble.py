@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastomorph.doctor.findings import Finding, finding
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["examine_scramble"]
 

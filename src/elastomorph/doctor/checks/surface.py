@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.components import component_of
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.half_edges import HalfEdges
 from elastomorph.doctor.words import counted, listed
 from elastomorph.inspection import MeshFacts, mesh_facts
-from elastomorph.mesh import Mesh
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["SurfaceFacts", "examine_surface", "surface_facts"]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from elastomorph.doctor.checks.inside_out import inside_out
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.mirror import Mirror
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["examine_swapped"]
 

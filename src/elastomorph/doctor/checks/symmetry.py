@@ -14,7 +14,7 @@ from elastomorph.doctor.mirror import Mirror
 from elastomorph.doctor.side_names import SIDES, sided_pairs
 from elastomorph.doctor.thresholds import Thresholds
 from elastomorph.doctor.words import percent
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["examine_names", "examine_symmetry"]
 

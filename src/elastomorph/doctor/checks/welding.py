@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from elastomorph.components import component_of
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.words import counted
-from elastomorph.mesh import Mesh
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["examine_welding"]
 

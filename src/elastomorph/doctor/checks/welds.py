@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.words import counted, listed
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["Rejoined", "examine_welds"]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from elastomorph.doctor.half_edges import HalfEdges
 from elastomorph.doctor.relabelling.colours import Colouring
 from elastomorph.doctor.relabelling.same_polygons import corresponding_corners
-from elastomorph.polygons import Polygons
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["Piece", "branched_match"]
 

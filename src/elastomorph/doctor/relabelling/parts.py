@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.components import component_of
 from elastomorph.doctor.half_edges import HalfEdges
 from elastomorph.doctor.relabelling.branching import Piece
 from elastomorph.doctor.relabelling.colours import Colouring, mixed
 from elastomorph.doctor.relabelling.walk import Walk
-from elastomorph.mesh import Mesh
-from elastomorph.polygons import Polygons
+from elastomorph.model.components import component_of
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["Parts"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.polygons import Polygons
+from elastomorph.model.polygons import Polygons
 
 __all__ = [
     "EitherWay",

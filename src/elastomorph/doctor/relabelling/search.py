@@ -20,7 +20,7 @@ from elastomorph.doctor.frames import frame_between
 from elastomorph.doctor.relabelling.branching import branched_match
 from elastomorph.doctor.relabelling.parts import Parts
 from elastomorph.doctor.relabelling.same_polygons import corresponding_corners
-from elastomorph.polygons import Polygons
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["Mismatch", "Relabelling", "find_relabelling"]
 

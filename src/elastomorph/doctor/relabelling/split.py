@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.polygons import Polygons
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["split_polygons"]
 

@@ -21,7 +21,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import (
     ElastomorphWarning,
     FormatError,
@@ -36,8 +35,9 @@ from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.placing import placings
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 __all__ = ["read_fbx"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from elastomorph.io.fbx.part import FbxPart
-from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["mesh_of"]
 

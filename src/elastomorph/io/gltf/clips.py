@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ParameterError
 from elastomorph.io.gltf.targets import KeptMorph, MorphTargets
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
-from elastomorph.timing import Timing, linear
+from elastomorph.rig.timing import Timing, linear
 
 __all__ = ["Clip", "performance_clip", "slider_clips"]
 

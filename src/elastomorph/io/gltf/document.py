@@ -7,7 +7,7 @@ from typing import Any
 from elastomorph.io.gltf.buffers import BufferBuilder, pygltflib
 from elastomorph.io.gltf.clips import Clip
 from elastomorph.io.gltf.layout import Layout
-from elastomorph.mesh import Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["materials", "primitives", "weight_animation"]
 

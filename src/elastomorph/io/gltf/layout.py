@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.mesh import Mesh, UVMap
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import Mesh, UVMap
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["Layout", "Part", "lay_out"]
 

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.bend_curve import BendCurve
-from elastomorph.morph import Morph
-from elastomorph.polygons import Polygons
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Morph
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["NormalField", "normal_deltas"]
 

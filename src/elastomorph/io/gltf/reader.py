@@ -21,9 +21,9 @@ from elastomorph.io.gltf.surfaces import read_surfaces, shape_count
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.placing import Placing
-from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
-from elastomorph.morph import Morph
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.morph import Morph
+from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
 
 __all__ = ["read_glb"]

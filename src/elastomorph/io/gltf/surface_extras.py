@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from elastomorph.io.gltf.layout import Layout
 from elastomorph.io.gltf.packing import packed, packed_bytes, unpacked, unpacked_bytes
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["Surface", "restored_surface", "surface_extras"]
 

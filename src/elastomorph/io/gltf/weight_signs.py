@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from elastomorph.bend_curve import BendCurve
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 __all__ = ["with_positive_weights"]

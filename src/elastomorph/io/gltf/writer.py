@@ -24,7 +24,7 @@ from elastomorph.io.gltf.surface_extras import surface_extras
 from elastomorph.io.gltf.targets import MorphTargets
 from elastomorph.io.gltf.weight_signs import with_positive_weights
 from elastomorph.rig import Rig
-from elastomorph.timing import Timing, linear
+from elastomorph.rig.timing import Timing, linear
 
 __all__ = ["Performance", "require_glb_settings", "write_glb"]
 
@@ -74,7 +74,7 @@ def write_glb(
             close enough together.
         sparse: Store only the vertices that a morph target moves, where that is smaller.
         timing: The t of a path at each moment of its animation, from 0 to 1 evenly by default;
-            see `elastomorph.timing`. The path itself stays as it is.
+            see `elastomorph.rig.timing`. The path itself stays as it is.
         animation: A recorded performance, written in place of an animation a morph: times (T,)
             in seconds from 0, weights (T, J) of the sliders of ``rig.names``, and its name.
         settings: How the rig was made, as JSON: kept in ``extras.elastomorph`` of the mesh and

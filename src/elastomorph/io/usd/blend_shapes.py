@@ -13,7 +13,7 @@ from elastomorph.io.usd.exact import BENDS, COARSEST, NAME, PATH, checksum, path
 from elastomorph.io.usd.inbetweens import Placement
 from elastomorph.io.usd.library import pxr
 from elastomorph.io.usd.mesh_prim import as_float32
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
 from elastomorph.rig.fields import MorphFields
 
 __all__ = ["SparseShapes", "define_blend_shape", "sparse_shapes"]

@@ -28,10 +28,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ParameterError
 from elastomorph.io.choices import choice_from_json, choice_to_json
-from elastomorph.morph import Choice, Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Choice, Morph
 
 __all__ = [
     "BENDS",

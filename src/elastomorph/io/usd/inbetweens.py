@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.morph import Morph
+from elastomorph.model.morph import Morph
 
 __all__ = ["Placement", "deviation", "place_inbetweens"]
 

@@ -12,7 +12,7 @@ from elastomorph.errors import FormatError
 from elastomorph.io.usd.exact import COARSEST, NAME, POINTS
 from elastomorph.io.usd.library import pxr
 from elastomorph.io.usd.names import prim_names
-from elastomorph.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 
 __all__ = ["GROUP_FAMILY", "as_float32", "define_mesh", "define_subsets", "extent_of"]
 

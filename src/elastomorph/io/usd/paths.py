@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.bend_curve import BendCurve
 from elastomorph.errors import ElastomorphWarning, FormatError
 from elastomorph.io.checked import naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json
 from elastomorph.io.usd.scene import FoundShape
-from elastomorph.mesh import Mesh
-from elastomorph.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 
 __all__ = ["hat", "morph_of", "values_needed"]
 

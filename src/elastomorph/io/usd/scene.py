@@ -16,8 +16,8 @@ from elastomorph.io.checked import naming_file
 from elastomorph.io.joined_rig import turned_corners
 from elastomorph.io.npz_members import NpzMembers
 from elastomorph.io.usd.exact import checksum
-from elastomorph.mesh import FaceLabels, Mesh, Source, UVMap
-from elastomorph.polygons import Polygons
+from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.polygons import Polygons
 
 __all__ = ["FoundMesh", "FoundShape", "Scene"]
 

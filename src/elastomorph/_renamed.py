@@ -1,0 +1,68 @@
+"""Modules under the names they had: imported as before until 0.3, with a warning."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+__all__ = ["accept_old_names"]
+
+_MODEL = """
+    bend_curve components extent mesh morph polygon_normals polygons rigid sequence surface
+"""
+_DRAW = """
+    actors camera clips closures contact_sheet curves_picture extras eyes face_strip figure framing
+    gif graphs grid heat inbetween_graph materials method_style method_words movement_graph movie
+    normals pictures portrait pose_pictures posed render stage strips take_strip time_laws turntable
+    vtk_arrays window
+"""
+_NEW_NAMES = {
+    **{f"elastomorph.{name}": f"elastomorph.model.{name}" for name in _MODEL.split()},
+    **{f"elastomorph.report.{name}": f"elastomorph.draw.{name}" for name in _DRAW.split()},
+    "elastomorph.baking": "elastomorph.paths.bake",
+    "elastomorph.performance": "elastomorph.rig.performance",
+    "elastomorph.report.page": "elastomorph.report",
+    "elastomorph.rotations": "elastomorph.paths.rotations",
+    "elastomorph.settings": "elastomorph.character",
+    "elastomorph.timing": "elastomorph.rig.timing",
+}
+"""Today's name of each module or package that had another."""
+
+
+def accept_old_names() -> None:
+    """Let `import` find renamed modules.
+
+    Asked first: what is in a renamed package would be found in its folder, and loaded twice.
+    """
+    if not any(isinstance(finder, _RenamedModules) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _RenamedModules())
+
+
+class _RenamedModules(MetaPathFinder, Loader):
+    """Finds a module by its old name and hands out the one there is today."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        return ModuleSpec(fullname, self) if _new_name(fullname) else None
+
+    def exec_module(self, module: ModuleType) -> None:
+        old = module.__name__
+        new = _new_name(old)
+        assert new is not None
+        if old in _NEW_NAMES:
+            message = f"{old} is now {new}; the old name works until elastomorph 0.3."
+            warnings.warn(message, DeprecationWarning, stacklevel=2)
+        sys.modules[old] = import_module(new)
+
+
+def _new_name(old: str) -> str | None:
+    package = old if old.startswith("elastomorph.") else ""
+    while package and package not in _NEW_NAMES:
+        package, _, _ = package.rpartition(".")
+    return _NEW_NAMES[package] + old[len(package) :] if package else None

@@ -1,0 +1,22 @@
+"""The settings of a character: one TOML file that says what it is made of and how it moves."""
+
+from __future__ import annotations
+
+from elastomorph.character.build import rig_from_settings
+from elastomorph.character.paths import PathMaker
+from elastomorph.character.read import FILE_NAME, find_settings, read_settings
+from elastomorph.character.settings import Character, Inbetweens, Region, Settings
+from elastomorph.character.tables import settings_tables
+
+__all__ = [
+    "FILE_NAME",
+    "Character",
+    "Inbetweens",
+    "PathMaker",
+    "Region",
+    "Settings",
+    "find_settings",
+    "read_settings",
+    "rig_from_settings",
+    "settings_tables",
+]

@@ -1,0 +1,262 @@
+"""From TOML to settings: every key is read here, and what is not read is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from elastomorph.character.choice import MethodChoice
+from elastomorph.character.document import Document, Where, nearest, open_document
+from elastomorph.character.schema import FREE, TABLES, Key
+from elastomorph.character.settings import (
+    UNITS,
+    Character,
+    Inbetweens,
+    Region,
+    Settings,
+    is_pattern,
+)
+from elastomorph.errors import FileError
+from elastomorph.io.atomic import is_file, is_folder
+from elastomorph.io.gltf.writer import require_glb_settings
+from elastomorph.io.usd.writer import require_usd_settings
+from elastomorph.paths.through import law_for
+from elastomorph.rig.timing import by_name
+
+__all__ = ["FILE_NAME", "find_settings", "read_settings"]
+
+FILE_NAME = "elastomorph.toml"
+_FILE = Key("file", "a shape on the way", '"jawOpen_30.obj"')
+_NAMES = Key("texts", "names of targets", '["jawOpen", "mouthClose"]')
+_TOP = tuple(dict.fromkeys(name.partition(".")[0] for name in (*TABLES, *FREE)))
+
+
+def find_settings(folder: str | Path) -> Path | None:
+    """The settings file in a folder, if there is one."""
+    file = Path(folder) / FILE_NAME
+    return file if is_file(file) else None
+
+
+def read_settings(path: str | Path) -> Settings:
+    """The settings of a character.
+
+    Every value is checked, as are the names of files; the files themselves are read when the rig
+    is built.
+
+    Args:
+        path: A TOML file, or a folder with an ``elastomorph.toml``.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: It is no TOML, has a table or key that is not known, a value of another type
+            or out of its range, or names a file that does not exist. The message names the line
+            and, for a mistyped name, the nearest known one.
+    """
+    file = Path(path)
+    if is_folder(file):
+        found = find_settings(file)
+        if found is None:
+            raise FileError(
+                file,
+                f"this folder has no {FILE_NAME}; 'elastomorph init {file}' writes one",
+            )
+        file = found
+    document = open_document(file)
+    document.require_known((), [name for name in _TOP if name != "material"])
+    for table in ("export", "methods", "regions", "inbetweens"):
+        document.table((table,))
+    document.require_known(("export",), ["glb", "usd"])
+    timing = document.values(("timing",), TABLES["timing"]).get("default")
+    if timing is not None:
+        with document.naming(("timing", "default")):
+            by_name(timing)
+    inbetweens = {name: _inbetweens(document, name) for name in document.table(("inbetweens",))}
+    methods = {name: _method_of(document, name) for name in document.table(("methods",))}
+    for name in inbetweens:
+        if name in methods:
+            document.refuse(
+                ("methods", name),
+                f"{name!r} has both a method and in-betweens: its path passes through the "
+                "in-betweens; leave one of them out",
+            )
+    settings = Settings(
+        path=file,
+        character=_character(document),
+        method=_choice(document, ("method",), TABLES["method"], text="default"),
+        methods=methods,
+        regions={name: _region(document, name) for name in document.table(("regions",))},
+        inbetweens=inbetweens,
+        groups=_lists(document, "groups"),
+        correctives=_lists(document, "correctives"),
+        timing=timing,
+        glb=_export(document, "glb", require_glb_settings),
+        usd=_export(document, "usd", require_usd_settings),
+    )
+    _warn_of_idle(document, settings)
+    return settings
+
+
+def _warn_of_idle(document: Document, settings: Settings) -> None:
+    """Say so where no method has a use for what all targets, or a region by itself, are given.
+
+    It is no error: ``--method`` on the command line stands on it too.
+    """
+    targets = [settings.method, *(own.over(settings.method) for own in settings.methods.values())]
+    regions = [own.choice.over(below) for own in settings.regions.values() for below in targets]
+    where: Where = ("method",)
+    places = [(where, settings.method, [*targets, *regions])]
+    for name, region in settings.regions.items():
+        if region.choice.name is None:
+            own = [region.choice.over(below) for below in targets]
+            places.append((("regions", name), region.choice, own))
+    for where, choice, used in places:
+        for field, value in choice.stated.items():
+            if value is None or not all(field in one.idle for one in used):
+                continue
+            inner = ("material", field) if field in TABLES["material"] else (field,)
+            document.warn(
+                (*where, *inner),
+                f"'{field}' has no effect: it is for {', '.join(used[0].idle[field])}, and here "
+                f"the method is {used[0].method().name}",
+            )
+
+
+def _character(document: Document) -> Character:
+    found = document.values(("character",), TABLES["character"])
+    both = [key for key in ("neutral", "targets") if key in found and "rig" in found]
+    if both:
+        document.refuse(
+            ("character", "rig"),
+            f"a rig file brings its own shapes; leave out 'rig' or {' and '.join(map(repr, both))}",
+        )
+    if "mesh" in found and "rig" not in found:
+        document.refuse(("character", "mesh"), "'mesh' names meshes of a rig file: name 'rig' too")
+    unit = found.get("unit")
+    if unit is not None and unit not in UNITS:
+        document.refuse(
+            ("character", "unit"), f"unknown unit {unit!r}: there are {', '.join(UNITS)}"
+        )
+    folder = document.path.parent
+    for pattern in found.get("targets", ()):
+        if not is_pattern(pattern):
+            document.require_file(("character", "targets"), pattern)
+    name = folder.name or folder.resolve().name or "face"
+    return Character(**{"folder": folder, "name": name, **found})
+
+
+def _choice(
+    document: Document, where: Where, keys: Mapping[str, Key], *, text: str = "method"
+) -> MethodChoice:
+    """The method that a table states; other keys of the table are left alone."""
+    stated = document.values(where, keys)
+    own = {key: stated[key] for key in TABLES["methods.*"] if key in stated and key != "method"}
+    own.pop("material", None)
+    own |= document.values((*where, "material"), TABLES["material"])
+    # One by one, so that the complaint names the line that is to blame.
+    for key, value in own.items():
+        place = (*where, "material", key) if key in TABLES["material"] else (*where, key)
+        with document.naming(place):
+            MethodChoice(**{key: value})
+    with document.naming((*where, text) if text in stated else where):
+        return MethodChoice.of(stated.get(text), **own)
+
+
+def _method_of(document: Document, name: str) -> MethodChoice:
+    where = ("methods", name)
+    given = document.content["methods"][name]
+    if isinstance(given, str):
+        with document.naming(where):
+            return MethodChoice.of(given)
+    if not isinstance(given, dict):
+        key = Key("text", "a method", '"rotation" or { method = "beam:3", closure = "rest" }')
+        document.value(where, key, given)
+    return _choice(document, where, TABLES["methods.*"])
+
+
+def _region(document: Document, name: str) -> Region:
+    where = ("regions", name)
+    stated = document.values(where, TABLES["regions.*"])
+    if "vertices" not in stated:
+        document.refuse(where, f"the region {name!r} has no 'vertices': name a file or ranges")
+    vertices = stated["vertices"]
+    if isinstance(vertices, str):
+        if vertices.lower().endswith(".json"):
+            document.require_file((*where, "vertices"), vertices)
+        else:
+            from elastomorph.io.region_file import read_region
+
+            with document.naming((*where, "vertices")):
+                read_region(vertices)
+    falloff = float(stated.get("falloff", 3.0))
+    if falloff < 0:
+        document.refuse((*where, "falloff"), f"falloff must be from 0, found {falloff:g}")
+    choice = _choice(document, where, TABLES["regions.*"])
+    if not choice:
+        document.refuse(
+            where,
+            f"the region {name!r} says nothing that is done there: give it a 'method' or a "
+            "'material'",
+        )
+    return Region(vertices, falloff, choice)
+
+
+def _inbetweens(document: Document, name: str) -> Inbetweens:
+    where = ("inbetweens", name)
+    files: dict[float, str] = {}
+    method: str | None = None
+    for key, value in _flat(document.table(where)):
+        if key == "method":
+            method = document.value((*where, key), TABLES["inbetweens.*"]["method"], value)
+            with document.naming((*where, key)):
+                law_for(method, 0)
+            continue
+        # A bare 0.3 is, to TOML, the key 3 of the table 0.
+        line = (*where, key) if key in document.table(where) else (*where, *key.split("."))
+        try:
+            time = float(key)
+        except ValueError:
+            document.refuse(
+                line,
+                f"{key!r} in [inbetweens.{name}] is neither a time between 0 and 1 nor 'method': "
+                + nearest(key, ["method"]),
+            )
+        if not 0 < time < 1:
+            document.refuse(
+                line,
+                f"the time of an in-between must be between 0 (the neutral) and 1 (the target), "
+                f"found {key}",
+            )
+        if time in files:
+            document.refuse(line, f"two in-betweens of {name!r} are at {time:g}")
+        files[time] = document.value(line, _FILE, value)
+    if not files:
+        document.refuse(where, f"[inbetweens.{name}] names no shape; {FREE['inbetweens.*']}")
+    return Inbetweens(files, law_for(method, len(files)))
+
+
+def _flat(table: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Keys and values, a bare ``0.3`` put together again."""
+    found: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        if isinstance(value, dict) and key.isdecimal():
+            found += [(f"{key}.{rest}", own) for rest, own in value.items()]
+        else:
+            found.append((key, value))
+    return found
+
+
+def _lists(document: Document, table: str) -> dict[str, tuple[str, ...]]:
+    return {
+        name: document.value((table, name), _NAMES, given)
+        for name, given in document.table((table,)).items()
+    }
+
+
+def _export(document: Document, format_: str, require: Any) -> dict[str, Any]:
+    where = ("export", format_)
+    found = document.values(where, TABLES[f"export.{format_}"])
+    for key, value in found.items():
+        with document.naming((*where, key)):
+            require(**{key: value})
+    return found

@@ -1,0 +1,113 @@
+"""Settings as plain tables: what outputs keep, and what a settings file would say."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from elastomorph.character.choice import MethodChoice
+from elastomorph.character.settings import Settings
+
+__all__ = ["settings_tables"]
+
+_MATERIAL = ("mass", "damping", "rigidity")
+
+
+def settings_tables(settings: Settings) -> dict[str, Any]:
+    """The settings as tables of JSON, with what the command line has changed.
+
+    The tables are those of a settings file, complete where it leaves the default method open;
+    ``made_with`` says which program, which file and which options of the command line. File
+    names are as the settings have them, so that nothing of the machine gets into outputs.
+    """
+    character = settings.character
+    tables: dict[str, Any] = {
+        "made_with": {
+            "elastomorph": _version(),
+            "settings": settings.path.name,
+            "command_line": list(settings.overridden),
+        },
+        "character": {
+            "name": character.name,
+            "unit": character.unit,
+            "rig": _file(character.rig),
+            "mesh": list(character.mesh),
+            "neutral": _file(character.neutral),
+            "targets": [_file(name) for name in character.targets],
+            "curves": _file(character.curves),
+        },
+        "method": _complete(settings.method),
+        "methods": {name: _stated(choice, "method") for name, choice in settings.methods.items()},
+        "regions": {
+            name: {
+                "vertices": list(region.vertices)
+                if isinstance(region.vertices, tuple)
+                else _file(region.vertices),
+                "falloff": region.falloff,
+                **_stated(region.choice, "method"),
+            }
+            for name, region in settings.regions.items()
+        },
+        "inbetweens": {
+            name: {"method": own.method, **{repr(t): _file(file) for t, file in own.files.items()}}
+            for name, own in settings.inbetweens.items()
+        },
+        "groups": {name: list(own) for name, own in settings.groups.items()},
+        "correctives": {name: list(own) for name, own in settings.correctives.items()},
+        "timing": {"default": settings.timing},
+        "export": {"glb": dict(settings.glb), "usd": dict(settings.usd)},
+    }
+    return _without_nothing(tables)
+
+
+def _file(name: str | None) -> str | None:
+    """A file as the settings name it, without the folders of this machine."""
+    return Path(name).name if name is not None and Path(name).is_absolute() else name
+
+
+def _complete(choice: MethodChoice) -> dict[str, Any]:
+    """What is stated, and the defaults of all else that the method has a use for."""
+    method = choice.method()
+    default = f"{method.name}:{method.order}" if method.name in _ORDERED else method.name
+    names = (*_MATERIAL, "closure", "basis", "stiffness", "tolerance", "straight_within")
+    values = {name: getattr(method, name, None) for name in names}
+    values |= {name: getattr(method.material, name) for name in _MATERIAL}
+    idle = MethodChoice(name=method.name, **values).idle
+    used = {name: value for name, value in values.items() if name not in idle}
+    material = {name: used.pop(name) for name in _MATERIAL if name in used}
+    stated = _stated(choice, "default")
+    return stated | {
+        "default": default if choice.load is None else method.name,
+        **used,
+        "material": material or stated["material"],
+    }
+
+
+_ORDERED = ("ease", "beam", "plate")
+
+
+def _stated(choice: MethodChoice, text: str) -> dict[str, Any]:
+    given = {name: value for name, value in choice.stated.items() if value is not None}
+    material = {name: given.pop(name) for name in _MATERIAL if name in given}
+    name, order = given.pop("name", None), given.pop("order", None)
+    found: dict[str, Any] = {text: name if order is None else f"{name}:{order}"}
+    found |= {key: list(own) if isinstance(own, tuple) else own for key, own in given.items()}
+    return found | {"material": material}
+
+
+def _without_nothing(tables: dict[str, Any]) -> dict[str, Any]:
+    """Without keys that say nothing and tables left empty by that: not all formats keep them."""
+    found: dict[str, Any] = {}
+    for name, value in tables.items():
+        kept = _without_nothing(value) if isinstance(value, dict) else value
+        if kept is not None and kept != {} and kept != []:
+            found[name] = kept
+    return found
+
+
+def _version() -> str:
+    try:
+        return version("elastomorph")
+    except PackageNotFoundError:
+        return ""

@@ -1,0 +1,46 @@
+"""Pictures of faces and graphs of errors.
+
+Needs vtk, matplotlib and Pillow (``pip install 'elastomorph[demo]'``), which are imported when the
+first picture is drawn. Pictures are (H, W, 3) uint8 arrays, and files where a path is given.
+"""
+
+from elastomorph.draw.camera import VIEWS, Camera
+from elastomorph.draw.closures import closure_comparison
+from elastomorph.draw.curves_picture import curves_picture, network_lines
+from elastomorph.draw.face_strip import face_strip
+from elastomorph.draw.framing import camera_for
+from elastomorph.draw.graphs import error_graphs, time_graphs
+from elastomorph.draw.grid import ColourScale, picture_grid
+from elastomorph.draw.heat import heat_colours
+from elastomorph.draw.inbetween_graph import inbetween_graph
+from elastomorph.draw.pictures import as_png, write_picture
+from elastomorph.draw.render import render
+from elastomorph.draw.stage import Lines, Stage
+from elastomorph.draw.strips import error_strip, expression_strip, method_strip, side_by_side
+from elastomorph.draw.time_laws import time_law_graph
+
+__all__ = [
+    "VIEWS",
+    "Camera",
+    "ColourScale",
+    "Lines",
+    "Stage",
+    "as_png",
+    "camera_for",
+    "closure_comparison",
+    "curves_picture",
+    "error_graphs",
+    "error_strip",
+    "expression_strip",
+    "face_strip",
+    "heat_colours",
+    "inbetween_graph",
+    "method_strip",
+    "network_lines",
+    "picture_grid",
+    "render",
+    "side_by_side",
+    "time_graphs",
+    "time_law_graph",
+    "write_picture",
+]

@@ -1,0 +1,145 @@
+"""What of a mesh belongs in the picture: the head without its shoulders, the mouth, the eyes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.draw.camera import Camera
+from elastomorph.draw.materials import parts_of
+from elastomorph.model.mesh import Mesh
+
+__all__ = ["CLOSE_UPS", "View", "camera_for", "drawn_vertices", "head_points"]
+
+View = str | tuple[float, float]
+"""A view by name, or degrees to the face's left and up."""
+
+_SLICES = 48
+_COLUMN = 0.4
+"""A neck is at its lower end at least this wide, compared with its place under the chin."""
+_THROAT = 0.1
+"""How much of the neck is shown, over the height of the head."""
+_MOVING = 0.25
+"""What moves this much of the largest motion belongs in the picture, wherever it is."""
+CLOSE_UPS = {  # view: parts it shows in order of preference, and how much of their surroundings
+    "mouth": ((("lips",), 0.25), (("teeth",), 0.15), (("mouth", "tongue"), 0.35)),
+    "eyes": ((("sclera", "iris", "pupil"), 0.25), (("lash",), 0.2)),
+}
+_BOXES = {"mouth": ((0.25, 0.75), (0.14, 0.38)), "eyes": ((0.1, 0.9), (0.48, 0.68))}
+"""Where to look on a head whose parts have no names: fractions of its width and height."""
+
+
+def camera_for(
+    mesh: Mesh,
+    view: View = "front",
+    *,
+    poses: ArrayLike | None = None,
+    size: tuple[int, int] = (720, 900),
+    margin: float = 0.04,
+) -> Camera:
+    """One camera for all poses of a mesh.
+
+    Args:
+        mesh: The head, looking along +Z with +Y up.
+        view: ``front``, ``three-quarter``, ``side`` and ``below`` show the head down to its neck,
+            ``mouth`` and ``eyes`` come close; or degrees to the face's left and up.
+        poses: (..., V, 3) positions that must all fit; those of the mesh by default.
+        size: Width and height of the picture in pixels.
+        margin: Empty border, as a fraction of the picture.
+
+    Raises:
+        ParameterError: No such view.
+    """
+    positions = _positions(mesh, poses)
+    if isinstance(view, str) and view in CLOSE_UPS:
+        chosen, border = _close_up(mesh, drawn_vertices(mesh), view)
+        points = positions[:, chosen].reshape(-1, 3)
+        spread = border * np.ptp(points, axis=0).max() * np.array([1.0, 1.0, 0.0])
+        points = np.concatenate([points - spread, points + spread])
+        return Camera.framing(points, view, size=size, margin=0.0)
+    return Camera.framing(head_points(mesh, poses), view, size=size, margin=margin)
+
+
+def head_points(mesh: Mesh, poses: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Positions of what a picture of the whole head must show: no shoulders, but all that moves.
+
+    Args:
+        mesh: The head.
+        poses: (..., V, 3) positions that must all fit; those of the mesh by default.
+
+    Returns:
+        (P, N, 3), of each of P poses the same N vertices.
+    """
+    positions = _positions(mesh, poses)
+    shown = drawn_vertices(mesh)
+    head = shown[mesh.vertices[shown, 1] >= _neck(mesh, shown)]
+    motion = np.linalg.norm(positions[:, shown] - positions[0, shown], axis=2).max(axis=0)
+    moving = shown[motion > _MOVING * motion.max()]
+    return positions[:, np.union1d(head, moving)]
+
+
+def drawn_vertices(mesh: Mesh) -> NDArray[np.int64]:
+    """Vertices of polygons that are drawn; all of a mesh without polygons."""
+    seen = np.zeros(len(mesh.faces), dtype=bool)
+    for part, numbers in parts_of(mesh).items():
+        seen[numbers] = part != "hidden"
+    used = np.zeros(len(mesh.vertices), dtype=bool)
+    used[mesh.faces.indices[seen[mesh.faces.corner_faces]]] = True
+    return np.flatnonzero(used if used.any() else ~used)
+
+
+def _positions(mesh: Mesh, poses: ArrayLike | None) -> NDArray[np.float64]:
+    """(P, V, 3)."""
+    positions = mesh.vertices if poses is None else np.asarray(poses, dtype=np.float64)
+    return positions.reshape(-1, *mesh.vertices.shape)
+
+
+def _close_up(mesh: Mesh, shown: NDArray[np.int64], view: str) -> tuple[NDArray[np.int64], float]:
+    """Vertices a close-up must show, and its border over their extent."""
+    parts = parts_of(mesh)
+    faces = mesh.faces
+    for names, border in CLOSE_UPS[view]:
+        numbers = [parts[name] for name in names if name in parts]
+        if numbers:
+            chosen = np.zeros(len(faces), dtype=bool)
+            chosen[np.concatenate(numbers)] = True
+            return np.unique(faces.indices[chosen[faces.corner_faces]]).astype(np.int64), border
+    points = mesh.vertices[shown]
+    points = points[points[:, 1] >= _neck(mesh, shown)]
+    low, sides = points.min(axis=0), np.ptp(points, axis=0)
+    place = (mesh.vertices[shown] - low) / np.where(sides > 0, sides, 1.0)
+    inside = place[:, 2] > 0.5
+    for axis, (start, stop) in enumerate(_BOXES[view]):
+        inside &= (place[:, axis] >= start) & (place[:, axis] <= stop)
+    return (shown[inside], 0.0) if inside.any() else (shown, 0.0)
+
+
+def _neck(mesh: Mesh, shown: NDArray[np.int64]) -> float:
+    """Height at which the neck is cut, a little below the chin; minus infinity without a neck.
+
+    Horizontal cuts through the mesh tell how wide it is and how far it comes forward at each
+    height. Under the chin it recedes, and goes on as a column or as shoulders.
+    """
+    drawn = np.zeros(len(mesh.vertices), dtype=bool)
+    drawn[shown] = True
+    x, y, z = mesh.vertices.T
+    floor, tall = float(y[shown].min()), float(np.ptp(y[shown]))
+    edges = mesh.edges[drawn[mesh.edges].all(axis=1)]
+    low, high = np.take_along_axis(edges, np.argsort(y[edges], axis=1), axis=1).T
+    heights = floor + tall * (np.arange(_SLICES) + 0.5) / _SLICES
+    width, front = np.full((2, _SLICES), np.nan)
+    for number, height in enumerate(heights):
+        cut = (y[low] <= height) & (height < y[high])
+        if cut.any():
+            one, other = low[cut], high[cut]
+            share = (height - y[one]) / (y[other] - y[one])
+            width[number] = np.ptp(x[one] + share * (x[other] - x[one]))
+            front[number] = (z[one] + share * (z[other] - z[one])).max()
+    lower = front[: _SLICES // 2]
+    if np.isnan(lower).all():
+        return -np.inf
+    recedes = np.flatnonzero(lower < (np.nanmin(lower) + np.nanmax(front)) / 2)
+    if not recedes.size or not width[0] > _COLUMN * width[recedes[-1]]:
+        return -np.inf
+    chin = float(heights[recedes[-1]])
+    return chin - _THROAT * (floor + tall - chin)

@@ -1,0 +1,57 @@
+"""Numbers as colours: heat maps with a fixed range."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.draw.extras import imported
+from elastomorph.errors import ParameterError
+
+__all__ = ["COLOUR_MAP", "SCALE_ENDS", "heat_colours", "round_up"]
+
+COLOUR_MAP = "magma_r"
+"""Perceptually uniform, readable in grey and by the colour-blind; no error is pale, like skin."""
+SCALE_ENDS = (1, 1.2, 1.6, 2, 2.4, 3.2, 4, 6, 8, 10)
+"""A quarter of each has two digits, so that a scale in four parts is marked by round numbers."""
+
+
+def heat_colours(
+    values: ArrayLike, highest: float, *, lowest: float = 0.0, colour_map: str = COLOUR_MAP
+) -> NDArray[np.float64]:
+    """Colours of values on a fixed range.
+
+    Args:
+        values: (N,) numbers. Those beyond the range take its end colours.
+        highest: The value of the map's last colour.
+        lowest: The value of its first colour.
+        colour_map: A colour map of matplotlib.
+
+    Returns:
+        (N, 3) red, green, blue from 0 to 1.
+
+    Raises:
+        ParameterError: The range is empty, a value is not finite, or there is no such map.
+        MissingExtraError: matplotlib is not installed.
+    """
+    numbers = np.asarray(values, dtype=np.float64)
+    if numbers.ndim != 1 or not np.isfinite(numbers).all():
+        raise ParameterError("a heat map needs one finite number for each vertex")
+    if not (np.isfinite(lowest) and np.isfinite(highest) and lowest < highest):
+        raise ParameterError(f"a heat map needs a range above 0, found {lowest} to {highest}")
+    maps = imported("matplotlib").colormaps
+    if colour_map not in maps:
+        raise ParameterError(f"matplotlib has no colour map {colour_map!r}; try {COLOUR_MAP!r}")
+    table = maps[colour_map]
+    return np.asarray(table((numbers - lowest) / (highest - lowest)))[:, :3]
+
+
+def round_up(value: float) -> float:
+    """The end of a scale: the next of `SCALE_ENDS` times a power of ten; 1 for 0."""
+    if not np.isfinite(value) or value < 0:
+        raise ParameterError(f"a scale needs a number of at least 0, found {value}")
+    if value == 0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    steps = np.array(SCALE_ENDS) * power
+    return float(steps[np.argmax(steps >= value * (1 - 1e-12))])

@@ -1,0 +1,174 @@
+"""A jaw on its hinge: where methods leave the true arc, as faces and as a graph."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.draw.camera import Camera
+from elastomorph.draw.figure import new_figure
+from elastomorph.draw.grid import ColourScale, picture_grid
+from elastomorph.draw.heat import heat_colours, round_up
+from elastomorph.draw.materials import parts_of
+from elastomorph.draw.method_style import styles_for
+from elastomorph.draw.pictures import write_picture
+from elastomorph.draw.stage import Image, Stage
+from elastomorph.evaluation.hinge import TIMES, Hinge
+from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.morph import Morph
+
+__all__ = ["hinge_faces", "hinge_graph", "looks_of"]
+
+_VIEW = (55.0, 12.0)
+_TRUE = "#9ad0b0"
+
+
+def hinge_faces(
+    hinge: Hinge,
+    morphs: Mapping[str, Morph],
+    path: str | Path | None = None,
+    *,
+    time: float = 0.5,
+    face: tuple[int, int] = (380, 300),
+) -> Image:
+    """What turns about the hinge, one picture a method, coloured by its distance from the true arc.
+
+    Args:
+        hinge: What turns.
+        morphs: Paths of the whole face by the labels of their methods.
+        path: Picture to write, if any; the suffix chooses the format.
+        time: t of the pictures.
+        face: Width and height of one picture in pixels.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        MeshError: No polygon has all its vertices on what turns.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    shown = hinge.vertices
+    off = {label: 100 * hinge.off(morph, time) for label, morph in morphs.items()}
+    top = round_up(max(float(each.max()) for each in off.values()))
+    poses = {label: morph.at(time)[shown] for label, morph in morphs.items()}
+    part = _part(hinge.neutral, shown)
+    camera = Camera.framing(np.stack(list(poses.values())), _VIEW, size=face)
+    with Stage(part, camera, size=face) as stage:
+        images = [
+            stage.picture(poses[label], colours=heat_colours(off[label], top)) for label in poses
+        ]
+    image = picture_grid(
+        [images],
+        column_labels=list(poses),
+        captions=[[f"off the arc by up to {off[label].max():.3f} % of D" for label in poses]],
+        scale=ColourScale(top, f"distance from the hinge's true arc at t = {time:g}, % of D"),
+    )
+    if path is not None:
+        write_picture(image, path)
+    return image
+
+
+def hinge_graph(
+    hinge: Hinge, morphs: Mapping[str, Morph], path: str | Path, unit: str = ""
+) -> None:
+    """The way of one vertex, seen along the hinge (a), and the distance from the arc over t (b).
+
+    Args:
+        hinge: What turns.
+        morphs: Paths of the whole face by the labels of their methods.
+        path: Graph to write: .png, .svg or .pdf.
+        unit: Unit of the coordinates, or an empty string.
+
+    Raises:
+        ParameterError: Another suffix.
+        MissingExtraError: matplotlib is not installed.
+    """
+    times = np.linspace(0.0, 1.0, 41)
+    styles = styles_for(list(morphs))
+    farthest = _farthest(hinge)
+    start = hinge.neutral.vertices[farthest][None]
+    true = _seen(hinge, np.concatenate([hinge.screw.at(float(t), start) for t in times]))
+    with new_figure(path, 11.0, 4.6) as figure:
+        ways, gaps = figure.subplots(1, 2)
+        ways.plot(*true.T, color=_TRUE, linewidth=9, label="true arc")
+        for label, morph in morphs.items():
+            style = styles[label]
+            line = {"color": style.colour, "linewidth": style.width, "zorder": style.layer}
+            way = _seen(hinge, np.stack([morph.at(float(t))[farthest] for t in times]))
+            marks = [int(np.argmin(np.abs(times - t))) for t in TIMES]
+            (drawn,) = ways.plot(*way.T, marker="o", markevery=marks, ms=5, label=label, **line)
+            off = [100 * float(hinge.off(morph, float(t)).max()) for t in times]
+            (over_time,) = gaps.plot(times, off, label=label, **line)
+            if style.dashes:
+                drawn.set_dashes(style.dashes)
+                over_time.set_dashes(style.dashes)
+        ways.set_aspect("equal", adjustable="datalim")
+        ways.set_title("(a) the farthest vertex, seen along the axis")
+        ways.set_xlabel("dots at t = 0.25, 0.5 and 0.75")
+        ways.set_ylabel(unit or "units of the rig")
+        _dress(gaps)
+        figure.legend(*ways.get_legend_handles_labels(), loc="outside right upper")
+
+
+def looks_of(mesh: Mesh, vertices: NDArray[np.int64]) -> list[str]:
+    """What vertices are, by the names of materials or groups, such as teeth and gum.
+
+    Returns:
+        Keys of `LOOKS`, that of most vertices first; none where nothing has a name.
+    """
+    faces = mesh.faces
+    chosen = np.zeros(len(mesh.vertices), dtype=bool)
+    chosen[vertices] = True
+    counts = {}
+    for name, numbers in parts_of(mesh).items():
+        inside = np.zeros(len(faces), dtype=bool)
+        inside[numbers] = True
+        count = int(chosen[np.unique(faces.indices[inside[faces.corner_faces]])].sum())
+        if count and name not in ("skin", "hidden"):
+            counts[name] = count
+    return sorted(counts, key=lambda name: -counts[name])
+
+
+def _dress(axes: Any) -> None:
+    axes.set_title("(b) farthest from the arc, of all that turns")
+    axes.set_xlabel("t")
+    axes.set_ylabel("% of D")
+    axes.set_xlim(0, 1)
+    axes.set_ylim(bottom=0)
+
+
+def _farthest(hinge: Hinge) -> int:
+    """The vertex of the rigid parts that is farthest from the axis."""
+    arms = hinge.neutral.vertices[hinge.parts] - hinge.screw.centre
+    across = arms - np.outer(arms @ hinge.screw.axis, hinge.screw.axis)
+    return int(hinge.parts[np.linalg.norm(across, axis=1).argmax()])
+
+
+def _seen(hinge: Hinge, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 2) points as an eye on the axis sees them: forward to the right, up."""
+    axis = hinge.screw.axis
+    up = np.array([0.0, 1.0, 0.0]) - axis[1] * axis
+    if np.linalg.norm(up) < 1e-6:  # a hinge that stands upright
+        up = np.array([1.0, 0.0, 0.0]) - axis[0] * axis
+    up /= np.linalg.norm(up)
+    forward = np.cross(axis, up)
+    forward *= 1.0 if forward[2] >= 0 else -1.0
+    arms = points - hinge.screw.centre
+    return np.stack([arms @ forward, arms @ up], axis=1)
+
+
+def _part(mesh: Mesh, vertices: NDArray[np.int64]) -> Mesh:
+    """The polygons between some of the vertices, which are numbered anew."""
+    new_index = np.full(len(mesh.vertices), -1)
+    new_index[vertices] = np.arange(len(vertices))
+    kept = [number for number, face in enumerate(mesh.faces) if (new_index[face] >= 0).all()]
+    faces = [new_index[mesh.faces[number]] for number in kept]
+    labels = [
+        None if own is None else FaceLabels(own.names, own.of_face[kept])
+        for own in (mesh.materials, mesh.groups)
+    ]
+    return Mesh(mesh.vertices[vertices], faces, materials=labels[0], groups=labels[1])

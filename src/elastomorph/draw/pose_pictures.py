@@ -1,0 +1,243 @@
+"""Pictures, strips and clips of rigs under weights."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.draw.camera import Camera
+from elastomorph.draw.framing import View, camera_for
+from elastomorph.draw.grid import ColourScale, picture_grid
+from elastomorph.draw.heat import round_up
+from elastomorph.draw.portrait import Finish, Portrait, legend_height, with_legend
+from elastomorph.draw.posed import PosedRig
+from elastomorph.draw.turntable import Turntable
+from elastomorph.draw.window import Image
+from elastomorph.errors import ParameterError
+
+__all__ = ["Comparison", "clip_frames", "compare", "face_size", "pose_picture", "pose_strip"]
+
+Positions = NDArray[np.float64]
+
+_MOST_FRAMED = 9
+"""Poses of a clip that the camera makes room for."""
+_LEAST = 16
+"""Fewest pixels on each side of a face."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """How far rigs are from a reference over some times.
+
+    Attributes:
+        at: Positions of the reference at a time.
+        largest: Largest distance of a vertex over all rigs and times.
+        mean: Mean distance of all of them.
+        scale: Colours for distances, with a legend.
+    """
+
+    at: Callable[[float], Positions]
+    largest: float
+    mean: float
+    scale: ColourScale
+
+    def distances(self, positions: Positions, t: float) -> NDArray[np.float64]:
+        """(V,) distance of each vertex from the reference at one time."""
+        return np.asarray(np.linalg.norm(positions - self.at(t), axis=1))
+
+
+def compare(
+    rigs: Sequence[PosedRig],
+    times: Sequence[float],
+    name: str,
+    at: Callable[[float], Positions],
+    *,
+    highest: float | None = None,
+    unit: str = "",
+) -> Comparison:
+    """Measure rigs against a reference, and choose one scale of colours for all pictures.
+
+    Args:
+        rigs: The rigs.
+        times: The times that will be shown.
+        name: What the reference is called in the legend.
+        at: Positions of the reference at a time.
+        highest: Distance of the last colour; the largest, rounded up, by default.
+        unit: Unit of the coordinates.
+
+    Raises:
+        ParameterError: ``highest`` is not above 0.
+    """
+    if highest is not None and not (np.isfinite(highest) and highest > 0):
+        raise ParameterError(f"the distance of the last colour must be above 0, found {highest:g}")
+    largest, means = 0.0, []
+    for t in times:
+        there = at(t)
+        for rig in rigs:
+            distances = np.linalg.norm(rig.at(t) - there, axis=1)
+            largest = max(largest, float(distances.max()))
+            means.append(float(distances.mean()))
+    diameter = rigs[0].rig.neutral.diameter
+    share = 100 * largest / diameter if diameter > 0 else 0.0
+    words = f" {unit}" if unit else ""
+    label = (
+        f"distance from {name}{', ' * bool(unit)}{unit}   "
+        f"(largest {largest:.3g}{words} = {share:.2g} % of D, D = {diameter:.4g}{words})"
+    )
+    scale = ColourScale(round_up(largest) if highest is None else highest, label)
+    return Comparison(at, largest, float(np.mean(means)), scale)
+
+
+def face_size(size: tuple[int, int], finish: Finish) -> tuple[int, int]:
+    """What a legend leaves of a picture for the face.
+
+    Raises:
+        ParameterError: Too little.
+    """
+    width, height = size[0], size[1] - legend_height(size[0], finish.scale)
+    if height < _LEAST:
+        raise ParameterError(f"{size[0]} × {size[1]} pixels have no room for a face and its legend")
+    return width, height
+
+
+def pose_picture(
+    rig: PosedRig,
+    t: float,
+    *,
+    size: tuple[int, int] = (720, 900),
+    view: View = "front",
+    finish: Finish | None = None,
+    comparison: Comparison | None = None,
+) -> Image:
+    """One face. The camera has room for the whole path, so pictures at several times match.
+
+    Args:
+        rig: The rig and its weights.
+        t: The master time.
+        size: Width and height of the picture in pixels, legend included.
+        view: As for `camera_for`.
+        finish: How it is drawn.
+        comparison: For a heat map, with the finish's scale.
+
+    Returns:
+        (height, width, 3) uint8, or (height, width, 4) on a transparent background.
+
+    Raises:
+        ParameterError: No such view or slider, or numbers that are not finite.
+        MissingExtraError: vtk (or matplotlib and Pillow, for a legend) is not installed.
+    """
+    return next(clip_frames(rig, [t], size=size, view=view, finish=finish, comparison=comparison))
+
+
+def pose_strip(
+    rigs: Sequence[PosedRig],
+    times: Sequence[float],
+    *,
+    face: tuple[int, int] = (240, 300),
+    view: View = "front",
+    finish: Finish | None = None,
+    comparison: Comparison | None = None,
+    title: str = "",
+) -> Image:
+    """Rigs in rows, times in columns.
+
+    Args:
+        rigs: Rigs with the same vertices and polygons.
+        times: The columns.
+        face: Width and height of one face in pixels.
+        view: As for `camera_for`.
+        finish: How faces are drawn, on a background that is not transparent.
+        comparison: For heat maps, with the finish's scale.
+        title: Above the strip.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: As `pose_picture`, no rigs or times, or a transparent background.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    finish = finish or Finish()
+    if not rigs or not times or finish.background is None:
+        raise ParameterError("a strip needs rigs, times and a background that is not transparent")
+    mesh = rigs[0].rig.neutral
+    camera = camera_for(mesh, view, poses=_framed(rigs, times), size=face)
+    with Portrait(mesh, camera, face, finish) as portrait:
+        if comparison is None:
+            rows = [[portrait.picture(rig.at(t)) for t in times] for rig in rigs]
+            captions = []
+        else:
+            found = [[comparison.distances(rig.at(t), t) for t in times] for rig in rigs]
+            rows = [
+                [portrait.picture(rig.at(t), d) for t, d in zip(times, row, strict=True)]
+                for rig, row in zip(rigs, found, strict=True)
+            ]
+            captions = [[f"max {d.max():.3g}, mean {d.mean():.3g}" for d in row] for row in found]
+    return picture_grid(
+        rows,
+        row_labels=[rig.label for rig in rigs] if len(rigs) > 1 else (),
+        column_labels=[f"t = {t:.3g}" for t in times],
+        captions=captions,
+        title=title,
+        scale=finish.scale,
+    )
+
+
+def clip_frames(
+    rig: PosedRig,
+    times: Sequence[float],
+    angles: ArrayLike | None = None,
+    *,
+    size: tuple[int, int] = (480, 600),
+    view: View = "front",
+    finish: Finish | None = None,
+    comparison: Comparison | None = None,
+) -> Generator[Image, None, None]:
+    """Frames of a clip, drawn one by one as they are asked for.
+
+    Args:
+        rig: The rig and its weights.
+        times: (N,) master time of each frame.
+        angles: (N,) degrees by which the head is turned in each frame, if at all.
+        size: Width and height of a frame in pixels, legend included.
+        view: As for `camera_for`; of the whole head where it turns.
+        finish: How faces are drawn.
+        comparison: For heat maps, with the finish's scale.
+
+    Yields:
+        (height, width, 3) uint8, or (height, width, 4) on a transparent background.
+
+    Raises:
+        ParameterError: As `pose_picture`, or other than one angle a time.
+        MissingExtraError: As `pose_picture`.
+    """
+    finish = finish or Finish()
+    if finish.background is None and finish.scale is not None:
+        raise ParameterError("a legend needs a background that is not transparent")
+    turns = np.zeros(len(times)) if angles is None else np.asarray(angles, dtype=np.float64)
+    if turns.shape != (len(times),):
+        raise ParameterError(f"expected {len(times)} angles, found {turns.shape}")
+    mesh, face = rig.rig.neutral, face_size(size, finish)
+    framed = _framed([rig], times)
+    table = None
+    if angles is None:
+        camera: Camera = camera_for(mesh, view, poses=framed, size=face)
+    else:
+        table = Turntable.around(mesh, turns, view, poses=framed, size=face)
+        camera = table.camera
+    with Portrait(mesh, camera, face, finish) as portrait:
+        for t, degrees in zip(times, turns.tolist(), strict=True):
+            positions = rig.at(t)
+            distances = None if comparison is None else comparison.distances(positions, t)
+            seen = positions if table is None else table.turned(positions, degrees)
+            yield with_legend(portrait.picture(seen, distances), finish.scale)
+
+
+def _framed(rigs: Sequence[PosedRig], times: Sequence[float]) -> Positions:
+    """Poses that the camera must have room for: the whole path, whatever part of it is shown."""
+    spread = np.linspace(min([0.0, *times]), max([1.0, *times]), _MOST_FRAMED).tolist()
+    poses = [rig.at(t) for rig in rigs for t in ([0.0, *spread] if rig.weights else [0.0])]
+    return np.stack(poses)

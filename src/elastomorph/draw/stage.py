@@ -1,0 +1,223 @@
+"""A small photo studio: one render window, one camera, any number of pictures of one mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.draw.actors import Lines, Part, colour_bytes, line_actor
+from elastomorph.draw.camera import Camera
+from elastomorph.draw.extras import imported, rendering
+from elastomorph.draw.eyes import eye_image, iris_coordinates
+from elastomorph.draw.framing import camera_for
+from elastomorph.draw.materials import LOOKS, parts_of
+from elastomorph.draw.normals import CornerPairs, corner_normals
+from elastomorph.draw.window import Image, Window
+from elastomorph.errors import MeshError, ParameterError
+from elastomorph.model.mesh import Mesh, as_vertices
+
+__all__ = ["BACKGROUND", "Image", "Lines", "Stage"]
+
+BACKGROUND = (0.965, 0.965, 0.97)
+LIGHTS = (  # where the light stands in the camera's axes, strength, colour
+    ((-0.60, 0.60, 0.75), 0.80, (1.0, 0.99, 0.97)),  # key
+    ((0.85, 0.10, 0.70), 0.34, (0.96, 0.98, 1.0)),  # fill
+    ((-0.80, 0.50, -0.70), 0.35, (1.0, 1.0, 1.0)),  # rim
+    ((0.85, 0.40, -0.60), 0.35, (1.0, 1.0, 1.0)),  # rim
+)
+DISTANCE = 127.0
+"""Distance of the camera in the scene, just under a power of two: see HOLLOW_BIAS."""
+HOLLOW = 0.035 * DISTANCE
+"""Reach of the shade in hollows: mouth, nostrils, lids."""
+HOLLOW_BIAS = 0.0023 * DISTANCE
+"""Least depth of a hollow: VTK keeps depths in half floats, here 1/2048 of the distance apart."""
+BORDER = 0.04
+"""Rendered round the picture and cut off, for hollows do not see beyond the border."""
+LIFT = 0.0012
+"""How far lines are lifted off the surface towards the camera, as a fraction of its distance."""
+FINEST = 8
+
+
+class Stage:
+    """Renders poses of one mesh off screen with one camera and one light.
+
+    Use as a context manager. Every pose costs only its normals and one rendering.
+
+    Args:
+        mesh: The polygons, and the names that tell skin from eyes and teeth.
+        camera: Where pictures are taken from; frames ``mesh`` from the front by default.
+        size: Width and height in pixels.
+        supersampling: Each pixel is the mean of this number squared, from 1 to 8.
+
+    Raises:
+        MeshError: The mesh has no polygons.
+        ParameterError: The size or the supersampling is out of range.
+        MissingExtraError: vtk is not installed.
+        ElastomorphError: The machine has no OpenGL that works without a display.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        camera: Camera | None = None,
+        *,
+        size: tuple[int, int] = (720, 900),
+        supersampling: int = 2,
+    ) -> None:
+        if not len(mesh.faces):
+            raise MeshError(f"{mesh.name} has no polygons, so there is no surface to draw")
+        if min(size) < 1 or not 1 <= supersampling <= FINEST:
+            raise ParameterError(
+                f"a picture needs a size of at least 1 × 1 and a supersampling from 1 to "
+                f"{FINEST}, found {size} and {supersampling}"
+            )
+        self.mesh = mesh
+        self.size = size
+        self.camera = camera or camera_for(mesh, size=size)
+        self._factor = supersampling
+        self._pairs = CornerPairs.of(mesh.faces)
+        self._parts = _drawn_parts(mesh)
+        self._hollows = _hollow_pass()
+        border = round(BORDER * max(size))
+        self._renderer = rendering().vtkRenderer()
+        self._light()
+        self._aim(border)
+        for part in self._parts:
+            self._renderer.AddActor(part.actor)
+        self._window = Window(self._renderer, size, border, supersampling)
+
+    def picture(
+        self,
+        vertices: ArrayLike | None = None,
+        *,
+        colours: ArrayLike | None = None,
+        lines: Sequence[Lines] = (),
+        wireframe: bool = False,
+        lit: bool = True,
+        background: tuple[float, float, float] = BACKGROUND,
+    ) -> Image:
+        """One pose.
+
+        Args:
+            vertices: (V, 3) positions; those of the mesh by default.
+            colours: (V, 3) red, green, blue of each vertex from 0 to 1 instead of the looks of
+                the parts, as from `heat_colours`.
+            lines: Curves drawn on the surface.
+            wireframe: Draw the edges of the polygons.
+            lit: False shows the bare colours, without light and shade.
+            background: Red, green, blue from 0 to 1.
+
+        Returns:
+            (height, width, 3) uint8.
+
+        Raises:
+            MeshError: Another number of vertices, or coordinates that are not finite.
+            ParameterError: Colours that do not fit.
+        """
+        points = self.mesh.vertices if vertices is None else as_vertices(vertices)
+        if points.shape != self.mesh.vertices.shape:
+            raise MeshError(
+                f"expected {len(self.mesh.vertices):,} vertices to draw, found {len(points):,}"
+            )
+        painted = None if colours is None else colour_bytes(colours, len(points))
+        drawn = [each for each in lines if len(each.paths)]
+        if wireframe:
+            drawn.insert(0, self._edges())
+        actors = [self._line_actor(points, each) for each in drawn]
+        normals = corner_normals(points, self.mesh.faces, self._pairs)
+        placed = self._scene(points)
+        for part in self._parts:
+            part.pose(placed, normals, painted, lit)
+        for actor in actors:
+            self._renderer.AddActor(actor)
+        self._renderer.SetBackground(*background)
+        self._renderer.SetPass(self._hollows if lit else None)
+        self._renderer.ResetCameraClippingRange()
+        try:
+            return self._window.picture()
+        finally:
+            for actor in actors:
+                self._renderer.RemoveActor(actor)
+
+    def close(self) -> None:
+        """Give the render window back."""
+        self._window.close()
+
+    def __enter__(self) -> Stage:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _light(self) -> None:
+        self._renderer.SetAutomaticLightCreation(False)
+        for place, strength, colour in LIGHTS:
+            light = rendering().vtkLight()
+            light.SetLightTypeToCameraLight()
+            light.SetPosition(*place)
+            light.SetFocalPoint(0.0, 0.0, 0.0)
+            light.SetIntensity(strength)
+            light.SetColor(*colour)
+            self._renderer.AddLight(light)
+
+    def _aim(self, border: int) -> None:
+        camera = self._renderer.GetActiveCamera()
+        camera.SetPosition(*self._scene(np.array(self.camera.position)))
+        camera.SetFocalPoint(0.0, 0.0, 0.0)
+        camera.SetViewUp(*self.camera.up)
+        with_border = (self.size[1] + 2 * border) / self.size[1]
+        half = np.tan(np.radians(self.camera.angle / 2)) * with_border
+        camera.SetViewAngle(float(2 * np.degrees(np.arctan(half))))
+
+    def _scene(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions in the scene, whose origin the camera looks at from a fixed distance."""
+        focus = np.array(self.camera.focus)
+        distance = np.linalg.norm(np.array(self.camera.position) - focus)
+        return np.asarray((points - focus) * (DISTANCE / distance))
+
+    def _line_actor(self, points: NDArray[np.float64], lines: Lines) -> Any:
+        indices = np.concatenate([np.asarray(path) for path in lines.paths])
+        lengths = np.array([len(path) for path in lines.paths])
+        lifted = self._scene(self.camera.towards(points[indices], LIFT))
+        return line_actor(lifted, lengths, lines, self._factor)
+
+    def _edges(self) -> Lines:
+        used = np.zeros(len(self.mesh.vertices), dtype=bool)
+        for part in self._parts:
+            used[part.corners] = True
+        edges = self.mesh.edges[used[self.mesh.edges].all(axis=1)]
+        return Lines(edges, np.full((len(edges), 3), 0.2), 0.5)
+
+
+def _drawn_parts(mesh: Mesh) -> list[Part]:
+    parts = parts_of(mesh)
+    drawn = {
+        name: Part(mesh.faces, numbers, LOOKS[name])
+        for name, numbers in parts.items()
+        if name != "hidden"
+    }
+    if "sclera" in drawn:
+        own = [parts[name] for name in ("iris", "pupil") if name in parts]
+        inner = np.concatenate([parts["sclera"][:0], *own])
+        drawn["sclera"].wear(eye_image(), iris_coordinates(mesh, parts["sclera"], inner))
+    return list(drawn.values())
+
+
+def _hollow_pass() -> Any:
+    opengl = imported("vtkmodules.vtkRenderingOpenGL2")
+    shade = opengl.vtkSSAOPass()
+    shade.SetRadius(HOLLOW)
+    shade.SetBias(HOLLOW_BIAS)
+    shade.SetKernelSize(64)
+    shade.SetBlur(True)
+    shade.SetDelegatePass(opengl.vtkRenderStepsPass())
+    return shade

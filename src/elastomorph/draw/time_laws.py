@@ -1,0 +1,120 @@
+"""Graphs of the time laws φ_n(t) that a material and a load give the modes of a curve."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.draw.figure import new_figure
+from elastomorph.physics import CLOSURES, Load, Material, mean_response, modal_response
+
+__all__ = ["time_law_graph"]
+
+MODES = (1, 2, 3, 4, 6, 8)
+_CLOSURE_LINES = {
+    "unforced": ("#c44e00", (6.0, 2.0, 1.2, 2.0)),
+    "rest": ("#6a3d9a", (1.2, 1.4)),
+    "linear": ("#555555", (8.0, 2.0)),
+    "compatible": ("#009e73", ()),
+    "limit": ("#0060a8", (3.0, 2.5)),
+}
+_VISIBLE = 1e-14
+"""Differences below this are the rounding of the computation."""
+
+
+def time_law_graph(
+    path: str | Path,
+    material: Material | None = None,
+    *,
+    load: Load | int = 2,
+    modes: tuple[int, ...] = MODES,
+    title: str = "",
+) -> None:
+    """The law of the mean under each closure (a), and how far each mode is from the limit law (b).
+
+    The modes are those of a closed curve with uniform parameter, B_n = 16π⁴kn⁴ (Eq. 19).
+
+    Args:
+        path: Graph to write: .png, .svg or .pdf.
+        material: m, c, k; 1, 1, 1 by default.
+        load: p(t), or R of t^R.
+        modes: n of the modes in (b).
+        title: Above the graph; names load and material by default.
+
+    Raises:
+        ParameterError: R is out of range, or another suffix.
+        MissingExtraError: matplotlib is not installed.
+    """
+    material = material or Material()
+    load = Load.power(load) if isinstance(load, int) else load
+    t = np.linspace(0.0, 1.0, 401)
+    limit = _values(load.limit_law, t)
+    with new_figure(path, 11.0, 4.8) as figure:
+        means, gaps = figure.subplots(1, 2)
+        means.plot(t, limit, color="#b9dcf3", linewidth=6, label="limit law p(t)/p(1)")
+        for closure in CLOSURES:
+            colour, dashes = _CLOSURE_LINES[closure]
+            law = mean_response(closure, load, material)
+            label = f"φ₀ {closure}"
+            if not np.isfinite(law).all():
+                means.plot([], [], color=colour, label=f"{label} (singular)")
+                continue
+            (line,) = means.plot(t, _values(law, t), color=colour, linewidth=1.8, label=label)
+            if dashes:
+                line.set_dashes(dashes)
+        means.set_title("(a) the mean of a curve, by closure")
+        means.set_xlabel("t")
+        means.set_ylabel("φ₀(t)")
+        means.set_xlim(0, 1)
+        means.legend(loc="best")
+        _draw_gaps(gaps, t, load, material, modes)
+        m = material
+        words = f"p(t) = {_polynomial(load)}, m = {m.mass:g}, c = {m.damping:g}, k = {m.rigidity:g}"
+        figure.suptitle(title or words, fontweight="bold", fontsize=13)
+
+
+def _draw_gaps(
+    axes: Any, t: NDArray[np.float64], load: Load, material: Material, modes: tuple[int, ...]
+) -> None:
+    stiffness = 16 * np.pi**4 * material.rigidity * np.array(modes, dtype=float) ** 4
+    laws = modal_response(stiffness, load, material) - load.limit_law
+    shades = np.linspace(0.0, 0.75, len(modes))
+    drawn = False
+    for mode, law, shade in zip(modes, laws, shades, strict=True):
+        gap = np.abs(_values(law, t))
+        if not np.isfinite(gap).all():
+            axes.plot([], [], color="#888888", label=f"n = {mode} (singular)")
+        elif gap.max() > _VISIBLE:
+            drawn = True
+            gap[gap <= _VISIBLE] = np.nan
+            colour = (0.0 + shade, 0.2 + 0.7 * shade, 0.45 + 0.5 * shade)
+            axes.plot(t, gap, color=colour, linewidth=1.8, label=f"n = {mode}")
+    axes.set_title("(b) closed curve: modes n off the limit law")
+    axes.set_xlabel("t")
+    axes.set_xlim(0, 1)
+    axes.set_ylabel("|φₙ(t) - p(t)/p(1)|")
+    if drawn:
+        axes.set_yscale("log")
+        axes.legend(loc="best", ncols=2)
+    else:
+        axes.set_yticks([])
+        words = "every mode follows\nthe limit law exactly"
+        axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center")
+
+
+def _values(law: NDArray[np.float64], t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The polynomial with these coefficients of t, t², and so on."""
+    return np.asarray(np.polynomial.polynomial.polyval(t, np.concatenate([[0.0], law])))
+
+
+def _polynomial(load: Load) -> str:
+    powers = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+    terms = []
+    for exponent, p in enumerate(load.coefficients, start=1):
+        if p:
+            factor = "" if p == 1 else f"{p:g}"
+            terms.append(factor + "t" + ("" if exponent == 1 else str(exponent).translate(powers)))
+    return " + ".join(terms)

@@ -1,0 +1,1 @@
+"""What a face is: a surface, its paths and its frames."""

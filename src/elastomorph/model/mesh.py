@@ -1,0 +1,269 @@
+"""The polygon mesh every other part works on: immutable, in the order its author gave it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from os import PathLike
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.errors import MeshError, ParameterError, TopologyError
+from elastomorph.model.extent import largest_distance
+from elastomorph.model.polygons import Polygons
+from elastomorph.numbers import as_numbers
+
+__all__ = [
+    "LARGEST",
+    "FaceLabels",
+    "Mesh",
+    "Source",
+    "UVMap",
+    "as_vertices",
+    "require_mesh",
+    "require_same_topology",
+]
+
+LARGEST = 1e75
+"""The largest coordinate of a mesh: products of four lengths, as in a squared area, are numbers."""
+
+_MOST_SHOWN = 12
+
+
+@dataclass(frozen=True, eq=False)
+class UVMap:
+    """Texture coordinates and which of them each polygon corner uses.
+
+    Attributes:
+        coordinates: (T, 2) or (T, 3) float64.
+        corners: (C,) int32, an index into ``coordinates`` for each corner of ``Mesh.faces``,
+            or -1 where a corner has none.
+    """
+
+    coordinates: NDArray[np.float64]
+    corners: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class FaceLabels:
+    """One name for each polygon: its material, or its group.
+
+    Attributes:
+        names: The names, in order of first use.
+        of_face: (F,) int32, an index into ``names`` for each polygon, or -1 for none.
+    """
+
+    names: tuple[str, ...]
+    of_face: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Where a mesh was read from, for messages.
+
+    Attributes:
+        path: The file as the user named it.
+        face_lines: (F,) line number of each polygon, where the format has lines.
+        encoding: How the names of labels and the material library stand in a text file, so that
+            it can be written again with the same bytes.
+    """
+
+    path: str
+    face_lines: NDArray[np.int32] | None = None
+    encoding: Literal["utf-8", "latin-1"] = "utf-8"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Mesh:
+    """Vertices and polygons. Nothing reorders, merges or triangulates them.
+
+    Attributes:
+        vertices: (V, 3) float64, read-only. Any unit of length.
+        faces: Polygons of three or more vertices; empty for a set of markers.
+        uv: Texture coordinates, if any.
+        materials: Material of each polygon, if any.
+        groups: Group of each polygon, if any.
+        material_library: The material file an OBJ names, if any.
+        source: The file it came from, if any.
+
+    Raises:
+        MeshError: Coordinates are not finite (V, 3) numbers up to `LARGEST` with V ≥ 1, or a
+            polygon names a vertex that does not exist.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: Polygons = field(default_factory=lambda: Polygons([], [0]))
+    uv: UVMap | None = None
+    materials: FaceLabels | None = None
+    groups: FaceLabels | None = None
+    material_library: str | None = None
+    source: Source | None = None
+
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        faces: Polygons | ArrayLike | Sequence[Sequence[int]] = (),
+        uv: UVMap | None = None,
+        materials: FaceLabels | None = None,
+        groups: FaceLabels | None = None,
+        material_library: str | None = None,
+        source: Source | None = None,
+    ) -> None:
+        own = as_vertices(vertices)
+        polygons = Polygons.of(faces)
+        if polygons.indices.size:
+            bad = (polygons.indices >= len(own)) | (polygons.indices < 0)
+            if bad.any():
+                corner = int(np.argmax(bad))
+                raise MeshError(
+                    f"polygon {polygons.corner_faces[corner]} names vertex "
+                    f"{polygons.indices[corner]}, but the mesh has {len(own):,} vertices "
+                    f"(0 to {len(own) - 1:,})"
+                )
+        for labels in (materials, groups):
+            if labels is not None and labels.of_face.shape != (len(polygons),):
+                raise MeshError("materials and groups need one entry for each polygon")
+        if uv is not None and uv.corners.shape != polygons.indices.shape:
+            raise MeshError("texture coordinates need one entry for each polygon corner")
+        values: dict[str, Any] = {
+            "vertices": own,
+            "faces": polygons,
+            "uv": uv,
+            "materials": materials,
+            "groups": groups,
+            "material_library": material_library,
+            "source": source,
+        }
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+
+    def __repr__(self) -> str:
+        return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} polygons)"
+
+    @property
+    def name(self) -> str:
+        """The file the mesh came from, or a plain word where there is none."""
+        return self.source.path if self.source else "mesh"
+
+    def with_vertices(self, vertices: ArrayLike) -> Mesh:
+        """The same polygons and labels at other positions.
+
+        Args:
+            vertices: (V, 3), as many as the mesh has.
+
+        Raises:
+            MeshError: Another number of vertices, or coordinates that are not finite.
+        """
+        own = as_vertices(vertices)
+        if own.shape != self.vertices.shape:
+            raise MeshError(f"expected {len(self.vertices):,} vertices, found {len(own):,}")
+        copy = object.__new__(Mesh)
+        for name, value in vars(self).items():
+            if name != "diameter":  # the polygons were checked once; their edges stay true
+                object.__setattr__(copy, name, value)
+        object.__setattr__(copy, "vertices", own)
+        return copy
+
+    @cached_property
+    def edges(self) -> NDArray[np.int32]:
+        """(E, 2) int32: every edge once, smaller index first, in ascending order."""
+        start = self.faces.indices.astype(np.int64)
+        end = start[self.faces.next_corners] if start.size else start
+        low, high = np.minimum(start, end), np.maximum(start, end)
+        # Sorting and comparing neighbours is several times faster than np.unique on large meshes.
+        keys = np.sort((low * len(self.vertices) + high)[low != high])
+        keys = keys[np.append(True, keys[1:] != keys[:-1])] if keys.size else keys
+        return np.stack(np.divmod(keys, len(self.vertices)), axis=1).astype(np.int32)
+
+    @cached_property
+    def diameter(self) -> float:
+        """D of Eq. 35: the largest distance between two vertices."""
+        return largest_distance(self.vertices)
+
+
+def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
+    """A read-only float64 copy of (V, 3) coordinates.
+
+    Raises:
+        MeshError: Not (V, 3) with V ≥ 1, or a coordinate is NaN, infinite or beyond `LARGEST`.
+    """
+    try:
+        own = np.array(as_numbers(vertices, "vertices"))
+    except ParameterError as error:
+        raise MeshError(f"{error}; they have the shape (V, 3)") from None
+    if own.ndim != 2 or own.shape[1] != 3 or len(own) == 0:
+        raise MeshError(f"vertices must have shape (V, 3) with V ≥ 1, found {own.shape}")
+    usable = (np.abs(own) <= LARGEST).all(axis=1)
+    if not usable.all():
+        first = int(np.argmin(usable))
+        raise MeshError(
+            f"vertex {first} has the coordinates {own[first].tolist()}; every coordinate must be "
+            f"a finite number, at most {LARGEST:g} ({int((~usable).sum())} vertices are not)"
+        )
+    own.flags.writeable = False
+    return own
+
+
+def require_mesh(value: object, what: str) -> None:
+    """Check that what should be a mesh is one.
+
+    Raises:
+        MeshError: It is something else; of a file's name the message says to read the file.
+    """
+    if not isinstance(value, Mesh):
+        raise MeshError(f"{what} must be a Mesh, found {_found(value)}")
+
+
+def _found(value: object) -> str:
+    if isinstance(value, str | PathLike):
+        return f"{str(value)!r}; read the file first: em.read({str(value)!r})"
+    return type(value).__name__
+
+
+def require_same_topology(neutral: Mesh, target: Mesh) -> None:
+    """Check that two meshes share their vertices and polygons, in the same order.
+
+    Raises:
+        TopologyError: They do not; the message names the first polygon that differs.
+        MeshError: One of them is no mesh.
+    """
+    require_mesh(neutral, "the neutral")
+    require_mesh(target, "the target")
+    if len(neutral.vertices) != len(target.vertices):
+        raise TopologyError(
+            f"{target.name} has {len(target.vertices):,} vertices, {neutral.name} has "
+            f"{len(neutral.vertices):,}: {_first_difference(neutral, target)}. A target must have "
+            "the vertices and polygons of its neutral, in the same order"
+        )
+    if neutral.faces != target.faces:
+        raise TopologyError(
+            f"{target.name} and {neutral.name} have different polygons: "
+            f"{_first_difference(neutral, target)}. A target must have the vertices and polygons "
+            "of its neutral, in the same order"
+        )
+
+
+def _first_difference(neutral: Mesh, target: Mesh) -> str:
+    ours, theirs = neutral.faces, target.faces
+    for face in range(min(len(ours), len(theirs))):
+        if not np.array_equal(ours[face], theirs[face]):
+            line = ""
+            if target.source is not None and target.source.face_lines is not None:
+                line = f" (line {target.source.face_lines[face]:,})"
+            return (
+                f"the first polygon that differs is {face:,}{line}, "
+                f"{_corners_shown(theirs[face])} instead of {_corners_shown(ours[face])}"
+            )
+    if len(ours) != len(theirs):
+        return f"{len(theirs):,} polygons instead of {len(ours):,}"
+    return "the polygons are the same"
+
+
+def _corners_shown(polygon: NDArray[np.int32]) -> str:
+    """The corners of a polygon; of one that is no polygon of people, the first."""
+    shown = ", ".join(map(str, polygon[:_MOST_SHOWN].tolist()))
+    rest = len(polygon) - _MOST_SHOWN
+    return f"[{shown}, and {rest:,} more]" if rest > 0 else f"[{shown}]"

@@ -1,0 +1,25 @@
+"""How the surface turns between two meshes, and the paths that turn with it."""
+
+from elastomorph.paths.rotations.components import common_turns
+from elastomorph.paths.rotations.edge_equation import SurfaceEdges
+from elastomorph.paths.rotations.least_distortion import LeastDistortion
+from elastomorph.paths.rotations.polynomial_bend import PolynomialBend, moments_needed
+from elastomorph.paths.rotations.turning import ArcBend, EdgeBend
+from elastomorph.paths.rotations.vertex_rotations import (
+    Neighbourhoods,
+    VertexRotations,
+    vertex_rotations,
+)
+
+__all__ = [
+    "ArcBend",
+    "EdgeBend",
+    "LeastDistortion",
+    "Neighbourhoods",
+    "PolynomialBend",
+    "SurfaceEdges",
+    "VertexRotations",
+    "common_turns",
+    "moments_needed",
+    "vertex_rotations",
+]

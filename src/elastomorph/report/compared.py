@@ -1,0 +1,130 @@
+"""The first section of a report: which face, which motion, which methods."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from elastomorph.curves import CurveNetwork
+from elastomorph.evaluation import Evaluation
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.sequence import MeshSequence
+from elastomorph.report.about import About, listed, significant
+from elastomorph.report.markup import Markup, element, joined
+from elastomorph.report.recipe import fact_list
+
+__all__ = ["compared", "counted", "curve_words", "diameter_words", "face_words"]
+
+_NAMED = 12
+
+
+def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ()) -> Markup:
+    """The facts of one comparison.
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        about: Where the motion came from.
+        informed: Methods that were given frames of it besides its ends.
+    """
+    truth = evaluation.truth
+    labels = [result.label for result in evaluation.results]
+    facts: list[tuple[str, object]] = [
+        ("Face" if evaluation.extent is None else "Parts", face_words(truth.mesh)),
+        ("Size", _size_words(evaluation, about.unit)),
+        ("Curves", curve_words(evaluation.curves)),
+        ("Motion", _motion_words(truth, about)),
+        ("Methods", f"{counted(len(labels), 'method')}: {', '.join(labels)}"),
+    ]
+    if truth.missing:
+        facts.insert(4, ("Missing", _missing_words(truth)))
+    lead = element("p", about.source, class_="lead") if about.source else ""
+    how = element(
+        "p",
+        "Every method was given the first and the last frame"
+        f"{_given_more(informed)}. What it makes of the way between them is compared with the "
+        f"{'recorded frames' if about.timing_known else 'known way'}.",
+    )
+    return joined([lead, fact_list(facts), how])
+
+
+def face_words(mesh: Mesh) -> str:
+    """Vertices and polygons, such as "8 vertices, 7 polygons (5 quads and 2 triangles)"."""
+    words = counted(len(mesh.vertices), "vertex", "vertices")
+    if not len(mesh.faces):
+        return f"{counted(len(mesh.vertices), 'marker')}, without polygons"
+    corners = np.diff(mesh.faces.offsets)
+    kinds = [
+        counted(int(np.count_nonzero(chosen)), name)
+        for chosen, name in (
+            (corners == 4, "quad"),
+            (corners == 3, "triangle"),
+            (corners > 4, "n-gon"),
+        )
+        if chosen.any()
+    ]
+    polygons = counted(len(mesh.faces), "polygon")
+    return f"{words}, {polygons} ({listed(kinds)})" if len(kinds) > 1 else f"{words}, {kinds[0]}"
+
+
+def curve_words(curves: CurveNetwork) -> str:
+    """How many curves there are, and of which kind."""
+    closed = sum(curve.closed for curve in curves)
+    single = sum(len(curve) == 1 for curve in curves)
+    words = f"{counted(len(curves), 'curve')}: {closed:,} closed, {len(curves) - closed:,} open"
+    return f"{words} ({single:,} of a single vertex)" if single else words
+
+
+def diameter_words(diameter: float, unit: str) -> str:
+    """D with its unit, and what it is."""
+    words = (
+        f"D = {significant(diameter)} {unit or 'units'}, the distance of the two vertices that "
+        "are farthest apart in the first frame"
+    )
+    return words if unit else f"{words}; the unit is that of the file, which does not name it"
+
+
+def _size_words(evaluation: Evaluation, unit: str) -> str:
+    """D; where only a part is compared, that of the whole face, and the size of the part."""
+    own = evaluation.truth.mesh.diameter
+    if evaluation.extent is None:
+        return diameter_words(own, unit)
+    return (
+        f"D = {significant(evaluation.diameter)} {unit or 'units'}, the size of the whole face; "
+        f"the parts compared here measure {significant(own)}"
+    )
+
+
+def _given_more(informed: Sequence[str]) -> str:
+    return f", {listed(informed)} frames between them too" if informed else ""
+
+
+def _motion_words(truth: MeshSequence, about: About) -> str:
+    times = truth.times
+    steps = np.diff(times)
+    even = bool(np.ptp(steps) <= 1e-6)
+    words = f"{counted(len(truth), 'frame')} at t = 0 to 1"
+    if len(times) <= _NAMED:
+        words = f"{counted(len(truth), 'frame')} at t = {', '.join(f'{t:.3g}' for t in times)}"
+    elif even:
+        words += f", {steps[0]:.3g} apart"
+    else:
+        words += f", {steps.min():.3g} to {steps.max():.3g} apart"
+    if not about.timing_known:
+        words += "; only the way is known, the times are made up"
+    return words
+
+
+def _missing_words(truth: MeshSequence) -> str:
+    names = truth.missing
+    shown = ", ".join(names[:_NAMED])
+    more = f" and {len(names) - _NAMED:,} more" if len(names) > _NAMED else ""
+    return (
+        f"the numbering leaves out {shown}{more}; the frames there are keep the times of their "
+        "numbers"
+    )
+
+
+def counted(number: int, one: str, several: str = "") -> str:
+    """A number of things."""
+    return f"{number:,} {one if number == 1 else several or one + 's'}"

@@ -1,0 +1,202 @@
+"""A performance: recorded weights over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.errors import ParameterError
+from elastomorph.rig.performance.naming import is_rotation
+
+__all__ = ["Performance"]
+
+_MOST_FRAMES = 10_000_000
+_PART_OF_FRAME = 0.05
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Performance:
+    """Weights of a face over time, as a capture or an animator left them.
+
+    Attributes:
+        names: N names of weights, as in the file.
+        times: (T,) float64, read-only, seconds, rising.
+        weights: (T, N) float64, read-only; ordinarily 0 to 1, rotations in radians.
+        rate: Nominal frames a second.
+        timecodes: T timecodes, or none.
+        dropped: Timecodes of frames that the numbering leaves out.
+        dropped_times: (len(dropped),) float64, read-only, when they would have been.
+        duplicates: Timecodes of frames that came again and were left out.
+        source: Where it comes from.
+
+    Raises:
+        ParameterError: Shapes do not fit, names repeat, numbers are not finite, or times do not
+            rise.
+    """
+
+    names: tuple[str, ...]
+    times: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    rate: float
+    timecodes: tuple[str, ...]
+    dropped: tuple[str, ...]
+    dropped_times: NDArray[np.float64]
+    duplicates: tuple[str, ...]
+    source: str
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        times: ArrayLike,
+        weights: ArrayLike,
+        rate: float,
+        *,
+        timecodes: Sequence[str] = (),
+        dropped: Sequence[str] = (),
+        dropped_times: ArrayLike = (),
+        duplicates: Sequence[str] = (),
+        source: str = "",
+    ) -> None:
+        when = _numbers(times, "times", 1)
+        table = _numbers(weights, "weights", 2)
+        gone = _numbers(dropped_times, "dropped_times", 1)
+        if not len(when) or table.shape != (len(when), len(names)):
+            raise ParameterError(
+                f"weights must have shape (T, N) with {len(when)} times T ≥ 1 and {len(names)} "
+                f"names N, found {table.shape}"
+            )
+        if (np.diff(when) <= 0).any():
+            row = int(np.argmax(np.diff(when) <= 0))
+            raise ParameterError(
+                f"times must rise, but {when[row]:g} s is followed by {when[row + 1]:g} s"
+            )
+        if len(set(names)) != len(names):
+            twice = next(name for name in names if list(names).count(name) > 1)
+            raise ParameterError(f"the weight {twice!r} is there twice; each needs its own name")
+        if not rate > 0 or not np.isfinite(rate):
+            raise ParameterError(f"the rate must be frames a second above 0, found {rate}")
+        if timecodes and len(timecodes) != len(when):
+            raise ParameterError(f"expected {len(when)} timecodes, found {len(timecodes)}")
+        if len(gone) != len(dropped):
+            raise ParameterError(f"expected {len(dropped)} dropped_times, found {len(gone)}")
+        values = {
+            "names": tuple(names),
+            "times": when,
+            "weights": table,
+            "rate": float(rate),
+            "timecodes": tuple(timecodes),
+            "dropped": tuple(dropped),
+            "dropped_times": gone,
+            "duplicates": tuple(duplicates),
+            "source": source,
+        }
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return float(self.times[-1] - self.times[0])
+
+    @property
+    def rotations(self) -> tuple[str, ...]:
+        """The names that are angles of the head and the eyes, not blendshapes."""
+        return tuple(name for name in self.names if is_rotation(name))
+
+    def resampled(self, rate: float) -> Performance:
+        """The performance at an even rate, interpolated linearly in time.
+
+        Where frames were dropped, the weights go straight from one neighbour to the other and
+        everything after keeps its time. The last frame is the last before the end, or the first
+        after it if that is less than a twentieth of a frame late, as cameras run a little fast.
+
+        Args:
+            rate: Frames a second, above 0.
+
+        Raises:
+            ParameterError: The rate is not above 0, or asks for more than ten million frames.
+        """
+        if not rate > 0 or not np.isfinite(rate):
+            raise ParameterError(f"the rate must be frames a second above 0, found {rate}")
+        steps = self.duration * rate
+        if steps > _MOST_FRAMES:
+            raise ParameterError(
+                f"{rate:g} frames a second of {self.duration:g} s are more than {_MOST_FRAMES:,} "
+                "frames; choose a lower rate"
+            )
+        times = self.times[0] + np.arange(int(steps + _PART_OF_FRAME) + 1) / rate
+        return Performance(self.names, times, self.at(times), rate, source=self.source)
+
+    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+        """(S, N) weights at (S,) times in seconds; before the start and after the end they hold.
+
+        Raises:
+            ParameterError: The times are not one row of finite numbers.
+        """
+        when = _numbers(times, "times", 1)
+        if len(self.times) == 1:
+            return np.repeat(self.weights, len(when), axis=0)
+        before = np.clip(np.searchsorted(self.times, when, side="right") - 1, 0, len(self) - 2)
+        gaps = self.times[before + 1] - self.times[before]
+        way = np.clip((when - self.times[before]) / gaps, 0.0, 1.0)[:, None]
+        blended: NDArray[np.float64] = (1 - way) * self.weights[before]
+        blended += way * self.weights[before + 1]
+        return blended
+
+    def part(self, start: float = -np.inf, stop: float = np.inf) -> Performance:
+        """The frames from one time to another, both included, at the times they have.
+
+        Frames that were dropped between them are still named; duplicates are not.
+
+        Args:
+            start: Seconds.
+            stop: Seconds.
+
+        Raises:
+            ParameterError: No frame lies between.
+        """
+        inside = np.flatnonzero((self.times >= start) & (self.times <= stop))
+        if not inside.size:
+            raise ParameterError(
+                f"no frame lies between {start:g} and {stop:g} s; the performance goes from "
+                f"{self.times[0]:g} to {self.times[-1]:g} s"
+            )
+        first, last = int(inside[0]), int(inside[-1])
+        gone = np.flatnonzero(
+            (self.dropped_times > self.times[first]) & (self.dropped_times < self.times[last])
+        )
+        return Performance(
+            self.names,
+            self.times[first : last + 1],
+            self.weights[first : last + 1],
+            self.rate,
+            timecodes=self.timecodes[first : last + 1],
+            dropped=[self.dropped[i] for i in gone],
+            dropped_times=self.dropped_times[gone],
+            source=self.source,
+        )
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __repr__(self) -> str:
+        return (
+            f"Performance({len(self):,} frames, {len(self.names)} weights, "
+            f"{self.rate:.5g} fps, {self.duration:.5g} s)"
+        )
+
+
+def _numbers(values: ArrayLike, what: str, dimensions: int) -> NDArray[np.float64]:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{what} must be numbers") from None
+    if array.ndim != dimensions or not np.isfinite(array).all():
+        raise ParameterError(
+            f"{what} must be finite numbers in {dimensions} dimension(s), found {array.shape}"
+        )
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,196 @@
+"""When each frame of a take was recorded, found from its timecodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import ParameterError
+from elastomorph.rig.performance.timecode import BASES, Timecode, TimecodeClock
+
+__all__ = ["TakeTiming", "TimingError", "take_timing"]
+
+_LIVE_LINK_BASE = 60
+_MOST_DROPPED = 100_000
+_SAME_RATE = 5e-4
+_WHOLE = 0.02
+
+
+class TimingError(ParameterError):
+    """Timecodes that are those of no one take.
+
+    Attributes:
+        frame: Index of the frame at which that shows.
+    """
+
+    def __init__(self, problem: str, frame: int) -> None:
+        self.frame = frame
+        super().__init__(problem)
+
+
+@dataclass(frozen=True, eq=False)
+class TakeTiming:
+    """When each frame of a take was recorded.
+
+    Attributes:
+        clock: How the timecodes count.
+        rate: Nominal frames a second of the recording, which may be every second number or two
+            frames a number.
+        kept: (T,) indices of the frames that are not the same again.
+        times: (T,) float64, seconds since the first frame.
+        dropped: Timecodes of the frames that are missing.
+        dropped_times: When they would have been.
+    """
+
+    clock: TimecodeClock
+    rate: float
+    kept: NDArray[np.int64]
+    times: NDArray[np.float64]
+    dropped: tuple[str, ...]
+    dropped_times: NDArray[np.float64]
+
+
+def take_timing(timecodes: Sequence[Timecode], rate: float | None = None) -> TakeTiming:
+    """Rate, times and gaps of a take.
+
+    The numbers in a second are found where one second follows another. Drop-frame is taken for
+    granted where a semicolon stands or the numbering jumps at full minutes as drop-frame does, if
+    no number is there that it leaves out. A take that never comes to the next second counts in
+    sixtieths, as Live Link Face does. Past midnight the count goes on.
+
+    Args:
+        timecodes: T ≥ 1 timecodes in the order of recording.
+        rate: Frames in a second of the clock that the timecodes count, where it is known better:
+            29.97 without drop-frame looks just as 30.
+
+    Raises:
+        TimingError: The timecodes go back, a number is higher than any rate has, or there is a
+            gap of more than 100,000 frames.
+        ParameterError: The rate is none that timecode has.
+    """
+    seconds = np.array([timecode.second for timecode in timecodes], dtype=np.int64)
+    frames = np.array([timecode.frame for timecode in timecodes])
+    base = _base_of(rate) if rate is not None else _base(seconds, frames)
+    top = int(np.argmax(frames))
+    if frames[top] >= base:
+        raise TimingError(
+            f"the frame number {frames[top]:g} is beyond {base} frames a second; expected "
+            "HH:MM:SS:FF.fff with FF below the frames in a second",
+            top,
+        )
+    semicolon = any(timecode.semicolon for timecode in timecodes)
+    drop = _drops_numbers(base, seconds, frames, semicolon)
+    clock = TimecodeClock(base, drop, _real_rate(base, drop, rate))
+
+    count = clock.count(seconds, frames)
+    count += clock.day * np.cumsum(np.diff(count, prepend=count[0]) < -clock.day / 2)
+    steps = np.diff(count)
+    if (steps < 0).any():
+        raise TimingError(
+            "the timecode goes back; a take must be in the order of recording, so split the file "
+            "where another take begins",
+            int(np.argmax(steps < 0)) + 1,
+        )
+    kept = np.flatnonzero(np.concatenate([[True], steps > 0]))
+    count = count[kept]
+    steps = np.diff(count)
+    step = _whole_step(_usual(steps)) if steps.size else 1.0
+    missing = _missing(count, step, kept)
+    digits = 3 if (frames % 1).any() else 0
+    return TakeTiming(
+        clock,
+        clock.rate / step,
+        kept,
+        (count - count[0]) / clock.rate,
+        tuple(clock.text(number, digits) for number in missing.tolist()),
+        (missing - count[0]) / clock.rate,
+    )
+
+
+def _missing(
+    count: NDArray[np.float64], step: float, kept: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Where the frames that were not recorded would have been counted."""
+    steps = np.diff(count)
+    absent = np.maximum(np.rint(steps / step).astype(np.int64) - 1, 0)
+    if absent.sum() > _MOST_DROPPED:
+        worst = int(np.argmax(absent))
+        raise TimingError(
+            f"a gap of {absent[worst]:,} frames comes before this one; that is two takes, so "
+            "split the file here",
+            int(kept[worst + 1]),
+        )
+    gaps = np.flatnonzero(absent)
+    spread = [
+        count[gap] + steps[gap] * np.arange(1, absent[gap] + 1) / (absent[gap] + 1) for gap in gaps
+    ]
+    return np.concatenate([np.empty(0), *spread])
+
+
+def _base(seconds: NDArray[np.int64], frames: NDArray[np.float64]) -> int:
+    """Numbers in a second: where a second ends, those that it had."""
+    top = int(frames.max())
+    possible = [base for base in BASES if base > top]
+    if not possible:
+        raise TimingError(
+            f"the frame number {frames.max():g} is higher than any rate has; expected "
+            "HH:MM:SS:FF.fff with FF below the frames in a second (not milliseconds)",
+            int(frames.argmax()),
+        )
+    ahead, steps = np.diff(seconds) % 86_400, np.diff(frames)
+    within = steps[(ahead == 0) & (steps > 0)]
+    rolls = -steps[ahead == 1]
+    if not within.size or not rolls.size:
+        return _LIVE_LINK_BASE if top < _LIVE_LINK_BASE else possible[0]
+    estimate = float(np.median(rolls)) + _usual(within)
+    return min(possible, key=lambda base: abs(base - estimate))
+
+
+def _base_of(rate: float) -> int:
+    for base, rates in BASES.items():
+        if any(abs(rate - real) <= _SAME_RATE * real for real in rates):
+            return base
+    known = ", ".join(f"{real:.5g}" for rates in BASES.values() for real in sorted(rates))
+    raise ParameterError(f"no timecode counts {rate:g} frames a second; expected one of {known}")
+
+
+def _real_rate(base: int, drop: bool, rate: float | None) -> float:
+    if rate is not None:
+        return min(BASES[base], key=lambda real: abs(real - rate))
+    return BASES[base][-1 if drop else 0]
+
+
+def _drops_numbers(
+    base: int, seconds: NDArray[np.int64], frames: NDArray[np.float64], semicolon: bool
+) -> bool:
+    """Whether the numbering is drop-frame, by its sign or by its jumps at full minutes."""
+    if base not in (30, 60, 120):
+        return False
+    left_out = base // 15
+    short = (seconds % 60 == 0) & (seconds // 60 % 10 != 0)
+    if (short & (frames < left_out)).any():
+        return False
+    if semicolon:
+        return True
+    steps = np.diff(seconds * base + frames)
+    turns = short[1:] & (np.diff(seconds) == 1)
+    if not turns.any():
+        return False
+    jumps = steps[turns] - _usual(steps[steps > 0])
+    return bool((np.abs(jumps - left_out) < 0.5).all())
+
+
+def _usual(steps: NDArray[np.float64]) -> float:
+    """The median, of two in the middle the lower one: a gap is never usual."""
+    return float(np.quantile(steps, 0.5, method="lower"))
+
+
+def _whole_step(step: float) -> float:
+    """Numbers from frame to frame, whole where they are nearly (or one part of a whole)."""
+    for near in (float(round(step)), 1 / max(round(1 / step), 1)):
+        if near > 0 and abs(step - near) < _WHOLE * near:
+            return near
+    return step

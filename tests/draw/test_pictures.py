@@ -1,0 +1,95 @@
+"""Files are whole or not there."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from elastomorph.draw.figure import new_figure
+from elastomorph.draw.pictures import as_png, write_picture
+from elastomorph.errors import FileError, ParameterError
+
+PATCH = np.random.default_rng(0).integers(0, 256, (30, 20, 3), dtype=np.uint8)
+
+
+def test_a_png_keeps_every_pixel(tmp_path: Path) -> None:
+    write_picture(PATCH, tmp_path / "patch.png")
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "patch.png")), PATCH)
+    np.testing.assert_array_equal(np.asarray(Image.open(BytesIO(as_png(PATCH)))), PATCH)
+
+
+@pytest.mark.parametrize(("suffix", "kind"), [(".jpg", "JPEG"), (".webp", "WEBP"), (".PNG", "PNG")])
+def test_the_suffix_chooses_the_format(tmp_path: Path, suffix: str, kind: str) -> None:
+    write_picture(PATCH, tmp_path / f"patch{suffix}")
+    with Image.open(tmp_path / f"patch{suffix}") as image:
+        assert image.format == kind
+        assert image.size == (20, 30)
+
+
+def test_another_suffix_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
+    for name in ("patch.gif", "patch"):
+        with pytest.raises(ParameterError, match=r"\.png"):
+            write_picture(PATCH, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_missing_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="nowhere"):
+        write_picture(PATCH, tmp_path / "nowhere" / "patch.png")
+
+
+def test_a_failure_while_writing_keeps_the_old_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "patch.png"
+    write_picture(PATCH, path)
+    before = path.read_bytes()
+
+    def half(self: Image.Image, file: BytesIO, **_: object) -> None:
+        file.write(b"half a picture")
+        raise RuntimeError("the disk is gone")
+
+    monkeypatch.setattr(Image.Image, "save", half)
+    with pytest.raises(RuntimeError):
+        write_picture(PATCH[::2], path)
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["patch.png"]
+
+
+def test_a_failure_while_drawing_leaves_no_graph(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError), new_figure(tmp_path / "graph.svg", 3, 2) as figure:
+        figure.subplots().plot([0, 1 / 0])
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
+)
+def test_graphs_come_in_three_formats_and_twice_the_same(
+    tmp_path: Path, suffix: str, start: bytes
+) -> None:
+    for name in ("one", "two"):
+        with new_figure(tmp_path / f"{name}{suffix}", 3, 2) as figure:
+            figure.subplots().plot([0, 1], label="line")
+    one, two = ((tmp_path / f"{name}{suffix}").read_bytes() for name in ("one", "two"))
+    assert one.startswith(start)
+    assert one == two
+
+
+def test_a_graph_has_no_other_suffix(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match=r"\.svg"), new_figure(tmp_path / "graph.txt", 3, 2):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_drawing_leaves_the_settings_of_matplotlib_alone(tmp_path: Path) -> None:
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    with new_figure(tmp_path / "graph.png", 3, 2):
+        assert dict(matplotlib.rcParams) != before
+    assert dict(matplotlib.rcParams) == before

@@ -1,0 +1,111 @@
+"""Nearest rotations and rotation vectors against scipy and singular values."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from elastomorph.paths.rotations.rotation_vectors import (
+    nearest_quaternions,
+    on_the_side_of,
+    rotated,
+    rotation_vectors,
+)
+
+
+def matrices(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
+    return Rotation.from_quat(np.roll(quaternions, -1, axis=1)).as_matrix()
+
+
+def test_the_nearest_rotation_is_the_polar_factor_of_kabsch() -> None:
+    """Maximising tr(RC) over rotations, against the singular value decomposition."""
+    covariances = np.random.default_rng(1).normal(size=(200, 3, 3))
+    left, _, right = np.linalg.svd(covariances)
+    sign = np.sign(np.linalg.det(left @ right))
+    left[:, :, 2] *= sign[:, None]
+    expected = (left @ right).transpose(0, 2, 1)
+    found = matrices(nearest_quaternions(covariances))
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("rank", [1, 2, 3])
+@pytest.mark.parametrize("degrees", [0.0, 1e-5, 30.0, 170.0])
+def test_rotated_vectors_give_their_rotation(rank: int, degrees: float) -> None:
+    """Vectors of any rank are carried exactly; a plane of them determines the rotation."""
+    rng = np.random.default_rng(rank)
+    before = rng.normal(size=(20, rank)) @ rng.normal(size=(rank, 3))
+    turn = Rotation.from_rotvec(np.radians(degrees) * np.array([2.0, -1.0, 2.0]) / 3.0)
+    after = turn.apply(before)
+    found = nearest_quaternions((before.T @ after)[None])
+    np.testing.assert_allclose(before @ matrices(found)[0].T, after, atol=1e-7)
+    if rank > 1:
+        np.testing.assert_allclose(rotation_vectors(found)[0], turn.as_rotvec(), atol=1e-7)
+    else:
+        assert np.linalg.norm(rotation_vectors(found)) <= np.radians(degrees) + 1e-7
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-150, 1e150])
+def test_nothing_known_is_no_turn(size: float) -> None:
+    """No edges, or edges of any size that do not turn, are the identity."""
+    found = nearest_quaternions(size * np.eye(3)[None])
+    np.testing.assert_allclose(found, [[1, 0, 0, 0]], atol=1e-12)
+
+
+def test_well_and_badly_determined_rotations_are_as_good_as_a_full_decomposition() -> None:
+    """From directions that differ to ones that hardly do, at every size; tr(RC) is no smaller."""
+    rng = np.random.default_rng(11)
+    sizes = 10.0 ** rng.uniform(-9, 0, size=(2000, 3))
+    frames = Rotation.random(4000, random_state=3).as_matrix().reshape(2, -1, 3, 3)
+    signs = np.where(rng.random(2000) < 0.3, -1.0, 1.0)
+    sizes[:, 2] *= signs
+    c = 1e3 * frames[0] @ (sizes[:, :, None] * frames[1])
+    left, s, right = np.linalg.svd(c)
+    s[:, 2] *= np.sign(np.linalg.det(left @ right))
+    found = matrices(nearest_quaternions(c))
+    reached = np.einsum("nij,nji->n", found, c)
+    np.testing.assert_allclose(reached, s.sum(axis=1), rtol=1e-9)
+
+
+def test_points_are_turned_as_by_matrices() -> None:
+    quaternions = np.roll(Rotation.random(20, random_state=2).as_quat(), 1, axis=1)
+    points = np.random.default_rng(2).normal(size=(20, 3))
+    expected = np.einsum("nij,nj->ni", matrices(quaternions), points)
+    np.testing.assert_allclose(rotated(quaternions, points), expected, atol=1e-12)
+
+
+def test_a_symmetric_stretch_is_no_turn() -> None:
+    rng = np.random.default_rng(4)
+    root = rng.normal(size=(50, 3, 3))
+    found = nearest_quaternions(root @ root.transpose(0, 2, 1))
+    np.testing.assert_allclose(rotation_vectors(found), 0.0, atol=1e-9)
+
+
+def test_vectors_are_those_of_scipy() -> None:
+    turns = Rotation.random(300, random_state=5)
+    quaternions = np.roll(turns.as_quat(canonical=True), 1, axis=1)
+    np.testing.assert_allclose(rotation_vectors(quaternions), turns.as_rotvec(), atol=1e-12)
+
+
+def test_small_vectors_keep_their_digits() -> None:
+    vector = np.array([[3e-12, -4e-12, 0.0]])
+    quaternion = np.concatenate([[[1.0]], vector / 2], axis=1)
+    np.testing.assert_allclose(rotation_vectors(quaternion), vector, rtol=1e-12)
+
+
+def test_beside_a_neighbour_a_turn_may_exceed_half_a_turn_but_not_240_degrees() -> None:
+    """200° about x beside one of 170° stays 200°, not -160°; 300° is -60° all the same."""
+
+    def about_x(degrees: float) -> NDArray[np.float64]:
+        half = np.radians(degrees) / 2
+        return np.array([[np.cos(half), np.sin(half), 0.0, 0.0]])
+
+    def beside(degrees: float) -> float:
+        turn = on_the_side_of(about_x(degrees), 3.0 * about_x(170.0))
+        return float(np.degrees(rotation_vectors(turn)[0, 0]))
+
+    assert beside(-160.0) == pytest.approx(200.0)
+    assert beside(-60.0) == pytest.approx(-60.0)
+    assert beside(20.0) == pytest.approx(20.0)
+    assert beside(200.0) == pytest.approx(200.0)
