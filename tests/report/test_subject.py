@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import ball
 
 from elastomorph.io import write
 from elastomorph.paths import auto
 from elastomorph.report.subject import rig_subject
+from scenes import ball
 
 
 def test_a_rig_is_read_without_looking_for_its_paths(

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from elastomorph.model.mesh import Mesh
-from elastomorph.samples.assembly import Head, build
+from elastomorph.samples import head
+from sculptor.assembly import Head, build
 
 
 @pytest.fixture(scope="session")
 def whole() -> Head:
-    """The built-in head and what its vertices are."""
-    return build()
+    """The built-in head, and what its vertices are: the layout it was sculpted on."""
+    return replace(build(), mesh=head())
 
 
 @pytest.fixture(scope="session")

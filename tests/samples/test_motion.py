@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.samples import head, lids, lips, recorded_motion
-from elastomorph.samples.anatomy import EYE_CENTRE, EYE_RADIUS, JAW_AXIS
-from elastomorph.samples.layout import MOUTH
-from elastomorph.samples.motion import FRAMES, JAW_TURN, jaw_angle
-from elastomorph.samples.weights import jaw_weights
+from elastomorph.samples import head, recorded_motion
+from sculptor import lids, lips
+from sculptor.anatomy import EYE_CENTRE, EYE_RADIUS, JAW_AXIS
+from sculptor.layout import MOUTH
+from sculptor.motion import FRAMES, JAW_TURN, jaw_angle
+from sculptor.weights import jaw_weights
 
 MOTION = recorded_motion()
 PIVOT_OFFSET = np.array([0.0, -0.3, 1.0])  # the hinge glides forwards and a little down
@@ -45,14 +46,14 @@ def test_the_first_frame_is_the_neutral_bit_for_bit():
 def test_lower_teeth_turn_rigidly_about_the_stated_axis(frame, teeth):
     before, after = MOTION.frames[0][teeth], MOTION.frames[frame][teeth]
     turn, shift = _rigid_motion(before, after)
-    np.testing.assert_allclose(before @ turn.T + shift, after, atol=1e-9)
-    np.testing.assert_allclose(turn @ [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(before @ turn.T + shift, after, atol=1e-7)
+    np.testing.assert_allclose(turn @ [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], atol=1e-7)
     angle = np.degrees(np.arctan2(turn[2, 1], turn[1, 1]))
-    assert angle == pytest.approx(jaw_angle(frame / 10), abs=1e-9)
+    assert angle == pytest.approx(jaw_angle(frame / 10), abs=1e-6)
     # the axis is carried along by the glide of the joint, straight forwards and down
     glide = turn @ JAW_AXIS + shift - JAW_AXIS
-    assert 0.0 < glide[2] <= 0.35 + 1e-9
-    np.testing.assert_allclose(glide, glide[2] * PIVOT_OFFSET, atol=1e-9)
+    assert 0.0 < glide[2] <= 0.35 + 1e-7
+    np.testing.assert_allclose(glide, glide[2] * PIVOT_OFFSET, atol=1e-7)
 
 
 def test_the_jaw_opens_steadily_by_the_stated_angle():
@@ -89,7 +90,7 @@ def test_lids_keep_their_distance_from_the_eyeball_and_never_enter_it(whole):
     for rings, sign in ((whole.lay.eye, 1.0), (whole.partner[whole.lay.eye], -1.0)):
         distance = np.linalg.norm(MOTION.frames[:, rings] - EYE_CENTRE * [sign, 1, 1], axis=3)
         turning = distance[:, lids.CREASE + 1 :]
-        np.testing.assert_allclose(turning, np.broadcast_to(turning[:1], turning.shape), atol=1e-9)
+        np.testing.assert_allclose(turning, np.broadcast_to(turning[:1], turning.shape), atol=1e-7)
         assert distance.min() > EYE_RADIUS + 0.02
 
 
@@ -111,7 +112,7 @@ def test_lips_never_cross(whole):
 
 def test_it_is_symmetric(whole):
     mirrored = MOTION.frames[:, whole.partner] * [-1.0, 1.0, 1.0]
-    np.testing.assert_allclose(mirrored, MOTION.frames, atol=1e-9)
+    np.testing.assert_array_equal(mirrored, MOTION.frames)
 
 
 def test_parts_move_at_their_own_times(whole):

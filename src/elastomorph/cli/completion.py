@@ -75,10 +75,9 @@ def _names_in(path: Path | None) -> list[str]:
     from elastomorph.io.npz_members import open_npz
 
     if path is None:
-        from elastomorph.paper_expressions import EXPRESSIONS
-        from elastomorph.samples.shapes import shape_names
+        from elastomorph.samples import expressions, shapes
 
-        return [*shape_names(), *EXPRESSIONS]
+        return [*shapes(), *expressions()]
     suffix = path.suffix.lower()
     if suffix == ".toml" or (path.is_dir() and (path / "elastomorph.toml").is_file()):
         from elastomorph.character import read_settings

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from elastomorph.samples import groups
-from elastomorph.samples.anatomy import MOUTH_HEIGHT
-from elastomorph.samples.implicit import Points
-from elastomorph.samples.lips import skin_depth
+from sculptor import groups
+from sculptor.anatomy import MOUTH_HEIGHT
+from sculptor.implicit import Points
+from sculptor.lips import skin_depth
 
 __all__ = ["Piece", "pieces"]
 

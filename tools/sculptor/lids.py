@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples.anatomy import EYE_CENTRE, EYE_RADIUS, LID_THICKNESS
-from elastomorph.samples.implicit import Points
+from sculptor.anatomy import EYE_CENTRE, EYE_RADIUS, LID_THICKNESS
+from sculptor.implicit import Points
 
 __all__ = [
     "CLEARANCE",

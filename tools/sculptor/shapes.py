@@ -9,10 +9,10 @@ import numpy as np
 
 from elastomorph.model.mesh import Mesh
 from elastomorph.paper_expressions import EXPRESSIONS
-from elastomorph.samples.assembly import build
-from elastomorph.samples.implicit import Points
-from elastomorph.samples.muscles import movements
-from elastomorph.samples.turns import keep_off_eyes, turn_lids
+from sculptor.assembly import build
+from sculptor.implicit import Points
+from sculptor.muscles import movements
+from sculptor.turns import keep_off_eyes, turn_lids
 
 __all__ = ["expressions", "pose", "shape_names", "shapes"]
 

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples import layout, lids, lips
-from elastomorph.samples.assembly import Head, build
+from sculptor import layout, lids, lips
+from sculptor.assembly import Head, build
 
 __all__ = ["hill", "jaw_weights", "lid_grip"]
 

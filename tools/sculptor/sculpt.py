@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples import ears, guide, lids, lips
-from elastomorph.samples.anatomy import skin
-from elastomorph.samples.implicit import Points, cast, settle
-from elastomorph.samples.layout import CAP, EYE, MOUTH, NOSTRIL, Half, half
+from sculptor import ears, guide, lids, lips
+from sculptor.anatomy import skin
+from sculptor.implicit import Points, cast, settle
+from sculptor.layout import CAP, EYE, MOUTH, NOSTRIL, Half, half
 
 if TYPE_CHECKING:
     from scipy import sparse

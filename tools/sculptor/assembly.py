@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.model.mesh import FaceLabels, Mesh
-from elastomorph.samples import eyeballs, layout, sculpt, teeth
-from elastomorph.samples.implicit import Points
+from sculptor import eyeballs, layout, sculpt, teeth
+from sculptor.implicit import Points
 
 __all__ = ["Head", "build", "head"]
 

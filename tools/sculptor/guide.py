@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples.implicit import Points
-from elastomorph.samples.layout import COLUMNS, ROWS
+from sculptor.implicit import Points
+from sculptor.layout import COLUMNS, ROWS
 
 __all__ = ["rays"]
 

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples import groups
+from sculptor import groups
 
 __all__ = ["CAP", "COLUMNS", "EAR", "EYE", "MOUTH", "NOSTRIL", "ROWS", "Block", "Half", "half"]
 

@@ -12,10 +12,10 @@ from functools import cache
 import numpy as np
 
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.samples.assembly import build
-from elastomorph.samples.implicit import Points
-from elastomorph.samples.muscles import movements
-from elastomorph.samples.turns import keep_off_eyes, turn_jaw, turn_lids
+from sculptor.assembly import build
+from sculptor.implicit import Points
+from sculptor.muscles import movements
+from sculptor.turns import keep_off_eyes, turn_jaw, turn_lids
 
 __all__ = ["FRAMES", "JAW_TURN", "jaw_angle", "recorded_motion"]
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-import subprocess
-import sys
-
 import numpy as np
-import pytest
 
-from elastomorph.samples import groups, head
-from elastomorph.samples.anatomy import EYE_CENTRE, EYE_RADIUS, skin
-from elastomorph.samples.layout import COLUMNS, EYE
+from elastomorph.samples import head
+from sculptor import groups
+from sculptor.anatomy import EYE_CENTRE, EYE_RADIUS, skin
+from sculptor.layout import COLUMNS, EYE
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
@@ -94,7 +90,7 @@ def test_the_skin_faces_outward(neutral, whole):
 
 def test_mirror_symmetry_of_vertices(neutral, whole):
     image = neutral.vertices[whole.partner] * MIRROR
-    np.testing.assert_allclose(image, neutral.vertices, atol=1e-9, rtol=0)
+    np.testing.assert_array_equal(image, neutral.vertices)
     np.testing.assert_array_equal(whole.partner[whole.partner], np.arange(len(whole.partner)))
 
 
@@ -151,26 +147,4 @@ def test_teeth_and_tongue_are_inside_the_closed_face(neutral, whole):
 def test_eyeballs_are_spheres(neutral, whole):
     for part, sign in (("eye_L", 1.0), ("eye_R", -1.0)):
         offset = neutral.vertices[whole.part == part] - EYE_CENTRE * [sign, 1.0, 1.0]
-        np.testing.assert_allclose(np.linalg.norm(offset, axis=1), EYE_RADIUS, atol=1e-12)
-
-
-@pytest.mark.slow
-def test_two_fresh_computations_agree_bit_for_bit():
-    program = (
-        "import hashlib, sys\n"
-        "from elastomorph.samples import expressions, head, recorded_motion, shapes\n"
-        "seen = hashlib.sha256(head().vertices.tobytes() + head().faces.indices.tobytes())\n"
-        "for found in (expressions(), shapes()):\n"
-        "    for name in sorted(found):\n"
-        "        seen.update(name.encode() + found[name].vertices.tobytes())\n"
-        "seen.update(recorded_motion().frames.tobytes())\n"
-        "sys.stdout.write(seen.hexdigest())\n"
-    )
-    digests = {
-        subprocess.run(
-            [sys.executable, "-c", program], capture_output=True, text=True, check=True
-        ).stdout
-        for _ in range(2)
-    }
-    assert len(digests) == 1
-    assert len(digests.pop()) == hashlib.sha256().digest_size * 2
+        np.testing.assert_allclose(np.linalg.norm(offset, axis=1), EYE_RADIUS, atol=1e-7)

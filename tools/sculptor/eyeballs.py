@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from elastomorph.samples import groups
-from elastomorph.samples.anatomy import EYE_CENTRE, EYE_RADIUS
-from elastomorph.samples.implicit import Points
+from sculptor import groups
+from sculptor.anatomy import EYE_CENTRE, EYE_RADIUS
+from sculptor.implicit import Points
 
 __all__ = ["eyeball"]
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples.anatomy import MOUTH_HEIGHT, MOUTH_WIDTH, skin
-from elastomorph.samples.implicit import Points, cast
+from sculptor.anatomy import MOUTH_HEIGHT, MOUTH_WIDTH, skin
+from sculptor.implicit import Points, cast
 
 __all__ = ["BORDER", "CONTACT", "CORNER", "STEPS", "lip_rings", "skin_depth"]
 

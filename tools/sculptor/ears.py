@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from elastomorph.samples.anatomy import skin
-from elastomorph.samples.implicit import Points, cast
-from elastomorph.samples.layout import EAR
+from sculptor.anatomy import skin
+from sculptor.implicit import Points, cast
+from sculptor.layout import EAR
 
 __all__ = ["ear_floor", "ear_rings"]
 

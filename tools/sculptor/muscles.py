@@ -11,11 +11,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples.anatomy import MOUTH_HEIGHT
-from elastomorph.samples.assembly import build
-from elastomorph.samples.implicit import Points
-from elastomorph.samples.turns import turn_jaw
-from elastomorph.samples.weights import hill, jaw_weights
+from sculptor.anatomy import MOUTH_HEIGHT
+from sculptor.assembly import build
+from sculptor.implicit import Points
+from sculptor.turns import turn_jaw
+from sculptor.weights import hill, jaw_weights
 
 __all__ = [
     "JAW_DEGREES",

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples.implicit import Points, capsule, ellipsoid, melt, melt_away
+from sculptor.implicit import Points, capsule, ellipsoid, melt, melt_away
 
 __all__ = [
     "EYE_CENTRE",

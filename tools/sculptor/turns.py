@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples import lids
-from elastomorph.samples.anatomy import EYE_CENTRE, EYE_RADIUS, JAW_AXIS, LID_THICKNESS
-from elastomorph.samples.assembly import build
-from elastomorph.samples.implicit import Points
-from elastomorph.samples.weights import jaw_weights
+from sculptor import lids
+from sculptor.anatomy import EYE_CENTRE, EYE_RADIUS, JAW_AXIS, LID_THICKNESS
+from sculptor.assembly import build
+from sculptor.implicit import Points
+from sculptor.weights import jaw_weights
 
 __all__ = ["keep_off_eyes", "turn_jaw", "turn_lids"]
 
