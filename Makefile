@@ -26,6 +26,7 @@ check: docs
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache --no-logo
 
 # The tests of numerical code, as other processors round.
 processors: $(DEV_READY) $(INSTALLED)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from elastomorph.model.mesh import require_same_topology
-from elastomorph.paper_expressions import EXPRESSIONS
 from elastomorph.samples import expressions, shapes
+from elastomorph.samples.paper_expressions import EXPRESSIONS
 from sculptor import groups, lips
 from sculptor.anatomy import EYE_CENTRE, EYE_RADIUS
 from sculptor.layout import MOUTH

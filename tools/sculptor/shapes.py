@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from elastomorph.model.mesh import Mesh
-from elastomorph.paper_expressions import EXPRESSIONS
+from elastomorph.samples.paper_expressions import EXPRESSIONS
 from sculptor.assembly import build
 from sculptor.implicit import Points
 from sculptor.muscles import movements

@@ -9,9 +9,9 @@ from pathlib import Path
 from elastomorph.character.paths import PathMaker
 from elastomorph.character.settings import Settings
 from elastomorph.character.sources import Sources, find_sources
-from elastomorph.io.registry import read, rig_as_stored
+from elastomorph.io.registry import read
 from elastomorph.io.rig_cache import RigCache
-from elastomorph.io.rig_folder import read_targets
+from elastomorph.io.rig_folder import read_targets, rig_as_stored
 from elastomorph.io.rig_key import content_digests
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig

@@ -20,9 +20,8 @@ from elastomorph.io.registry import (
     RIG_FORMATS,
     known_suffixes,
     read,
-    rig_as_stored,
 )
-from elastomorph.io.rig_folder import find_neutral
+from elastomorph.io.rig_folder import find_neutral, rig_as_stored
 
 __all__ = ["Survey", "survey"]
 

@@ -93,7 +93,7 @@ def _names_in(path: Path | None) -> list[str]:
         with open_npz(path) as members:
             return [str(name) for name in members.array("morph_names", "U", (None,))]
     if suffix in (".glb", ".gltf", ".vrm"):
-        from elastomorph.io.registry import rig_as_stored
+        from elastomorph.io.rig_folder import rig_as_stored
 
         return list(rig_as_stored(path).morphs)
     return []

@@ -14,7 +14,7 @@ from elastomorph.cli import options
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from elastomorph.inspection import Displacement, MeshFacts
+    from elastomorph.model.inspection import Displacement, MeshFacts
     from elastomorph.model.morph import Morph
     from elastomorph.rig import Rig
 
@@ -47,10 +47,10 @@ def inspect(
       elastomorph inspect head.glb
     """
     from elastomorph.errors import ParameterError
-    from elastomorph.inspection import displacement, mesh_facts
     from elastomorph.io import read
     from elastomorph.io.choices import choice_to_json
     from elastomorph.io.settings_used import settings_used
+    from elastomorph.model.inspection import displacement, mesh_facts
 
     first = files[0]
     changes: dict[str, Displacement] = {}

@@ -213,7 +213,8 @@ def full_rig(
         mesh: Names of the meshes meant, in a file with several.
     """
     from elastomorph.errors import ParameterError
-    from elastomorph.io.registry import BUILT_IN, read_rig, rig_as_stored
+    from elastomorph.io.registry import BUILT_IN
+    from elastomorph.io.rig_folder import read_rig, rig_as_stored
     from elastomorph.rig.remade import with_paths
 
     settings = settings_of(path, None, method) if settings is None else settings
@@ -252,10 +253,11 @@ def expression_rig(
 
     Arguments as for `full_rig`.
     """
-    from elastomorph.io.registry import BUILT_IN, rig_as_stored
-    from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
+    from elastomorph.io.registry import BUILT_IN
+    from elastomorph.io.rig_folder import rig_as_stored
     from elastomorph.rig import Rig
     from elastomorph.rig.remade import bare_rig, extent_of, with_paths
+    from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
     settings = settings_of(path, None, method) if settings is None else settings
     if names is not None:

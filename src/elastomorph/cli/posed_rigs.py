@@ -110,13 +110,8 @@ def _rig(
 ) -> Rig:
     """A rig, paths that no one has chosen left out; a plain mesh becomes one without sliders."""
     from elastomorph.errors import FormatError, ParameterError
-    from elastomorph.io.registry import (
-        BUILT_IN,
-        MESH_FORMATS,
-        RIG_FORMATS,
-        known_suffixes,
-        rig_as_stored,
-    )
+    from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_suffixes
+    from elastomorph.io.rig_folder import rig_as_stored
     from elastomorph.rig import Rig
 
     path = options.named_rig(named, settings)

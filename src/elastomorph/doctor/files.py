@@ -6,6 +6,8 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from elastomorph.character import find_settings, read_settings
+from elastomorph.character.sources import find_sources
 from elastomorph.doctor.examination import Examination, Settings, unreadable_neutral
 from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.errors import ElastomorphError, FormatError, ParameterError
@@ -34,9 +36,6 @@ def rig_paths(paths: Sequence[str | Path]) -> tuple[Path, ...]:
         FormatError: Settings that cannot be understood.
         ParameterError: A folder, settings or a rig beside other paths, or a file twice.
     """
-    from elastomorph.character import find_settings, read_settings
-    from elastomorph.character.sources import find_sources
-
     files = [Path(path) for path in paths]
     if len(files) == 1:
         folder = files[0].is_dir()

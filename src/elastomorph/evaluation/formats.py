@@ -11,11 +11,12 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from elastomorph.errors import MissingExtraError
-from elastomorph.evaluation.results import Evaluation
 from elastomorph.evaluation.summary import conclusions, summaries
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from elastomorph.evaluation.results import Evaluation
 
 __all__ = ["data_frame", "evaluation_json", "long_csv", "summary_csv"]
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import html
+from typing import TYPE_CHECKING
 
-from elastomorph.evaluation.results import Evaluation
 from elastomorph.evaluation.summary import conclusions, informed_methods, rankings, summaries
 from elastomorph.evaluation.table import LEGEND, table_columns, table_title
+
+if TYPE_CHECKING:
+    from elastomorph.evaluation.results import Evaluation
 
 __all__ = ["evaluation_html"]
 

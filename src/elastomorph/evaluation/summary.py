@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from elastomorph.evaluation.results import Evaluation
+if TYPE_CHECKING:
+    from elastomorph.evaluation.results import Evaluation
 
 __all__ = [
     "SAME",

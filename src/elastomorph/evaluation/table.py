@@ -5,19 +5,22 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from elastomorph.evaluation.results import Evaluation
 from elastomorph.evaluation.summary import (
     MethodSummary,
     conclusions,
     informed_methods,
     summaries,
 )
+
+if TYPE_CHECKING:
+    from elastomorph.evaluation.results import Evaluation
 
 __all__ = [
     "LEGEND",

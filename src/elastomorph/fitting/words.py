@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from elastomorph.evaluation.summary import same
 from elastomorph.fitting.objective import EXCURSION
-from elastomorph.fitting.results import CurveFit, Errors, Fit, Ratio
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+    from elastomorph.fitting.results import CurveFit, Errors, Fit, Ratio
 
 __all__ = ["conclusions", "fit_facts", "fit_text", "ratio_words"]
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from elastomorph.io.registry import read, read_rig, write
+from elastomorph.io.registry import read, write
+from elastomorph.io.rig_folder import read_rig
 from elastomorph.io.sequences import read_sequence, write_sequence
 
 __all__ = ["read", "read_rig", "read_sequence", "write", "write_sequence"]

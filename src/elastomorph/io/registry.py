@@ -6,7 +6,7 @@ a program that reads OBJ files never loads the rest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
@@ -18,9 +18,7 @@ from elastomorph.errors import FileError, FormatError, MissingExtraError, Parame
 from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.checked import require_name
 from elastomorph.model.mesh import Mesh
-from elastomorph.paths import Method
 from elastomorph.rig import Rig
-from elastomorph.rig.remade import bare_rig, with_paths
 
 __all__ = [
     "BUILT_IN",
@@ -30,8 +28,7 @@ __all__ = [
     "format_of",
     "known_suffixes",
     "read",
-    "read_rig",
-    "rig_as_stored",
+    "require_there",
     "write",
     "writer_of",
 ]
@@ -156,87 +153,17 @@ def read(path: str | Path) -> Mesh:
         FileError: The file is missing or cannot be read.
         FormatError: The suffix is unknown, or the content is not what the format allows.
     """
-    _require_there(path)
+    require_there(path)
     return format_of(path, MESH_FORMATS).read(path)
 
 
-def _require_there(path: str | Path) -> None:
+def require_there(path: str | Path) -> None:
     """Refuse a name without a suffix that nothing has: a mistyped folder, not an unknown format."""
     require_name(path)
     if not Path(path).suffix and not is_file(path) and not is_folder(path):
         raise FileError(
             path, "there is no such file or folder; check the name and where it is looked for"
         )
-
-
-def read_rig(path: str | Path, *, method: str | Method | None = None, **options: Any) -> Rig:
-    """The rig in a file or a folder, or our own head.
-
-    Args:
-        path: A file (.glb, .gltf, .vrm, .usd, .usda, .usdc, .usdz, .fbx, .npz), a folder of mesh
-            files, one of them with ``neutral`` in its name, or ``built-in``.
-        method: Makes all paths anew, as for `elastomorph.interpolate`. Without it, paths that the
-            file holds stay as they are, and targets without get the method ``auto``.
-        **options: ``mesh`` of the reader, for a file with several meshes; ``neutral``, ``cache``
-            and ``say`` of `elastomorph.io.rig_folder.read_rig_folder`, for a folder; ``curves``,
-            and fields of `elastomorph.paths.Method`.
-
-    Raises:
-        FileError: The file or folder is missing or cannot be read.
-        FormatError: The suffix is unknown, or the content is not what the format allows.
-        TopologyError: A target of a folder has other vertices or polygons than the neutral.
-        ParameterError: The method cannot be applied, or an option is not understood.
-        MissingExtraError: The format needs a package that is not installed.
-    """
-    require_name(path)
-    if is_folder(path) and str(path) != BUILT_IN:
-        from elastomorph.io.rig_folder import read_rig_folder
-
-        _refuse_options(path, options, ("mesh",), "a folder")
-        return read_rig_folder(path, method=Method() if method is None else method, **options)
-    _refuse_options(path, options, ("neutral", "cache"), "no folder")
-    mesh = options.pop("mesh", None)
-    return with_paths(rig_as_stored(path, mesh=mesh), method, **options)
-
-
-def rig_as_stored(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
-    """The rig in a file or a folder, or our own head, without a path where the source has none.
-
-    Args:
-        path: As for `read_rig`.
-        mesh: As for `read_rig`.
-
-    Returns:
-        The rig. Targets whose path the source leaves open are marked `elastomorph.Morph.bare`:
-        `elastomorph.rig.remade.with_paths` chooses one.
-
-    Raises:
-        ElastomorphError: As `read_rig`.
-    """
-    beside: dict[str, Any] = {} if mesh is None else {"mesh": mesh}
-    if str(path) == BUILT_IN:
-        from elastomorph.samples import expressions, head, shapes
-
-        _refuse_options(path, beside, ("mesh",), "our own head")
-        return bare_rig(head(), {**shapes(), **expressions()})
-    if is_folder(path):
-        _refuse_options(path, beside, ("mesh",), "a folder")
-        straight = read_rig(path, method="linear")
-        return bare_rig(straight.neutral, {n: m.target for n, m in straight.morphs.items()})
-    _require_there(path)
-    known = format_of(path, RIG_FORMATS)
-    if ".npz" in known.suffixes:
-        _refuse_options(path, beside, ("mesh",), "an archive of one rig")
-    return known.read(path, **beside)
-
-
-def _refuse_options(
-    path: str | Path, options: dict[str, Any], names: Sequence[str], what: str
-) -> None:
-    for name in names:
-        if options.get(name) is not None:
-            raise ParameterError(f"{path} is {what}: leave out '{name}'")
-        options.pop(name, None)
 
 
 def write(path: str | Path, thing: Mesh | Rig, **options: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Rigs as folders of mesh files: a neutral, and a target in each other file.
+"""Rigs from wherever they are: a file, our own head, or a folder of meshes, one a neutral.
 
 Files are read one after another: on two cores, threads save nothing, as parsing holds the
 interpreter, and processes save no more than they cost to start (``benchmarks/rig_loading.py``).
@@ -6,14 +6,24 @@ interpreter, and processes save no more than they cost to start (``benchmarks/ri
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.errors import FileError
+from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import is_file, is_folder
-from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read
+from elastomorph.io.checked import require_name
+from elastomorph.io.registry import (
+    BUILT_IN,
+    MESH_FORMATS,
+    RIG_FORMATS,
+    format_of,
+    known_suffixes,
+    read,
+    require_there,
+)
 from elastomorph.io.rig_cache import RigCache
 from elastomorph.io.rig_key import content_digests
 from elastomorph.model.mesh import Mesh, require_same_topology
@@ -21,7 +31,15 @@ from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.rig.remade import bare_rig, with_paths
 
-__all__ = ["RigFiles", "find_neutral", "find_rig_files", "read_rig_folder", "read_targets"]
+__all__ = [
+    "RigFiles",
+    "find_neutral",
+    "find_rig_files",
+    "read_rig",
+    "read_rig_folder",
+    "read_targets",
+    "rig_as_stored",
+]
 
 _WORD = "neutral"
 
@@ -42,6 +60,74 @@ class RigFiles:
     def all(self) -> tuple[Path, ...]:
         """The neutral and the targets in the order of their names."""
         return (self.neutral, *self.targets.values())
+
+
+def read_rig(path: str | Path, *, method: str | Method | None = None, **options: Any) -> Rig:
+    """The rig in a file or a folder, or our own head.
+
+    Args:
+        path: A file (.glb, .gltf, .vrm, .usd, .usda, .usdc, .usdz, .fbx, .npz), a folder of mesh
+            files, one of them with ``neutral`` in its name, or ``built-in``.
+        method: Makes all paths anew, as for `elastomorph.interpolate`. Without it, paths that the
+            file holds stay as they are, and targets without get the method ``auto``.
+        **options: ``mesh`` of the reader, for a file with several meshes; ``neutral``, ``cache``
+            and ``say`` of `elastomorph.io.rig_folder.read_rig_folder`, for a folder; ``curves``,
+            and fields of `elastomorph.paths.Method`.
+
+    Raises:
+        FileError: The file or folder is missing or cannot be read.
+        FormatError: The suffix is unknown, or the content is not what the format allows.
+        TopologyError: A target of a folder has other vertices or polygons than the neutral.
+        ParameterError: The method cannot be applied, or an option is not understood.
+        MissingExtraError: The format needs a package that is not installed.
+    """
+    require_name(path)
+    if is_folder(path) and str(path) != BUILT_IN:
+        _refuse_options(path, options, ("mesh",), "a folder")
+        return read_rig_folder(path, method=Method() if method is None else method, **options)
+    _refuse_options(path, options, ("neutral", "cache"), "no folder")
+    mesh = options.pop("mesh", None)
+    return with_paths(rig_as_stored(path, mesh=mesh), method, **options)
+
+
+def rig_as_stored(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
+    """The rig in a file or a folder, or our own head, without a path where the source has none.
+
+    Args:
+        path: As for `read_rig`.
+        mesh: As for `read_rig`.
+
+    Returns:
+        The rig. Targets whose path the source leaves open are marked `elastomorph.Morph.bare`:
+        `elastomorph.rig.remade.with_paths` chooses one.
+
+    Raises:
+        ElastomorphError: As `read_rig`.
+    """
+    beside: dict[str, Any] = {} if mesh is None else {"mesh": mesh}
+    if str(path) == BUILT_IN:
+        from elastomorph.samples import expressions, head, shapes
+
+        _refuse_options(path, beside, ("mesh",), "our own head")
+        return bare_rig(head(), {**shapes(), **expressions()})
+    if is_folder(path):
+        _refuse_options(path, beside, ("mesh",), "a folder")
+        straight = read_rig(path, method="linear")
+        return bare_rig(straight.neutral, {n: m.target for n, m in straight.morphs.items()})
+    require_there(path)
+    known = format_of(path, RIG_FORMATS)
+    if ".npz" in known.suffixes:
+        _refuse_options(path, beside, ("mesh",), "an archive of one rig")
+    return known.read(path, **beside)
+
+
+def _refuse_options(
+    path: str | Path, options: dict[str, Any], names: Sequence[str], what: str
+) -> None:
+    for name in names:
+        if options.get(name) is not None:
+            raise ParameterError(f"{path} is {what}: leave out '{name}'")
+        options.pop(name, None)
 
 
 def read_rig_folder(

@@ -10,9 +10,9 @@ from elastomorph.evaluation.rigid_parts import RigidParts, find_rigid_parts
 from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
+from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
 __all__ = ["Subject", "built_in_subject", "rig_subject"]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.doctor.half_edges import HalfEdges
 from elastomorph.doctor.words import counted, listed
-from elastomorph.inspection import MeshFacts, mesh_facts
 from elastomorph.model.components import component_of
+from elastomorph.model.inspection import MeshFacts, mesh_facts
 from elastomorph.model.mesh import Mesh
 
 __all__ = ["SurfaceFacts", "examine_surface", "surface_facts"]

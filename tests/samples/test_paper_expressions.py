@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import elastomorph as em
-from elastomorph.paper_expressions import EXPRESSIONS, compose_expressions
+from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
 
 def test_sums_of_weighted_displacements_of_both_sides() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elastomorph.errors import TopologyError
-from elastomorph.inspection import displacement, mesh_facts
+from elastomorph.model.inspection import displacement, mesh_facts
 from elastomorph.model.mesh import Mesh
 
 
