@@ -11,7 +11,7 @@ DEV_READY := $(VENV)/.dev
 INSTALLED := $(VENV)/.installed
 WEB_READY := web/node_modules/.ready
 
-.PHONY: demo test check processors docs format page coverage requirements clean
+.PHONY: demo test check house processors docs format page coverage requirements clean
 # One environment, which no two installations may change at once.
 .NOTPARALLEL:
 
@@ -27,6 +27,11 @@ check: docs
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
+	$(BIN)/python tools/house.py --check
+
+# How large, how knotted and how slow to open the package is.
+house: $(DEV_READY)
+	$(BIN)/python tools/house.py --list
 
 # The tests of numerical code, as other processors round.
 processors: $(DEV_READY) $(INSTALLED)

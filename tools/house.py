@@ -1,0 +1,358 @@
+"""The figures of the house: how large, how knotted and how slow to open the package is.
+
+    python tools/house.py               figures of this checkout
+    python tools/house.py --at v0.2.0   beside those of another revision
+    python tools/house.py --list        with the name of everything over a limit
+    python tools/house.py --check       nothing but what breaks a limit; fails where there is any
+
+Rooms, the order they stand in and the methods that may hand upward are those of the contracts in
+`pyproject.toml`. A module that has moved counts where it stands today.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import json
+import os
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+import tomllib
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+
+import grimp
+import numpy as np
+from duplicates import duplicates
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = "elastomorph"
+
+FILE_LINES = 350
+FUNCTION_LINES = 60
+COMPLEXITY = 15
+RUNS = 7
+LATER = {f"functions over {FUNCTION_LINES} lines"}
+"""What `--check` lets pass as long as the house does not keep it."""
+
+# The way of a vertex from a file to a file, told which functions run on it.
+ROUTE = """
+import json, sys
+from pathlib import Path
+package, folder = sys.argv[1:]
+import elastomorph as em
+from elastomorph.samples import expressions, head
+neutral, smile = f"{folder}/neutral.obj", f"{folder}/smile.obj"
+em.write(neutral, head())
+em.write(smile, expressions()["grinning"])
+for name in [name for name in sys.modules if name.partition(".")[0] == package]:
+    del sys.modules[name]
+files, named = set(), []
+def imported(frame):  # runs because a module is being imported
+    while frame:
+        if frame.f_code.co_name == "<module>" and f"{package}/" in frame.f_code.co_filename:
+            return True
+        frame = frame.f_back
+def note(frame, event, argument):
+    if event == "call":
+        file, before = frame.f_code.co_filename, frame.f_back
+        if f"{package}/" in file and file not in files and not imported(frame):
+            files.add(file)
+        if frame.f_code.co_name == "import_module" and f"{package}/" in before.f_code.co_filename:
+            if str(frame.f_locals["name"]).startswith(package):
+                named.append(frame.f_locals["name"])
+sys.setprofile(note)
+import elastomorph as em
+mesh, target = em.read(neutral), em.read(smile)
+curves = em.extract_curves(mesh)
+morph = em.interpolate(mesh, target, method="beam", order=2, curves=curves)
+rig = em.Rig(mesh, {"smile": morph})
+rig.pose({"smile": 0.5})
+em.write(f"{folder}/x.glb", rig)
+sys.setprofile(None)
+print(json.dumps([sorted(files), named]))
+"""
+
+
+@dataclass
+class Figures:
+    """What was counted in one checkout; names of what is over a limit, with its size."""
+
+    rooms: dict[str, tuple[int, int]] = field(default_factory=dict)
+    files: dict[str, int] = field(default_factory=dict)
+    functions: dict[str, int] = field(default_factory=dict)
+    complex: list[str] = field(default_factory=list)
+    upward: list[str] = field(default_factory=list)
+    circles: list[str] = field(default_factory=list)
+    duplicates: list[str] = field(default_factory=list)
+    import_seconds: float = 0.0
+    help_seconds: float = 0.0
+    route: list[str] = field(default_factory=list)
+    named_imports: int = 0
+
+    @property
+    def broken(self) -> dict[str, list[str]]:
+        """Everything over a limit, by the words for the limit."""
+        return {
+            f"files over {FILE_LINES} lines": _sized(self.files),
+            f"functions over {FUNCTION_LINES} lines": _sized(self.functions),
+            f"functions more complex than {COMPLEXITY}": self.complex,
+            "imports upward": self.upward,
+            "circles of imports": self.circles,
+            "duplicates over ten lines": self.duplicates,
+        }
+
+
+def counted(root: Path, *, timed: bool = True) -> Figures:
+    """The figures of a checkout; without those that need the package to run, if not timed."""
+    found = Figures()
+    package = root / "src" / PACKAGE
+    sources = sorted(package.rglob("*.py"))
+    for file in sources:
+        text = file.read_text()
+        lines, name = text.count("\n"), str(file.relative_to(package))
+        room = room_of(_module_of(file, package))
+        files, before = found.rooms.get(room, (0, 0))
+        found.rooms[room] = (files + 1, before + lines)
+        if lines > FILE_LINES:
+            found.files[name] = lines
+        for function, length in _functions(text):
+            if length > FUNCTION_LINES:
+                found.functions[f"{name}:{function}"] = length
+    found.complex = _complex(package)
+    found.upward, found.circles = _arrows(root)
+    found.duplicates = [str(each).replace(f"{package}/", "") for each in duplicates(sources)]
+    if timed:
+        found.import_seconds = _least_seconds(root, f"import {PACKAGE}")
+        found.help_seconds = _least_seconds(
+            root, f"import sys; from {PACKAGE}.cli import main; sys.argv[1:] = ['--help']; main()"
+        )
+        found.route, found.named_imports = _route(root)
+    return found
+
+
+def _module_of(file: Path, package: Path) -> str:
+    parts = file.relative_to(package.parent).with_suffix("").parts
+    return ".".join(part for part in parts if part != "__init__")
+
+
+def _functions(text: str) -> Iterator[tuple[str, int]]:
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield node.name, (node.end_lineno or 0) - node.lineno + 1
+
+
+def _complex(package: Path) -> list[str]:
+    rule = f"lint.mccabe.max-complexity={COMPLEXITY}"
+    words = (
+        sys.executable,
+        "-m",
+        "ruff",
+        "check",
+        "--isolated",
+        "--select",
+        "C901",
+        "--output-format",
+        "concise",
+    )
+    done = subprocess.run(
+        [*words, "--no-cache", "--config", rule, str(package)], capture_output=True, text=True
+    )
+    lines = [line for line in done.stdout.splitlines() if " C901 " in line]
+    return [line.replace(f"{package}/", "").replace(" C901", "") for line in lines]
+
+
+# ---- imports -----------------------------------------------------------------------------------
+
+
+def _contract() -> tuple[dict[str, int], set[tuple[str, ...]]]:
+    """The height of each room, and the imports that may lead upward."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
+    layers = next(each for each in settings["contracts"] if each["type"] == "layers")
+    height = {
+        room.strip(): -row
+        for row, rooms in enumerate(layers["layers"])
+        for room in rooms.split("|")
+    }
+    allowed = {tuple(each.split(" -> ")) for each in layers["ignore_imports"]}
+    return height, allowed
+
+
+def _new_names() -> dict[str, str]:
+    """Today's name of each module that had another."""
+    tree = ast.parse((ROOT / "src" / PACKAGE / "_renamed.py").read_text())
+    names: dict[str, object] = {}
+    for node in tree.body:
+        if isinstance(node, ast.Assign):
+            exec(compile(ast.Module([node], []), "_renamed", "exec"), {}, names)
+    return dict(names["_NEW_NAMES"])  # type: ignore[call-overload]
+
+
+HEIGHT, FORWARDS = _contract()
+NEW_NAMES = _new_names()
+
+
+def room_of(module: str) -> str:
+    """The room a module stands in, or stood in when it had another name."""
+    old = module
+    while old:
+        if old in NEW_NAMES:
+            module = NEW_NAMES[old] + module[len(old) :]
+            break
+        old = old.rpartition(".")[0]
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 and parts[1] in HEIGHT else "top"
+
+
+def _arrows(root: Path) -> tuple[list[str], list[str]]:
+    """Imports that lead upward or aside, and circles, imports within functions among them."""
+    sys.path.insert(0, str(root / "src"))
+    try:
+        graph = grimp.build_graph(PACKAGE, exclude_type_checking_imports=True, cache_dir=None)
+    finally:
+        sys.path.remove(str(root / "src"))
+    upward = []
+    for importer in sorted(graph.modules):
+        for imported in sorted(graph.find_modules_directly_imported_by(importer)):
+            if (importer, imported) in FORWARDS:
+                graph.remove_import(importer=importer, imported=imported)
+            elif not _allowed(room_of(importer), room_of(imported)):
+                upward.append(f"{importer} -> {imported}")
+    found = circles({m: graph.find_modules_directly_imported_by(m) for m in graph.modules})
+    return upward, [" ".join(each) for each in found]
+
+
+def _allowed(importer: str, imported: str) -> bool:
+    if importer == imported or importer not in HEIGHT or imported not in HEIGHT:
+        return importer == imported or importer == "top"
+    return HEIGHT[imported] < HEIGHT[importer]
+
+
+def circles(imports: dict[str, set[str]]) -> list[list[str]]:
+    """The sets of modules that reach each other, each in the order of names."""
+    names = sorted(imports)
+    edges = [(names.index(a), names.index(b)) for a in names for b in imports[a]]
+    ones = np.ones(len(edges))
+    graph = csr_array((ones, tuple(np.reshape(edges, (-1, 2)).T)), shape=(len(names),) * 2)
+    count, own = connected_components(graph, connection="strong")
+    sets = [
+        [name for name, set_ in zip(names, own, strict=True) if set_ == i] for i in range(count)
+    ]
+    return sorted(each for each in sets if len(each) > 1)
+
+
+# ---- what needs the package to run ---------------------------------------------------------------
+
+
+def _least_seconds(root: Path, code: str) -> float:
+    """The least time that a process of its own takes, its start included."""
+    seconds = []
+    for _ in range(RUNS):
+        start = time.perf_counter()
+        _run(root, code)
+        seconds.append(time.perf_counter() - start)
+    return min(seconds)
+
+
+def _route(root: Path) -> tuple[list[str], int]:
+    """Files whose functions run on the way of a vertex, and imports on it by name."""
+    with tempfile.TemporaryDirectory() as folder:
+        files, named = json.loads(_run(root, ROUTE, PACKAGE, folder))
+    package = f"{root / 'src' / PACKAGE}/"
+    return [str(file).replace(package, "") for file in files], len(named)
+
+
+def _run(root: Path, code: str, *words: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code, *words],
+        env=os.environ | {"PYTHONPATH": str(root / "src")},
+        capture_output=True,
+        check=True,
+        text=True,
+    )
+    return done.stdout
+
+
+# ---- printing ------------------------------------------------------------------------------------
+
+
+@contextmanager
+def checkout(revision: str) -> Iterator[Path]:
+    """A folder with the files of a revision."""
+    packed = subprocess.run(
+        ["git", "-C", str(ROOT), "archive", revision, "src"], capture_output=True, check=True
+    ).stdout
+    with tempfile.TemporaryDirectory() as folder:
+        with tarfile.open(fileobj=BytesIO(packed)) as archive:
+            archive.extractall(folder, filter="data")
+        yield Path(folder)
+
+
+def _sized(sizes: dict[str, int]) -> list[str]:
+    return [f"{size:5} {name}" for name, size in sorted(sizes.items(), key=lambda each: -each[1])]
+
+
+ROWS: dict[str, Callable[[Figures], object]] = {
+    "files": lambda f: sum(files for files, _ in f.rooms.values()),
+    "lines": lambda f: f"{sum(lines for _, lines in f.rooms.values()):,}",
+    f"import {PACKAGE}": lambda f: f"{f.import_seconds:.3f} s",
+    f"{PACKAGE} --help": lambda f: f"{f.help_seconds:.3f} s",
+    "files a vertex passes": lambda f: len(f.route),
+    "imports by name on its way": lambda f: f.named_imports,
+}
+
+
+def _print(columns: dict[str, Figures]) -> None:
+    def row(name: str, values: list[object]) -> None:
+        print(f"{name:36}" + "".join(f"{value!s:>20}" for value in values))
+
+    row("", list(columns))
+    rooms = Counter({room: 1 for own in columns.values() for room in own.rooms})
+    for room in sorted(rooms, key=lambda each: -HEIGHT.get(each, 9)):
+        counts = [own.rooms.get(room, (0, 0)) for own in columns.values()]
+        row(f"  {room}", [f"{files} files {lines:6,}" for files, lines in counts])
+    for name, value in ROWS.items():
+        row(name, [value(own) for own in columns.values()])
+    for name in Figures().broken:
+        row(name, [len(own.broken[name]) for own in columns.values()])
+
+
+def main() -> None:
+    """Print the figures, or check them."""
+    parser = argparse.ArgumentParser(description=__doc__, add_help=True)
+    parser.add_argument("--at", metavar="REVISION", help="print another revision's beside them")
+    parser.add_argument("--list", action="store_true", help="name everything over a limit")
+    parser.add_argument("--check", action="store_true", help="fail where a limit is broken")
+    chosen = parser.parse_args()
+    here = counted(ROOT, timed=not chosen.check)
+    if chosen.check:
+        broken = {what: names for what, names in here.broken.items() if names and what not in LATER}
+        _name(broken)
+        sys.exit(bool(broken))
+    columns = {"now": here}
+    if chosen.at:
+        with checkout(chosen.at) as other:
+            columns = {chosen.at: counted(other), "now": here}
+    _print(columns)
+    if chosen.list:
+        _name(here.broken)
+        print("\nfiles a vertex passes\n  " + "\n  ".join(here.route))
+
+
+def _name(broken: dict[str, list[str]]) -> None:
+    for what, things in broken.items():
+        print(f"\n{what}: {len(things)}")
+        print("".join(f"  {thing}\n" for thing in things), end="")
+
+
+if __name__ == "__main__":
+    main()
