@@ -16,7 +16,7 @@ from elastomorph.character.lines import line_of
 from elastomorph.character.schema import Key
 from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
 from elastomorph.io.atomic import opened
-from elastomorph.io.checked import shortened
+from elastomorph.io.untrusted import shortened
 
 __all__ = ["Document", "Where", "nearest", "open_document"]
 

@@ -15,7 +15,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, NoReturn
 
-from elastomorph.errors import FileError, FormatError
+from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.kept_inputs import note_input, note_output, require_no_input
 from elastomorph.io.temporaries import remove_orphans, temporary_name
 
@@ -27,10 +27,21 @@ __all__ = [
     "read_bytes",
     "replacing",
     "replacing_path",
+    "require_name",
     "size_of",
 ]
 
 _GZIP = b"\x1f\x8b\x08"
+
+
+def require_name(path: object) -> None:
+    """Check that what should name a file can.
+
+    Raises:
+        ParameterError: It is neither a text nor a path.
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise ParameterError(f"a file is named by a text or a Path, found {type(path).__name__}")
 
 
 def read_bytes(path: str | Path) -> bytes:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import opened, replacing
-from elastomorph.io.budget import MemoryBudget
+from elastomorph.io.untrusted import MemoryBudget
 
 __all__ = ["NpzMembers", "open_npz", "pack_arrays", "write_arrays"]
 

@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
 from elastomorph.io.atomic import replacing
-from elastomorph.io.checked import naming_file
 from elastomorph.io.csv_table import CsvTable, numbers, read_table
 from elastomorph.io.livelink import is_livelink, livelink_performance
 from elastomorph.io.performance_units import TIME_COLUMNS, AmbiguousUnitsError, units_of
+from elastomorph.io.untrusted import naming_file
 from elastomorph.rig.performance import Performance
 
 __all__ = ["read_performance", "read_performance_csv", "write_performance_csv"]

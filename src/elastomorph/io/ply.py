@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes, replacing
-from elastomorph.io.checked import naming_file
 from elastomorph.io.ply_header import ENCODINGS, PlyHeader, read_header
 from elastomorph.io.ply_rows import Column, read_columns
+from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import Mesh, Source
 from elastomorph.model.polygons import Polygons
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes
-from elastomorph.io.checked import shortened
+from elastomorph.io.untrusted import shortened
 
 __all__ = ["read_region"]
 

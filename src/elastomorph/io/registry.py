@@ -1,22 +1,20 @@
 """Which function reads and writes which file: one table a kind of thing, found by suffix.
 
-A format joins by one line in a table. Its modules are imported when a file of it is first met, so
-a program that reads OBJ files never loads the rest.
+A format joins by one line in a table and a function that imports its package when a file of it is
+first met, so a program that reads OBJ files never loads the rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from importlib import import_module
 from importlib.util import find_spec
 from inspect import signature
 from pathlib import Path
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, Generic, TypeVar
 
 from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
-from elastomorph.io.atomic import is_file, is_folder
-from elastomorph.io.checked import require_name
+from elastomorph.io.atomic import is_file, is_folder, require_name
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
@@ -39,6 +37,10 @@ BUILT_IN = "built-in"
 """What our own head is called where a rig is named; a file of that name is ``./built-in``."""
 
 
+Reader = Callable[..., T]
+Writer = Callable[..., Any]
+
+
 @dataclass(frozen=True)
 class Format(Generic[T]):
     """How things of one kind are read from and written to files of one format.
@@ -46,69 +48,83 @@ class Format(Generic[T]):
     Attributes:
         name: What people call the format.
         suffixes: The suffixes its files have, in lower case, with the dot.
-        read: Path to thing.
-        write: Path, thing and options of the format, through `atomic.replacing`; None where the
-            format is only read.
+        load: Imports and returns its reader (path to thing) and its writer (path, thing and
+            options of the format, through `atomic.replacing`; None if there is none).
+        read_only: Whether files with these suffixes are not written.
         package: What the writer imports, what that is called where it is installed from, and the
             extra of ours that brings it; None where the writer needs nothing more.
     """
 
     name: str
     suffixes: tuple[str, ...]
-    read: Callable[..., T]
-    write: Callable[..., Any] | None
+    load: Callable[[], tuple[Reader[T], Writer | None]]
+    read_only: bool = False
     package: tuple[str, str, str] | None = None
 
-
-def _later(module: str, function: str) -> Callable[..., Any]:
-    def call(*arguments: Any, **options: Any) -> Any:
-        found = getattr(import_module(f"elastomorph.io.{module}"), function)
-        if options:
-            _require_options(arguments[0], options, found)
-        return found(*arguments, **options)
-
-    return call
+    def read(self, path: str | Path, **options: Any) -> T:
+        """The thing in a file."""
+        return self.load()[0](path, **options)
 
 
-def _require_options(path: object, options: dict[str, Any], function: Callable[..., Any]) -> None:
-    has = [own.name for own in signature(function).parameters.values() if own.default != own.empty]
-    for name in options:
-        if name not in has:
-            known = f"there are {', '.join(has)}" if has else "there are none"
-            raise ParameterError(f"{path}: this format has no option {name!r}; {known}")
+def _obj() -> tuple[Reader[Mesh], Writer]:
+    from elastomorph.io.obj import read_obj, write_obj
+
+    return read_obj, write_obj
+
+
+def _ply() -> tuple[Reader[Mesh], Writer]:
+    from elastomorph.io.ply import read_ply, write_ply
+
+    return read_ply, write_ply
+
+
+def _npz() -> tuple[Reader[Mesh], Writer]:
+    from elastomorph.io.npz import read_npz, write_npz
+
+    return read_npz, write_npz
+
+
+def _npz_rig() -> tuple[Reader[Rig], Writer]:
+    from elastomorph.io.rig_npz import read_rig_npz, write_rig_npz
+
+    return read_rig_npz, write_rig_npz
+
+
+def _gltf() -> tuple[Reader[Rig], Writer]:
+    from elastomorph.io.gltf import read_glb, write_glb
+
+    return read_glb, write_glb
+
+
+def _usd() -> tuple[Reader[Rig], Writer]:
+    from elastomorph.io.usd import read_usd, write_usd
+
+    return read_usd, write_usd
+
+
+def _fbx() -> tuple[Reader[Rig], None]:
+    from elastomorph.io.fbx import read_fbx
+
+    return read_fbx, None
 
 
 MESH_FORMATS: tuple[Format[Mesh], ...] = (
-    Format("Wavefront OBJ", (".obj",), _later("obj", "read_obj"), _later("obj", "write_obj")),
-    Format("Stanford PLY", (".ply",), _later("ply", "read_ply"), _later("ply", "write_ply")),
-    Format("NumPy archive", (".npz",), _later("npz", "read_npz"), _later("npz", "write_npz")),
+    Format("Wavefront OBJ", (".obj",), _obj),
+    Format("Stanford PLY", (".ply",), _ply),
+    Format("NumPy archive", (".npz",), _npz),
 )
 
+_PYGLTFLIB = ("pygltflib", "pygltflib", "gltf")
+_USD_CORE = ("pxr", "usd-core", "usd")
+
 RIG_FORMATS: tuple[Format[Rig], ...] = (
-    Format(
-        "glTF binary",
-        (".glb",),
-        _later("gltf", "read_glb"),
-        _later("gltf", "write_glb"),
-        ("pygltflib", "pygltflib", "gltf"),
-    ),
-    Format("glTF", (".gltf",), _later("gltf", "read_glb"), None),
-    Format("VRM", (".vrm",), _later("gltf", "read_glb"), None),
-    Format(
-        "USD",
-        (".usd", ".usda", ".usdc"),
-        _later("usd", "read_usd"),
-        _later("usd", "write_usd"),
-        ("pxr", "usd-core", "usd"),
-    ),
-    Format("USD package", (".usdz",), _later("usd", "read_usd"), None),
-    Format("Autodesk FBX", (".fbx",), _later("fbx", "read_fbx"), None),
-    Format(
-        "NumPy archive",
-        (".npz",),
-        _later("rig_npz", "read_rig_npz"),
-        _later("rig_npz", "write_rig_npz"),
-    ),
+    Format("glTF binary", (".glb",), _gltf, package=_PYGLTFLIB),
+    Format("glTF", (".gltf",), _gltf, read_only=True),
+    Format("VRM", (".vrm",), _gltf, read_only=True),
+    Format("USD", (".usd", ".usda", ".usdc"), _usd, package=_USD_CORE),
+    Format("USD package", (".usdz",), _usd, read_only=True),
+    Format("Autodesk FBX", (".fbx",), _fbx, read_only=True),
+    Format("NumPy archive", (".npz",), _npz_rig),
 )
 
 
@@ -185,24 +201,34 @@ def write(path: str | Path, thing: Mesh | Rig, **options: Any) -> Any:
         MissingExtraError: The format needs a package that is not installed.
     """
     require_name(path)
-    if isinstance(thing, Rig):
-        return writer_of(path, RIG_FORMATS)(path, thing, **options)
-    if isinstance(thing, Mesh):
-        return writer_of(path, MESH_FORMATS)(path, thing, **options)
+    if isinstance(thing, Mesh | Rig):
+        writer = writer_of(path, RIG_FORMATS if isinstance(thing, Rig) else MESH_FORMATS)
+        _require_options(path, options, writer)
+        return writer(path, thing, **options)
     raise ParameterError(
         f"expected a Mesh or a Rig to write, found {type(thing).__name__}; a MeshSequence is "
         "written with write_sequence"
     )
 
 
-def writer_of(path: str | Path, formats: tuple[Format[Any], ...]) -> Callable[..., Any]:
+def _require_options(path: str | Path, options: Iterable[str], writer: Writer) -> None:
+    own = [
+        each.name for each in signature(writer).parameters.values() if each.default != each.empty
+    ]
+    for name in options:
+        if name not in own:
+            known = f"there are {', '.join(own)}" if own else "there are none"
+            raise ParameterError(f"{path}: this format has no option {name!r}; {known}")
+
+
+def writer_of(path: str | Path, formats: tuple[Format[Any], ...]) -> Writer:
     """The function that writes the format a path names.
 
     Raises:
         FormatError: The suffix is unknown, or the format is only read.
         MissingExtraError: The writer needs a package that is not installed.
     """
-    writable = tuple(known for known in formats if known.write is not None)
+    writable = tuple(known for known in formats if not known.read_only)
     suffix = Path(path).suffix.lower()
     if suffix in known_suffixes(formats) and suffix not in known_suffixes(writable):
         raise FormatError(
@@ -212,4 +238,6 @@ def writer_of(path: str | Path, formats: tuple[Format[Any], ...]) -> Callable[..
     known = format_of(path, writable)
     if known.package is not None and find_spec(known.package[0]) is None:
         raise MissingExtraError(*known.package[1:])
-    return cast(Callable[..., Any], known.write)
+    writer = known.load()[1]
+    assert writer is not None
+    return writer

@@ -13,8 +13,7 @@ from typing import Any
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import FileError, ParameterError
-from elastomorph.io.atomic import is_file, is_folder
-from elastomorph.io.checked import require_name
+from elastomorph.io.atomic import is_file, is_folder, require_name
 from elastomorph.io.registry import (
     BUILT_IN,
     MESH_FORMATS,

@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
-from elastomorph.io.checked import naming_file
 from elastomorph.io.choices import choice_to_json
 from elastomorph.io.npz import mesh_of, surface_arrays
 from elastomorph.io.npz_members import NpzMembers, open_npz, write_arrays
@@ -42,6 +41,7 @@ from elastomorph.io.rig_npz_tables import (
     read_indices,
     read_lists,
 )
+from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import Mesh, Source
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig

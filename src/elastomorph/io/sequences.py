@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, ParameterError
-from elastomorph.io.atomic import is_file, replacing_path, size_of
-from elastomorph.io.budget import MemoryBudget
-from elastomorph.io.checked import naming_file, require_name
+from elastomorph.io.atomic import is_file, replacing_path, require_name, size_of
 from elastomorph.io.frame_names import find_frames, frame_pattern
 from elastomorph.io.npz import read_npz_sequence, write_npz_sequence
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read, writer_of
+from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.sequence import MeshSequence
 

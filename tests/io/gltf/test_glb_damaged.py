@@ -18,8 +18,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import ElastomorphWarning, FormatError
-from elastomorph.io.budget import allowed_memory
 from elastomorph.io.gltf import read_glb, write_glb
+from elastomorph.io.untrusted import allowed_memory
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig

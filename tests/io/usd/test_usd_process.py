@@ -11,7 +11,7 @@ import pytest
 from usd_rigs import grid, read_in_this_process, sample_rig
 
 from elastomorph.errors import FileError, FormatError, MissingExtraError
-from elastomorph.io.budget import MemoryBudget
+from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import read_usd, write_usd
 from elastomorph.rig import Rig
 from needs import extra

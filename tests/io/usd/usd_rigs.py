@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from elastomorph.errors import FormatError
-from elastomorph.io.budget import MemoryBudget
 from elastomorph.io.isolated import RefusedError
 from elastomorph.io.npz_members import open_npz, write_arrays
+from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import reader, worker
 from elastomorph.io.usd.paths import hat
 from elastomorph.io.usd.scene import Scene

@@ -27,7 +27,6 @@ from elastomorph.errors import (
     MissingExtraError,
     ParameterError,
 )
-from elastomorph.io.checked import naming_file
 from elastomorph.io.fbx.part import Channel, FbxPart, read_axes, read_parts
 from elastomorph.io.fbx.surface import mesh_of
 from elastomorph.io.fbx.worker import ADVICE
@@ -35,6 +34,7 @@ from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.placing import placings
+from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph

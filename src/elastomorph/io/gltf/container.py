@@ -19,7 +19,7 @@ from urllib.parse import unquote
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import read_bytes
-from elastomorph.io.budget import MemoryBudget
+from elastomorph.io.untrusted import MemoryBudget
 
 __all__ = ["GltfFile", "open_gltf"]
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ElastomorphWarning, ParameterError
-from elastomorph.io.checked import naming_file, shortened
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
 from elastomorph.io.gltf.scene import PlacedMesh, placed_meshes
@@ -21,6 +20,7 @@ from elastomorph.io.gltf.surfaces import read_surfaces, shape_count
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.placing import Placing
+from elastomorph.io.untrusted import naming_file, shortened
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons

@@ -25,9 +25,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from elastomorph.errors import ParameterError
-from elastomorph.io.budget import MemoryBudget
 from elastomorph.io.choices import choice_from_json, choice_to_json
 from elastomorph.io.gltf.targets import MorphTargets
+from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Choice
 from elastomorph.rig import Rig

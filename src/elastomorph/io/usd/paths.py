@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ElastomorphWarning, FormatError
-from elastomorph.io.checked import naming_file
+from elastomorph.io.untrusted import naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json
 from elastomorph.io.usd.scene import FoundShape
 from elastomorph.model.bend_curve import BendCurve

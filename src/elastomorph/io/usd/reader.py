@@ -11,11 +11,11 @@ from typing import Any
 
 from elastomorph.errors import ElastomorphWarning, FormatError, MissingExtraError
 from elastomorph.io.atomic import opened
-from elastomorph.io.checked import naming_file
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import wanted_names
 from elastomorph.io.placing import placings
+from elastomorph.io.untrusted import naming_file
 from elastomorph.io.usd.names import prim_names
 from elastomorph.io.usd.paths import morph_of, values_needed
 from elastomorph.io.usd.scene import FoundShape, Scene

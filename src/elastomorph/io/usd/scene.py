@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
-from elastomorph.io.checked import naming_file
 from elastomorph.io.joined_rig import turned_corners
 from elastomorph.io.npz_members import NpzMembers
+from elastomorph.io.untrusted import naming_file
 from elastomorph.io.usd.exact import checksum
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from elastomorph.errors import FormatError
-from elastomorph.io.budget import MemoryBudget, allowed_memory
+from elastomorph.io.untrusted import MemoryBudget, allowed_memory
 
 
 def test_a_file_under_a_megabyte_may_take_less_than_256_mb() -> None:

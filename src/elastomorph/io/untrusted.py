@@ -1,18 +1,22 @@
-"""How much memory a file may take: in proportion to its size, so that none can fill the machine.
+"""What every reader holds files to, for they may be damaged or made to harm.
 
 A few bytes can announce or unpack to gigabytes. What is about to be used is counted beforehand,
 with the copies that reading makes of it, and a file that asks for more than it may is refused: 32
 MiB, 192 times its size up to a megabyte, and 512 times what it has beyond. Real files stay far
-below that, and one under a megabyte takes at most 256 MB.
+below that, and one under a megabyte takes at most 256 MB. Complaints name the file, in short.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from elastomorph.errors import FormatError
+import numpy as np
 
-__all__ = ["MemoryBudget", "allowed_memory"]
+from elastomorph.errors import FormatError, MeshError, ParameterError
+
+__all__ = ["MemoryBudget", "allowed_memory", "naming_file", "shortened"]
 
 _BASE = 32 << 20
 _SMALL = 1_000_000
@@ -23,6 +27,8 @@ _BYTES_OF_OBJECTS = 12 << 10
 _BYTES_OF_LOOKUP = 4
 _MORE_THAN_DENSE = 1.1
 
+_LONGEST_MESSAGE = 700
+
 
 def allowed_memory(size: int) -> int:
     """Bytes of memory that reading a file of ``size`` bytes may take."""
@@ -30,7 +36,10 @@ def allowed_memory(size: int) -> int:
 
 
 class MemoryBudget:
-    """Counts what a file takes of the memory it may."""
+    """Counts what a file takes of the memory it may.
+
+    Every way to spend raises a FormatError where the file asks for more than it may.
+    """
 
     def __init__(self, path: str | Path, size: int) -> None:
         self._path = path
@@ -57,18 +66,13 @@ class MemoryBudget:
             )
 
     def spend_objects(self, count: int) -> None:
-        """Count things that each take some memory and time, such as targets or meshes.
-
-        Raises:
-            FormatError: As `spend`.
-        """
+        """Count things that each take some memory and time, such as targets or meshes."""
         self.spend(_BYTES_OF_OBJECTS * count)
 
     def spend_lookups(self, entries: int, names: int) -> None:
-        """Count entries of groups and correctives, each of which is looked up among the names.
+        """Count entries of groups and correctives, each looked up among the names.
 
-        Raises:
-            FormatError: As `spend`; what is spent here is time, as if it were memory.
+        What is spent here is time, as if it were memory.
         """
         self.spend(_BYTES_OF_LOOKUP * entries * names)
 
@@ -79,9 +83,31 @@ class MemoryBudget:
             vertices: V.
             fields: How many there are.
             copies: How often each is held at the same time.
-
-        Raises:
-            FormatError: As `spend`.
         """
         self.spend_objects(fields)
         self.spend(_MORE_THAN_DENSE * 24 * vertices * fields * copies)
+
+
+@contextmanager
+def naming_file(path: str | Path) -> Iterator[None]:
+    """Raise a FormatError that names ``path`` where a mesh or sequence refuses what was read.
+
+    Numbers from a file may be any; what comes of them is checked, so NumPy need not warn of them.
+
+    Raises:
+        FormatError: The content does not form a mesh or a sequence.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except (MeshError, ParameterError) as error:
+        raise FormatError(
+            path, f"{shortened(error)}; the file is damaged or was written wrongly"
+        ) from error
+
+
+def shortened(problem: object) -> str:
+    """A message without the middle of it where a name in it, which may be any, is very long."""
+    text = str(problem).encode("utf-8", "backslashreplace").decode()
+    half = _LONGEST_MESSAGE // 2
+    return text if len(text) <= _LONGEST_MESSAGE else f"{text[:half]} … {text[-half:]}"
