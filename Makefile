@@ -87,7 +87,7 @@ COMPILE := uv pip compile --universal --python-version 3.11 --upgrade --no-emit-
   --no-header --no-annotate --quiet
 requirements:
 	$(COMPILE) --extra dev pyproject.toml --output-file requirements/dev.txt
-	echo hatchling | $(COMPILE) --extra demo --extra gltf --no-emit-package imageio-ffmpeg \
+	echo hatchling | $(COMPILE) --extra demo --no-emit-package imageio-ffmpeg \
 	  --constraints requirements/dev.txt pyproject.toml - --output-file requirements/demo.txt
 
 clean:

@@ -39,9 +39,9 @@ def test_the_demo_has_a_part_of_the_versions_of_the_tests() -> None:
 def test_what_the_package_names_is_pinned() -> None:
     extras = PROJECT["optional-dependencies"]
     core = required(PROJECT["dependencies"])
-    assert core | required(extras["gltf"]) | {"hatchling"} <= names("demo")
+    assert core | {"hatchling"} <= names("demo")
     assert required(extras["demo"]) - {"imageio-ffmpeg"} <= names("demo")
-    every = [text for name in ("demo", "gltf", "usd", "fbx", "dev") for text in extras[name]]
+    every = [text for name in ("demo", "usd", "fbx", "dev") for text in extras[name]]
     assert core | required(every) <= names("dev")
 
 

@@ -124,10 +124,8 @@ def test_a_file_that_was_read_on_the_way_is_kept(here: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "package", "extra"),
     [
-        (["export", "face", "-o", "a.glb"], "pygltflib", "gltf"),
         (["export", "face", "-o", "a.usdc"], "pxr", "usd"),
-        (["animate", "face", "take.csv", "-o", "a.glb"], "pygltflib", "gltf"),
-        (["view", "face", "-o", "a.html"], "pygltflib", "gltf"),
+        (["animate", "face", "take.csv", "-o", "a.usda"], "pxr", "usd"),
         (["curves", "neutral.obj", "--picture", "a.png"], "vtkmodules", "demo"),
         (["blend", "face", "--sheet", "a.png"], "PIL", "demo"),
         (["evaluate", "motion.npz", "-o", "tables"], "matplotlib", "demo"),

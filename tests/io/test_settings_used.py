@@ -25,9 +25,7 @@ def rig() -> em.Rig:
 
 
 def require_library(suffix: str) -> None:
-    if suffix == ".glb":
-        extra("pygltflib", "gltf")
-    elif "usd" in suffix:
+    if "usd" in suffix:
         extra("pxr", "usd")
 
 

@@ -18,6 +18,7 @@ from elastomorph.io.take_npz import write_npz_take
 from elastomorph.io.takes import holds_positions, write_take
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance, slider_weights
+from foreign_files import chunks_of
 from needs import extra
 
 
@@ -172,14 +173,13 @@ def test_which_files_hold_positions(tmp_path: Path) -> None:
 
 
 def test_a_glb_plays_the_take(tmp_path: Path) -> None:
-    """By another reader: keys at the times, Δ by the weight w, the bend of ease by w² - w."""
-    gltf = extra("pygltflib", "gltf")
+    """Read without any library: keys at the times, Δ by the weight w, the bend by w² - w."""
     write_take(tmp_path / "take.glb", rig(), take())
-    found = gltf.GLTF2().load(str(tmp_path / "take.glb"))
-    animation = next(own for own in found.animations if own.name == "rom")
-    sampler = animation.samplers[animation.channels[0].sampler]
-    assert animation.channels[0].target.path == "weights"
-    times, weights = (_numbers_in(found, index) for index in (sampler.input, sampler.output))
+    document, blob = chunks_of(tmp_path / "take.glb")
+    animation = next(own for own in document["animations"] if own["name"] == "rom")
+    sampler = animation["samplers"][animation["channels"][0]["sampler"]]
+    assert animation["channels"][0]["target"]["path"] == "weights"
+    times, weights = (_numbers_in(document, blob, sampler[k]) for k in ("input", "output"))
     np.testing.assert_allclose(times, np.arange(5) / 25, atol=1e-6)
     left, down = take().weights.T
     expected = [down, down - down**2, left]
@@ -189,12 +189,12 @@ def test_a_glb_plays_the_take(tmp_path: Path) -> None:
     assert weights.size == 5 * len(expected)
 
 
-def _numbers_in(found: Any, index: int) -> np.ndarray:
+def _numbers_in(document: dict[str, Any], blob: bytes, index: int) -> np.ndarray:
     """The numbers of an accessor of float scalars."""
-    accessor = found.accessors[index]
-    assert (accessor.componentType, accessor.type) == (5126, "SCALAR")
-    start = found.bufferViews[accessor.bufferView].byteOffset + (accessor.byteOffset or 0)
-    return np.frombuffer(found.binary_blob(), "<f4", accessor.count, start)
+    accessor = document["accessors"][index]
+    assert (accessor["componentType"], accessor["type"]) == (5126, "SCALAR")
+    start = document["bufferViews"][accessor["bufferView"]]["byteOffset"] + accessor["byteOffset"]
+    return np.frombuffer(blob, "<f4", accessor["count"], start)
 
 
 def test_a_usd_file_plays_the_take(tmp_path: Path) -> None:

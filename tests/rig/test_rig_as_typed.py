@@ -107,7 +107,6 @@ def test_save_is_write(small: Rig, tmp_path: Path) -> None:
 
 
 def test_view_shows_the_rig_until_the_user_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("pygltflib")
     said: list[str] = []
     opened: list[str] = []
     pages: list[bytes] = []

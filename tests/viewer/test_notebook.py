@@ -64,7 +64,7 @@ def test_what_is_too_large_says_how_to_view_it(
     assert "2 morphs" in html
 
 
-@pytest.mark.parametrize("error", [em.MissingExtraError("pygltflib", "gltf"), None])
+@pytest.mark.parametrize("error", [em.MissingExtraError("usd-core", "usd"), None])
 def test_what_cannot_be_shown_is_said(
     stand_in: str, error: Exception | None, rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -79,7 +79,7 @@ def test_what_cannot_be_shown_is_said(
         monkeypatch.setattr("elastomorph.viewer.rig_scenes.write_glb", refuse)
     html = shown._repr_html_()
     assert "iframe" not in html
-    assert ("gltf" if error else "no polygons") in html
+    assert ("usd" if error else "no polygons") in html
 
 
 def test_importing_the_package_loads_no_viewer() -> None:

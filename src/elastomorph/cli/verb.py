@@ -71,7 +71,6 @@ def _require_packages(parameters: dict[str, Any], verb: str) -> None:
         if known.package is not None
         for suffix in known.suffixes
     }
-    packages |= dict.fromkeys((".html", ".htm"), packages[".glb"])
     needed = [
         packages.get(Path(word).suffix.lower())
         for name in ("output",)

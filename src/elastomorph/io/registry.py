@@ -114,11 +114,10 @@ MESH_FORMATS: tuple[Format[Mesh], ...] = (
     Format("NumPy archive", (".npz",), _npz),
 )
 
-_PYGLTFLIB = ("pygltflib", "pygltflib", "gltf")
 _USD_CORE = ("pxr", "usd-core", "usd")
 
 RIG_FORMATS: tuple[Format[Rig], ...] = (
-    Format("glTF binary", (".glb",), _gltf, package=_PYGLTFLIB),
+    Format("glTF binary", (".glb",), _gltf),
     Format("glTF", (".gltf",), _gltf, read_only=True),
     Format("VRM", (".vrm",), _gltf, read_only=True),
     Format("USD", (".usd", ".usda", ".usdc"), _usd, package=_USD_CORE),

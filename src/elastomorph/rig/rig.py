@@ -291,7 +291,6 @@ class Rig:
         Raises:
             ParameterError: The mesh has no polygons.
             FormatError: Coordinates too large for single precision.
-            MissingExtraError: pygltflib is not installed.
         """
         import webbrowser
 

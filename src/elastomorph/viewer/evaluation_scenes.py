@@ -45,7 +45,6 @@ def evaluation_scene(
         ParameterError: The motion has no polygons, as those of markers, or fewer than two frames
             were asked for.
         FormatError: Coordinates too large for single precision.
-        MissingExtraError: pygltflib is not installed.
     """
     motion = evaluation.truth
     recorded = motion_morph(motion, frames)

@@ -41,7 +41,6 @@ def rig_scene(
     Raises:
         ParameterError: The mesh has no polygons.
         FormatError: Coordinates too large for single precision.
-        MissingExtraError: pygltflib is not installed.
     """
     return Scene(
         (rig_model(rig, name, "rig"),),
@@ -73,7 +72,6 @@ def comparison_scene(
         TopologyError: They differ in vertices or polygons.
         ParameterError: No models, rigs mixed with single paths, or a mesh without polygons.
         FormatError: Coordinates too large for single precision.
-        MissingExtraError: pygltflib is not installed.
     """
     if not models:
         raise ParameterError("name at least one rig or morph to compare")
@@ -108,7 +106,6 @@ def rig_model(rig: Rig | Morph, name: str, role: Role) -> SceneModel:
     Raises:
         ParameterError: The mesh has no polygons.
         FormatError: Coordinates too large for single precision.
-        MissingExtraError: pygltflib is not installed.
     """
     whole = Rig(rig.neutral, {SLIDER: rig}) if isinstance(rig, Morph) else rig
     if not len(whole.neutral.faces):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import struct
 from pathlib import Path
 from typing import Any
 
@@ -15,29 +13,7 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
-
-
-def glb(document: dict[str, Any], blob: bytes = b"") -> bytes:
-    """A GLB container, written without any library."""
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    blob += bytes(-len(blob) % 4)
-    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
-    if blob:
-        chunks += struct.pack("<II", len(blob), 0x004E4942) + blob
-    return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
-
-
-def chunks_of(path: Path) -> tuple[dict[str, Any], bytes]:
-    """The document and the binary chunk of a GLB file, read without any library."""
-    content = path.read_bytes()
-    magic, version, length, size, kind = struct.unpack_from("<4sIIII", content)
-    assert (magic, version, length, kind) == (b"glTF", 2, len(content), 0x4E4F534A)
-    rest, bin_kind = struct.unpack_from("<II", content, 20 + size)
-    assert bin_kind == 0x004E4942
-    assert rest % 4 == 0
-    assert size % 4 == 0
-    return json.loads(content[20 : 20 + size]), content[28 + size : 28 + size + rest]
+from foreign_files import chunks_of, glb
 
 
 def own_extras(path: Path) -> dict[str, Any]:

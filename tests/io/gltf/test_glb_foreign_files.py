@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +13,6 @@ from glb_samples import CORNERS, SQUARE, HandMade, glb, square
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.gltf import read_glb
-
-
-def test_reading_needs_no_other_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pygltflib", None)
-    assert read_glb(square().write(tmp_path / "a.glb")).names == ("target_0",)
 
 
 def in_two_files(folder: Path, uri: str, content: bytes | None = None) -> Path:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import struct
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from glb_samples import chunks_of, seamed_mesh, triangle, triangle_rig
 
-from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
+from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh, UVMap
@@ -268,11 +267,3 @@ def test_a_file_whose_size_the_header_cannot_count_is_refused(
     with pytest.raises(FormatError, match="4 GiB"):
         write_glb(tmp_path / "b.glb", triangle_rig())
     assert not (tmp_path / "b.glb").exists()
-
-
-def test_without_pygltflib_the_message_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "pygltflib", None)
-    with pytest.raises(MissingExtraError, match=r"elastomorph\[gltf\]"):
-        write_glb(tmp_path / "a.glb", triangle_rig())

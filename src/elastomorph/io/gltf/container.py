@@ -21,7 +21,7 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.untrusted import MemoryBudget
 
-__all__ = ["GltfFile", "open_gltf"]
+__all__ = ["GltfFile", "glb_chunks", "open_gltf", "without_empty"]
 
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
@@ -173,6 +173,28 @@ def open_gltf(path: str | Path) -> GltfFile:
     if not isinstance(version, str) or not version.startswith("2."):
         file.refuse(f"glTF version {_shown(version)}; only glTF 2.0 is read. Export it again")
     return file
+
+
+def glb_chunks(document: dict[str, Any], blob: bytes) -> list[bytes]:
+    """A GLB container of a document and its one buffer, whose length is a multiple of 4."""
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    length = 28 + len(text) + len(blob)
+    head = _MAGIC + struct.pack("<IIII", 2, length & 0xFFFFFFFF, len(text), _JSON)
+    return [head, text, struct.pack("<II", len(blob), _BIN), blob]
+
+
+def without_empty(value: Any) -> Any:
+    """JSON without nulls, empty lists, objects and texts: glTF leaves out what is not there."""
+    if isinstance(value, list):
+        return [without_empty(each) for each in value]
+    if isinstance(value, dict):
+        return {
+            key: without_empty(each)
+            for key, each in value.items()
+            if each is not None and each != "" and each != [] and each != {}
+        }
+    return value
 
 
 def _chunks(path: str | Path, content: bytes) -> tuple[bytes, bytes]:

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing
-from elastomorph.io.gltf.buffers import BufferBuilder, pygltflib
+from elastomorph.io.gltf.buffers import BufferWriter
 from elastomorph.io.gltf.clips import performance_clip, slider_clips
+from elastomorph.io.gltf.container import glb_chunks, without_empty
 from elastomorph.io.gltf.document import materials, primitives, weight_animation
 from elastomorph.io.gltf.export_report import GlbReport
 from elastomorph.io.gltf.layout import Layout, lay_out
@@ -88,9 +89,7 @@ def write_glb(
         FormatError: Coordinates too large for single precision, numbers that are not finite, or
             more than 4 GiB.
         ParameterError: An argument is out of its range.
-        MissingExtraError: pygltflib is not installed.
     """
-    library = pygltflib()
     require_glb_settings(normals, tolerance, keys_tolerance, fps)
     name = path if isinstance(path, str | Path) else "the GLB file"
     _require_storable(name, rig)
@@ -101,40 +100,39 @@ def write_glb(
     else:
         clips = [performance_clip(rig, targets, *animation)]
     layout = lay_out(rig.neutral)
-    buffer = BufferBuilder()
+    buffer = BufferWriter()
     attributes, displaced = _vertex_accessors(buffer, rig, targets, layout, normals, sparse)
-    document = library.GLTF2(
-        asset=library.Asset(version="2.0", generator="elastomorph"),
-        scene=0,
-        scenes=[library.Scene(nodes=[0])],
-        nodes=[library.Node(mesh=0, name="face")],
-        meshes=[
-            library.Mesh(
-                name="face",
-                primitives=primitives(buffer, layout, attributes, displaced),
-                weights=[0.0] * len(targets.names),
-                extras={
-                    "targetNames": list(targets.names),
-                    "elastomorph": {
-                        **rig_extras(rig, targets),
-                        "surface": surface_extras(rig.neutral, layout),
-                        **({} if settings is None else {"settings": dict(settings)}),
-                    },
-                },
-            )
-        ],
-        materials=materials(rig.neutral, layout),
-        animations=[weight_animation(buffer, clip) for clip in clips] if targets.names else [],
+    stored = {**rig_extras(rig, targets), "surface": surface_extras(rig.neutral, layout)}
+    mesh = {
+        "extras": {"targetNames": list(targets.names), "elastomorph": stored},
+        "primitives": primitives(buffer, layout, attributes, displaced),
+        "weights": [0.0] * len(targets.names),
+        "name": "face",
+    }
+    animations = [weight_animation(buffer, clip) for clip in clips] if targets.names else []
+    views, blob = buffer.finish()
+    document = without_empty(
+        {
+            "accessors": buffer.accessors,
+            "animations": animations,
+            "asset": {"generator": "elastomorph", "version": "2.0"},
+            "bufferViews": views,
+            "buffers": [{"byteLength": len(blob)}],
+            "materials": materials(rig.neutral, layout),
+            "meshes": [mesh],
+            "nodes": [{"mesh": 0, "name": "face"}],
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+        }
     )
-    document.accessors, document.bufferViews, blob = buffer.finish()
-    document.buffers = [library.Buffer(byteLength=len(blob))]
-    document.set_binary_blob(blob)
-    if len(blob) + len(document.to_json()) + 64 > _LARGEST_FILE:
+    if settings is not None:
+        document["meshes"][0]["extras"]["elastomorph"]["settings"] = dict(settings)
+    chunks = glb_chunks(document, blob)
+    size = sum(map(len, chunks))
+    if size > _LARGEST_FILE:
         raise FormatError(
             name, "a GLB file holds less than 4 GiB; leave out normals, or export fewer morphs"
         )
-    chunks = document.save_to_bytes()
-    size = sum(map(len, chunks))
     with replacing(path) if isinstance(path, str | Path) else nullcontext(path) as file:
         file.writelines(chunks)
     return GlbReport(
@@ -152,7 +150,7 @@ def write_glb(
 
 
 def _vertex_accessors(
-    buffer: BufferBuilder,
+    buffer: BufferWriter,
     rig: Rig,
     targets: MorphTargets,
     layout: Layout,
