@@ -30,9 +30,10 @@ from pathlib import Path
 
 import grimp
 import numpy as np
-from duplicates import duplicates
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
+
+from duplicates import duplicates
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "elastomorph"
