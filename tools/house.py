@@ -204,12 +204,10 @@ NEW_NAMES = _new_names()
 
 def room_of(module: str) -> str:
     """The room a module stands in, or stood in when it had another name."""
-    old = module
-    while old:
-        if old in NEW_NAMES:
-            module = NEW_NAMES[old] + module[len(old) :]
+    for old, new in NEW_NAMES.items():
+        if f"{module}.".startswith(f"{old}."):
+            module = new
             break
-        old = old.rpartition(".")[0]
     parts = module.split(".")
     return parts[1] if len(parts) > 1 and parts[1] in HEIGHT else "top"
 
