@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
-from elastomorph.physics.reference import CurveProblem, integrate
 from elastomorph.samples import expressions, head
 from measuring import best_seconds, data_folder
+from newmark import CurveProblem, integrate
 
 ACCURACY = 1e-3
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from elastomorph.physics import BeamModes, Load, Material, mean_response, modal_response
-from elastomorph.physics.transform import ModeTransform
+from elastomorph.physics.beam import ModeTransform
 
 UNIT = Material()
 

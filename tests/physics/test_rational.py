@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastomorph.physics import Load, Material, modal_response
-from elastomorph.physics.rational import rational_laws
+from elastomorph.physics.response import rational_laws
 
 positive = st.floats(0.05, 20)
 

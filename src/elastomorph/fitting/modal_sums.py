@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import Curve
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.physics.transform import ModeTransform
+from elastomorph.physics.beam import ModeTransform
 
 __all__ = ["LawSums", "ModalSums", "curve_sums"]
 

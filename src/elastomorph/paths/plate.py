@@ -62,7 +62,7 @@ def prepare(
         load,
         closure=method.closure,
         rigidity=_painted(rigidity, count),
-        held=_pinned(pinned, count),
+        pinned=_pinned(pinned, count),
         harmonics=method.harmonics,
     )
     limit = law_bend(load)
@@ -99,7 +99,7 @@ def _pinned(pinned: ArrayLike | None, count: int) -> NDArray[np.bool_] | None:
                 f"pinned as a mask needs {count:,} values, one a vertex, found {chosen.shape}"
             )
         return chosen
-    held = np.zeros(count, dtype=bool)
+    mask = np.zeros(count, dtype=bool)
     if chosen.size:
         if chosen.ndim != 1 or not np.issubdtype(chosen.dtype, np.integer):
             raise ParameterError(f"pinned must be a list of vertex indices, found {pinned!r}")
@@ -108,5 +108,5 @@ def _pinned(pinned: ArrayLike | None, count: int) -> NDArray[np.bool_] | None:
                 f"pinned vertices must lie between 0 and {count - 1:,}, found {chosen.min()} to "
                 f"{chosen.max()}"
             )
-        held[chosen] = True
-    return held
+        mask[chosen] = True
+    return mask

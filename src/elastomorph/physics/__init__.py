@@ -1,8 +1,7 @@
 """The equation of motion of an elastic curve and its solutions. Nothing here knows a mesh."""
 
 from elastomorph.physics.beam import BASES, STIFFNESSES, BeamModes
-from elastomorph.physics.load import Load
-from elastomorph.physics.material import Material
+from elastomorph.physics.equation import Load, Material
 from elastomorph.physics.response import CLOSURES, Closure, mean_response, modal_response
 
 __all__ = [

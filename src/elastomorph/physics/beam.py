@@ -9,19 +9,63 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.fft
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.physics.equation import Load, Material
 from elastomorph.physics.guard import guard_laws
-from elastomorph.physics.load import Load
-from elastomorph.physics.material import Material
-from elastomorph.physics.response import mean_response, modal_response
-from elastomorph.physics.transform import ModeTransform
+from elastomorph.physics.response import mean_and_limit, modal_response
 
-__all__ = ["BASES", "STIFFNESSES", "BeamModes"]
+__all__ = ["BASES", "STIFFNESSES", "BeamModes", "ModeTransform", "mode_stiffness"]
 
 BASES = ("cosine", "fourier")
 STIFFNESSES = ("uniform", "length")
+
+
+@dataclass(frozen=True)
+class ModeTransform:
+    """From the M vertices of a curve to its modes and back, exact at every vertex.
+
+    Closed curves: the real Fourier series over their vertices (Eq. 6, all ⌊M/2⌋ harmonics). Open
+    curves: cosine modes cos nπu (DCT-II), because a periodic series jumps at the ends and rings.
+
+    Attributes:
+        size: M.
+        closed: Fourier modes if true, cosine modes if false.
+    """
+
+    size: int
+    closed: bool
+
+    @property
+    def count(self) -> int:
+        """Number of modes, the mean (n = 0) included."""
+        return self.size // 2 + 1 if self.closed else self.size
+
+    def stiffness(self, rigidity: float) -> NDArray[np.float64]:
+        """(count,) B_n of each mode n from 0 up."""
+        return mode_stiffness(np.arange(self.count), self.closed, rigidity)
+
+    def forward(self, values: NDArray[np.float64]) -> NDArray[np.floating | np.complexfloating]:
+        """Modes (…, count, 3) of values (…, M, 3)."""
+        if self.closed:
+            return np.asarray(scipy.fft.rfft(values, axis=-2))
+        return np.asarray(scipy.fft.dct(values, type=2, norm="ortho", axis=-2))
+
+    def inverse(self, modes: NDArray[np.floating | np.complexfloating]) -> NDArray[np.float64]:
+        """Values (…, M, 3) of modes (…, count, 3)."""
+        if self.closed:
+            return np.asarray(scipy.fft.irfft(modes, n=self.size, axis=-2))
+        return np.asarray(scipy.fft.idct(modes.real, type=2, norm="ortho", axis=-2))
+
+
+def mode_stiffness(
+    modes: NDArray[np.integer], closed: bool, rigidity: float
+) -> NDArray[np.float64]:
+    """B_n = 16 π⁴ k n⁴ for cos 2nπu and sin 2nπu (Eq. 19), k π⁴ n⁴ for cos nπu."""
+    wave = np.pi * modes.astype(np.float64) * (2.0 if closed else 1.0)
+    return rigidity * wave**4
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,19 +127,16 @@ class BeamModes:
             raise ParameterError(f"basis must be one of {', '.join(BASES)}, found {basis!r}")
         if harmonics is not None and (not isinstance(harmonics, int) or harmonics < 0):
             raise ParameterError(f"harmonics must be a whole number ≥ 0, found {harmonics!r}")
-        mean = mean_response(closure, load, material)
-        degree = load.order + 1 if mean[-1] != 0 else load.order
-        limit = np.zeros(degree)
-        limit[: load.order] = load.limit_law
-
+        mean, limit = mean_and_limit(closure, load, material)
         members: dict[tuple[bool, int], list[int]] = {}
         for number, (vertices, closed) in enumerate(curves):
             periodic = closed or basis == "fourier"
             members.setdefault((periodic, len(vertices)), []).append(number)
 
+        transforms = [ModeTransform(size, periodic) for periodic, size in members]
         stiffness: list[NDArray[np.float64]] = []
-        for (periodic, size), numbers in members.items():
-            own = ModeTransform(size, periodic).stiffness(material.rigidity)[1:][:harmonics]
+        for transform, numbers in zip(transforms, members.values(), strict=True):
+            own = transform.stiffness(material.rigidity)[1:][:harmonics]
             if lengths is not None:
                 with np.errstate(divide="ignore", over="ignore"):
                     own = own / np.asarray(lengths, dtype=float)[numbers, None] ** 4
@@ -104,11 +145,10 @@ class BeamModes:
         guard_laws(list(zip(kinds, stiffness, strict=True)), closure, load, material)
 
         groups = []
-        for ((periodic, size), numbers), own in zip(members.items(), stiffness, strict=True):
-            transform = ModeTransform(size, periodic)
-            laws = np.empty((*own.shape[:-1], transform.count, degree))
+        for transform, numbers, own in zip(transforms, members.values(), stiffness, strict=True):
+            laws = np.empty((*own.shape[:-1], transform.count, len(limit)))
             laws[...] = limit
-            laws[..., 0, :] = mean[:degree]
+            laws[..., 0, :] = mean
             solved = laws[..., 1 : own.shape[-1] + 1, :]
             solved[...] = 0.0
             solved[..., : load.order] = modal_response(own, load, material)

@@ -9,16 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ResonanceError, TimeLawWarning
-from elastomorph.physics.load import Load
-from elastomorph.physics.material import Material
+from elastomorph.physics.equation import Load, Material
 from elastomorph.physics.response import mean_response, modal_response
 
-__all__ = ["excursion", "guard_laws"]
+__all__ = ["allowed_excursion", "excursion", "guard_laws"]
+
+_Modes = Sequence[tuple[str, NDArray[np.float64]]]
 
 # A law that throws the face ten times past its target is of no use to anybody, and it happens
 # only within a few percent of a singular material.
-RESONANT = 10.0
-WELL_BEHAVED = 0.01
+_RESONANT = 10.0
+_WELL_BEHAVED = 0.01
 _TIMES = np.linspace(0.0, 1.0, 129)
 
 
@@ -38,12 +39,12 @@ def excursion(laws: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(np.isfinite(worst), worst, np.inf)
 
 
-def guard_laws(
-    stiffness: Sequence[tuple[str, NDArray[np.float64]]],
-    closure: str,
-    load: Load,
-    material: Material,
-) -> None:
+def allowed_excursion(load: Load) -> float:
+    """The excursion that calls for no warning: 1 %, or what the user's own load asks for."""
+    return max(_WELL_BEHAVED, 1.01 * float(excursion(load.limit_law)))
+
+
+def guard_laws(stiffness: _Modes, closure: str, load: Load, material: Material) -> None:
     """Raise or warn if a law of these modes is singular or ill behaved.
 
     Args:
@@ -63,7 +64,7 @@ def guard_laws(
     """
     kind, mode, value, worst = _worst(stiffness, closure, load, material)
     name = "the mean (mode 0)" if mode == 0 else f"mode {mode} of the {kind}"
-    if worst <= _allowed(load):
+    if worst <= allowed_excursion(load):
         return
     safe = _nearest_safe_damping(stiffness, closure, load, material)
     remedy = (
@@ -71,7 +72,7 @@ def guard_laws(
         if np.isfinite(safe)
         else "no damping helps: change the mass, the rigidity or the closure"
     )
-    if worst > RESONANT:
+    if worst > _RESONANT:
         raise ResonanceError(
             f"{name} (B = {value:.6g}) is resonant at mass {material.mass:g}, damping "
             f"{material.damping:g}, rigidity {material.rigidity:g} with a load of order "
@@ -88,16 +89,8 @@ def guard_laws(
     )
 
 
-def _allowed(load: Load) -> float:
-    """The excursion that calls for no warning: 1 %, or what the user's own load asks for."""
-    return max(WELL_BEHAVED, 1.01 * float(excursion(load.limit_law)))
-
-
 def _worst(
-    stiffness: Sequence[tuple[str, NDArray[np.float64]]],
-    closure: str,
-    load: Load,
-    material: Material,
+    stiffness: _Modes, closure: str, load: Load, material: Material
 ) -> tuple[str, int, float, float]:
     """Kind, number, B and excursion of the law that leaves [0, 1] farthest."""
     mean = float(excursion(mean_response(closure, load, material)))
@@ -111,12 +104,7 @@ def _worst(
     return found
 
 
-def _nearest_safe_damping(
-    stiffness: Sequence[tuple[str, NDArray[np.float64]]],
-    closure: str,
-    load: Load,
-    material: Material,
-) -> float:
+def _nearest_safe_damping(stiffness: _Modes, closure: str, load: Load, material: Material) -> float:
     """The nearest damping, by ratio, at which no law leaves [0, 1] by more than is allowed.
 
     Either side of a resonance the excursion grows towards it, so the way to a safe damping may be
@@ -128,6 +116,6 @@ def _nearest_safe_damping(
             if not 0.0 < damping < np.inf:
                 continue
             changed = Material(material.mass, damping, material.rigidity)
-            if _worst(stiffness, closure, load, changed)[3] <= _allowed(load):
+            if _worst(stiffness, closure, load, changed)[3] <= allowed_excursion(load):
                 return damping
     return float("nan")

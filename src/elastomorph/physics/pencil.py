@@ -15,9 +15,10 @@ from elastomorph.errors import ParameterError
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-__all__ = ["Pencil"]
+__all__ = ["Modes", "Pencil", "Solve"]
 
 Solve = Callable[[NDArray[Any]], NDArray[Any]]
+Modes = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 # Below this many rows, all modes at once by a dense solver are cheaper than a few by iteration.
 _DENSE = 600
@@ -84,13 +85,13 @@ class Pencil:
     def count_below(self, value: float) -> int:
         """Number of modes with 0 < λ < value, by Sylvester's law of inertia.
 
-        A - value·M = U^T D U has as many negative pivots as there are eigenvalues below.
+        A - value·M has as many negative pivots as there are eigenvalues below.
         """
         factor = self._decompose(value)
         # Rounding may lift the kernel of a stiff operator above a small value.
         return max(int(np.count_nonzero(factor.U.diagonal() < 0)) - self.kernel_size, 0)
 
-    def nearest(self, value: float, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def nearest(self, value: float, count: int) -> Modes:
         """The modes with λ nearest to a value, in ascending order.
 
         Args:
@@ -126,7 +127,7 @@ class Pencil:
         order = np.argsort(values)
         return values[order], vectors[:, order]
 
-    def lowest(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def lowest(self, count: int) -> Modes:
         """The modes with the smallest λ > 0, found slice by slice of the spectrum.
 
         Every slice is checked against the number of modes that Sylvester's law says it has.
@@ -143,9 +144,9 @@ class Pencil:
         count = min(count, self.mode_count)
         if len(self.mass) <= _DENSE or count == 0:
             return self.nearest(-self.unit, count)
-        values, vectors = self._lowest_slice(min(count, _SLICE))
+        values, vectors, edge = self._lowest_slice(min(count, _SLICE))
         all_values, all_vectors = [values], [vectors]
-        found, edge = len(values), self._edge_above(values)
+        found = len(values)
         while found < count:
             upper, inside = self._next_edge(edge, found)
             if inside <= 0:
@@ -160,22 +161,19 @@ class Pencil:
             vectors = np.linalg.qr(vectors * root)[0] / root
         return values[:count], vectors[:, :count]
 
-    def _lowest_slice(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The first modes, none of them missed."""
+    def _lowest_slice(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """The first modes, none of them missed, and a value just above them."""
         asked = count
         for _ in range(_TRIES):
             values, vectors = self.nearest(-self.unit, asked)
-            edge = self._edge_above(values)
+            edge = float(values[-1]) * (1 + 1e-9)
             missed = self.count_below(edge) - len(values)
             if missed <= 0:
-                return values, vectors
+                return values, vectors, edge
             asked += missed
             if asked > self.mode_count:
                 break
         raise _miscounted(edge, len(values) + missed, len(values))
-
-    def _edge_above(self, values: NDArray[np.float64]) -> float:
-        return float(values[-1]) * (1 + 1e-9)
 
     def _next_edge(self, edge: float, below: int) -> tuple[float, int]:
         """The upper end of the slice that starts at an edge, and the modes it has."""
@@ -190,9 +188,7 @@ class Pencil:
                 break
         return edge + width, inside
 
-    def _slice(
-        self, lower: float, upper: float, inside: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _slice(self, lower: float, upper: float, inside: int) -> Modes:
         """The modes between two values, as many as there are."""
         asked = inside + 4
         for _ in range(_TRIES):
@@ -204,7 +200,7 @@ class Pencil:
         raise _miscounted(upper, inside, int(np.count_nonzero(within)), above=lower)
 
     @cached_property
-    def _dense(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _dense(self) -> Modes:
         from scipy.linalg import eigh
 
         root = np.sqrt(self.mass)
@@ -217,10 +213,10 @@ class Pencil:
         """(C, V) mass of each vertex in its piece, and (C,) the mass of the pieces."""
         from scipy.sparse import csc_array
 
-        held = np.flatnonzero(self.piece_of >= 0)
-        numbers = np.unique(self.piece_of[held], return_inverse=True)[1].ravel()
+        within = np.flatnonzero(self.piece_of >= 0)
+        numbers = np.unique(self.piece_of[within], return_inverse=True)[1].ravel()
         shape = (self.kernel_size, len(self.mass))
-        weights = csc_array((self.mass[held], (numbers, held)), shape=shape)
+        weights = csc_array((self.mass[within], (numbers, within)), shape=shape)
         return weights, np.asarray(weights.sum(axis=1)).ravel()
 
     def _decompose(self, shift: complex) -> Any:

@@ -1,12 +1,12 @@
 """The plate: a whole surface obeys the equation of motion of the paper, instead of its curves.
 
-    m ẅ + c ẇ + k Δ²w = e₀ + e₁ p(t),    w(0) = w₀,  w(1) = w₁
+    m ẅ + c ẇ + k ∇⁴w = e₀ + e₁ p(t),    w(0) = w₀,  w(1) = w₁
 
-with Δ the Laplace-Beltrami operator of the neutral. In the modes L v = μ M v of the surface it is
+with ∇² the Laplace-Beltrami operator of the neutral. In the modes L v = μ M v of the surface it is
 Eq. 3 with B = k μ², so each mode follows the law φ of `modal_response`, and the mean of each
 connected piece follows a closure. Loads up to t⁶ need no modes: `rational_laws` turns the sum over
-all of them into sparse solves, (K - 2cM) D₂ = K Δ for R = 2. Other loads are expanded in the lowest
-modes; what these do not span follows the limit law p(t)/p(1).
+all of them into sparse solves, such as one with K - 2cM for R = 2. Other loads are expanded in the
+lowest modes; what these do not span follows the limit law p(t)/p(1).
 """
 
 from __future__ import annotations
@@ -19,12 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.physics.guard import WELL_BEHAVED, excursion, guard_laws
-from elastomorph.physics.load import Load
-from elastomorph.physics.material import Material
+from elastomorph.physics.equation import Load, Material
+from elastomorph.physics.guard import allowed_excursion, excursion, guard_laws
 from elastomorph.physics.plate_operator import PlateOperator, plate_operator
-from elastomorph.physics.rational import rational_laws
-from elastomorph.physics.response import mean_response, modal_response
+from elastomorph.physics.response import mean_and_limit, modal_response, rational_laws
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -50,14 +48,14 @@ class PlateModes:
         free: (F,) indices of the vertices that obey the equation of motion; the others follow the
             limit law.
         correction: From (F, 3) displacements without means to the (R, F, 3) coefficients of
-            t … t^R by which their motion differs from the limit law.
+            t … t^R by which their motion differs from the limit law; nothing where it does not.
         mean_law: (K,) coefficients of t … t^K of the mean of each connected piece.
         limit_law: (K,) coefficients of p(t)/p(1).
     """
 
     operator: PlateOperator
     free: NDArray[np.int64]
-    correction: Correction
+    correction: Correction | None
     mean_law: NDArray[np.float64]
     limit_law: NDArray[np.float64]
 
@@ -72,7 +70,7 @@ class PlateModes:
         *,
         closure: str = "limit",
         rigidity: NDArray[np.float64] | None = None,
-        held: NDArray[np.bool_] | None = None,
+        pinned: NDArray[np.bool_] | None = None,
         harmonics: int | None = None,
     ) -> PlateModes:
         """Factor the operators of a surface for a material and a load.
@@ -86,8 +84,8 @@ class PlateModes:
             load: p(t).
             closure: Time law of the mean of each piece, see `mean_response`.
             rigidity: (V,) factors of k, above 0 and within a ratio of a million; 1 by default.
-            held: (V,) vertices that follow the limit law exactly. Their pull on the others is then
-                of the form e₀ + e₁p, and absorbed by the force. A piece with one has no mode 0.
+            pinned: (V,) vertices that follow the limit law exactly. Their pull on the others is
+                then of the form e₀ + e₁p, absorbed by the force. A piece with one has no mode 0.
             harmonics: Modes above this number, counted over the whole surface from the softest,
                 follow the limit law; by default all are solved up to order 6, and 64 beyond.
 
@@ -95,30 +93,23 @@ class PlateModes:
             ParameterError: An option is out of its range.
             ResonanceError: A time law is singular for this material and load.
         """
-        whole = isinstance(harmonics, int) and not isinstance(harmonics, bool)
-        if harmonics is not None and (not whole or harmonics < 0):
-            raise ParameterError(f"harmonics must be a whole number ≥ 0, found {harmonics!r}")
-        mean = mean_response(closure, load, material)
-        degree = load.order + 1 if mean[-1] != 0 else load.order
-        limit = np.zeros(degree)
-        limit[: load.order] = load.limit_law
-
-        clamped = np.zeros(len(mass), bool) if held is None else np.asarray(held, bool)
-        free = np.flatnonzero(~clamped & (laplacian.diagonal() > 0))
+        mean, limit = mean_and_limit(closure, load, material)
+        moving = laplacian.diagonal() > 0
+        free = np.flatnonzero(moving if pinned is None else moving & ~np.asarray(pinned, bool))
         stiff = material.rigidity * _factors(rigidity, len(mass))
         operator = plate_operator(laplacian, mass, piece_of, stiff, free)
         _guard(operator, closure, load, material)
 
         every = harmonics is None or harmonics >= operator.pencil.mode_count
-        correction: Correction
+        correction: Correction | None
         if load.order == 1 or not len(free):
-            correction = _none
+            correction = None
         elif every and load.order <= _SOLVED_ORDER:
             correction = _solved(operator, load, material)
         else:
             count = harmonics if harmonics is not None else _USUAL_MODES
             correction = _modal(operator, count, load, material)
-        return cls(operator, free, correction, mean[:degree], limit)
+        return cls(operator, free, correction, mean, limit)
 
     def bends(self, delta: NDArray[np.float64]) -> NDArray[np.float64]:
         """The bends of t², t³, … for one displacement field, as in `BeamModes.bends`.
@@ -134,7 +125,7 @@ class PlateModes:
             pencil = self.operator.pencil
             own = delta[self.free]
             means = pencil.mean(own)
-            coefficients = self.correction(own - means)[1:]
+            coefficients = self.correction(own - means)[1:] if self.correction else ()
             for bend, law in zip(bends, (self.mean_law - self.limit_law)[1:], strict=True):
                 bend[self.free] += law * means
             for bend, coefficient in zip(bends, coefficients, strict=False):
@@ -164,10 +155,6 @@ def _factors(rigidity: NDArray[np.float64] | None, count: int) -> NDArray[np.flo
             f"{factors.max():g}"
         )
     return factors
-
-
-def _none(rest: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.zeros((1, *rest.shape))
 
 
 def _solved(operator: PlateOperator, load: Load, material: Material) -> Correction:
@@ -204,8 +191,7 @@ def _modal(operator: PlateOperator, count: int, load: Load, material: Material) 
 def _guard(operator: PlateOperator, closure: str, load: Load, material: Material) -> None:
     """Refuse resonances, with no more modes than the laws can be ill behaved for."""
     grid = np.geomspace(1e-6, 1e12, 1500) * (material.damping + material.mass)
-    allowed = max(WELL_BEHAVED, 1.01 * float(excursion(load.limit_law)))
-    bad = excursion(modal_response(grid, load, material)) > allowed
+    bad = excursion(modal_response(grid, load, material)) > allowed_excursion(load)
     modes = np.zeros(0)
     bound = float(grid[0])
     if bad.any() and operator.pencil.mode_count:

@@ -14,20 +14,38 @@ The mean of a curve has B = 0: m g″ + c g′ = e₀ + e₁ p(t), whose solutio
     b_{r+1} = ( p_r - m(r+2)(r+1) b_{r+2} ) / ( c(r+1) ),   r = R … 1
 
 leaves b₁ free. A *closure* names the choice of b₁.
+
+The coefficient of t^r in φ is a ratio of polynomials in B. Multiplied out, with β_1 … β_{R-1} the
+roots of the denominator,
+
+    φ_r(B) = p_r/p(1) + Σ_j d_rj / ((B - β_1) … (B - β_j)).
+
+So Σ_n φ_r(B_n) Δ_n = p_r/p(1)·Δ + Σ_j d_rj s_j with (K - β_j M) s_j = M s_{j-1}, s_0 = Δ: the whole
+spectrum at once, without its modes, for one sparse solve a root. For the load t² the root is 2c;
+for t³ the roots are those of B² - 3Bc - 6Bm + 6c².
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.physics.load import Load
-from elastomorph.physics.material import Material
+from elastomorph.physics.equation import Load, Material
 
-__all__ = ["CLOSURES", "Closure", "mean_response", "modal_response"]
+__all__ = [
+    "CLOSURES",
+    "Closure",
+    "RationalLaws",
+    "mean_and_limit",
+    "mean_response",
+    "modal_response",
+    "rational_laws",
+]
 
 Closure = Literal["unforced", "rest", "linear", "compatible", "limit"]
 CLOSURES: tuple[str, ...] = get_args(Closure)
@@ -109,7 +127,83 @@ def mean_response(closure: str, load: Load, material: Material) -> NDArray[np.fl
         return np.asarray(law / law.sum(), dtype=np.float64)
 
 
+def mean_and_limit(
+    closure: str, load: Load, material: Material
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Both (K,) laws of what has no B: the mean of a curve or piece, and p(t)/p(1).
+
+    K is R, or R + 1 where the law of the mean has that degree.
+    """
+    mean = mean_response(closure, load, material)
+    degree = load.order + 1 if mean[-1] != 0 else load.order
+    limit = np.zeros(degree)
+    limit[: load.order] = load.limit_law
+    return mean[:degree], limit
+
+
 def _gram(size: int) -> NDArray[np.float64]:
     """(size, size) inner products of t, t², … on [0, 1]."""
     powers = np.arange(1, size + 1)
     return np.asarray(1.0 / (powers[:, None] + powers[None, :] + 1.0), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class RationalLaws:
+    """The coefficients of φ as functions of B.
+
+    Attributes:
+        roots: (R - 1,) complex β; conjugates stand next to each other, upper half plane first.
+        weights: (R, R - 1) complex d, for t … t^R.
+        limit: (R,) p_r/p(1).
+    """
+
+    roots: NDArray[np.complex128]
+    weights: NDArray[np.complex128]
+    limit: NDArray[np.float64]
+
+
+def rational_laws(load: Load, material: Material) -> RationalLaws:
+    """The laws of `modal_response` for all B at once.
+
+    Args:
+        load: p(t) of degree R.
+        material: m and c; k is part of B.
+    """
+    m, c, order = material.mass, material.damping, load.order
+    # Polynomials in B: row r is B^(R-1)·(B a_r), from the recurrence of Eq. 22.
+    a = np.zeros((order + 3, order))
+    for r in range(order, 0, -1):
+        inner = c * (r + 1) * a[r + 1] + m * (r + 2) * (r + 1) * a[r + 2]
+        a[r, :-1] = -inner[1:]
+        a[r, -1] += load.coefficients[r - 1]
+    denominator = a[1 : order + 1].sum(axis=0)
+    roots = _paired(polynomial.polyroots(denominator))
+    limit = load.limit_law
+    weights = np.zeros((order, order - 1), dtype=np.complex128)
+    for r in range(order):
+        rest = ((a[r + 1] - limit[r] * denominator) / denominator[-1])[:-1].astype(np.complex128)
+        for j in range(order - 2, -1, -1):
+            rest, weights[r, j] = _divided(rest, roots[j])
+    return RationalLaws(roots, weights, limit)
+
+
+def _divided(
+    numerator: NDArray[np.complex128], root: complex
+) -> tuple[NDArray[np.complex128], complex]:
+    """Quotient and remainder of a polynomial by x - root."""
+    quotient = np.zeros(len(numerator) - 1, dtype=np.complex128)
+    carry = 0j
+    for power in range(len(numerator) - 1, -1, -1):
+        carry = carry * root + numerator[power]
+        if power:
+            quotient[power - 1] = carry
+    return quotient, carry
+
+
+def _paired(roots: NDArray[np.floating | np.complexfloating]) -> NDArray[np.complex128]:
+    """Roots of a real polynomial, each complex one followed by its exact conjugate."""
+    roots = np.asarray(roots, dtype=np.complex128)
+    ordered: list[complex] = sorted((root for root in roots if root.imag == 0), key=abs)
+    for root in sorted((root for root in roots if root.imag > 0), key=abs):
+        ordered += [root, root.conjugate()]
+    return np.array(ordered, dtype=np.complex128)

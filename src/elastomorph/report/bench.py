@@ -13,7 +13,7 @@ from elastomorph.curves import extract_curves
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method, prepare
 from elastomorph.physics import mean_response, modal_response
-from elastomorph.physics.transform import ModeTransform
+from elastomorph.physics.beam import ModeTransform
 from elastomorph.rig import Rig
 from elastomorph.rig.combinations import weight_combinations
 

@@ -17,7 +17,7 @@ from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.paths.method import SETTINGS
 from elastomorph.physics import CLOSURES
-from elastomorph.physics.load import HIGHEST_ORDER
+from elastomorph.physics.equation import HIGHEST_ORDER
 from elastomorph.report.about import About, percent
 from elastomorph.report.error_table import scrolling
 from elastomorph.report.markup import Markup, element, joined

@@ -1,4 +1,4 @@
-"""How the external force changes with time: p(t) of e₀(u) + e₁(u)·p(t) (Eq. 5)."""
+"""What moves a curve: m, c and k of Eq. 3, and the load p(t) of Eq. 5."""
 
 from __future__ import annotations
 
@@ -10,10 +10,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.numbers import as_number
 
-__all__ = ["Load"]
+__all__ = ["HIGHEST_ORDER", "Load", "Material"]
 
 HIGHEST_ORDER = 20
+
+
+@dataclass(frozen=True)
+class Material:
+    """Mass, damping and flexural rigidity of m ẅ + c ẇ + k ∂⁴w/∂u⁴ = f (Eq. 3).
+
+    Only the ratios c/k, m/k and m/c change a path. Time runs from 0 (neutral) to 1 (target) and u
+    from 0 to 1 along a curve, so the numbers have no unit of their own.
+
+    Attributes:
+        mass: m > 0.
+        damping: c > 0.
+        rigidity: k = E·I > 0.
+
+    Raises:
+        ParameterError: A constant is not a finite number above 0.
+    """
+
+    mass: float = 1.0
+    damping: float = 1.0
+    rigidity: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "damping", "rigidity"):
+            object.__setattr__(self, name, as_number(getattr(self, name), name, above=0))
 
 
 @dataclass(frozen=True)

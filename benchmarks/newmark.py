@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
 
-from elastomorph.physics.load import Load
-from elastomorph.physics.material import Material
+from elastomorph.physics.beam import ModeTransform
+from elastomorph.physics.equation import Load, Material
 from elastomorph.physics.response import mean_response, modal_response
-from elastomorph.physics.transform import ModeTransform
 
 __all__ = ["CurveProblem", "integrate"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elastomorph.physics import Load, Material
-from elastomorph.physics.reference import CurveProblem, integrate
+from newmark import CurveProblem, integrate
 
 
 def smooth_problem(size: int, closed: bool, load: Load, closure: str = "limit") -> CurveProblem:
