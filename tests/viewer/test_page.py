@@ -14,8 +14,7 @@ import elastomorph as em
 from elastomorph.rig import Rig
 from elastomorph.samples import head, shapes
 from elastomorph.viewer import SceneModel, comparison_scene, rig_scene, viewer_page, write_viewer
-from elastomorph.viewer.content_policy import alone_policy
-from elastomorph.viewer.page import page_beside, shipped_page
+from elastomorph.viewer.page import alone_policy, page_beside, shipped_page
 from elastomorph.viewer.scene import Scene
 
 hostile = st.text(max_size=12) | st.lists(

@@ -104,7 +104,7 @@ def _scene(
     say: Callable[[str], None],
 ) -> Scene:
     from elastomorph.errors import ParameterError
-    from elastomorph.viewer.subjects import read_scene
+    from elastomorph.viewer.file_scenes import read_scene
 
     for what in (files, methods):
         twice = [one for one in what if what.count(one) > 1]

@@ -6,9 +6,13 @@ nothing, and `serve` shows it on this machine only.
 
 from __future__ import annotations
 
-from elastomorph.viewer.evaluation_scenes import evaluation_scene, motion_morph
 from elastomorph.viewer.page import viewer_page, write_viewer
-from elastomorph.viewer.rig_scenes import comparison_scene, rig_scene
+from elastomorph.viewer.rig_scenes import (
+    comparison_scene,
+    evaluation_scene,
+    motion_morph,
+    rig_scene,
+)
 from elastomorph.viewer.scene import Scene, SceneModel
 from elastomorph.viewer.server import ViewerServer, serve
 

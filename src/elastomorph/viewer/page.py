@@ -1,21 +1,38 @@
-"""The viewer's page with a scene in it: one file that asks the network for nothing."""
+"""The viewer's page with a scene in it, and what a page may do: run its own scripts, no more."""
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import html
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import replacing
-from elastomorph.viewer.content_policy import alone_policy
 from elastomorph.viewer.scene import Scene
 
-__all__ = ["page_beside", "shipped_page", "viewer_page", "write_viewer"]
+__all__ = [
+    "alone_policy",
+    "page_beside",
+    "report_policy",
+    "served_policy",
+    "shipped_page",
+    "viewer_page",
+    "write_viewer",
+]
 
 _PLACE = "<!-- elastomorph scene -->"
+_SCRIPT = re.compile(r"<script(?P<attributes>[^>]*)>(?P<content>.*?)</script>", re.DOTALL)
+# Pictures and workers that the page makes itself have addresses of blob: and data:.
+_WITHIN = (
+    "style-src 'unsafe-inline'; img-src data: blob:; media-src data: blob:; font-src data:; "
+    "worker-src blob:; frame-src blob: data:; base-uri 'none'; form-action 'none'"
+)
+# Browsers take this from a server only, and complain about it within a page.
+_NOT_FRAMED = "frame-ancestors 'none'"
 
 
 def viewer_page(scene: Scene) -> str:
@@ -93,3 +110,30 @@ def _filled(content: str) -> str:
             "anew with 'npm run build --prefix web'",
         )
     return page.replace(_PLACE, content)
+
+
+def alone_policy(page: str) -> str:
+    """The policy of a page that is one file: its own scripts run, and nothing is fetched."""
+    return f"{_own_scripts(page)}; {_WITHIN}; connect-src data: blob:"
+
+
+def served_policy(page: str) -> str:
+    """The policy of a page beside its models: these are fetched too, from where it came from."""
+    return f"{_own_scripts(page)}; {_WITHIN}; connect-src 'self' data: blob:; {_NOT_FRAMED}"
+
+
+def report_policy() -> str:
+    """The policy of a finished page: whatever is within it may run, and nothing is fetched."""
+    scripts = "script-src 'unsafe-inline' blob:"
+    return f"default-src 'none'; {scripts}; {_WITHIN}; connect-src data: blob:; {_NOT_FRAMED}"
+
+
+def _own_scripts(page: str) -> str:
+    """Scripts of a page by their hashes: none that got into it by other ways would run."""
+    digests = [
+        base64.b64encode(hashlib.sha256(found["content"].encode()).digest()).decode("ascii")
+        for found in _SCRIPT.finditer(page)
+        if 'type="' not in found["attributes"] or 'type="module"' in found["attributes"]
+    ]
+    allowed = [f"'sha256-{digest}'" for digest in digests] or ["'none'"]
+    return f"default-src 'none'; script-src {' '.join(allowed)}"

@@ -1,23 +1,39 @@
-"""Scenes of rigs and paths that are in memory: one alone, or several compared."""
+"""Scenes of what is in memory: a rig or path, several compared, methods beside a recording."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import ParameterError
+from elastomorph.evaluation import Evaluation
 from elastomorph.io.gltf import write_glb
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
+from elastomorph.paths import through
 from elastomorph.rig import Rig
 from elastomorph.viewer.scene import Role, Scene, SceneModel
 
-__all__ = ["SLIDER", "comparison_scene", "comparison_start", "rig_model", "rig_scene"]
+__all__ = [
+    "comparison_scene",
+    "comparison_start",
+    "evaluation_scene",
+    "motion_morph",
+    "rig_model",
+    "rig_scene",
+]
 
-# The slider of a path that is no part of a rig.
-SLIDER = "motion"
+_SLIDER = "motion"  # of a path that is no part of a rig
+# Each frame is a morph target of the page, and the graphics card adds two of them at a time.
+_MOST_FRAMES = 24
+# Where paths differ most from the straight line, on the whole.
+_HALF_WAY: dict[str, Any] = {"weights": {_SLIDER: 1.0}, "t": 0.5}
 _MOST_SIDE_BY_SIDE = 3
 
 
@@ -48,7 +64,7 @@ def rig_scene(
         unit,
         rig.neutral.diameter,
         extract_curves(rig.neutral) if curves is None else curves,
-        _half_way() if isinstance(rig, Morph) else {},
+        _HALF_WAY if isinstance(rig, Morph) else {},
     )
 
 
@@ -89,7 +105,7 @@ def comparison_scene(
         unit,
         neutral.diameter,
         extract_curves(neutral) if curves is None else curves,
-        {**comparison_start(len(every)), **(_half_way() if all(paths) else {})},
+        {**comparison_start(len(every)), **(_HALF_WAY if all(paths) else {})},
     )
 
 
@@ -100,6 +116,85 @@ def comparison_start(count: int) -> dict[str, Any]:
     return {"arrangement": "side", "shown": list(range(min(count, _MOST_SIDE_BY_SIDE)))}
 
 
+def evaluation_scene(
+    evaluation: Evaluation,
+    *,
+    title: str | None = None,
+    unit: str = "",
+    frames: int = _MOST_FRAMES,
+    truth: str = "recorded",
+) -> Scene:
+    """A scene of the methods of an evaluation and of the recorded motion, half way.
+
+    It begins with the straight line if that is among the methods, the method of smallest LME and
+    the recorded motion, coloured by the distance from the latter.
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        title: What the page is called; it also says how many frames of a long take are shown.
+        unit: Unit of the coordinates, for legends.
+        frames: The most frames of the recorded motion to show, evenly spread.
+        truth: What the motion is called, where it is not a recorded one.
+
+    Raises:
+        ParameterError: The motion has no polygons, as those of markers, or fewer than two frames
+            were asked for.
+        FormatError: Coordinates too large for single precision.
+    """
+    motion = evaluation.truth
+    recorded = motion_morph(motion, frames)
+    shown = len(recorded.bends) + 2
+    name = "Methods and recorded motion" if title is None else title
+    if shown < len(motion):
+        name += f" ({shown} of {len(motion):,} frames)"
+    methods = [rig_model(result.morph, result.label, "method") for result in evaluation.results]
+    return Scene(
+        (*methods, rig_model(recorded, truth, "truth")),
+        name,
+        unit,
+        evaluation.diameter,
+        evaluation.curves,
+        _start(evaluation),
+    )
+
+
+def motion_morph(motion: MeshSequence, frames: int = _MOST_FRAMES) -> Morph:
+    """A recorded motion as a path that passes through its frames, straight from one to the next.
+
+    Args:
+        motion: The frames.
+        frames: The most of them to keep, evenly spread, first and last included.
+
+    Returns:
+        A path that is each kept frame at its time, with one bend for each frame but the ends.
+
+    Raises:
+        ParameterError: Fewer than two frames were asked for.
+    """
+    if frames < 2:
+        raise ParameterError(f"a motion needs at least 2 frames, found {frames}")
+    last = len(motion) - 1
+    kept = np.unique(np.round(np.linspace(0, last, min(frames, last + 1))).astype(int))
+    between = {float(motion.times[frame]): motion[frame] for frame in kept[1:-1].tolist()}
+    path = through(motion.neutral, motion.target, between, method="linear")
+    return replace(path, method="recorded")
+
+
+def _start(evaluation: Evaluation) -> dict[str, Any]:
+    labels = [result.label for result in evaluation.results]
+    best = min(evaluation.results, key=lambda result: result.lme).label
+    # Best beside truth; the straight line, which everybody knows, first.
+    chosen = dict.fromkeys([label for label in ("linear", best) if label in labels])
+    truth = len(labels)
+    return {
+        **_HALF_WAY,
+        "arrangement": "side",
+        "shown": [*(labels.index(label) for label in chosen), truth],
+        "heat": True,
+        "against": truth,
+    }
+
+
 def rig_model(rig: Rig | Morph, name: str, role: Role) -> SceneModel:
     """A model from a rig, or from a single path with a slider of its own.
 
@@ -107,7 +202,7 @@ def rig_model(rig: Rig | Morph, name: str, role: Role) -> SceneModel:
         ParameterError: The mesh has no polygons.
         FormatError: Coordinates too large for single precision.
     """
-    whole = Rig(rig.neutral, {SLIDER: rig}) if isinstance(rig, Morph) else rig
+    whole = Rig(rig.neutral, {_SLIDER: rig}) if isinstance(rig, Morph) else rig
     if not len(whole.neutral.faces):
         raise ParameterError(
             f"{name!r} has no polygons, only {len(whole.neutral.vertices):,} points: the viewer "
@@ -117,8 +212,3 @@ def rig_model(rig: Rig | Morph, name: str, role: Role) -> SceneModel:
     # The page finds normals from positions; those of targets would make it half as large again.
     write_glb(file, whole, normals="none")
     return SceneModel(name, role, file.getvalue())
-
-
-def _half_way() -> dict[str, Any]:
-    # Where paths differ most from the straight line, on the whole.
-    return {"weights": {SLIDER: 1.0}, "t": 0.5}

@@ -20,31 +20,10 @@ ROLES: tuple[Role, ...] = ("rig", "method", "truth")
 
 # The parts of the page's state that a scene may begin with.
 START = (
-    "weights",
-    "t",
-    "mirror",
-    "arrangement",
-    "shown",
-    "swipe",
-    "ghost",
-    "onion",
-    "orbits",
-    "picked",
-    "heat",
-    "against",
-    "heatTop",
-    "wireframe",
-    "loops",
-    "shading",
-    "light",
-    "theme",
-    "playing",
-    "repeat",
-    "timing",
-    "seconds",
-    "clip",
-    "clipTime",
-)
+    "weights", "t", "mirror", "arrangement", "shown", "swipe", "ghost", "onion", "orbits",
+    "picked", "heat", "against", "heatTop", "wireframe", "loops", "shading", "light", "theme",
+    "playing", "repeat", "timing", "seconds", "clip", "clipTime",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -18,8 +18,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 
 from elastomorph.errors import ParameterError
-from elastomorph.viewer.content_policy import report_policy, served_policy
-from elastomorph.viewer.page import page_beside
+from elastomorph.viewer.page import page_beside, report_policy, served_policy
 from elastomorph.viewer.scene import Scene
 
 __all__ = ["Resource", "ViewerServer", "serve", "serve_page"]
