@@ -16,10 +16,8 @@ _MODEL = """
     bend_curve components extent mesh morph polygon_normals polygons rigid sequence surface
 """
 _DRAW = """
-    actors camera clips closures contact_sheet curves_picture extras eyes face_strip figure framing
-    gif graphs grid heat inbetween_graph materials method_style method_words movement_graph movie
-    normals pictures portrait pose_pictures posed render stage strips take_strip time_laws turntable
-    vtk_arrays window
+    actors camera clips curves_picture figure framing gif graphs materials movie pictures
+    pose_pictures posed stage strips time_laws window
 """
 _NEW_NAMES = {
     **{f"elastomorph.{name}": f"elastomorph.model.{name}" for name in _MODEL.split()},

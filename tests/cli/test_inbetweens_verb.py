@@ -11,7 +11,7 @@ from calls import printed_by
 
 import elastomorph as em
 from elastomorph.cli import inbetweens
-from elastomorph.draw.inbetween_graph import inbetween_graph
+from elastomorph.draw.graphs import inbetween_graph
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
 from elastomorph.paths.through import through

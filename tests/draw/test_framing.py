@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 
-from elastomorph.draw.framing import camera_for, drawn_vertices
+from elastomorph.draw.camera import Camera
+from elastomorph.draw.framing import Turntable, camera_for, drawn_vertices, turn_angles
+from elastomorph.draw.stage import BACKGROUND, Stage
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
+from elastomorph.samples import head
 from scenes import ball, joined, seen_at
 
 SIZE = (200, 250)
@@ -91,3 +97,115 @@ def test_hidden_pieces_do_not_count_as_drawn() -> None:
 def test_an_unknown_view_is_refused(sphere: Mesh) -> None:
     with pytest.raises(ParameterError, match="front"):
         camera_for(sphere, "behind")
+
+
+TURN_SIZE = (120, 150)
+PAPER = np.rint(np.array(BACKGROUND) * 255)
+
+
+def _covered(image: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    return (np.abs(image.astype(float) - PAPER) > 8).any(axis=2)
+
+
+def test_whole_turns_leave_out_the_angle_that_is_the_first_again() -> None:
+    np.testing.assert_allclose(turn_angles(4), [0, 90, 180, 270])
+    np.testing.assert_allclose(turn_angles(4, -720), [0, -180, -360, -540])
+    np.testing.assert_allclose(turn_angles(4, 90), [0, 30, 60, 90])
+    np.testing.assert_allclose(turn_angles(1, 90), [0])
+
+
+@pytest.mark.parametrize(("count", "degrees"), [(0, 360), (3, 0), (3, np.nan), (3, np.inf)])
+def test_turns_that_are_none(count: int, degrees: float) -> None:
+    with pytest.raises(ParameterError):
+        turn_angles(count, degrees)
+
+
+@given(st.floats(-400, 400), st.floats(-1, 1), st.floats(-1, 1))
+def test_turning_keeps_heights_and_distances_from_the_axis_and_adds_up(
+    degrees: float, x: float, z: float
+) -> None:
+    table = Turntable(Camera((0, 0, 9), (0, 0, 0), (0, 1, 0)), (x, z))
+    points = np.random.default_rng(0).normal(size=(20, 3))
+    turned = table.turned(points, degrees)
+    np.testing.assert_allclose(turned[:, 1], points[:, 1])
+    radii = [np.hypot(each[:, 0] - x, each[:, 2] - z) for each in (points, turned)]
+    np.testing.assert_allclose(radii[1], radii[0], atol=1e-12)
+    np.testing.assert_allclose(table.turned(turned, -degrees), points, atol=1e-12)
+    np.testing.assert_allclose(
+        table.turned(turned, 90), table.turned(points, degrees + 90), atol=1e-12
+    )
+
+
+def test_a_turn_to_the_left_shows_what_the_camera_to_the_left_sees() -> None:
+    """The three-quarter view by angle, up to where the picture is centred: the same directions."""
+    ball_mesh = ball()
+    table = Turntable.around(ball_mesh, [0.0, 35.0], size=TURN_SIZE)
+    aside = Camera.framing(ball_mesh.vertices, (35.0, 0.0), size=TURN_SIZE)
+    turned = table.turned(ball_mesh.vertices, 35.0)
+    np.testing.assert_allclose(
+        seen_at(table.camera, turned, TURN_SIZE), seen_at(aside, ball_mesh.vertices, TURN_SIZE), atol=0.6
+    )
+
+
+def test_everything_is_seen_at_every_angle_and_something_reaches_the_margin() -> None:
+    mesh = joined(skin=ball(1.0), lips=ball(0.3, (0.2, -0.4, 1.5)))
+    angles = turn_angles(36)
+    table = Turntable.around(mesh, angles, size=TURN_SIZE, margin=0.05)
+    seen = np.concatenate(
+        [seen_at(table.camera, table.turned(mesh.vertices, a), TURN_SIZE) for a in angles.tolist()]
+    )
+    share = seen / np.array(TURN_SIZE)
+    assert share.min() >= 0.05 - 1e-6
+    assert share.max() <= 0.95 + 1e-6
+    assert min(share.min(), 1 - share.max()) == pytest.approx(0.05, abs=1e-6)
+
+
+def test_of_a_ball_the_first_frame_is_the_still_from_the_front(sphere: Mesh) -> None:
+    """Nothing else of a ball is seen from elsewhere, so no room is needed for it either."""
+    table = Turntable.around(sphere, turn_angles(24), size=TURN_SIZE)
+    still = camera_for(sphere, size=TURN_SIZE)
+    np.testing.assert_allclose(table.camera.position, still.position, atol=0.01)
+    with Stage(sphere, table.camera, size=TURN_SIZE) as one, Stage(sphere, still, size=TURN_SIZE) as other:
+        first = one.picture(table.turned(sphere.vertices, 0.0)).astype(int)
+        assert np.abs(first - other.picture()).mean() < 0.5
+
+
+def test_the_head_turns_from_its_face_over_its_left_to_its_back() -> None:
+    """Frame 0 is the front, frame N/2 has no lips, and k and N - k are mirror images."""
+    mesh, angles = head(), turn_angles(8)
+    table = Turntable.around(mesh, angles, size=TURN_SIZE)
+    with Stage(mesh, table.camera, size=TURN_SIZE) as stage:
+        frames = [stage.picture(table.turned(mesh.vertices, a)) for a in angles.tolist()]
+        front = stage.picture()
+    np.testing.assert_array_equal(frames[0], front)
+    outlines = [_covered(frame) for frame in frames]
+    for number in (1, 2, 3):
+        same = outlines[number] == outlines[8 - number][:, ::-1]
+        assert same.mean() > 0.99
+        assert (outlines[number] == outlines[8 - number]).mean() < 0.97
+
+    def reds(image: NDArray[np.uint8]) -> int:
+        """Pixels of lips: their red is farther from their green than that of skin."""
+        red, green = image[..., 0].astype(float), image[..., 1].astype(float)
+        return int((red > 1.35 * green).sum())
+
+    assert reds(frames[0]) > 20
+    assert reds(frames[4]) == 0
+    # at 90 degrees the camera is on the face's left, so the nose points to the left of the picture
+    rows = slice(TURN_SIZE[1] // 3, TURN_SIZE[1] // 2)
+    nose = [np.flatnonzero(outlines[n][rows].any(axis=0)) for n in (2, 6)]
+    assert nose[0].min() + nose[1].max() == pytest.approx(TURN_SIZE[0] - 1, abs=2)
+    z = mesh.vertices[:, 2]
+    tip = mesh.vertices[[z.argmax()]]
+    assert seen_at(table.camera, table.turned(tip, 90.0), TURN_SIZE)[0, 0] < TURN_SIZE[0] / 4
+
+
+def test_a_close_up_cannot_be_turned(sphere: Mesh) -> None:
+    with pytest.raises(ParameterError, match="mouth"):
+        Turntable.around(sphere, turn_angles(4), "mouth")
+
+
+def test_a_flat_mesh_turns_too() -> None:
+    square = Mesh([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2, 3]])
+    table = Turntable.around(square, turn_angles(12), size=TURN_SIZE)
+    np.testing.assert_allclose(table.turned(square.vertices, 90)[:, 0], 0, atol=1e-12)

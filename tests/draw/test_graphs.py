@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from elastomorph.draw import graphs, time_laws
-from elastomorph.draw.figure import new_figure
+from elastomorph.draw.figure import new_figure, styles_for
 from elastomorph.draw.graphs import error_graphs, time_graphs
-from elastomorph.draw.method_style import styles_for
 from elastomorph.draw.time_laws import time_law_graph
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
@@ -26,8 +25,8 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     kept: list[Any] = []
 
     @contextmanager
-    def keeping(path: Path, width: float, height: float) -> Iterator[Any]:
-        with new_figure(path, width, height) as figure:
+    def keeping(*arguments: Any) -> Iterator[Any]:
+        with new_figure(*arguments) as figure:
             yield figure
             kept.append(figure)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from elastomorph.draw.portrait import Finish
+from elastomorph.draw.framing import turn_angles
 from elastomorph.draw.pose_pictures import clip_frames, compare, pose_picture, pose_strip
 from elastomorph.draw.posed import PosedRig
+from elastomorph.draw.sheet import Style
 from elastomorph.draw.stage import BACKGROUND
-from elastomorph.draw.turntable import turn_angles
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths import prepare
@@ -99,17 +99,16 @@ def test_distances_have_their_statistics_and_one_scale(posed: PosedRig, straight
     share = 100 * found.largest / head().diameter
     assert f"{share:.2g} % of D" in found.scale.label
     assert "cm" in found.scale.label
-    finish = Finish(scale=found.scale)
-    image = pose_picture(posed, 0.5, size=(240, 300), finish=finish, comparison=found)
+    image = pose_picture(posed, 0.5, size=(240, 300), comparison=found)
     assert image.shape == (300, 240, 3)
     # the chin is coloured, the forehead is pale
     assert image[190:215, 110:130].mean() < 0.6 * image[40:60, 110:130].mean()
     with pytest.raises(ParameterError, match="above 0"):
         compare([posed], times, "linear", straight.at, highest=0.0)
     with pytest.raises(ParameterError, match="legend"):
-        pose_picture(posed, 0.5, size=(64, 24), finish=finish, comparison=found)
+        pose_picture(posed, 0.5, size=(64, 24), comparison=found)
     with pytest.raises(ParameterError, match="transparent"):
-        pose_picture(posed, 0.5, finish=Finish(scale=found.scale, background=None))
+        pose_picture(posed, 0.5, style=Style(background=None), comparison=found)
 
 
 def test_a_strip_has_a_row_for_each_rig_and_a_column_for_each_time(
@@ -127,14 +126,13 @@ def test_a_strip_has_a_row_for_each_rig_and_a_column_for_each_time(
         [posed, straight],
         [0.0, 0.5, 1.0],
         face=face,
-        finish=Finish(scale=found.scale),
         comparison=found,
     )
     assert heat.shape[0] > two.shape[0]
     with pytest.raises(ParameterError, match="strip"):
         pose_strip([posed], [])
     with pytest.raises(ParameterError, match="transparent"):
-        pose_strip([posed], [0.5], finish=Finish(background=None))
+        pose_strip([posed], [0.5], style=Style(background=None))
 
 
 def test_angles_must_fit_the_times(posed: PosedRig) -> None:

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from elastomorph.draw.closures import closure_comparison
-from elastomorph.draw.face_strip import face_strip
+import elastomorph as em
+from elastomorph.draw.comparisons import contact_sheet
 from elastomorph.draw.stage import Stage
-from elastomorph.draw.strips import error_strip, expression_strip, method_strip, side_by_side
+from elastomorph.draw.strips import (
+    expression_strip,
+    face_strip,
+    method_strip,
+    method_words,
+    telling_frames,
+)
 from elastomorph.errors import MeshError, ParameterError, TopologyError
 from elastomorph.evaluation import Evaluation
 from elastomorph.paths import interpolate
@@ -60,9 +67,9 @@ def test_poses_that_rows_share_are_drawn_once(monkeypatch: pytest.MonkeyPatch) -
     drawn: list[np.ndarray] = []
     picture = Stage.picture
 
-    def counted(stage: Stage, vertices: np.ndarray) -> np.ndarray:
+    def counted(stage: Stage, vertices: np.ndarray, **options: Any) -> np.ndarray:
         drawn.append(vertices)
-        return picture(stage, vertices)
+        return picture(stage, vertices, **options)
 
     monkeypatch.setattr(Stage, "picture", counted)
     ends = np.stack([mesh.vertices, 1.2 * mesh.vertices])
@@ -98,29 +105,6 @@ def test_a_strip_of_methods_has_a_row_for_each_and_one_for_the_truth(
         method_strip(evaluation, labels=["beam R=7"], face=FACE)
 
 
-def test_side_by_side_shows_the_truth_and_the_methods(
-    evaluation: Evaluation, tmp_path: Path
-) -> None:
-    sheet = side_by_side(evaluation, tmp_path / "side.png", face=FACE, time=0.7)
-    assert (tmp_path / "side.png").exists()
-    assert sheet.shape[1] >= 3 * FACE[0]
-
-
-def test_where_nothing_errs_the_heat_map_is_of_one_colour(evaluation: Evaluation) -> None:
-    """At t = 0 every method is exact; halfway none is."""
-    start, half = (
-        error_strip(evaluation, time=time, labels=["linear"], face=FACE, highest=0.5)
-        for time in (0.0, 0.5)
-    )
-    assert start.shape == half.shape
-    face = np.s_[4 : 4 + FACE[1], 4 : 4 + FACE[0]]
-    assert _differ(start[face], half[face])
-    with pytest.raises(ParameterError, match="range"):
-        error_strip(evaluation, highest=0.0, face=FACE)
-    with pytest.raises(ParameterError, match="column"):
-        error_strip(evaluation, columns=0, face=FACE)
-
-
 def test_expressions_start_from_one_neutral(tmp_path: Path) -> None:
     mesh = ball()
     wide = mesh.with_vertices(mesh.vertices * [1.5, 1, 1])
@@ -137,14 +121,56 @@ def test_expressions_start_from_one_neutral(tmp_path: Path) -> None:
         expression_strip({})
 
 
-def test_closures_are_compared_in_columns(evaluation: Evaluation, tmp_path: Path) -> None:
-    truth = evaluation.truth
-    options = {"curves": evaluation.curves, "width": 60}
-    two = closure_comparison(truth.neutral, truth.target, tmp_path / "c.png", **options)
-    one = closure_comparison(truth.neutral, truth.target, closures=["limit"], **options)
-    assert two.shape[1] > one.shape[1]
-    assert (tmp_path / "c.png").exists()
-    with pytest.raises(ParameterError, match="closure"):
-        closure_comparison(truth.neutral, truth.target, closures=["ajar"], **options)
-    with pytest.raises(ParameterError, match="closure"):
-        closure_comparison(truth.neutral, truth.target, closures=[], **options)
+def test_the_most_active_frame_then_the_least_alike() -> None:
+    """Frame 9 does most; 3 and 4 are alike, so only the farther one of them comes next."""
+    weights = np.zeros((10, 2))
+    weights[3, 0] = 0.5
+    weights[4, 0] = 0.6
+    weights[9] = [0, 1]
+    assert telling_frames(weights, 1).tolist() == [9]
+    assert telling_frames(weights, 2).tolist() == [4, 9]
+    assert telling_frames(weights[:1], 5).tolist() == [0]
+    assert telling_frames(weights[:4], 9).tolist() == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("method", "words"),
+    [
+        ("linear", "method linear, even timing"),
+        ("auto", "method auto, even timing"),
+        ("rotation", "method rotation, even timing"),
+        ("ease:2", "method ease R=2, uneven timing"),
+        ("beam:2", "method beam R=2, uneven timing"),
+        ("cosine", "method cosine, uneven timing"),
+    ],
+)
+def test_method_and_pace(method: str, words: str) -> None:
+    """At an even pace a straight line is halfway at t = 0.5; an ease is not, a cosine is."""
+    neutral = ball()
+    target = neutral.with_vertices(neutral.vertices * [1, 1.5, 1])
+    assert method_words([em.interpolate(neutral, target, method)] * 2) == words
+
+
+def test_several_methods_are_all_named() -> None:
+    neutral = ball()
+    target = neutral.with_vertices(neutral.vertices * 2)
+    paths = [em.interpolate(neutral, target, name) for name in ("linear", "ease:3")]
+    assert method_words(paths) == "methods linear, ease R=3, uneven timing"
+
+
+def test_strips_and_sheets_have_a_title_without_being_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    titles: list[str] = []
+
+    def grid(*_: object, title: str, **__: object) -> np.ndarray:
+        titles.append(title)
+        return np.zeros((1, 1, 3), dtype=np.uint8)
+
+    monkeypatch.setattr("elastomorph.draw.sheet.picture_grid", grid)
+    neutral = ball()
+    grown = em.interpolate(neutral, neutral.with_vertices(neutral.vertices * 2), "ease:2")
+    expression_strip({"grow": grown}, times=[0.5], face=(16, 20))
+    contact_sheet(em.Rig(neutral, {"grow": grown}), np.ones((1, 1)), face=(16, 20), title="faces")
+    words = "method ease R=2, uneven timing"
+    assert titles == [words, f"faces ({words})"]

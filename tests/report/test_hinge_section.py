@@ -11,8 +11,8 @@ from parsed_page import Element, parsed
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
-from elastomorph.draw.grid import text_size_for
 from elastomorph.draw.hinge import hinge_faces, hinge_graph, looks_of
+from elastomorph.draw.sheet import text_size_for
 from elastomorph.evaluation.hinge import Hinge, find_hinge, hinge_errors
 from elastomorph.evaluation.rigid_parts import find_rigid_parts
 from elastomorph.model.mesh import FaceLabels

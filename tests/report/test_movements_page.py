@@ -10,7 +10,7 @@ import pytest
 from parsed_page import Element, parsed
 
 from elastomorph.curves import Curve, CurveNetwork
-from elastomorph.draw.movement_graph import movement_graph
+from elastomorph.draw.graphs import movement_graph
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import every_method
 from elastomorph.evaluation.movements import JudgedMovement, evaluate_movements, mean_lines
@@ -87,14 +87,14 @@ def test_the_graph_shows_every_error(
 ) -> None:
     from contextlib import contextmanager
 
-    from elastomorph.draw import movement_graph as module
+    from elastomorph.draw import graphs as module
     from elastomorph.draw.figure import new_figure
 
     kept = []
 
     @contextmanager
-    def keeping(path, width, height):
-        with new_figure(path, width, height) as figure:
+    def keeping(*arguments):
+        with new_figure(*arguments) as figure:
             yield figure
             kept.append(figure)
 

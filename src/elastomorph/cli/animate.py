@@ -99,7 +99,7 @@ def animate(
             export = {} if chosen is None else export_options(chosen, output)
             write_take(output, face_rig, written, found, clip=clip, watch=watch, export=export)
     if picture is not None:
-        from elastomorph.draw.take_strip import take_strip
+        from elastomorph.draw.strips import take_strip
         from elastomorph.rig.performance import slider_weights
 
         with options.progress(as_json) as say:

@@ -147,7 +147,7 @@ def _all(
         _write_faces(rig, rows, t, normalize, output)
         found["written"] = output
     if sheet is not None:
-        from elastomorph.draw.contact_sheet import contact_sheet
+        from elastomorph.draw.comparisons import contact_sheet
 
         say("drawing the contact sheet")
         chosen = rows[spread_rows(len(rows), 50)]

@@ -74,7 +74,7 @@ def suggest(
             progress=say,
         )
         if output is not None:
-            from elastomorph.draw.inbetween_graph import inbetween_graph
+            from elastomorph.draw.graphs import inbetween_graph
 
             say("drawing")
             inbetween_graph(found, motion.times, output, title=f"In-betweens for {truth}")

@@ -75,7 +75,7 @@ def background_of(text: str | None) -> tuple[float, float, float] | None:
     Raises:
         ParameterError: No such colour.
     """
-    from elastomorph.draw.portrait import colour_named
+    from elastomorph.draw.colours import colour_named
     from elastomorph.draw.stage import BACKGROUND
 
     if text is None:

@@ -12,10 +12,10 @@ import typer
 from elastomorph.cli import completion, options
 
 if TYPE_CHECKING:
+    from elastomorph.draw.pictures import Image
     from elastomorph.draw.pose_pictures import Comparison
     from elastomorph.draw.posed import PosedRig
     from elastomorph.draw.stage import Lines
-    from elastomorph.draw.window import Image
 
 __all__ = ["add_to"]
 
@@ -129,10 +129,10 @@ def render(
     from elastomorph.cli.picture_options import background_of, numbers, picture_size, view_of
     from elastomorph.cli.posed_rigs import posed_rigs
     from elastomorph.draw.clips import write_clip
-    from elastomorph.draw.portrait import Finish
+    from elastomorph.draw.framing import turn_angles
     from elastomorph.draw.pose_pictures import clip_frames, pose_picture, pose_strip
     from elastomorph.draw.posed import swing
-    from elastomorph.draw.turntable import turn_angles
+    from elastomorph.draw.sheet import Style
     from elastomorph.rig.timing import by_name
 
     moving = turntable or animate
@@ -184,18 +184,17 @@ def render(
         rigs = posed_rigs(rig, method or (), weights, say, settings, mesh)
         compared = _comparison(rigs, times, against, highest, unit, say)
         lines = _edge_loops(rigs[0], say) if edge_loops else ()
-        scale = None if compared is None else compared.scale
-        finish = Finish(wireframe, lines, colour, scale)
+        style = Style(wireframe, lines, colour)
         say("drawing")
         if moving:
             drawn = clip_frames(
-                rigs[0], times, angles, size=sides, view=looked, finish=finish, comparison=compared
+                rigs[0], times, angles, size=sides, view=looked, style=style, comparison=compared
             )
             with closing(drawn):
                 write_clip(output, _counted(drawn, count, say), count=count, fps=rate)
         elif strip is None:
             image = pose_picture(
-                rigs[0], time, size=sides, view=looked, finish=finish, comparison=compared
+                rigs[0], time, size=sides, view=looked, style=style, comparison=compared
             )
             _write(output, image)
         else:
@@ -204,7 +203,7 @@ def render(
                 times,
                 face=sides,
                 view=looked,
-                finish=finish,
+                style=style,
                 comparison=compared,
                 title=", ".join(f"{name} {weight:g}" for name, weight in weights.items()),
             )

@@ -5,18 +5,15 @@ first picture is drawn. Pictures are (H, W, 3) uint8 arrays, and files where a p
 """
 
 from elastomorph.draw.camera import VIEWS, Camera
-from elastomorph.draw.closures import closure_comparison
+from elastomorph.draw.colours import ColourScale, heat_colours
+from elastomorph.draw.comparisons import closure_comparison, error_strip, side_by_side
 from elastomorph.draw.curves_picture import curves_picture, network_lines
-from elastomorph.draw.face_strip import face_strip
 from elastomorph.draw.framing import camera_for
-from elastomorph.draw.graphs import error_graphs, time_graphs
-from elastomorph.draw.grid import ColourScale, picture_grid
-from elastomorph.draw.heat import heat_colours
-from elastomorph.draw.inbetween_graph import inbetween_graph
+from elastomorph.draw.graphs import error_graphs, inbetween_graph, time_graphs
 from elastomorph.draw.pictures import as_png, write_picture
-from elastomorph.draw.render import render
-from elastomorph.draw.stage import Lines, Stage
-from elastomorph.draw.strips import error_strip, expression_strip, method_strip, side_by_side
+from elastomorph.draw.sheet import picture_grid
+from elastomorph.draw.stage import Lines, Stage, render
+from elastomorph.draw.strips import expression_strip, face_strip, method_strip
 from elastomorph.draw.time_laws import time_law_graph
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""What stands on the stage: the parts of a mesh, and lines on its surface."""
+"""What a stage shows: the parts of a mesh with their normals, and lines on its surface."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from elastomorph.draw import vtk_arrays
-from elastomorph.draw.extras import imported, rendering
+from elastomorph.draw.colours import colour_bytes
 from elastomorph.draw.materials import Look
-from elastomorph.errors import ParameterError
+from elastomorph.draw.pictures import imported
+from elastomorph.draw.window import rendering
+from elastomorph.model.polygon_normals import polygon_normals
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["Lines", "Part", "colour_bytes", "line_actor"]
+__all__ = ["Lines", "Part", "corner_normals", "corner_pairs", "line_actor"]
 
 AMBIENT = 0.17
 # A heat map is read by its colours: less of them is left to light and shade than on skin.
@@ -51,17 +52,11 @@ class Part:
     """
 
     def __init__(self, faces: Polygons, numbers: NDArray[np.int64], look: Look) -> None:
-        core = rendering()
-        chosen = np.zeros(len(faces), dtype=bool)
-        chosen[numbers] = True
-        self._own = np.flatnonzero(chosen[faces.corner_faces])
+        self._own = np.flatnonzero(np.isin(faces.corner_faces, numbers))
         self.corners = faces.indices[self._own]
-        self._polygons = vtk_arrays.poly_data()
-        self._polygons.SetPolys(vtk_arrays.cells(faces.sizes[chosen]))
-        mapper = core.vtkPolyDataMapper()
-        mapper.SetInputData(self._polygons)
-        self.actor = core.vtkActor()
-        self.actor.SetMapper(mapper)
+        self._polygons = imported("vtkmodules.vtkCommonDataModel").vtkPolyData()
+        self._polygons.SetPolys(_cells(faces.sizes[numbers]))
+        self.actor = _actor(self._polygons)
         self._texture: Any = None
         self._look = look
         self._shade = self.actor.GetProperty()
@@ -69,13 +64,16 @@ class Part:
         self._shade.SetSpecularPower(look.polish)
 
     def wear(self, image: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> None:
-        """Paint the part with an image, of which each corner shows the given place."""
+        """Paint the part with an (H, W, 3) image, of which each corner shows the given place."""
+        grid = imported("vtkmodules.vtkCommonDataModel").vtkImageData()
+        grid.SetDimensions(image.shape[1], image.shape[0], 1)
+        grid.GetPointData().SetScalars(_array(image.reshape(-1, 3)))
         self._texture = imported("vtkmodules.vtkRenderingOpenGL2").vtkOpenGLTexture()
-        self._texture.SetInputData(vtk_arrays.image_grid(image))
+        self._texture.SetInputData(grid)
         self._texture.InterpolateOn()
         self._texture.MipmapOn()
         self._texture.SetWrap(self._texture.ClampToEdge)
-        places = vtk_arrays.array(coordinates.astype(np.float32))
+        places = _array(coordinates.astype(np.float32))
         self._polygons.GetPointData().SetTCoords(places)
 
     def pose(
@@ -93,11 +91,11 @@ class Part:
             colours: (V, 3) of the whole mesh, instead of the look.
             lit: Whether light and shade change the colours.
         """
-        self._polygons.SetPoints(vtk_arrays.points(positions[self.corners]))
+        self._polygons.SetPoints(_points(positions[self.corners]))
         of_points = self._polygons.GetPointData()
-        of_points.SetNormals(vtk_arrays.array(normals[self._own].astype(np.float32)))
+        of_points.SetNormals(_array(normals[self._own].astype(np.float32)))
         painted = colours is not None
-        of_points.SetScalars(None if colours is None else vtk_arrays.array(colours[self.corners]))
+        of_points.SetScalars(None if colours is None else _array(colours[self.corners]))
         self.actor.SetTexture(None if painted else self._texture)
         white = painted or self._texture is not None
         self._shade.SetColor(*((1.0, 1.0, 1.0) if white else self._look.colour))
@@ -118,30 +116,96 @@ def line_actor(
         lines: Their colours and width.
         scale: Pixels rendered for one pixel of the picture.
     """
-    core = rendering()
-    polylines = vtk_arrays.poly_data()
-    polylines.SetPoints(vtk_arrays.points(positions))
-    polylines.SetLines(vtk_arrays.cells(lengths))
-    colours = vtk_arrays.array(colour_bytes(lines.colours, len(lengths)))
-    polylines.GetCellData().SetScalars(colours)
-    mapper = core.vtkPolyDataMapper()
-    mapper.SetInputData(polylines)
-    actor = core.vtkActor()
-    actor.SetMapper(mapper)
+    polylines = imported("vtkmodules.vtkCommonDataModel").vtkPolyData()
+    polylines.SetPoints(_points(positions))
+    polylines.SetLines(_cells(lengths))
+    polylines.GetCellData().SetScalars(_array(colour_bytes(lines.colours, len(lengths))))
+    actor = _actor(polylines)
     actor.GetProperty().LightingOff()
     actor.GetProperty().SetLineWidth(lines.width * scale)
     return actor
 
 
-def colour_bytes(colours: ArrayLike, count: int) -> NDArray[np.uint8]:
-    """Colours from 0 to 1 as bytes.
+def corner_pairs(faces: Polygons) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(P,) corners and (P,) corners at the same vertex, all pairs of them, each with itself."""
+    order = np.argsort(faces.indices, kind="stable")
+    valence = np.bincount(faces.indices)
+    own = valence[faces.indices[order]]
+    begin = (np.cumsum(valence) - valence)[faces.indices[order]]
+    step = np.arange(own.sum()) - np.repeat(np.cumsum(own) - own, own)
+    return np.repeat(order, own), order[np.repeat(begin, own) + step]
 
-    Raises:
-        ParameterError: Not (count, 3) numbers from 0 to 1.
+
+def corner_normals(
+    vertices: NDArray[np.float64],
+    faces: Polygons,
+    pairs: tuple[NDArray[np.int64], NDArray[np.int64]],
+    *,
+    crease: float = 70.0,
+) -> NDArray[np.float64]:
+    """Unit normals for every polygon corner.
+
+    A corner averages the normals of the polygons around its vertex, weighted by area, but only of
+    those that its own polygon meets at less than the crease angle. So a cheek is smooth and the
+    edge of a tooth, a lid or a torn lip stays an edge.
+
+    Args:
+        vertices: (V, 3).
+        faces: The polygons.
+        pairs: Of `corner_pairs`, found once for every pose.
+        crease: Angle in degrees above which two polygons do not share a normal.
+
+    Returns:
+        (C, 3) float64; (0, 0, 1) at corners of polygons without area.
     """
-    values = np.asarray(colours, dtype=np.float64)
-    if values.shape != (count, 3) or not ((values >= 0) & (values <= 1)).all():
-        raise ParameterError(
-            f"expected ({count}, 3) colours with numbers from 0 to 1, found {values.shape}"
-        )
-    return np.rint(values * 255).astype(np.uint8)
+    of_face = polygon_normals(vertices, faces)
+    lengths = np.linalg.norm(of_face, axis=1, keepdims=True)
+    units = np.divide(of_face, lengths, out=np.zeros_like(of_face), where=lengths > 0)
+    first, second = (faces.corner_faces[corners] for corners in pairs)
+    alike = np.einsum("ij,ij->i", units[first], units[second]) > np.cos(np.radians(crease))
+    giving, receiving = second[alike], pairs[0][alike]
+    normals = np.stack(
+        [
+            np.bincount(receiving, weights=of_face[giving, axis], minlength=faces.indices.size)
+            for axis in range(3)
+        ],
+        axis=1,
+    ).astype(np.float64)  # bincount counts in whole numbers where there is nothing to add
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    flat = lengths[:, 0] == 0
+    normals = np.divide(normals, lengths, out=normals, where=lengths > 0)
+    normals[flat] = (0.0, 0.0, 1.0)
+    return np.asarray(normals)
+
+
+def _actor(shape: Any) -> Any:
+    mapper = rendering().vtkPolyDataMapper()
+    mapper.SetInputData(shape)
+    actor = rendering().vtkActor()
+    actor.SetMapper(mapper)
+    return actor
+
+
+def _array(values: NDArray[Any]) -> Any:
+    """A VTK array of the same numbers, in memory of its own."""
+    support = imported("vtkmodules.util.numpy_support")
+    return support.numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+
+
+def _points(positions: NDArray[np.float64]) -> Any:
+    found = imported("vtkmodules.vtkCommonCore").vtkPoints()
+    found.SetData(_array(positions.astype(np.float32)))
+    return found
+
+
+def _cells(sizes: NDArray[np.integer[Any]]) -> Any:
+    """Cells of these sizes whose points are numbered one after another, the first cell's first."""
+    support = imported("vtkmodules.util.numpy_support")
+    id_type = imported("vtkmodules.vtkCommonCore").VTK_ID_TYPE
+    offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    found = imported("vtkmodules.vtkCommonDataModel").vtkCellArray()
+    found.SetData(
+        support.numpy_to_vtk(offsets, deep=True, array_type=id_type),
+        support.numpy_to_vtk(np.arange(offsets[-1]), deep=True, array_type=id_type),
+    )
+    return found

@@ -10,14 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from elastomorph.draw.extras import imported
-from elastomorph.draw.pictures import SUFFIXES, write_picture
-from elastomorph.draw.window import Image
+from elastomorph.draw.pictures import SUFFIXES, Image, as_pillow, write_picture
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import replacing
 from elastomorph.io.frame_names import frame_pattern
@@ -144,7 +140,7 @@ def frame_durations(count: int, fps: float, step: int) -> list[int]:
 
 
 def _write_webp(path: str | Path, frames: Iterator[Image], durations: list[int]) -> None:
-    pictures: list[Any] = [_pillow(frame) for frame in frames]
+    pictures = [as_pillow(frame) for frame in frames]
     with replacing(path) as file:
         pictures[0].save(
             file,
@@ -159,10 +155,6 @@ def _write_webp(path: str | Path, frames: Iterator[Image], durations: list[int])
             kmin=0,
             kmax=1,
         )
-
-
-def _pillow(frame: NDArray[np.uint8]) -> Any:
-    return imported("PIL.Image").fromarray(np.ascontiguousarray(frame))
 
 
 def _alike(frames: Iterable[Image], first: Image, count: int) -> Iterator[Image]:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, require_curves_of
 from elastomorph.draw.framing import View, camera_for, drawn_vertices
-from elastomorph.draw.pictures import write_picture
-from elastomorph.draw.stage import Image, Lines, Stage
+from elastomorph.draw.pictures import Image, written
+from elastomorph.draw.sheet import Style
+from elastomorph.draw.stage import Lines, Stage
 from elastomorph.model.mesh import Mesh
 
 __all__ = ["curve_colours", "curves_picture", "network_lines"]
@@ -33,7 +34,6 @@ PALETTE = (
     / 255
 )
 """Colours told apart from each other and from clay."""
-CLAY = 0.9
 CLOSED_WIDER = 1.8
 
 
@@ -63,12 +63,9 @@ def curves_picture(
         CurveError: The curves belong to another mesh.
         MissingExtraError: vtk is not installed.
     """
-    lines = network_lines(mesh, curves, width)
+    style = Style(lines=network_lines(mesh, curves, width))
     with Stage(mesh, camera_for(mesh, view, size=size), size=size) as stage:
-        image = stage.picture(colours=np.full(mesh.vertices.shape, CLAY), lines=lines)
-    if path is not None:
-        write_picture(image, path)
-    return image
+        return written(style.draw(stage, mesh.vertices), path)
 
 
 def network_lines(mesh: Mesh, curves: CurveNetwork, width: float = 1.6) -> tuple[Lines, Lines]:

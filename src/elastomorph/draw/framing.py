@@ -1,15 +1,22 @@
-"""What of a mesh belongs in the picture: the head without its shoulders, the mouth, the eyes."""
+"""What of a mesh belongs in the picture: the head without its shoulders, the mouth, the eyes.
+
+Of a head that is turned, what is seen from every side. The camera and its light stay where they
+are, so a turn shows the shape as a sculptor's turntable does.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.draw.camera import Camera
 from elastomorph.draw.materials import parts_of
+from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["CLOSE_UPS", "View", "camera_for", "drawn_vertices", "head_points"]
+__all__ = ["Turntable", "View", "camera_for", "drawn_vertices", "turn_angles"]
 
 View = str | tuple[float, float]
 """A view by name, or degrees to the face's left and up."""
@@ -21,12 +28,15 @@ _THROAT = 0.1
 """How much of the neck is shown, over the height of the head."""
 _MOVING = 0.25
 """What moves this much of the largest motion belongs in the picture, wherever it is."""
-CLOSE_UPS = {  # view: parts it shows in order of preference, and how much of their surroundings
+_CLOSE_UPS = {  # view: parts it shows in order of preference, and how much of their surroundings
     "mouth": ((("lips",), 0.25), (("teeth",), 0.15), (("mouth", "tongue"), 0.35)),
     "eyes": ((("sclera", "iris", "pupil"), 0.25), (("lash",), 0.2)),
 }
 _BOXES = {"mouth": ((0.25, 0.75), (0.14, 0.38)), "eyes": ((0.1, 0.9), (0.48, 0.68))}
 """Where to look on a head whose parts have no names: fractions of its width and height."""
+_FULL_TURN = 360.0
+_MOST_FRAMED = 72
+"""Angles at which the camera makes sure that everything is seen; between them little changes."""
 
 
 def camera_for(
@@ -51,25 +61,17 @@ def camera_for(
         ParameterError: No such view.
     """
     positions = _positions(mesh, poses)
-    if isinstance(view, str) and view in CLOSE_UPS:
+    if isinstance(view, str) and view in _CLOSE_UPS:
         chosen, border = _close_up(mesh, drawn_vertices(mesh), view)
         points = positions[:, chosen].reshape(-1, 3)
         spread = border * np.ptp(points, axis=0).max() * np.array([1.0, 1.0, 0.0])
         points = np.concatenate([points - spread, points + spread])
         return Camera.framing(points, view, size=size, margin=0.0)
-    return Camera.framing(head_points(mesh, poses), view, size=size, margin=margin)
+    return Camera.framing(_head_points(mesh, poses), view, size=size, margin=margin)
 
 
-def head_points(mesh: Mesh, poses: ArrayLike | None = None) -> NDArray[np.float64]:
-    """Positions of what a picture of the whole head must show: no shoulders, but all that moves.
-
-    Args:
-        mesh: The head.
-        poses: (..., V, 3) positions that must all fit; those of the mesh by default.
-
-    Returns:
-        (P, N, 3), of each of P poses the same N vertices.
-    """
+def _head_points(mesh: Mesh, poses: ArrayLike | None = None) -> NDArray[np.float64]:
+    """(P, N, 3) of N vertices in each pose: no shoulders, but all that moves."""
     positions = _positions(mesh, poses)
     shown = drawn_vertices(mesh)
     head = shown[mesh.vertices[shown, 1] >= _neck(mesh, shown)]
@@ -80,12 +82,9 @@ def head_points(mesh: Mesh, poses: ArrayLike | None = None) -> NDArray[np.float6
 
 def drawn_vertices(mesh: Mesh) -> NDArray[np.int64]:
     """Vertices of polygons that are drawn; all of a mesh without polygons."""
-    seen = np.zeros(len(mesh.faces), dtype=bool)
-    for part, numbers in parts_of(mesh).items():
-        seen[numbers] = part != "hidden"
-    used = np.zeros(len(mesh.vertices), dtype=bool)
-    used[mesh.faces.indices[seen[mesh.faces.corner_faces]]] = True
-    return np.flatnonzero(used if used.any() else ~used)
+    hidden = np.isin(mesh.faces.corner_faces, parts_of(mesh).get("hidden", ()))
+    drawn = np.unique(mesh.faces.indices[~hidden]).astype(np.int64)
+    return drawn if drawn.size else np.arange(len(mesh.vertices))
 
 
 def _positions(mesh: Mesh, poses: ArrayLike | None) -> NDArray[np.float64]:
@@ -97,13 +96,11 @@ def _positions(mesh: Mesh, poses: ArrayLike | None) -> NDArray[np.float64]:
 def _close_up(mesh: Mesh, shown: NDArray[np.int64], view: str) -> tuple[NDArray[np.int64], float]:
     """Vertices a close-up must show, and its border over their extent."""
     parts = parts_of(mesh)
-    faces = mesh.faces
-    for names, border in CLOSE_UPS[view]:
+    for names, border in _CLOSE_UPS[view]:
         numbers = [parts[name] for name in names if name in parts]
         if numbers:
-            chosen = np.zeros(len(faces), dtype=bool)
-            chosen[np.concatenate(numbers)] = True
-            return np.unique(faces.indices[chosen[faces.corner_faces]]).astype(np.int64), border
+            chosen = np.isin(mesh.faces.corner_faces, np.concatenate(numbers))
+            return np.unique(mesh.faces.indices[chosen]).astype(np.int64), border
     points = mesh.vertices[shown]
     points = points[points[:, 1] >= _neck(mesh, shown)]
     low, sides = points.min(axis=0), np.ptp(points, axis=0)
@@ -143,3 +140,95 @@ def _neck(mesh: Mesh, shown: NDArray[np.int64]) -> float:
         return -np.inf
     chin = float(heights[recedes[-1]])
     return chin - _THROAT * (floor + tall - chin)
+
+
+@dataclass(frozen=True)
+class Turntable:
+    """The camera and the vertical axis that a head turns round.
+
+    Attributes:
+        camera: Sees everything at every angle from one distance, so the head keeps its size.
+        axis: x and z of the axis.
+    """
+
+    camera: Camera
+    axis: tuple[float, float]
+
+    @classmethod
+    def around(
+        cls,
+        mesh: Mesh,
+        angles: ArrayLike,
+        view: View = "front",
+        *,
+        poses: ArrayLike | None = None,
+        size: tuple[int, int] = (720, 900),
+        margin: float = 0.04,
+    ) -> Turntable:
+        """The turntable for the angles that will be shown.
+
+        Args:
+            mesh: The head.
+            angles: (N,) degrees that it will be turned by.
+            view: As for `camera_for`, of the whole head: the view at angle 0.
+            poses: (..., V, 3) positions that must all fit; those of the mesh by default.
+            size: Width and height of the picture in pixels.
+            margin: Empty border, as a fraction of the picture.
+
+        Raises:
+            ParameterError: No such view, or a close-up.
+        """
+        if isinstance(view, str) and view in _CLOSE_UPS:
+            raise ParameterError(
+                f"a turntable shows the whole head, so it cannot start with the close-up {view!r}; "
+                "take front, three-quarter, side, below or degrees such as 30,10"
+            )
+        seen = _head_points(mesh, poses)
+        x, _, z = (seen[0].min(axis=0) + seen[0].max(axis=0)) / 2
+        turns = np.asarray(angles, dtype=np.float64)
+        framed = turns[np.linspace(0, len(turns) - 1, min(len(turns), _MOST_FRAMED)).astype(int)]
+        corners = _outermost(seen.reshape(-1, 3))
+        axis = (float(x), float(z))
+        cloud = np.stack([_turned(corners, angle, axis) for angle in framed.tolist()])
+        return cls(Camera.framing(cloud, view, size=size, margin=margin), axis)
+
+    def turned(self, positions: NDArray[np.float64], degrees: float) -> NDArray[np.float64]:
+        """(V, 3) positions as seen by a camera that went round the head to the face's left."""
+        return _turned(positions, degrees, self.axis)
+
+
+def turn_angles(count: int, degrees: float = _FULL_TURN) -> NDArray[np.float64]:
+    """Degrees of each frame of a turn, from 0; negative ones go to the face's right.
+
+    Whole turns leave out their last angle, which is the first again, so a loop does not stop
+    there. Other turns end at their last angle.
+
+    Raises:
+        ParameterError: No frames, or an angle that is 0 or not finite.
+    """
+    if count < 1:
+        raise ParameterError(f"a turn needs at least 1 frame, found {count}")
+    if not np.isfinite(degrees) or degrees == 0:
+        raise ParameterError(f"a turn needs an angle other than 0, found {degrees:g} degrees")
+    return np.linspace(0.0, degrees, count, endpoint=degrees % _FULL_TURN != 0)
+
+
+def _turned(
+    positions: NDArray[np.float64], degrees: float, axis: tuple[float, float]
+) -> NDArray[np.float64]:
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    x, z = positions[:, 0] - axis[0], positions[:, 2] - axis[1]
+    turned = positions.copy()
+    turned[:, 0] = axis[0] + cosine * x - sine * z
+    turned[:, 2] = axis[1] + sine * x + cosine * z
+    return turned
+
+
+def _outermost(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The corners of the convex hull: whatever sees them sees all points."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:  # flat, or too few: all of them are as good, only slower
+        return points

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.extras import imported
-from elastomorph.draw.window import Image
+from elastomorph.draw.pictures import Image, imported
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import replacing
 

@@ -1,25 +1,31 @@
-"""Graphs of the errors of methods, curve by curve and over time (Fig. 8)."""
+"""Graphs of errors: of methods (Fig. 8), of the movements of a take, of in-betweens."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.figure import new_figure
-from elastomorph.draw.method_style import LineStyle, styles_for
+from elastomorph.draw.figure import dress, legend, new_figure, styles_for
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation, MethodResult
+from elastomorph.evaluation.inbetweens import Suggestion
+from elastomorph.evaluation.movements import JudgedMovement
 
-__all__ = ["ORDERS", "error_graphs", "time_graphs"]
+__all__ = ["ORDERS", "error_graphs", "inbetween_graph", "movement_graph", "time_graphs"]
 
 ORDERS = ("index", "length", "error")
 MANY_CURVES = 200
 """Beyond this many curves, their numbers mean nothing to a reader."""
-Errors = Callable[[MethodResult], NDArray[np.float64]]
+_MANY_MOVEMENTS = 24
+"""With more movements than this their frames could not be read below each other."""
+_MANY_INBETWEENS = 10
+"""With more in-betweens than this, nobody could tell the lines of a legend apart."""
+_LINEAR = "#b0b0b0"
+_FEWEST, _MOST = np.array([0.56, 0.80, 0.95]), np.array([0.00, 0.16, 0.36])
 
 
 def error_graphs(
@@ -59,21 +65,18 @@ def error_graphs(
     sorting, axis_label = _order(evaluation, results[0], kind, pick)
     styles = styles_for([result.label for result in results])
     slim = float(np.clip(60 / max(1, len(sorting)), 0.35, 1.0)) ** 0.5
-    with new_figure(path, 11.0, 9.0) as figure:
+    with new_figure(path, 11.0, 9.0, title) as figure:
         panels = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"]])
         where = np.arange(1, len(sorting) + 1)
-        for key, word, errors in (("a", "average", _average), ("b", "maximum", _maximum)):
-            axes = panels[key]
+        for axes, letter, kind in ((panels["a"], "a", "average"), (panels["b"], "b", "maximum")):
             for result in results:
-                heights = 100 * errors(result)[:, pick].max(axis=1)[sorting]
-                _line(axes, where, heights, styles[result.label], result.label, slim)
-            _percent(axes, f"({key}) {word} error of each curve, {moment}", axis_label)
+                heights = 100 * getattr(result, kind)[:, pick].max(axis=1)[sorting]
+                axes.plot(where, heights, **styles[result.label].of(result.label, slim))
+            dress(axes, f"({letter}) {kind} error of each curve, {moment}", axis_label, "% of D")
             axes.set_xlim(0.5, len(sorting) + 0.5)
-        _over_time(panels["c"], times, results, styles, _average, "(c) average error over time")
-        _over_time(panels["d"], times, results, styles, _maximum, "(d) maximum error over time")
-        _legend(figure, panels["a"])
-        if title:
-            figure.suptitle(title, fontweight="bold", fontsize=13)
+        _over_time(panels["c"], times, results, "average", "(c) average error over time")
+        _over_time(panels["d"], times, results, "maximum", "(d) maximum error over time")
+        legend(figure, panels["a"])
 
 
 def time_graphs(
@@ -99,36 +102,16 @@ def time_graphs(
         MissingExtraError: matplotlib is not installed.
     """
     results = _results(evaluation, labels)
-    times = evaluation.truth.times
-    styles = styles_for([result.label for result in results])
-    with new_figure(path, 11.0, 7.2) as figure:
+    with new_figure(path, 11.0, 7.2, title) as figure:
         panels = figure.subplots(2, 2, sharey="col")
         for axes, errors, words in (
-            (panels[0, 0], _average, "(a) average error at the times of the frames"),
-            (panels[0, 1], _maximum, "(b) maximum error at the times of the frames"),
-            (panels[1, 0], _path_average, "(c) average error with free timing"),
-            (panels[1, 1], _path_maximum, "(d) maximum error with free timing"),
+            (panels[0, 0], "average", "(a) average error at the times of the frames"),
+            (panels[0, 1], "maximum", "(b) maximum error at the times of the frames"),
+            (panels[1, 0], "path_average", "(c) average error with free timing"),
+            (panels[1, 1], "path_maximum", "(d) maximum error with free timing"),
         ):
-            _over_time(axes, times, results, styles, errors, words)
-        _legend(figure, panels[0, 0])
-        if title:
-            figure.suptitle(title, fontweight="bold", fontsize=13)
-
-
-def _average(result: MethodResult) -> NDArray[np.float64]:
-    return result.average
-
-
-def _maximum(result: MethodResult) -> NDArray[np.float64]:
-    return result.maximum
-
-
-def _path_average(result: MethodResult) -> NDArray[np.float64]:
-    return result.path_average
-
-
-def _path_maximum(result: MethodResult) -> NDArray[np.float64]:
-    return result.path_maximum
+            _over_time(axes, evaluation.truth.times, results, errors, words)
+        legend(figure, panels[0, 0])
 
 
 def _results(evaluation: Evaluation, labels: Sequence[str] | None) -> list[MethodResult]:
@@ -163,45 +146,111 @@ def _over_time(
     axes: Any,
     times: NDArray[np.float64],
     results: Sequence[MethodResult],
-    styles: dict[str, LineStyle],
-    errors: Errors,
+    errors: str,
     title: str,
 ) -> None:
+    styles = styles_for([result.label for result in results])
     for result in results:
-        worst = 100 * errors(result).max(axis=0)
-        _line(axes, times, worst, styles[result.label], result.label)
-    _percent(axes, title, "t", "% of D, worst curve")
-    axes.set_xlim(0, 1)
+        worst = 100 * getattr(result, errors).max(axis=0)
+        axes.plot(times, worst, **styles[result.label].of(result.label))
+    dress(axes, title, "t", "% of D, worst curve", whole_time=True)
 
 
-def _line(
-    axes: Any,
-    across: NDArray[Any],
-    up: NDArray[np.float64],
-    style: LineStyle,
-    label: str,
-    slim: float = 1.0,
+def movement_graph(judged: Sequence[JudgedMovement], path: str | Path, *, title: str = "") -> None:
+    """LME of each movement at the recorded times (a) and with free timing (b), in % of D.
+
+    Args:
+        judged: Every movement with its evaluation, by the same methods.
+        path: Graph to write: .png, .svg or .pdf.
+        title: Above the graph.
+
+    Raises:
+        ParameterError: There is no movement, or another suffix.
+        MissingExtraError: matplotlib is not installed.
+    """
+    if not judged:
+        raise ParameterError("there is no movement to draw")
+    styles = styles_for([result.label for result in judged[0].evaluation.results])
+    where = np.arange(1, len(judged) + 1)
+    with new_figure(path, 11.0, 7.0, title) as figure:
+        panels = figure.subplots(2, 1, sharex=True, sharey=True)
+        for axes, words, errors in (
+            (panels[0], "(a) largest error at the recorded times", "lme"),
+            (panels[1], "(b) largest error with free timing", "path_lme"),
+        ):
+            for label, style in styles.items():
+                heights = [100 * getattr(one.evaluation[label], errors) for one in judged]
+                axes.plot(where, heights, marker="o", markersize=4, **style.of(label))
+            dress(axes, words, "movement" if errors == "path_lme" else "", "LME, % of D")
+        if len(judged) <= _MANY_MOVEMENTS:
+            names = [f"{n}\n{one.movement.kind}" for n, one in enumerate(judged, start=1)]
+            panels[1].set_xticks(where, names)
+        legend(figure, panels[0])
+
+
+def inbetween_graph(
+    suggestions: Sequence[Suggestion],
+    times: NDArray[np.float64],
+    path: str | Path,
+    *,
+    title: str = "",
 ) -> None:
-    (line,) = axes.plot(
-        across,
-        up,
-        color=style.colour,
-        linewidth=style.width * slim,
-        zorder=style.layer,
-        label=label,
-        solid_joinstyle="round",
-    )
-    if style.dashes:
-        line.set_dashes(style.dashes)
+    """LME and LAE by the number of in-betweens (a), and the largest error over time (b).
+
+    Dots in (b) are where the in-betweens are.
+
+    Args:
+        suggestions: One for each number of in-betweens, see `suggest_inbetweens`.
+        times: (T,) times of the frames of the motion.
+        path: Graph to write: .png, .svg or .pdf.
+        title: Above the graph.
+
+    Raises:
+        ParameterError: There is no suggestion, or another suffix.
+        FileError: The file cannot be written.
+        MissingExtraError: matplotlib is not installed.
+    """
+    if not suggestions:
+        raise ParameterError("there is no suggestion to draw")
+    with new_figure(path, 11.0, 4.6, title) as figure:
+        by_number, over_time = figure.subplots(1, 2, width_ratios=(1, 1.6))
+        _errors_by_number(by_number, suggestions)
+        _errors_over_time(over_time, suggestions, times)
 
 
-def _percent(axes: Any, title: str, across: str, up: str = "% of D") -> None:
-    axes.set_title(title)
-    axes.set_xlabel(across)
-    axes.set_ylabel(up)
-    axes.set_ylim(bottom=0)
+def _errors_by_number(axes: Any, suggestions: Sequence[Suggestion]) -> None:
+    numbers = [len(suggestion.frames) for suggestion in suggestions]
+    largest = [100 * suggestion.lme for suggestion in suggestions]
+    average = [100 * suggestion.lae for suggestion in suggestions]
+    axes.plot(numbers, largest, "o-", color="#0060a8", label="LME", clip_on=False)
+    axes.plot(numbers, average, "s--", color="#c44e00", label="LAE", clip_on=False)
+    for number, error in zip(numbers[1:], largest[1:], strict=True):
+        if error > 0:
+            axes.annotate(
+                f"÷{largest[0] / error:.2g}",
+                (number, error),
+                xytext=(5, 6),
+                textcoords="offset points",
+                color="#0060a8",
+            )
+    dress(axes, "(a) error by number of in-betweens", "in-betweens", "% of D")
+    axes.locator_params(axis="x", integer=True)
+    axes.legend(loc="upper right")
 
 
-def _legend(figure: Any, axes: Any) -> None:
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right upper", handlelength=3.4)
+def _errors_over_time(
+    axes: Any, suggestions: Sequence[Suggestion], times: NDArray[np.float64]
+) -> None:
+    shades = np.linspace(0.0, 1.0, max(2, len(suggestions) - 1))
+    for i, suggestion in enumerate(suggestions):
+        linear = not suggestion.frames
+        colour = _LINEAR if linear else tuple((1 - shades[i - 1]) * _FEWEST + shades[i - 1] * _MOST)
+        error = 100 * suggestion.maximum
+        label = "linear" if linear else str(len(suggestion.frames))
+        axes.plot(times, error, color=colour, linewidth=3.5 if linear else 1.6, label=label)
+        if not linear:
+            where = list(suggestion.frames)
+            axes.plot(times[where], error[where], "o", color=colour, markersize=5, clip_on=False)
+    dress(axes, "(b) largest error over time", "t", "", whole_time=True)
+    if len(suggestions) <= _MANY_INBETWEENS + 1:
+        axes.legend(title="in-betweens", loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.figure import new_figure
-from elastomorph.draw.grid import ColourScale, picture_grid
-from elastomorph.draw.heat import heat_colours, round_up
+from elastomorph.draw.colours import ColourScale, round_up
+from elastomorph.draw.figure import dress, legend, new_figure, styles_for
 from elastomorph.draw.materials import parts_of
-from elastomorph.draw.method_style import styles_for
-from elastomorph.draw.pictures import write_picture
-from elastomorph.draw.stage import Image, Stage
+from elastomorph.draw.pictures import Image
+from elastomorph.draw.sheet import Face, face_sheet
 from elastomorph.evaluation.hinge import TIMES, Hinge
 from elastomorph.model.mesh import FaceLabels, Mesh
 from elastomorph.model.morph import Morph
@@ -51,25 +48,22 @@ def hinge_faces(
         MeshError: No polygon has all its vertices on what turns.
         MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
-    shown = hinge.vertices
-    off = {label: 100 * hinge.off(morph, time) for label, morph in morphs.items()}
-    top = round_up(max(float(each.max()) for each in off.values()))
-    poses = {label: morph.at(time)[shown] for label, morph in morphs.items()}
-    part = _part(hinge.neutral, shown)
-    camera = Camera.framing(np.stack(list(poses.values())), _VIEW, size=face)
-    with Stage(part, camera, size=face) as stage:
-        images = [
-            stage.picture(poses[label], colours=heat_colours(off[label], top)) for label in poses
-        ]
-    image = picture_grid(
-        [images],
-        column_labels=list(poses),
-        captions=[[f"off the arc by up to {off[label].max():.3f} % of D" for label in poses]],
-        scale=ColourScale(top, f"distance from the hinge's true arc at t = {time:g}, % of D"),
+    faces, largest = [], 0.0
+    for morph in morphs.values():
+        off = 100 * hinge.off(morph, time)
+        largest = max(largest, float(off.max()))
+        caption = f"off the arc by up to {off.max():.3f} % of D"
+        faces.append(Face(morph.at(time)[hinge.vertices], caption, off))
+    words = f"distance from the hinge's true arc at t = {time:g}, % of D"
+    return face_sheet(
+        _part(hinge.neutral, hinge.vertices),
+        [faces],
+        Camera.framing(np.stack([drawn.vertices for drawn in faces]), _VIEW, size=face),
+        face,
+        path,
+        column_labels=list(morphs),
+        scale=ColourScale(round_up(largest), words),
     )
-    if path is not None:
-        write_picture(image, path)
-    return image
 
 
 def hinge_graph(
@@ -95,23 +89,20 @@ def hinge_graph(
     with new_figure(path, 11.0, 4.6) as figure:
         ways, gaps = figure.subplots(1, 2)
         ways.plot(*true.T, color=_TRUE, linewidth=9, label="true arc")
+        marks = [int(np.argmin(np.abs(times - t))) for t in TIMES]
         for label, morph in morphs.items():
-            style = styles[label]
-            line = {"color": style.colour, "linewidth": style.width, "zorder": style.layer}
+            line = styles[label].of(label)
             way = _seen(hinge, np.stack([morph.at(float(t))[farthest] for t in times]))
-            marks = [int(np.argmin(np.abs(times - t))) for t in TIMES]
-            (drawn,) = ways.plot(*way.T, marker="o", markevery=marks, ms=5, label=label, **line)
+            ways.plot(*way.T, marker="o", markevery=marks, ms=5, **line)
             off = [100 * float(hinge.off(morph, float(t)).max()) for t in times]
-            (over_time,) = gaps.plot(times, off, label=label, **line)
-            if style.dashes:
-                drawn.set_dashes(style.dashes)
-                over_time.set_dashes(style.dashes)
+            gaps.plot(times, off, **line)
         ways.set_aspect("equal", adjustable="datalim")
         ways.set_title("(a) the farthest vertex, seen along the axis")
         ways.set_xlabel("dots at t = 0.25, 0.5 and 0.75")
         ways.set_ylabel(unit or "units of the rig")
-        _dress(gaps)
-        figure.legend(*ways.get_legend_handles_labels(), loc="outside right upper")
+        title = "(b) farthest from the arc, of all that turns"
+        dress(gaps, title, "t", "% of D", whole_time=True)
+        legend(figure, ways)
 
 
 def looks_of(mesh: Mesh, vertices: NDArray[np.int64]) -> list[str]:
@@ -120,25 +111,13 @@ def looks_of(mesh: Mesh, vertices: NDArray[np.int64]) -> list[str]:
     Returns:
         Keys of `LOOKS`, that of most vertices first; none where nothing has a name.
     """
-    faces = mesh.faces
-    chosen = np.zeros(len(mesh.vertices), dtype=bool)
-    chosen[vertices] = True
     counts = {}
     for name, numbers in parts_of(mesh).items():
-        inside = np.zeros(len(faces), dtype=bool)
-        inside[numbers] = True
-        count = int(chosen[np.unique(faces.indices[inside[faces.corner_faces]])].sum())
+        own = mesh.faces.indices[np.isin(mesh.faces.corner_faces, numbers)]
+        count = len(np.intersect1d(own, vertices))
         if count and name not in ("skin", "hidden"):
             counts[name] = count
     return sorted(counts, key=lambda name: -counts[name])
-
-
-def _dress(axes: Any) -> None:
-    axes.set_title("(b) farthest from the arc, of all that turns")
-    axes.set_xlabel("t")
-    axes.set_ylabel("% of D")
-    axes.set_xlim(0, 1)
-    axes.set_ylim(bottom=0)
 
 
 def _farthest(hinge: Hinge) -> int:

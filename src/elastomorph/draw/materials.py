@@ -1,4 +1,7 @@
-"""What the parts of a head look like, told from the names their author gave them."""
+"""What the parts of a head look like, told from the names their author gave them.
+
+Eyes that have their irises only in an image, or behind a glass cornea, are painted with one.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.draw.colours import RGB
 from elastomorph.model.components import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh
 
-__all__ = ["LOOKS", "Look", "part_of_name", "parts_of"]
-
-RGB = tuple[float, float, float]
+__all__ = ["LOOKS", "Look", "eye_image", "iris_coordinates", "part_of_name", "parts_of"]
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,19 @@ _WORDS = (
 )
 """Whole words, the telling ones first: "lacrimal fluid of the eye" is no eye."""
 
+SPAN = 0.75
+"""The image of the eye spans this many radii of the eyeball to each side of its middle."""
+IRIS, PUPIL = 0.47, 0.18
+"""Radius of iris and pupil over the radius of the eyeball (human: about 5.9 and 2.3 of 12 mm)."""
+ROUND = 0.75
+"""Smallest over largest side of the box round a shell that may be an eyeball."""
+
+WHITE = np.array([0.94, 0.93, 0.915])
+IRIS_RIM, IRIS_MIDDLE, IRIS_HEART = np.array(
+    [[0.16, 0.19, 0.21], [0.37, 0.44, 0.47], [0.50, 0.50, 0.43]]
+)
+PUPIL_BLACK = np.array([0.035, 0.035, 0.04])
+
 
 def part_of_name(name: str) -> str:
     """The part of a head that a material or group name speaks of; skin where it says nothing.
@@ -119,10 +134,80 @@ def _touching(mesh: Mesh, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which of the chosen polygons belong to a piece that shares vertices with the others."""
     faces = mesh.faces
     inside = chosen[faces.corner_faces]
-    size = len(mesh.vertices)
-    start, end = faces.indices[inside], faces.indices[faces.next_corners[inside]]
-    piece = component_of(size, np.stack([start, end], axis=1))
-    shared = np.zeros(size, dtype=bool)
-    others = faces.indices[~inside]
-    shared[piece[others]] = True
+    piece = _pieces(mesh, np.flatnonzero(inside))
+    shared = np.zeros(len(mesh.vertices), dtype=bool)
+    shared[piece[faces.indices[~inside]]] = True
     return np.asarray(chosen & shared[piece[faces.indices[faces.offsets[:-1]]]])
+
+
+def iris_coordinates(
+    mesh: Mesh, shell: NDArray[np.int64], inner: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Where each corner of the eyes' white lies in `eye_image`.
+
+    The eyes are taken to look along +Z in the mesh as it stands. What is no eyeball, or shows an
+    iris of its own outside the white, is given the image's white edge.
+
+    Args:
+        mesh: The head in its neutral pose.
+        shell: Polygon numbers of the eyes' white, ascending.
+        inner: Polygon numbers of the irises and pupils that the mesh has of its own.
+
+    Returns:
+        (C_shell, 2) from 0 to 1, in the order of the polygons' corners.
+    """
+    faces = mesh.faces
+    corners = np.flatnonzero(np.isin(faces.corner_faces, shell))
+    corner_label = _pieces(mesh, corners)[faces.indices[corners]]
+    place = np.zeros((len(corners), 2))
+    own = mesh.vertices[faces.indices[np.isin(faces.corner_faces, inner)]]
+    for label in np.unique(corner_label):
+        ball = corner_label == label
+        points = mesh.vertices[faces.indices[corners[ball]]]
+        low, high = points.min(axis=0), points.max(axis=0)
+        sides = high - low
+        if sides.min() < ROUND * sides.max():
+            continue
+        radius = float(sides[:2].mean()) / 2
+        middle = (low + high) / 2
+        middle[2] = low[2] + radius  # a cornea may bulge in front, nothing does behind
+        aside = np.hypot(*(own - middle)[:, :2].T)
+        before = (aside < radius / 2) & (own[:, 2] >= points[:, 2].max() - 0.01 * radius)
+        if before.any():
+            continue
+        seen = (points - middle) / radius
+        flat = np.clip(0.5 + seen[:, :2] / (2 * SPAN), 0.0, 1.0)
+        place[ball] = np.where(seen[:, 2:] > 0, flat, 0.0)
+    return place
+
+
+def eye_image(pixels: int = 512) -> NDArray[np.uint8]:
+    """(pixels, pixels, 3) picture of an iris on white, white at the edges."""
+    across = (np.arange(pixels) + 0.5) / pixels * 2 * SPAN - SPAN
+    x, y = np.meshgrid(across, across)
+    out, turn = np.hypot(x, y), np.arctan2(y, x)
+    spokes = 0.04 * np.sin(47 * turn) * np.sin(23 * turn + 1.0) + 0.03 * np.sin(71 * turn + 2.0)
+    inward = np.clip((IRIS - out) / (IRIS - PUPIL), 0.0, 1.0)
+    colour = _mix(IRIS_RIM, IRIS_MIDDLE, _step(inward, 0.0, 0.35))
+    colour = _mix(colour, IRIS_HEART, 0.7 * _step(inward, 0.55, 1.0)) + spokes[..., None]
+    colour = _mix(colour, PUPIL_BLACK, _step(-out, -PUPIL - 0.012, -PUPIL + 0.012))
+    colour = _mix(colour, WHITE, _step(out, IRIS - 0.02, IRIS + 0.02))
+    return np.rint(np.clip(colour, 0.0, 1.0) * 255).astype(np.uint8)
+
+
+def _step(values: NDArray[np.float64], start: float, stop: float) -> NDArray[np.float64]:
+    """0 below start, 1 above stop, smooth between."""
+    s = np.clip((values - start) / (stop - start), 0.0, 1.0)
+    return np.asarray(s * s * (3 - 2 * s))
+
+
+def _mix(
+    one: NDArray[np.float64], other: NDArray[np.float64], share: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return np.asarray(one + (other - one) * share[..., None])
+
+
+def _pieces(mesh: Mesh, corners: NDArray[np.int64]) -> NDArray[np.int32]:
+    """(V,) the connected part of each vertex, joined by the edges at these corners alone."""
+    edges = np.stack([corners, mesh.faces.next_corners[corners]], axis=1)
+    return component_of(len(mesh.vertices), mesh.faces.indices[edges])

@@ -12,8 +12,7 @@ from typing import IO
 
 import numpy as np
 
-from elastomorph.draw.extras import imported
-from elastomorph.draw.window import Image
+from elastomorph.draw.pictures import Image, imported
 from elastomorph.errors import ElastomorphError, FileError, ParameterError
 from elastomorph.io.atomic import replacing_path
 

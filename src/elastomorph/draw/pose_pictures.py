@@ -1,4 +1,4 @@
-"""Pictures, strips and clips of rigs under weights."""
+"""Pictures, strips and clips of rigs under weights, and how far rigs are from a reference."""
 
 from __future__ import annotations
 
@@ -8,17 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.draw.camera import Camera
-from elastomorph.draw.framing import View, camera_for
-from elastomorph.draw.grid import ColourScale, picture_grid
-from elastomorph.draw.heat import round_up
-from elastomorph.draw.portrait import Finish, Portrait, legend_height, with_legend
+from elastomorph.draw.colours import ColourScale, round_up
+from elastomorph.draw.framing import Turntable, View, camera_for
+from elastomorph.draw.pictures import Image
 from elastomorph.draw.posed import PosedRig
-from elastomorph.draw.turntable import Turntable
-from elastomorph.draw.window import Image
+from elastomorph.draw.sheet import Face, Style, face_sheet, legend_height, with_legend
+from elastomorph.draw.stage import Stage
 from elastomorph.errors import ParameterError
 
-__all__ = ["Comparison", "clip_frames", "compare", "face_size", "pose_picture", "pose_strip"]
+__all__ = ["Comparison", "clip_frames", "compare", "pose_picture", "pose_strip"]
 
 Positions = NDArray[np.float64]
 
@@ -91,25 +89,13 @@ def compare(
     return Comparison(at, largest, float(np.mean(means)), scale)
 
 
-def face_size(size: tuple[int, int], finish: Finish) -> tuple[int, int]:
-    """What a legend leaves of a picture for the face.
-
-    Raises:
-        ParameterError: Too little.
-    """
-    width, height = size[0], size[1] - legend_height(size[0], finish.scale)
-    if height < _LEAST:
-        raise ParameterError(f"{size[0]} × {size[1]} pixels have no room for a face and its legend")
-    return width, height
-
-
 def pose_picture(
     rig: PosedRig,
     t: float,
     *,
     size: tuple[int, int] = (720, 900),
     view: View = "front",
-    finish: Finish | None = None,
+    style: Style | None = None,
     comparison: Comparison | None = None,
 ) -> Image:
     """One face. The camera has room for the whole path, so pictures at several times match.
@@ -119,8 +105,8 @@ def pose_picture(
         t: The master time.
         size: Width and height of the picture in pixels, legend included.
         view: As for `camera_for`.
-        finish: How it is drawn.
-        comparison: For a heat map, with the finish's scale.
+        style: How it is drawn.
+        comparison: For a heat map and its legend.
 
     Returns:
         (height, width, 3) uint8, or (height, width, 4) on a transparent background.
@@ -129,7 +115,7 @@ def pose_picture(
         ParameterError: No such view or slider, or numbers that are not finite.
         MissingExtraError: vtk (or matplotlib and Pillow, for a legend) is not installed.
     """
-    return next(clip_frames(rig, [t], size=size, view=view, finish=finish, comparison=comparison))
+    return next(clip_frames(rig, [t], size=size, view=view, style=style, comparison=comparison))
 
 
 def pose_strip(
@@ -138,7 +124,7 @@ def pose_strip(
     *,
     face: tuple[int, int] = (240, 300),
     view: View = "front",
-    finish: Finish | None = None,
+    style: Style | None = None,
     comparison: Comparison | None = None,
     title: str = "",
 ) -> Image:
@@ -149,8 +135,8 @@ def pose_strip(
         times: The columns.
         face: Width and height of one face in pixels.
         view: As for `camera_for`.
-        finish: How faces are drawn, on a background that is not transparent.
-        comparison: For heat maps, with the finish's scale.
+        style: How faces are drawn, on a background that is not transparent.
+        comparison: For heat maps and their legend.
         title: Above the strip.
 
     Returns:
@@ -160,30 +146,28 @@ def pose_strip(
         ParameterError: As `pose_picture`, no rigs or times, or a transparent background.
         MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
-    finish = finish or Finish()
-    if not rigs or not times or finish.background is None:
+    style = style or Style()
+    if not rigs or not times or style.background is None:
         raise ParameterError("a strip needs rigs, times and a background that is not transparent")
     mesh = rigs[0].rig.neutral
-    camera = camera_for(mesh, view, poses=_framed(rigs, times), size=face)
-    with Portrait(mesh, camera, face, finish) as portrait:
-        if comparison is None:
-            rows = [[portrait.picture(rig.at(t)) for t in times] for rig in rigs]
-            captions = []
-        else:
-            found = [[comparison.distances(rig.at(t), t) for t in times] for rig in rigs]
-            rows = [
-                [portrait.picture(rig.at(t), d) for t, d in zip(times, row, strict=True)]
-                for rig, row in zip(rigs, found, strict=True)
-            ]
-            captions = [[f"max {d.max():.3g}, mean {d.mean():.3g}" for d in row] for row in found]
-    return picture_grid(
-        rows,
+    return face_sheet(
+        mesh,
+        [[_face(rig.at(t), t, comparison) for t in times] for rig in rigs],
+        camera_for(mesh, view, poses=_framed(rigs, times), size=face),
+        face,
         row_labels=[rig.label for rig in rigs] if len(rigs) > 1 else (),
         column_labels=[f"t = {t:.3g}" for t in times],
-        captions=captions,
         title=title,
-        scale=finish.scale,
+        scale=None if comparison is None else comparison.scale,
+        style=style,
     )
+
+
+def _face(positions: Positions, t: float, comparison: Comparison | None) -> Face:
+    if comparison is None:
+        return Face(positions)
+    away = comparison.distances(positions, t)
+    return Face(positions, f"max {away.max():.3g}, mean {away.mean():.3g}", away)
 
 
 def clip_frames(
@@ -193,7 +177,7 @@ def clip_frames(
     *,
     size: tuple[int, int] = (480, 600),
     view: View = "front",
-    finish: Finish | None = None,
+    style: Style | None = None,
     comparison: Comparison | None = None,
 ) -> Generator[Image, None, None]:
     """Frames of a clip, drawn one by one as they are asked for.
@@ -204,8 +188,8 @@ def clip_frames(
         angles: (N,) degrees by which the head is turned in each frame, if at all.
         size: Width and height of a frame in pixels, legend included.
         view: As for `camera_for`; of the whole head where it turns.
-        finish: How faces are drawn.
-        comparison: For heat maps, with the finish's scale.
+        style: How faces are drawn.
+        comparison: For heat maps and their legend.
 
     Yields:
         (height, width, 3) uint8, or (height, width, 4) on a transparent background.
@@ -214,26 +198,31 @@ def clip_frames(
         ParameterError: As `pose_picture`, or other than one angle a time.
         MissingExtraError: As `pose_picture`.
     """
-    finish = finish or Finish()
-    if finish.background is None and finish.scale is not None:
+    style = style or Style()
+    scale = None if comparison is None else comparison.scale
+    if style.background is None and scale is not None:
         raise ParameterError("a legend needs a background that is not transparent")
     turns = np.zeros(len(times)) if angles is None else np.asarray(angles, dtype=np.float64)
     if turns.shape != (len(times),):
         raise ParameterError(f"expected {len(times)} angles, found {turns.shape}")
-    mesh, face = rig.rig.neutral, face_size(size, finish)
+    mesh, face = rig.rig.neutral, (size[0], size[1] - legend_height(size[0], scale))
+    if face[1] < _LEAST:
+        raise ParameterError(f"{size[0]} × {size[1]} pixels have no room for a face and its legend")
     framed = _framed([rig], times)
     table = None
     if angles is None:
-        camera: Camera = camera_for(mesh, view, poses=framed, size=face)
+        camera = camera_for(mesh, view, poses=framed, size=face)
     else:
         table = Turntable.around(mesh, turns, view, poses=framed, size=face)
         camera = table.camera
-    with Portrait(mesh, camera, face, finish) as portrait:
+    with Stage(mesh, camera, size=face) as stage:
         for t, degrees in zip(times, turns.tolist(), strict=True):
             positions = rig.at(t)
-            distances = None if comparison is None else comparison.distances(positions, t)
+            colours = None
+            if comparison is not None:
+                colours = comparison.scale.colours(comparison.distances(positions, t))
             seen = positions if table is None else table.turned(positions, degrees)
-            yield with_legend(portrait.picture(seen, distances), finish.scale)
+            yield with_legend(style.draw(stage, seen, colours), scale)
 
 
 def _framed(rigs: Sequence[PosedRig], times: Sequence[float]) -> Positions:

@@ -1,26 +1,25 @@
-"""A small photo studio: one render window, one camera, any number of pictures of one mesh."""
+"""Pictures of one mesh: one render window, one camera, one light, any number of poses."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import TracebackType
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.draw.actors import Lines, Part, colour_bytes, line_actor
+from elastomorph.draw.actors import Lines, Part, corner_normals, corner_pairs, line_actor
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.extras import imported, rendering
-from elastomorph.draw.eyes import eye_image, iris_coordinates
-from elastomorph.draw.framing import camera_for
-from elastomorph.draw.materials import LOOKS, parts_of
-from elastomorph.draw.normals import CornerPairs, corner_normals
-from elastomorph.draw.window import Image, Window
+from elastomorph.draw.colours import COLOUR_MAP, RGB, colour_bytes, heat_colours, round_up
+from elastomorph.draw.framing import View, camera_for
+from elastomorph.draw.materials import LOOKS, eye_image, iris_coordinates, parts_of
+from elastomorph.draw.pictures import Image, imported, written
+from elastomorph.draw.window import Window, rendering
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.mesh import Mesh, as_vertices
 
-__all__ = ["BACKGROUND", "Image", "Lines", "Stage"]
+__all__ = ["BACKGROUND", "Image", "Lines", "Stage", "render"]
 
 BACKGROUND = (0.965, 0.965, 0.97)
 LIGHTS = (  # where the light stands in the camera's axes, strength, colour
@@ -40,6 +39,9 @@ BORDER = 0.04
 LIFT = 0.0012
 """How far lines are lifted off the surface towards the camera, as a fraction of its distance."""
 FINEST = 8
+LARGE = 2048
+"""Sides from which a pixel is one sample, for a window of four times as many would not fit."""
+_BLACK, _WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
 class Stage:
@@ -51,7 +53,8 @@ class Stage:
         mesh: The polygons, and the names that tell skin from eyes and teeth.
         camera: Where pictures are taken from; frames ``mesh`` from the front by default.
         size: Width and height in pixels.
-        supersampling: Each pixel is the mean of this number squared, from 1 to 8.
+        supersampling: Each pixel is the mean of this number squared, from 1 to 8; by default of
+            2, or of 1 where a side is longer than 2048 pixels.
 
     Raises:
         MeshError: The mesh has no polygons.
@@ -66,10 +69,12 @@ class Stage:
         camera: Camera | None = None,
         *,
         size: tuple[int, int] = (720, 900),
-        supersampling: int = 2,
+        supersampling: int | None = None,
     ) -> None:
         if not len(mesh.faces):
             raise MeshError(f"{mesh.name} has no polygons, so there is no surface to draw")
+        if supersampling is None:
+            supersampling = 1 if max(size) > LARGE else 2
         if min(size) < 1 or not 1 <= supersampling <= FINEST:
             raise ParameterError(
                 f"a picture needs a size of at least 1 × 1 and a supersampling from 1 to "
@@ -79,7 +84,7 @@ class Stage:
         self.size = size
         self.camera = camera or camera_for(mesh, size=size)
         self._factor = supersampling
-        self._pairs = CornerPairs.of(mesh.faces)
+        self._pairs = corner_pairs(mesh.faces)
         self._parts = _drawn_parts(mesh)
         self._hollows = _hollow_pass()
         border = round(BORDER * max(size))
@@ -98,7 +103,7 @@ class Stage:
         lines: Sequence[Lines] = (),
         wireframe: bool = False,
         lit: bool = True,
-        background: tuple[float, float, float] = BACKGROUND,
+        background: RGB | None = BACKGROUND,
     ) -> Image:
         """One pose.
 
@@ -109,10 +114,10 @@ class Stage:
             lines: Curves drawn on the surface.
             wireframe: Draw the edges of the polygons.
             lit: False shows the bare colours, without light and shade.
-            background: Red, green, blue from 0 to 1.
+            background: Red, green, blue from 0 to 1; None is transparent.
 
         Returns:
-            (height, width, 3) uint8.
+            (height, width, 3) uint8, or (height, width, 4) on a transparent background.
 
         Raises:
             MeshError: Another number of vertices, or coordinates that are not finite.
@@ -134,14 +139,19 @@ class Stage:
             part.pose(placed, normals, painted, lit)
         for actor in actors:
             self._renderer.AddActor(actor)
-        self._renderer.SetBackground(*background)
         self._renderer.SetPass(self._hollows if lit else None)
         self._renderer.ResetCameraClippingRange()
         try:
-            return self._window.picture()
+            if background is not None:
+                return self._drawn_on(background)
+            return _cut_out(self._drawn_on(_BLACK), self._drawn_on(_WHITE))
         finally:
             for actor in actors:
                 self._renderer.RemoveActor(actor)
+
+    def _drawn_on(self, background: RGB) -> Image:
+        self._renderer.SetBackground(*background)
+        return self._window.picture()
 
     def close(self) -> None:
         """Give the render window back."""
@@ -150,12 +160,7 @@ class Stage:
     def __enter__(self) -> Stage:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _light(self) -> None:
@@ -198,6 +203,51 @@ class Stage:
         return Lines(edges, np.full((len(edges), 3), 0.2), 0.5)
 
 
+def render(
+    mesh: Mesh,
+    path: str | Path | None = None,
+    *,
+    size: tuple[int, int] = (720, 900),
+    view: View | Camera = "front",
+    scalars: ArrayLike | None = None,
+    highest: float | None = None,
+    colour_map: str = COLOUR_MAP,
+    wireframe: bool = False,
+    lit: bool = True,
+) -> Image:
+    """Draw a mesh.
+
+    For several poses of one mesh, `Stage` is quicker and keeps one camera.
+
+    Args:
+        mesh: Names of materials or groups tell skin from lips, eyes and teeth.
+        path: Picture to write, if any; the suffix chooses the format.
+        size: Width and height in pixels.
+        view: ``front``, ``three-quarter``, ``side``, ``below``, ``mouth``, ``eyes``; degrees to
+            the face's left and up; or a camera.
+        scalars: (V,) numbers to draw as a heat map instead.
+        highest: Their value at the end of the colour map; their largest, rounded up, by default.
+        colour_map: A colour map of matplotlib.
+        wireframe: Draw the edges of the polygons.
+        lit: False shows bare colours, without light and shade.
+
+    Returns:
+        (height, width, 3) uint8.
+
+    Raises:
+        ParameterError: No such view or colour map, or scalars that do not fit.
+        MissingExtraError: vtk (or matplotlib, for a heat map) is not installed.
+    """
+    camera = view if isinstance(view, Camera) else camera_for(mesh, view, size=size)
+    colours = None
+    if scalars is not None:
+        top = round_up(float(np.max(scalars))) if highest is None else highest
+        colours = heat_colours(scalars, top, colour_map=colour_map)
+    with Stage(mesh, camera, size=size) as stage:
+        image = stage.picture(colours=colours, wireframe=wireframe, lit=lit)
+    return written(image, path)
+
+
 def _drawn_parts(mesh: Mesh) -> list[Part]:
     parts = parts_of(mesh)
     drawn = {
@@ -221,3 +271,13 @@ def _hollow_pass() -> Any:
     shade.SetBlur(True)
     shade.SetDelegatePass(opengl.vtkRenderStepsPass())
     return shade
+
+
+def _cut_out(on_black: Image, on_white: Image) -> Image:
+    """What hides the background, and how much: a colour C with opacity a is aC and aC + (1 - a)."""
+    shine_through = np.subtract(on_white, on_black, dtype=np.int16).mean(axis=2)
+    opacity = np.clip(255.0 - shine_through, 0.0, 255.0)
+    share = np.where(opacity > 0, opacity, 255.0)[..., None] / 255.0
+    colour = np.where(opacity[..., None] > 0, on_black / share, 0.0)
+    whole = np.concatenate([colour, opacity[..., None]], axis=2)
+    return np.asarray(np.clip(np.rint(whole), 0, 255), dtype=np.uint8)

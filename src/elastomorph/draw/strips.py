@@ -1,28 +1,89 @@
-"""The paper's strips of faces: methods over time and at one moment, expressions over time."""
+"""Faces over time, in rows: methods, expressions, a take."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.face_strip import face_strip
 from elastomorph.draw.framing import View, camera_for
-from elastomorph.draw.grid import ColourScale, picture_grid
-from elastomorph.draw.heat import COLOUR_MAP, heat_colours, round_up
-from elastomorph.draw.method_words import method_words
-from elastomorph.draw.pictures import write_picture
-from elastomorph.draw.stage import Image, Stage
-from elastomorph.errors import ParameterError
-from elastomorph.evaluation import Evaluation, MethodResult
+from elastomorph.draw.pictures import Image
+from elastomorph.draw.sheet import Face, face_sheet
+from elastomorph.errors import MeshError, ParameterError
+from elastomorph.evaluation import Evaluation
+from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
+from elastomorph.rig import Rig
+from elastomorph.rig.performance import Performance
 
-__all__ = ["error_strip", "expression_strip", "method_strip", "side_by_side"]
+__all__ = [
+    "TRUTH",
+    "expression_strip",
+    "face_strip",
+    "method_strip",
+    "method_words",
+    "take_strip",
+    "telling_frames",
+]
 
 TRUTH = "recorded"
+"""The label of faces that were recorded."""
 TIMES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+_LABEL_WIDTH = 12
+
+
+def face_strip(
+    rows: Mapping[str, tuple[Mesh, NDArray[np.float64]]],
+    times: Sequence[float] | NDArray[np.float64],
+    path: str | Path | None = None,
+    *,
+    face: tuple[int, int] = (240, 300),
+    view: View = "front",
+    title: str = "",
+) -> Image:
+    """Faces in rows, their times above, all seen by one camera.
+
+    Args:
+        rows: Label of each row, with a mesh and (T, V, 3) positions of its vertices. All meshes
+            have the same vertices and polygons.
+        times: (T,) t of each column.
+        path: Picture to write, if any; the suffix chooses the format.
+        face: Width and height of one face in pixels.
+        view: As for `camera_for`.
+        title: Above the strip.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: No rows or no times.
+        TopologyError: The meshes differ in vertices or polygons.
+        MeshError: The positions do not fit the mesh and the times.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    if not rows or not len(times):
+        raise ParameterError("a strip of faces needs at least one row and one time")
+    first = next(iter(rows.values()))[0]
+    for label, (mesh, positions) in rows.items():
+        require_same_topology(first, mesh)
+        expected = (len(times), *mesh.vertices.shape)
+        if np.shape(positions) != expected:
+            raise MeshError(
+                f"row {label!r} needs positions of shape {expected}, found {np.shape(positions)}"
+            )
+    poses = np.concatenate([first.vertices[None], *(positions for _, positions in rows.values())])
+    return face_sheet(
+        first,
+        [[Face(pose) for pose in positions] for _, positions in rows.values()],
+        camera_for(first, view, poses=poses, size=face),
+        face,
+        path,
+        row_labels=[_in_lines(label) for label in rows],
+        column_labels=[f"t = {float(time):.3g}" for time in times],
+        title=title,
+    )
 
 
 def method_strip(
@@ -98,156 +159,75 @@ def expression_strip(
     return face_strip(rows, when, path, face=face, view=view, title=words)
 
 
-def side_by_side(
-    evaluation: Evaluation,
+def take_strip(
+    rig: Rig,
+    performance: Performance,
+    weights: NDArray[np.float64],
     path: str | Path | None = None,
     *,
-    labels: Sequence[str] = ("beam R=2", "linear"),
-    time: float = 0.7,
-    face: tuple[int, int] = (560, 700),
-    view: View = "front",
-    title: str = "",
+    count: int = 5,
+    face: tuple[int, int] = (300, 375),
 ) -> Image:
-    """The recorded face beside those of methods at one moment, large (Fig. 7).
+    """Draw frames that show what a take holds, in the order of time.
 
     Args:
-        evaluation: Methods compared with a recorded motion.
+        rig: The rig.
+        performance: For the times, in seconds.
+        weights: (T, J) of the rig's sliders in each frame.
         path: Picture to write, if any; the suffix chooses the format.
-        labels: The methods to show.
-        time: The recorded frame nearest to this time is shown.
+        count: How many frames.
         face: Width and height of one face in pixels.
-        view: As for `camera_for`.
-        title: Above the faces.
 
     Returns:
         (H, W, 3) uint8.
 
     Raises:
-        ParameterError: No such method.
         MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
-    truth = evaluation.truth
-    frame = _nearest_frame(evaluation, time)
-    chosen = [evaluation[label] for label in labels]
-    camera = camera_for(truth.mesh, view, poses=truth.frames, size=face)
-    with Stage(truth.mesh, camera, size=face) as stage:
-        faces = [stage.picture(truth.frames[frame])]
-        captions = [f"t = {truth.times[frame]:.2g}"]
-        for result in chosen:
-            faces.append(stage.picture(result.morph.at(float(truth.times[frame]))))
-            captions.append(
-                f"largest error {100 * result.maximum[:, frame].max():.2f} % of D\n"
-                f"largest average of a curve {100 * result.average[:, frame].max():.2f} %"
-            )
-    names = [TRUTH, *(result.label for result in chosen)]
-    image = picture_grid([faces], column_labels=names, captions=[captions], title=title)
-    return _written(image, path)
+    frames = telling_frames(weights, count)
+    poses = rig.batch(weights[frames], dtype=np.float64).astype(np.float64)
+    return face_strip({"": (rig.neutral, poses)}, performance.times[frames], path, face=face)
 
 
-def error_strip(
-    evaluation: Evaluation,
-    path: str | Path | None = None,
-    *,
-    labels: Sequence[str] | None = None,
-    time: float = 0.5,
-    highest: float | None = None,
-    columns: int = 4,
-    face: tuple[int, int] = (320, 400),
-    view: View = "front",
-    unit: str = "",
-    colour_map: str = COLOUR_MAP,
-    title: str = "",
-    names: Mapping[str, str] | None = None,
-    free_timing: bool = False,
-) -> Image:
-    """Where each method errs at one moment, on one scale of colours.
-
-    The distance of every vertex from the recorded one is drawn on the face of the method.
+def telling_frames(weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """Frames that show what a take holds: the most active one, then always the least alike.
 
     Args:
-        evaluation: Methods compared with a recorded motion.
-        path: Picture to write, if any; the suffix chooses the format.
-        labels: The methods to show; all by default.
-        time: The recorded frame nearest to this time is shown.
-        highest: Error of the last colour, as a fraction of D; the largest error of all faces,
-            rounded up, by default.
-        columns: Faces in a row.
-        face: Width and height of one face in pixels.
-        view: As for `camera_for`.
-        unit: Unit of the vertices, to be named in the legend.
-        colour_map: A colour map of matplotlib.
-        title: Above the faces.
-        names: What stands below the face of a method instead of its label.
-        free_timing: Each method at the moment that free timing, which makes its LME smallest,
-            picks for this frame.
+        weights: (T, J) weights of the sliders.
+        count: How many frames.
 
     Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        ParameterError: No such method, no columns, or ``highest`` is not above 0.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+        (min(count, T),) frames in the order of time.
     """
-    if columns < 1:
-        raise ParameterError(f"a row needs at least 1 column, found {columns}")
-    results = evaluation.results if labels is None else [evaluation[label] for label in labels]
-    frame = _nearest_frame(evaluation, time)
-    poses = [_pose_at(result, evaluation, frame, free_timing) for result in results]
-    errors = [_percent_off(pose, evaluation, frame) for pose in poses]
-    largest = max((float(error.max()) for error in errors), default=0.0)
-    top = round_up(largest) if highest is None else 100 * highest
-    mesh = evaluation.truth.mesh
-    camera = camera_for(mesh, view, poses=evaluation.truth.frames, size=face)
-    with Stage(mesh, camera, size=face) as stage:
-        faces = [
-            stage.picture(pose, colours=heat_colours(error, top, colour_map=colour_map))
-            for pose, error in zip(poses, errors, strict=True)
-        ]
-    captions = [
-        f"{(names or {}).get(result.label, result.label)}\n"
-        f"max {error.max():.2f} %, mean {error.mean():.2f} %"
-        for result, error in zip(results, errors, strict=True)
-    ]
-    words = _distance_words(evaluation, frame, unit, free_timing)
-    starts = range(0, len(faces), columns)
-    image = picture_grid(
-        [faces[start : start + columns] for start in starts],
-        captions=[captions[start : start + columns] for start in starts],
-        title=title,
-        scale=ColourScale(top, words, colour_map),
-    )
-    return _written(image, path)
+    chosen = [int(np.abs(weights).sum(axis=1).argmax())]
+    nearest = np.full(len(weights), np.inf)
+    while len(chosen) < min(count, len(weights)):
+        nearest = np.minimum(nearest, np.linalg.norm(weights - weights[chosen[-1]], axis=1))
+        nearest[chosen] = -1.0
+        chosen.append(int(nearest.argmax()))
+    return np.sort(np.array(chosen, dtype=np.int64))
 
 
-def _pose_at(
-    result: MethodResult, evaluation: Evaluation, frame: int, free_timing: bool
-) -> NDArray[np.float64]:
-    """The face of a method at a frame, or at the moment that free timing picks for it."""
-    times = result.path_times if free_timing else evaluation.truth.times
-    return result.morph.at(float(times[frame]))
+def method_words(morphs: Iterable[Morph]) -> str:
+    """Such as "method auto, even timing" or "method beam R=2, uneven timing".
+
+    Args:
+        morphs: The paths shown.
+    """
+    paths = list(morphs)
+    labels = dict.fromkeys("auto" if path.choice is not None else path.method for path in paths)
+    even = all(not path.limit_law(0.25) for path in paths)
+    names = ", ".join(labels)
+    what = "method" if len(labels) == 1 else "methods"
+    return f"{what} {names}, {'even' if even else 'uneven'} timing"
 
 
-def _percent_off(
-    pose: NDArray[np.float64], evaluation: Evaluation, frame: int
-) -> NDArray[np.float64]:
-    """(V,) distance of each vertex from the recorded one, in % of D."""
-    away = np.linalg.norm(pose - evaluation.truth.frames[frame], axis=1)
-    return np.asarray(100 * away / evaluation.diameter)
-
-
-def _distance_words(evaluation: Evaluation, frame: int, unit: str, free_timing: bool) -> str:
-    return (
-        f"distance from the recorded face at t = {float(evaluation.truth.times[frame]):.2g}"
-        f"{', with free timing' if free_timing else ''}, % of D   "
-        f"(D = {evaluation.diameter:.4g}{' ' * bool(unit)}{unit})"
-    )
-
-
-def _nearest_frame(evaluation: Evaluation, time: float) -> int:
-    return int(np.abs(evaluation.truth.times - time).argmin())
-
-
-def _written(image: Image, path: str | Path | None) -> Image:
-    if path is not None:
-        write_picture(image, path)
-    return image
+def _in_lines(label: str) -> str:
+    """A label in lines short enough to stand beside a face."""
+    lines = [""]
+    for word in label.split():
+        if lines[-1] and len(lines[-1]) + len(word) >= _LABEL_WIDTH:
+            lines.append(word)
+        else:
+            lines[-1] = f"{lines[-1]} {word}".strip()
+    return "\n".join(lines)

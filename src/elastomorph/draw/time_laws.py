@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.figure import new_figure
+from elastomorph.draw.figure import LineStyle, new_figure
 from elastomorph.physics import CLOSURES, Load, Material, mean_response, modal_response
 
 __all__ = ["time_law_graph"]
 
 MODES = (1, 2, 3, 4, 6, 8)
-_CLOSURE_LINES = {
-    "unforced": ("#c44e00", (6.0, 2.0, 1.2, 2.0)),
-    "rest": ("#6a3d9a", (1.2, 1.4)),
-    "linear": ("#555555", (8.0, 2.0)),
-    "compatible": ("#009e73", ()),
-    "limit": ("#0060a8", (3.0, 2.5)),
+_CLOSURE_STYLES = {
+    "unforced": LineStyle("#c44e00", (6.0, 2.0, 1.2, 2.0), 1.8, 2),
+    "rest": LineStyle("#6a3d9a", (1.2, 1.4), 1.8, 2),
+    "linear": LineStyle("#555555", (8.0, 2.0), 1.8, 2),
+    "compatible": LineStyle("#009e73", (), 1.8, 2),
+    "limit": LineStyle("#0060a8", (3.0, 2.5), 1.8, 2),
 }
 _VISIBLE = 1e-14
 """Differences below this are the rounding of the computation."""
@@ -52,28 +52,24 @@ def time_law_graph(
     load = Load.power(load) if isinstance(load, int) else load
     t = np.linspace(0.0, 1.0, 401)
     limit = _values(load.limit_law, t)
-    with new_figure(path, 11.0, 4.8) as figure:
+    m = material
+    words = f"p(t) = {_polynomial(load)}, m = {m.mass:g}, c = {m.damping:g}, k = {m.rigidity:g}"
+    with new_figure(path, 11.0, 4.8, title or words) as figure:
         means, gaps = figure.subplots(1, 2)
         means.plot(t, limit, color="#b9dcf3", linewidth=6, label="limit law p(t)/p(1)")
         for closure in CLOSURES:
-            colour, dashes = _CLOSURE_LINES[closure]
+            style = _CLOSURE_STYLES[closure]
             law = mean_response(closure, load, material)
-            label = f"φ₀ {closure}"
-            if not np.isfinite(law).all():
-                means.plot([], [], color=colour, label=f"{label} (singular)")
-                continue
-            (line,) = means.plot(t, _values(law, t), color=colour, linewidth=1.8, label=label)
-            if dashes:
-                line.set_dashes(dashes)
+            if np.isfinite(law).all():
+                means.plot(t, _values(law, t), **style.of(f"φ₀ {closure}"))
+            else:
+                means.plot([], [], color=style.colour, label=f"φ₀ {closure} (singular)")
         means.set_title("(a) the mean of a curve, by closure")
         means.set_xlabel("t")
         means.set_ylabel("φ₀(t)")
         means.set_xlim(0, 1)
         means.legend(loc="best")
         _draw_gaps(gaps, t, load, material, modes)
-        m = material
-        words = f"p(t) = {_polynomial(load)}, m = {m.mass:g}, c = {m.damping:g}, k = {m.rigidity:g}"
-        figure.suptitle(title or words, fontweight="bold", fontsize=13)
 
 
 def _draw_gaps(

@@ -8,14 +8,11 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from elastomorph.draw.extras import imported, rendering
+from elastomorph.draw.pictures import Image, imported
 from elastomorph.errors import ElastomorphError
 
-__all__ = ["Image", "Window"]
-
-Image = NDArray[np.uint8]
+__all__ = ["Window", "rendering"]
 
 _SOFTWARE_ONLY = "vtkOSOpenGLRenderWindow"
 _OSMESA = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
@@ -68,6 +65,19 @@ class Window:
     def close(self) -> None:
         """Give the window and its graphics memory back."""
         self._window.Finalize()
+
+
+def rendering() -> Any:
+    """VTK's ``vtkRenderingCore``, fit to draw.
+
+    Its classes are made into ones that draw by ``vtkRenderingOpenGL2``, and only those made after
+    that is imported: a mapper made before would draw nothing, without a word.
+
+    Raises:
+        MissingExtraError: vtk is not installed.
+    """
+    imported("vtkmodules.vtkRenderingOpenGL2")
+    return imported("vtkmodules.vtkRenderingCore")
 
 
 def _require_opengl(window_class: str) -> None:

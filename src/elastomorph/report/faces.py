@@ -7,10 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.contact_sheet import contact_sheet
-from elastomorph.draw.face_strip import face_strip
-from elastomorph.draw.stage import Image
-from elastomorph.draw.strips import TRUTH, error_strip, side_by_side
+from elastomorph.draw.comparisons import contact_sheet, error_strip, side_by_side
+from elastomorph.draw.pictures import Image
+from elastomorph.draw.strips import TRUTH, face_strip
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.closure_seams import ClosureSeam
 from elastomorph.model.morph import Morph

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from elastomorph.draw.graphs import error_graphs, time_graphs
-from elastomorph.draw.inbetween_graph import inbetween_graph
+from elastomorph.draw.graphs import error_graphs, inbetween_graph, time_graphs
 from elastomorph.evaluation import Evaluation, Suggestion
 from elastomorph.report.about import percent
 from elastomorph.report.compared import counted

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from elastomorph.draw.hinge import hinge_graph, looks_of
-from elastomorph.draw.stage import Image
+from elastomorph.draw.pictures import Image
 from elastomorph.evaluation.hinge import Hinge, HingeError
 from elastomorph.model.morph import Morph
 from elastomorph.report.about import SPACE, Lengths, listed, percent

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from elastomorph.draw.movement_graph import movement_graph
+from elastomorph.draw.graphs import movement_graph
 from elastomorph.evaluation.movements import JudgedMovement, mean_lines
 from elastomorph.evaluation.summary import (
     MethodSummary,

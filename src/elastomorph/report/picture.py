@@ -8,8 +8,7 @@ from io import BytesIO
 
 import numpy as np
 
-from elastomorph.draw.extras import imported
-from elastomorph.draw.stage import Image
+from elastomorph.draw.pictures import Image, imported
 from elastomorph.report.markup import Markup, element
 
 __all__ = ["Picture", "picture_figure"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.draw.closures import closure_comparison
+from elastomorph.draw.comparisons import closure_comparison
 from elastomorph.draw.curves_picture import curves_picture
 from elastomorph.draw.hinge import hinge_faces, hinge_graph
 from elastomorph.draw.pictures import write_picture

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from elastomorph.draw.stage import Image
+from elastomorph.draw.pictures import Image
 from elastomorph.evaluation import Evaluation, suggest_inbetweens
 from elastomorph.evaluation.hinge import Hinge, HingeError
 from elastomorph.evaluation.target_paths import TargetPaths

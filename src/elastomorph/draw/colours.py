@@ -1,19 +1,50 @@
-"""Numbers as colours: heat maps with a fixed range."""
+"""Numbers as colours: heat maps with a fixed range, and their scales."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.draw.extras import imported
+from elastomorph.draw.pictures import imported
 from elastomorph.errors import ParameterError
 
-__all__ = ["COLOUR_MAP", "SCALE_ENDS", "heat_colours", "round_up"]
+__all__ = [
+    "COLOUR_MAP",
+    "RGB",
+    "SCALE_ENDS",
+    "ColourScale",
+    "colour_bytes",
+    "colour_named",
+    "heat_colours",
+    "round_up",
+]
 
+RGB = tuple[float, float, float]
 COLOUR_MAP = "magma_r"
 """Perceptually uniform, readable in grey and by the colour-blind; no error is pale, like skin."""
 SCALE_ENDS = (1, 1.2, 1.6, 2, 2.4, 3.2, 4, 6, 8, 10)
 """A quarter of each has two digits, so that a scale in four parts is marked by round numbers."""
+
+
+@dataclass(frozen=True)
+class ColourScale:
+    """The legend of a heat map.
+
+    Attributes:
+        highest: Value of the last colour; the first stands for 0.
+        label: What the numbers are, with their unit.
+        colour_map: A colour map of matplotlib.
+    """
+
+    highest: float
+    label: str
+    colour_map: str = COLOUR_MAP
+
+    def colours(self, values: ArrayLike) -> NDArray[np.float64]:
+        """(N, 3) colours of (N,) values, see `heat_colours`."""
+        return heat_colours(values, self.highest, colour_map=self.colour_map)
 
 
 def heat_colours(
@@ -55,3 +86,33 @@ def round_up(value: float) -> float:
     power = 10.0 ** np.floor(np.log10(value))
     steps = np.array(SCALE_ENDS) * power
     return float(steps[np.argmax(steps >= value * (1 - 1e-12))])
+
+
+def colour_named(text: str) -> RGB:
+    """Red, green, blue from 0 to 1 of a colour by its name in HTML, or as #rrggbb.
+
+    Raises:
+        ParameterError: No such colour.
+        MissingExtraError: Pillow is not installed.
+    """
+    try:
+        red, green, blue = imported("PIL.ImageColor").getrgb(text.strip())[:3]
+    except ValueError:
+        raise ParameterError(
+            f"background {text!r}: expected transparent, a name such as white, or #rrggbb"
+        ) from None
+    return red / 255, green / 255, blue / 255
+
+
+def colour_bytes(colours: ArrayLike, count: int) -> NDArray[np.uint8]:
+    """Colours from 0 to 1 as bytes.
+
+    Raises:
+        ParameterError: Not (count, 3) numbers from 0 to 1.
+    """
+    values = np.asarray(colours, dtype=np.float64)
+    if values.shape != (count, 3) or not ((values >= 0) & (values <= 1)).all():
+        raise ParameterError(
+            f"expected ({count}, 3) colours with numbers from 0 to 1, found {values.shape}"
+        )
+    return np.rint(values * 255).astype(np.uint8)

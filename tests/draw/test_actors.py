@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.draw.normals import CornerPairs, corner_normals
+from elastomorph.draw.actors import corner_normals, corner_pairs
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 
@@ -18,7 +18,7 @@ def _cube() -> Mesh:
 
 def test_corners_of_a_cube_keep_the_normals_of_their_faces() -> None:
     cube = _cube()
-    normals = corner_normals(cube.vertices, cube.faces, CornerPairs.of(cube.faces))
+    normals = corner_normals(cube.vertices, cube.faces, corner_pairs(cube.faces))
     expected = np.repeat(
         [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]], 4, 0
     )
@@ -27,13 +27,13 @@ def test_corners_of_a_cube_keep_the_normals_of_their_faces() -> None:
 
 def test_a_large_crease_angle_rounds_a_cube() -> None:
     cube = _cube()
-    normals = corner_normals(cube.vertices, cube.faces, CornerPairs.of(cube.faces), crease=120)
+    normals = corner_normals(cube.vertices, cube.faces, corner_pairs(cube.faces), crease=120)
     outward = (cube.vertices - 0.5) * 2 / np.sqrt(3)
     np.testing.assert_allclose(normals, outward[cube.faces.indices], atol=1e-12)
 
 
 def test_normals_of_a_sphere_point_outwards(sphere: Mesh) -> None:
-    normals = corner_normals(sphere.vertices, sphere.faces, CornerPairs.of(sphere.faces))
+    normals = corner_normals(sphere.vertices, sphere.faces, corner_pairs(sphere.faces))
     along = np.einsum("ij,ij->i", normals, sphere.vertices[sphere.faces.indices])
     assert along.min() > 0.99
 
@@ -42,8 +42,8 @@ def test_corner_pairs_are_all_pairs_at_a_vertex() -> None:
     """Against the obvious double loop, on polygons of mixed sizes."""
     rng = np.random.default_rng(3)
     faces = Polygons.of([rng.choice(12, size, replace=False).tolist() for size in (3, 5, 4, 3, 6)])
-    pairs = CornerPairs.of(faces)
-    found = sorted(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True))
+    pairs = corner_pairs(faces)
+    found = sorted(zip(*(corners.tolist() for corners in pairs), strict=True))
     corners = faces.indices
     expected = [
         (a, b) for a in range(len(corners)) for b in range(len(corners)) if corners[a] == corners[b]
@@ -53,5 +53,5 @@ def test_corner_pairs_are_all_pairs_at_a_vertex() -> None:
 
 def test_polygons_without_area_get_a_normal_of_length_one() -> None:
     mesh = Mesh(np.zeros((3, 3)), [[0, 1, 2]])
-    normals = corner_normals(mesh.vertices, mesh.faces, CornerPairs.of(mesh.faces))
+    normals = corner_normals(mesh.vertices, mesh.faces, corner_pairs(mesh.faces))
     assert np.linalg.norm(normals, axis=1) == pytest.approx(1)

@@ -1,0 +1,265 @@
+"""Faces side by side: methods at one moment and where they err, closures, blended faces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.curves import CurveNetwork, extract_curves
+from elastomorph.draw.colours import COLOUR_MAP, ColourScale, round_up
+from elastomorph.draw.framing import View, camera_for
+from elastomorph.draw.pictures import Image, written
+from elastomorph.draw.sheet import Face, face_sheet, in_rows, stack
+from elastomorph.draw.strips import TRUTH, method_words
+from elastomorph.errors import ParameterError
+from elastomorph.evaluation import Evaluation
+from elastomorph.evaluation.closure_seams import closure_seams
+from elastomorph.model.mesh import Mesh
+from elastomorph.physics import Material
+from elastomorph.rig import Rig
+
+__all__ = ["closure_comparison", "contact_sheet", "error_strip", "side_by_side"]
+
+
+def side_by_side(
+    evaluation: Evaluation,
+    path: str | Path | None = None,
+    *,
+    labels: Sequence[str] = ("beam R=2", "linear"),
+    time: float = 0.7,
+    face: tuple[int, int] = (560, 700),
+    view: View = "front",
+    title: str = "",
+) -> Image:
+    """The recorded face beside those of methods at one moment, large (Fig. 7).
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        path: Picture to write, if any; the suffix chooses the format.
+        labels: The methods to show.
+        time: The recorded frame nearest to this time is shown.
+        face: Width and height of one face in pixels.
+        view: As for `camera_for`.
+        title: Above the faces.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: No such method.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    truth, frame = evaluation.truth, _nearest_frame(evaluation, time)
+    chosen = [evaluation[label] for label in labels]
+    faces = [Face(truth.frames[frame], f"t = {truth.times[frame]:.2g}")]
+    for result in chosen:
+        caption = (
+            f"largest error {100 * result.maximum[:, frame].max():.2f} % of D\n"
+            f"largest average of a curve {100 * result.average[:, frame].max():.2f} %"
+        )
+        faces.append(Face(result.morph.at(float(truth.times[frame])), caption))
+    return face_sheet(
+        truth.mesh,
+        [faces],
+        camera_for(truth.mesh, view, poses=truth.frames, size=face),
+        face,
+        path,
+        column_labels=[TRUTH, *(result.label for result in chosen)],
+        title=title,
+    )
+
+
+def error_strip(
+    evaluation: Evaluation,
+    path: str | Path | None = None,
+    *,
+    labels: Sequence[str] | None = None,
+    time: float = 0.5,
+    highest: float | None = None,
+    columns: int = 4,
+    face: tuple[int, int] = (320, 400),
+    view: View = "front",
+    unit: str = "",
+    colour_map: str = COLOUR_MAP,
+    title: str = "",
+    names: Mapping[str, str] | None = None,
+    free_timing: bool = False,
+) -> Image:
+    """Where each method errs at one moment, on one scale of colours.
+
+    The distance of every vertex from the recorded one is drawn on the face of the method.
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        path: Picture to write, if any; the suffix chooses the format.
+        labels: The methods to show; all by default.
+        time: The recorded frame nearest to this time is shown.
+        highest: Error of the last colour, as a fraction of D; the largest error of all faces,
+            rounded up, by default.
+        columns: Faces in a row.
+        face: Width and height of one face in pixels.
+        view: As for `camera_for`.
+        unit: Unit of the vertices, to be named in the legend.
+        colour_map: A colour map of matplotlib.
+        title: Above the faces.
+        names: What stands below the face of a method instead of its label.
+        free_timing: Each method at the moment that free timing, which makes its LME smallest,
+            picks for this frame.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: No such method, no columns, or ``highest`` is not above 0.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    results = evaluation.results if labels is None else [evaluation[label] for label in labels]
+    truth, frame = evaluation.truth, _nearest_frame(evaluation, time)
+    faces, largest = [], 0.0
+    for result in results:
+        times = result.path_times if free_timing else truth.times
+        pose = result.morph.at(float(times[frame]))
+        away = np.linalg.norm(pose - truth.frames[frame], axis=1)
+        error = np.asarray(100 * away / evaluation.diameter)
+        largest = max(largest, float(error.max()))
+        caption = (
+            f"{(names or {}).get(result.label, result.label)}\n"
+            f"max {error.max():.2f} %, mean {error.mean():.2f} %"
+        )
+        faces.append(Face(pose, caption, error))
+    words = (
+        f"distance from the recorded face at t = {float(truth.times[frame]):.2g}"
+        f"{', with free timing' if free_timing else ''}, % of D   "
+        f"(D = {evaluation.diameter:.4g}{' ' * bool(unit)}{unit})"
+    )
+    top = round_up(largest) if highest is None else 100 * highest
+    return face_sheet(
+        truth.mesh,
+        in_rows(faces, columns),
+        camera_for(truth.mesh, view, poses=truth.frames, size=face),
+        face,
+        path,
+        title=title,
+        scale=ColourScale(top, words, colour_map),
+    )
+
+
+def _nearest_frame(evaluation: Evaluation, time: float) -> int:
+    return int(np.abs(evaluation.truth.times - time).argmin())
+
+
+def closure_comparison(
+    neutral: Mesh,
+    target: Mesh,
+    path: str | Path | None = None,
+    *,
+    closures: Sequence[str] = ("limit", "unforced"),
+    time: float = 0.5,
+    order: int = 2,
+    material: Material | None = None,
+    curves: CurveNetwork | None = None,
+    width: int = 560,
+    view: View = "front",
+) -> Image:
+    """One in-between under several closures: the face, its mouth close up, and its seam.
+
+    The seam is the largest jump across an edge between two curves, against the law every stiff
+    mode follows, as a fraction of D; flips are polygons turned over.
+
+    Args:
+        neutral: The mesh at t = 0.
+        target: The mesh at t = 1, such as an open jaw.
+        path: Picture to write, if any; the suffix chooses the format.
+        closures: One column each.
+        time: t of the in-between.
+        order: R of the load t^R.
+        material: m, c, k; 1, 1, 1 by default.
+        curves: The curves of the neutral; found by `extract_curves` by default.
+        width: Of one face, in pixels.
+        view: Of the whole face, as for `camera_for`.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: No closures, or one that does not exist.
+        TopologyError: Neutral and target differ in vertices or polygons.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    if not closures:
+        raise ParameterError("a comparison needs at least one closure")
+    curves = extract_curves(neutral) if curves is None else curves
+    made = closure_seams(
+        neutral, target, curves, closures=closures, time=time, order=order, material=material
+    )
+    poses = [seam.morph.at(time) for seam in made]
+    captions = [
+        f"seam {100 * seam.shape.seam:.2f} % of D, {seam.shape.flips:,} "
+        f"polygon{'s' * (seam.shape.flips != 1)} turned over"
+        for seam in made
+    ]
+    head, mouth = (width, round(1.2 * width)), (width, round(0.7 * width))
+    ends = np.stack([neutral.vertices, target.vertices])
+    whole = face_sheet(
+        neutral,
+        [[Face(pose) for pose in poses]],
+        camera_for(neutral, view, poses=ends, size=head),
+        head,
+        column_labels=[f"beam R={order}, {closure}, t = {time:g}" for closure in closures],
+    )
+    close = face_sheet(
+        neutral,
+        [[Face(pose, caption) for pose, caption in zip(poses, captions, strict=True)]],
+        camera_for(neutral, "mouth", poses=np.stack([neutral.vertices, *poses]), size=mouth),
+        mouth,
+    )
+    return written(stack(whole, close), path)
+
+
+def contact_sheet(
+    rig: Rig,
+    weights: NDArray[np.float64],
+    t: float = 1.0,
+    path: str | Path | None = None,
+    *,
+    normalize: bool = False,
+    columns: int = 10,
+    face: tuple[int, int] = (150, 188),
+    title: str = "",
+) -> Image:
+    """Draw one face for each row of weights, its weights below it, the method above all.
+
+    Args:
+        rig: The rig.
+        weights: (S, J) in the order of ``rig.names``.
+        t: Common time.
+        path: Picture to write, if any; the suffix chooses the format.
+        normalize: Divide the weights of each face by their sum.
+        columns: Faces in a row.
+        face: Width and height of one face in pixels.
+        title: Above the faces, before the method.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        ParameterError: Weights of another shape, or none.
+        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    """
+    poses = rig.batch(weights, t, normalize=normalize, dtype=np.float64)
+    faces = [
+        Face(pose, " ".join(f"{weight:.1f}".removeprefix("0") for weight in row))
+        for pose, row in zip(poses, weights, strict=True)
+    ]
+    words = method_words(rig.morphs.values())
+    return face_sheet(
+        rig.neutral,
+        in_rows(faces, columns),
+        camera_for(rig.neutral, "front", poses=poses, size=face),
+        face,
+        path,
+        title=f"{title} ({words})" if title else words,
+    )
