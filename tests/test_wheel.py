@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-CORE = {"numpy", "scipy", "typer", "rich", "threadpoolctl"}
+CORE = {"jinja2", "numpy", "scipy", "typer", "rich", "threadpoolctl"}
 
 pytestmark = pytest.mark.slow
 
@@ -92,11 +92,12 @@ def test_a_wheel_holds_the_package_and_its_pages_only(wheel: Path) -> None:
         if path.is_file() and "__pycache__" not in path.parts
     }
     assert {name for name in names if not name.startswith(info)} == source
-    assert {"elastomorph/py.typed", "elastomorph/viewer/page/index.html"} <= names
+    pages = {"viewer/page/index.html", "report/templates/page.html", "report/templates/page.css"}
+    assert {f"elastomorph/{name}" for name in ("py.typed", *pages)} <= names
     assert f"{info}/licenses/LICENSE" in names
 
 
-def test_the_core_needs_five_packages(wheel: Path) -> None:
+def test_the_core_needs_six_packages(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         name = next(name for name in archive.namelist() if name.endswith("METADATA"))
         text = archive.read(name).decode()

@@ -143,7 +143,9 @@ def test_a_turn_to_the_left_shows_what_the_camera_to_the_left_sees() -> None:
     aside = Camera.framing(ball_mesh.vertices, (35.0, 0.0), size=TURN_SIZE)
     turned = table.turned(ball_mesh.vertices, 35.0)
     np.testing.assert_allclose(
-        seen_at(table.camera, turned, TURN_SIZE), seen_at(aside, ball_mesh.vertices, TURN_SIZE), atol=0.6
+        seen_at(table.camera, turned, TURN_SIZE),
+        seen_at(aside, ball_mesh.vertices, TURN_SIZE),
+        atol=0.6,
     )
 
 
@@ -165,7 +167,10 @@ def test_of_a_ball_the_first_frame_is_the_still_from_the_front(sphere: Mesh) -> 
     table = Turntable.around(sphere, turn_angles(24), size=TURN_SIZE)
     still = camera_for(sphere, size=TURN_SIZE)
     np.testing.assert_allclose(table.camera.position, still.position, atol=0.01)
-    with Stage(sphere, table.camera, size=TURN_SIZE) as one, Stage(sphere, still, size=TURN_SIZE) as other:
+    with (
+        Stage(sphere, table.camera, size=TURN_SIZE) as one,
+        Stage(sphere, still, size=TURN_SIZE) as other,
+    ):
         first = one.picture(table.turned(sphere.vertices, 0.0)).astype(int)
         assert np.abs(first - other.picture()).mean() < 0.5
 

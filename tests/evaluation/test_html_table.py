@@ -11,8 +11,9 @@ import pytest
 
 import elastomorph as em
 from elastomorph.evaluation import Evaluation
-from elastomorph.evaluation.html_table import evaluation_html
-from elastomorph.evaluation.summary import conclusions, rankings, summaries
+from elastomorph.evaluation.conclusions import conclusions, rankings
+from elastomorph.evaluation.summary import summaries
+from elastomorph.evaluation.table import evaluation_html
 
 
 class Table(HTMLParser):

@@ -9,13 +9,8 @@ import pytest
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import evaluate, every_method
-from elastomorph.evaluation.summary import (
-    MethodSummary,
-    conclusions,
-    mean_summaries,
-    rankings,
-    summaries,
-)
+from elastomorph.evaluation.conclusions import conclusions, rankings
+from elastomorph.evaluation.summary import MethodSummary, mean_summaries, summaries
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence

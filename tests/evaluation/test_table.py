@@ -15,7 +15,8 @@ from rich.table import Table
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate
-from elastomorph.evaluation.summary import conclusions, summaries
+from elastomorph.evaluation.conclusions import conclusions
+from elastomorph.evaluation.summary import summaries
 from elastomorph.evaluation.table import method_table, plain_text
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 
-__all__ = ["Element", "parsed"]
+from elastomorph.report.document import Section, document
+
+__all__ = ["Element", "parsed", "shown"]
 
 _VOID = {"br", "hr", "img", "link", "meta", "col"}
 
@@ -75,3 +77,8 @@ def parsed(page: str) -> Element:
     reader.close()
     assert reader.open == [reader.root]
     return reader.root
+
+
+def shown(section: Section) -> Element:
+    """A section as it stands in a page."""
+    return parsed(document("", "", [section])).one("section")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from parsed_page import Element, parsed
+from parsed_page import Element, shown
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
@@ -44,7 +44,7 @@ def section(hinge: tuple[Hinge, dict[str, Morph]]) -> Element:
     found, morphs = hinge
     grey = np.full((4, 4, 3), 128, dtype=np.uint8)
     errors = hinge_errors(found, morphs)
-    return parsed(str(hinge_section(found, "jawOpen", errors, morphs, grey, "cm").content))
+    return shown(hinge_section(found, "jawOpen", errors, morphs, grey, "cm"))
 
 
 def test_it_says_what_turns(section: Element) -> None:
@@ -72,18 +72,18 @@ def test_what_vanishes_has_a_length_too(hinge: tuple[Hinge, dict[str, Morph]]) -
     found, morphs = hinge
     errors = [replace(error, parts=0.0, along=0.0) for error in hinge_errors(found, morphs)]
     grey = np.full((4, 4, 3), 128, dtype=np.uint8)
-    shown = parsed(str(hinge_section(found, "jawOpen", errors, morphs, grey, "cm").content))
+    page = shown(hinge_section(found, "jawOpen", errors, morphs, grey, "cm"))
     least = f"<\u00a0{1e-5 * found.neutral.diameter:#.3g}\u00a0cm"
-    for row in shown.one("tbody").all("tr"):
+    for row in page.one("tbody").all("tr"):
         assert [cell.text for cell in row.all("td")] == ["0.000", least]
 
 
 def test_the_graph_says_in_which_unit_the_jaw_goes(
     hinge: tuple[Hinge, dict[str, Morph]], tmp_path: Path
 ) -> None:
-    for unit, shown in (("cm", ">cm<"), ("", ">units of the rig<")):
+    for unit, words in (("cm", ">cm<"), ("", ">units of the rig<")):
         hinge_graph(*hinge, tmp_path / "way.svg", unit)
-        assert shown in (tmp_path / "way.svg").read_text(encoding="utf-8")
+        assert words in (tmp_path / "way.svg").read_text(encoding="utf-8")
 
 
 def test_parts_are_known_by_their_names(hinge: tuple[Hinge, dict[str, Morph]]) -> None:

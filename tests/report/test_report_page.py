@@ -6,13 +6,14 @@ import base64
 import hashlib
 import io
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from parsed_page import Element, parsed
+from parsed_page import Element, parsed, shown
 from PIL import Image
 from stand_in import VIEWER
 
@@ -25,11 +26,12 @@ from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.physics import Material
 from elastomorph.report import About, Picture, report_page, write_report
-from elastomorph.report.compared import compared
-from elastomorph.report.document import PAPER
-from elastomorph.report.picture import picture_figure
-from elastomorph.report.recipe import methods_table
+from elastomorph.report.document import Section
+from elastomorph.report.facts import compared
+from elastomorph.report.live import live_viewer
+from elastomorph.report.recipe import recipe
 
+PAPER = "https://doi.org/10.3390/axioms13030185"
 SECTIONS = ["compared", "outcome", "errors", "graphs", "faces", "viewer", "recipe"]
 
 
@@ -99,7 +101,7 @@ def test_the_size_of_a_part_is_not_called_that_of_the_face(evaluation: Evaluatio
 
 
 def _facts(evaluation: Evaluation) -> list[Element]:
-    root = parsed(str(compared(evaluation, About(unit="cm"))))
+    root = shown(compared(evaluation, About(unit="cm")))
     return [each for each in root.all("div") if each.attributes.get("class") == "fact"]
 
 
@@ -108,7 +110,7 @@ def test_auto_is_described_as_what_it_is(evaluation: Evaluation) -> None:
     morph = replace(evaluation["linear"].morph, choice=Choice(1e-4, 2e-3))
     result = replace(evaluation["linear"], label="auto", morph=morph)
     auto = replace(evaluation, results=(result,))
-    root = parsed(str(methods_table(auto, About(), "Methods")))
+    root = shown(recipe(auto.truth, auto, About()))
     cells = [cell.text for cell in root.one("tbody").all("td")]
     assert cells[0] == "the straight line where rotation hardly differs from it, else rotation"
     assert "straight within 0.200\u00a0% of D" in cells[1]
@@ -138,11 +140,11 @@ def test_the_policy_forbids_requests(root: Element) -> None:
 
 def test_the_viewer_stands_in_a_frame_of_its_own(root: Element) -> None:
     frame = root.one("iframe")
-    shown = frame.attributes["srcdoc"]
+    inside = frame.attributes["srcdoc"]
     before, after = VIEWER.split("<!-- elastomorph scene -->")
-    assert shown.startswith(before)
-    assert shown.endswith(after)
-    assert shown.count("application/octet-stream") == 6  # five methods and the recording
+    assert inside.startswith(before)
+    assert inside.endswith(after)
+    assert inside.count("application/octet-stream") == 6  # five methods and the recording
     assert "allow-same-origin" not in frame.attributes["sandbox"]
     assert frame.attributes["loading"] == "lazy"
     assert frame.attributes["title"]
@@ -197,36 +199,37 @@ def test_a_face_too_large_for_a_mail_is_thinned_and_then_left_out(
 ) -> None:
     from elastomorph.report import live
 
-    full, _ = live.live_viewer(evaluation, "ball", informed=["ease R=2"])
-    size = len(parsed(full).one("iframe").attributes["srcdoc"])
+    def viewer(informed: Sequence[str]) -> Element:
+        return shown(live_viewer(evaluation, "ball", informed=informed))
+
+    size = len(viewer(["ease R=2"]).one("iframe").attributes["srcdoc"])
     monkeypatch.setattr(live, "LARGEST", 20_000)
-    thinned, shown = live.live_viewer(evaluation, "ball", informed=["ease R=2"])
-    assert shown
-    assert len(parsed(thinned).one("iframe").attributes["srcdoc"]) < size
+    thinned = viewer(["ease R=2"])
+    assert len(thinned.one("iframe").attributes["srcdoc"]) < size
     judged = [result for result in evaluation.results if result.label != "ease R=2"]
     best = min(judged, key=lambda result: result.lme).label
     kept = {"linear", "beam R=2", best}
     left_out = [result.label for result in evaluation.results if result.label not in kept]
-    assert f"it does not hold {', '.join(left_out)}." in thinned
+    assert f"it does not hold {', '.join(left_out)}." in thinned.text
     monkeypatch.setattr(live, "_MOST", 1000)
-    none, shown = live.live_viewer(evaluation, "ball")
-    assert not shown
-    assert "does not fit" in none
+    none = viewer([])
+    assert not none.all("iframe")
+    assert "does not fit" in none.text
 
 
 def test_a_missing_viewer_does_not_cost_the_report(
     evaluation: Evaluation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And no folder of this machine gets into it."""
-    from elastomorph.report.live import live_viewer
 
     def missing() -> str:
         raise FileError("/home/somebody/page/index.html", "the viewer's page is not here")
 
     monkeypatch.setattr("elastomorph.viewer.page.shipped_page", missing)
-    said, shown = live_viewer(evaluation, "ball")
-    assert not shown
-    assert said == "<p>It is left out: this installation came without the viewer&#39;s page.</p>"
+    section = shown(live_viewer(evaluation, "ball"))
+    assert not section.all("iframe")
+    (said,) = section.all("p")
+    assert said.text == "It is left out: this installation came without the viewer's page."
 
 
 def test_without_times_the_timed_errors_decide_nothing(evaluation: Evaluation) -> None:
@@ -249,12 +252,11 @@ def test_the_viewer_holds_what_a_rig_gets_unless_asked_otherwise(
     methods = ["linear", "cosine", "ease:2", "rotation", "auto"]
     many = evaluate(evaluation.truth, methods, evaluation.curves)
     monkeypatch.setattr(live, "LARGEST", 1)
-    viewer, shown = live.live_viewer(many, "ball", truth="known way")
-    assert shown
-    left_out = viewer.split("it does not hold ")[1].split(".")[0]
+    viewer = shown(live_viewer(many, "ball", truth="known way"))
+    left_out = viewer.text.split("it does not hold ")[1].split(".")[0]
     assert "rotation" in left_out
     assert "auto" not in left_out
-    frame = parsed(viewer).one("iframe").attributes
+    frame = viewer.one("iframe").attributes
     assert '"known way"' in frame["srcdoc"]
     assert '"recorded"' not in frame["srcdoc"]
 
@@ -295,7 +297,7 @@ def test_half_a_report_is_none(
     def fails(*_: object, **__: object) -> list[Picture]:
         raise RuntimeError("no memory for the picture")
 
-    monkeypatch.setattr("elastomorph.report.report.evaluation_pictures", fails)
+    monkeypatch.setattr("elastomorph.report.comparison.evaluation_pictures", fails)
     with pytest.raises(RuntimeError, match="no memory"):
         write_report(evaluation, file)
     assert file.read_text() == "the old one"
@@ -305,7 +307,7 @@ def test_half_a_report_is_none(
 def test_a_path_that_cannot_be_written_is_refused_before_anything_is_drawn(
     evaluation: Evaluation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("elastomorph.report.report.report_page", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr("elastomorph.report.comparison.report_page", lambda *_, **__: 1 / 0)
     with pytest.raises(FormatError, match=r"suffix \.html"):
         write_report(evaluation, tmp_path / "report.pdf")
     with pytest.raises(FileError, match="does not exist"):
@@ -315,7 +317,8 @@ def test_a_path_that_cannot_be_written_is_refused_before_anything_is_drawn(
 def test_a_picture_is_embedded_as_it_is() -> None:
     rng = np.random.default_rng(0)
     smooth = np.repeat(np.repeat(rng.integers(0, 255, (4, 5, 3)), 20, 0), 20, 1).astype(np.uint8)
-    image = parsed(picture_figure(Picture("A", smooth, "Alt", "Caption"))).one("img")
+    picture = Picture("A", smooth, "Alt", "Caption")
+    image = shown(Section("faces", "Faces", {"pictures": [picture]})).one("img")
     again = np.asarray(_decoded(image).convert("RGB")).astype(int)
     assert again.shape == smooth.shape
     assert np.abs(again - smooth).mean() < 12

@@ -101,7 +101,7 @@ def evaluate(
     if said and not every:
         _require_elastic(method or [])
     if report is not None:
-        from elastomorph.report.report import require_page_path
+        from elastomorph.report.document import require_page_path
 
         require_page_path(report)
     with options.progress(as_json) as say:
@@ -212,8 +212,8 @@ def _movements(
     from rich.console import Console
 
     from elastomorph.evaluation import left_out
+    from elastomorph.evaluation.conclusions import rankings
     from elastomorph.evaluation.movements import evaluate_movements, mean_lines
-    from elastomorph.evaluation.summary import rankings
     from elastomorph.evaluation.table import method_table
 
     judged = evaluate_movements(motion, network, methods, edge=edge, progress=say)
@@ -250,7 +250,8 @@ def _tell(
     from rich.console import Console
 
     from elastomorph.evaluation import left_out
-    from elastomorph.evaluation.summary import rankings, summaries
+    from elastomorph.evaluation.conclusions import rankings
+    from elastomorph.evaluation.summary import summaries
 
     console = Console()
     if motion.missing:

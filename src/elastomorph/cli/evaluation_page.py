@@ -53,7 +53,7 @@ class EvaluationPage:
     def drawn(self, result: Evaluation, say: Callable[[str], None]) -> list[Picture]:
         """Pictures of the comparison, for the report and for files; none of markers."""
         from elastomorph.evaluation.summary import informed_methods
-        from elastomorph.report.about import Lengths
+        from elastomorph.evaluation.words import Lengths
         from elastomorph.report.faces import evaluation_pictures
 
         if not self.draw or not len(result.truth.mesh.faces):

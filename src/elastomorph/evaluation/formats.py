@@ -11,7 +11,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from elastomorph.errors import MissingExtraError
-from elastomorph.evaluation.summary import conclusions, summaries
+from elastomorph.evaluation.conclusions import conclusions
+from elastomorph.evaluation.summary import summaries
 
 if TYPE_CHECKING:
     from pandas import DataFrame

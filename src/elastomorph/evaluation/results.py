@@ -218,7 +218,7 @@ class Evaluation:
 
     def _repr_html_(self) -> str:
         """The table and what it shows, for a notebook."""
-        from elastomorph.evaluation.html_table import evaluation_html
+        from elastomorph.evaluation.table import evaluation_html
 
         return evaluation_html(self)
 

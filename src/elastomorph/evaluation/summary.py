@@ -1,4 +1,4 @@
-"""One line a method: the numbers of a table, and what they amount to in words."""
+"""One line a method: the numbers of a table, who won, and the places."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ if TYPE_CHECKING:
 __all__ = [
     "SAME",
     "MethodSummary",
-    "conclusions",
+    "Outcome",
     "informed_methods",
     "mean_summaries",
     "places",
-    "rankings",
     "same",
     "summaries",
 ]
@@ -88,97 +87,86 @@ def informed_methods(evaluation: Evaluation) -> list[str]:
     return [r.label for r in evaluation.results if r.morph.method.startswith("through ")]
 
 
-def conclusions(lines: Sequence[MethodSummary], informed: Collection[str] = ()) -> list[str]:
-    """What a table shows, in sentences computed from its numbers.
+@dataclass(frozen=True)
+class Outcome:
+    """Who won a comparison.
 
-    The method of smallest LME is compared with the one labelled ``linear``. Its win is one of
-    timing alone if its path, with free timing, is no closer to the motion than the straight line.
+    The method of smallest error is compared with the one labelled ``linear``, the yardstick. A win
+    by LME is one of timing alone if the winner's path, with free timing, is no closer to the motion
+    than the straight line.
 
-    Args:
-        lines: The methods.
+    Attributes:
+        judged: The methods that are ranked, at least one.
         informed: Those that were given frames of the recording: they win nothing against methods
-            that know its ends only, and have a sentence of their own.
+            that know its ends only.
+        error: The error compared: ``lme``, or ``path_lme`` where no times are known.
+        best: The method of smallest error.
+        linear: The yardstick, if it is there.
+        won: Whether the best method beats the yardstick by more than a table shows.
+        closer: The errors with free timing, ``path_lme`` and ``path_lae``, in which it does.
+        timing: Whether free timing brings the yardstick closer.
     """
-    told = [line for line in lines if line.label in informed]
-    judged = [line for line in lines if line.label not in informed]
-    said = _conclusions(judged) if judged else []
-    if told:
-        each = " and ".join(f"{line.label} ({_percent(line.lme)} of D)" for line in told)
-        said.append(
-            f"{each} passed through frames of this very recording: what scanned in-betweens are "
-            "worth, not a win."
-        )
-    return said
 
+    judged: tuple[MethodSummary, ...]
+    informed: tuple[MethodSummary, ...]
+    error: str
+    best: MethodSummary
+    linear: MethodSummary | None
+    won: bool
+    closer: tuple[str, ...]
+    timing: bool
 
-def _conclusions(lines: Sequence[MethodSummary]) -> list[str]:
-    linear = next((line for line in lines if line.label == "linear"), None)
-    best = min(lines, key=lambda line: line.lme)
-    if linear is None or len(lines) == 1:
-        return [f"Smallest LME: {best.label}, {_percent(best.lme)} of D."]
-    if linear.path_lme < linear.lme and not same(linear.path_lme, linear.lme):
-        said = [
-            f"Free timing brings linear from {_percent(linear.lme)} to "
-            f"{_percent(linear.path_lme)} of D (LME): that much is a matter of when, not where."
+    @classmethod
+    def of(
+        cls, lines: Sequence[MethodSummary], informed: Collection[str] = (), error: str = "lme"
+    ) -> Outcome:
+        """Judge methods; where all of them were informed, these are ranked.
+
+        Raises:
+            ValueError: There are no lines.
+        """
+        told = tuple(line for line in lines if line.label in informed)
+        judged = tuple(line for line in lines if line.label not in informed) or told
+        best = min(judged, key=lambda line: float(getattr(line, error)))
+        linear = next((line for line in judged if line.label == "linear"), None)
+        if linear is None:
+            return cls(judged, told, error, best, None, False, (), False)
+        won = best is not linear and not _alike(best, linear, error)
+        closer = tuple(n for n in ("path_lme", "path_lae") if _is_less(best, linear, n))
+        timing = linear.path_lme < linear.lme and not same(linear.path_lme, linear.lme)
+        return cls(judged, told, error, best, linear, won, closer, timing)
+
+    @property
+    def timing_alone(self) -> bool:
+        """Whether the best method beats the yardstick by nothing but its timing."""
+        return self.won and not self.closer and self.error == "lme"
+
+    @property
+    def compared(self) -> bool:
+        """Whether there is a yardstick, and anything to compare with it."""
+        return self.linear is not None and len(self.judged) > 1
+
+    def alike(self, line: MethodSummary) -> list[str]:
+        """Labels of the other methods whose error reads the same as that of one."""
+        return [
+            other.label
+            for other in self.judged
+            if other is not line and _alike(other, line, self.error)
         ]
-    else:
-        said = [
-            f"Free timing does not bring linear closer ({_percent(linear.lme)} at the captured "
-            f"times, {_percent(linear.path_lme)} with it, LME): its error is one of path."
-        ]
-    if best is linear or same(best.lme, linear.lme):
-        return ["No method is closer than linear at the captured times (LME).", *said]
-    sharing = [
-        line.label
-        for line in lines
-        if line.label.startswith("ease") and line is not best and same(line.lme, best.lme)
-    ]
-    shared = f" As close at the captured times: {', '.join(sharing)}." if sharing else ""
-    win = (
-        f"{best.label} has the smallest LME, {_percent(best.lme)} of D against "
-        f"{_percent(linear.lme)} for linear"
-    )
-    closer = [
-        name
-        for name, ours, theirs in (
-            ("LME", best.path_lme, linear.path_lme),
-            ("LAE", best.path_lae, linear.path_lae),
-        )
-        if ours < theirs and not same(ours, theirs)
-    ]
-    if not closer:
-        reason = (
-            "with free timing its path is no closer than the straight line "
-            f"({_percent(best.path_lme)} against {_percent(linear.path_lme)})"
-        )
-        return [f"{win}: a win of timing alone, for {reason}.{shared}", *said]
-    path = (
-        "; with free timing its path too is closer than the straight line in "
-        f"{' and '.join(closer)} (LME {_percent(best.path_lme)} against "
-        f"{_percent(linear.path_lme)}, LAE {_percent(best.path_lae)} against "
-        f"{_percent(linear.path_lae)})"
-    )
-    return [f"{win}{path}.{shared}", *said]
+
+    @property
+    def eases(self) -> list[str]:
+        """Straight lines at another pace that come as close as the best."""
+        return [label for label in self.alike(self.best) if label.startswith("ease")]
 
 
-def _percent(fraction: float) -> str:
-    """An error as in the table, such as "1.376 %"."""
-    return f"{100 * fraction:.3f} %"
+def _alike(first: MethodSummary, second: MethodSummary, error: str) -> bool:
+    return same(float(getattr(first, error)), float(getattr(second, error)))
 
 
-def rankings(lines: Sequence[MethodSummary]) -> list[str]:
-    """The methods in the order of their errors: as timed, and with free timing.
-
-    Methods that read the same in a table share a place.
-    """
-    said = []
-    for what, name in (("At the captured times", "lme"), ("With free timing", "path_lme")):
-        order = "; ".join(
-            f"{i}. {', '.join(line.label for line in place)}"
-            for i, place in enumerate(places(lines, name), start=1)
-        )
-        said.append(f"{what} (LME): {order}.")
-    return said
+def _is_less(first: MethodSummary, second: MethodSummary, error: str) -> bool:
+    less = float(getattr(first, error)) < float(getattr(second, error))
+    return less and not _alike(first, second, error)
 
 
 def places(lines: Sequence[MethodSummary], name: str) -> list[list[MethodSummary]]:

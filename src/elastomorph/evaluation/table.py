@@ -1,9 +1,9 @@
-"""The table of an evaluation, for the terminal."""
+"""The table of an evaluation, for terminals and notebooks."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,52 +12,31 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from elastomorph.evaluation.summary import (
-    MethodSummary,
-    conclusions,
-    informed_methods,
-    summaries,
-)
+from elastomorph.evaluation.conclusions import conclusions, rankings
+from elastomorph.evaluation.summary import MethodSummary, informed_methods, summaries
 
 if TYPE_CHECKING:
     from elastomorph.evaluation.results import Evaluation
 
 __all__ = [
-    "LEGEND",
-    "Column",
+    "SHAPE_COLUMNS",
+    "evaluation_html",
     "evaluation_table",
     "method_table",
+    "number_text",
     "plain_text",
-    "table_columns",
-    "table_title",
 ]
 
-
-def _percent(value: float) -> str:
-    return f"{100 * value:.3f}"
-
-
-def _count(value: float) -> str:
-    return f"{value:.0f}" if float(value).is_integer() else f"{value:.1f}"
-
-
-def _ratio(value: float) -> str:
-    return f"{value:.3f}"
-
-
-_COLUMNS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
-    ("LME", "lme", _percent),
-    ("LAE", "lae", _percent),
-    ("mean\nLME", "mean_lme", _percent),
-    ("mean\nLAE", "mean_lae", _percent),
-    ("path\nLME", "path_lme", _percent),
-    ("path\nLAE", "path_lae", _percent),
-)
-_SHAPE_COLUMNS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
-    ("seam", "seam", _percent),
-    ("flips", "flips", _count),
-    ("stretch", "stretch", _ratio),
-)
+_COLUMNS = {
+    "LME": "lme",
+    "LAE": "lae",
+    "mean\nLME": "mean_lme",
+    "mean\nLAE": "mean_lae",
+    "path\nLME": "path_lme",
+    "path\nLAE": "path_lae",
+}
+SHAPE_COLUMNS = {"seam": "seam", "flips": "flips", "stretch": "stretch"}
+"""Headers and numbers that tell of a surface, which markers do not have."""
 LEGEND = (
     "Errors and seam in % of D. path: the frames pick, in order, the moments of the path at which "
     "the error is smallest; what vanishes there was timing. Bold: best of the column."
@@ -69,7 +48,7 @@ def evaluation_table(evaluation: Evaluation) -> Group:
     lines = summaries(evaluation)
     words = [Text(sentence) for sentence in conclusions(lines, informed_methods(evaluation))]
     has_polygons = len(evaluation.truth.mesh.faces) > 0
-    return Group(method_table(lines, table_title(evaluation), shape=has_polygons), *words)
+    return Group(method_table(lines, _title(evaluation), shape=has_polygons), *words)
 
 
 def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = True) -> Table:
@@ -92,7 +71,7 @@ def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = Tr
     )
     table.add_column("method", no_wrap=True)
     cells = []
-    for column in table_columns(lines, shape=shape):
+    for column in _columns(lines, shape=shape):
         table.add_column(column.header, justify="right", no_wrap=True)
         cells.append(
             [
@@ -105,36 +84,53 @@ def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = Tr
     return table
 
 
-@dataclass(frozen=True)
-class Column:
-    """A column of numbers as they are read.
+def evaluation_html(evaluation: Evaluation) -> str:
+    """The same for a notebook; with three methods or more their order follows."""
+    from elastomorph.templates import rendered  # a terminal does without its import
 
-    Attributes:
-        header: Its title, in at most two lines.
-        texts: One a method.
-        best: Whether each of them is the best of the column; none is where all are alike.
-    """
+    lines = summaries(evaluation)
+    sentences = conclusions(lines, informed_methods(evaluation))
+    return rendered(
+        "elastomorph.evaluation",
+        "table.html",
+        title=_title(evaluation),
+        legend=LEGEND,
+        columns=_columns(lines, shape=len(evaluation.truth.mesh.faces) > 0),
+        labels=[line.label for line in lines],
+        sentences=sentences + (rankings(lines) if len(lines) > 2 else []),
+    )
+
+
+def number_text(line: MethodSummary, name: str) -> str:
+    """A number of a method as tables show it: errors in %, counts, ratios."""
+    value = float(getattr(line, name))
+    if name == "flips":
+        return f"{value:.0f}" if value.is_integer() else f"{value:.1f}"
+    return f"{value:.3f}" if name == "stretch" else f"{100 * value:.3f}"
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column of numbers as they are read; none is the best where all are alike."""
 
     header: str
     texts: tuple[str, ...]
     best: tuple[bool, ...]
 
 
-def table_columns(lines: Sequence[MethodSummary], *, shape: bool = True) -> list[Column]:
-    """The columns of a table of methods; arguments as for `method_table`."""
+def _columns(lines: Sequence[MethodSummary], *, shape: bool) -> list[_Column]:
     columns = []
-    for header, name, written in (*_COLUMNS, *(_SHAPE_COLUMNS if shape else ())):
-        values = [getattr(line, name) for line in lines]
-        texts = tuple(written(value) for value in values)
+    for header, name in (_COLUMNS | (SHAPE_COLUMNS if shape else {})).items():
+        values = [float(getattr(line, name)) for line in lines]
+        texts = tuple(number_text(line, name) for line in lines)
         # What reads the same is equally good: a digit nobody sees must not pick a winner.
         best = texts[values.index(min(values))]
         alike = len(set(texts)) == 1
-        columns.append(Column(header, texts, tuple(t == best and not alike for t in texts)))
+        columns.append(_Column(header, texts, tuple(t == best and not alike for t in texts)))
     return columns
 
 
-def table_title(evaluation: Evaluation) -> str:
-    """What was measured."""
+def _title(evaluation: Evaluation) -> str:
     return (
         f"{len(evaluation.truth)} frames, {len(evaluation.curves)} curves, "
         f"D = {evaluation.diameter:.4g}"

@@ -5,9 +5,9 @@ from typing import Any
 
 from elastomorph import draw
 from elastomorph.report.about import About
+from elastomorph.report.comparison import report_page, write_report
+from elastomorph.report.images import Picture
 from elastomorph.report.movements import movements_page, write_movements_report
-from elastomorph.report.picture import Picture
-from elastomorph.report.report import report_page, write_report
 
 __all__ = [
     "About",

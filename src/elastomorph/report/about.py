@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method
 
-__all__ = ["SPACE", "About", "Lengths", "listed", "percent", "share_of", "significant"]
-
-SPACE = "\u00a0"
-"""Between a number and its unit, which belong on one line."""
+__all__ = ["About"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,55 +41,3 @@ class About:
     def truth(self) -> str:
         """What the methods are compared with, in a word or two."""
         return "recorded" if self.timing_known else "known way"
-
-
-@dataclass(frozen=True)
-class Lengths:
-    """Writes fractions of D as lengths.
-
-    Attributes:
-        diameter: D in the unit of the vertices; None for several motions, each with its own D.
-        unit: Its name, or an empty string.
-    """
-
-    diameter: float | None
-    unit: str = ""
-
-    def __call__(self, fraction: float) -> str:
-        """Such as "0.412 cm (1.37 % of D)"."""
-        if self.diameter is None:
-            return percent(fraction)
-        return f"{self.plain(fraction)} ({percent(fraction)})"
-
-    def plain(self, fraction: float) -> str:
-        """Such as "0.412 cm", or a share of D where there is no one D."""
-        if self.diameter is None:
-            return percent(fraction)
-        return f"{significant(fraction * self.diameter)}{SPACE}{self.unit or 'units'}"
-
-    @property
-    def several(self) -> bool:
-        """Whether the errors are means over several motions."""
-        return self.diameter is None
-
-
-def percent(fraction: float) -> str:
-    """A fraction of D, such as "1.37 % of D"."""
-    return f"{significant(100 * fraction)}{SPACE}% of D"
-
-
-def significant(value: float) -> str:
-    """Three significant digits, never in powers of ten for what people measure on faces."""
-    if abs(value) >= 999.5:
-        return f"{value:,.0f}"
-    return f"{value:#.3g}".rstrip(".") if value else "0"
-
-
-def share_of(fraction: float) -> str:
-    """A share, such as "23 %"."""
-    return f"{100 * fraction:.0f}{SPACE}%"
-
-
-def listed(words: Sequence[str]) -> str:
-    """Words as in "a, b and c"."""
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -9,7 +9,7 @@ from elastomorph.draw.graphs import error_graphs, time_graphs
 from elastomorph.draw.pictures import write_picture
 from elastomorph.evaluation import Evaluation
 from elastomorph.io.atomic import replacing
-from elastomorph.report.picture import Picture
+from elastomorph.report.images import Picture
 
 __all__ = ["write_evaluation", "write_text"]
 

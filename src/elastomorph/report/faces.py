@@ -12,9 +12,9 @@ from elastomorph.draw.pictures import Image
 from elastomorph.draw.strips import TRUTH, face_strip
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.closure_seams import ClosureSeam
+from elastomorph.evaluation.words import Lengths, listed, percent
 from elastomorph.model.morph import Morph
-from elastomorph.report.about import Lengths, listed, percent
-from elastomorph.report.picture import Picture
+from elastomorph.report.images import Picture
 from elastomorph.rig import Rig
 from elastomorph.rig.combinations import spread_rows, weight_combinations
 

@@ -8,16 +8,12 @@ from collections.abc import Mapping, Sequence
 from elastomorph.draw.hinge import hinge_graph, looks_of
 from elastomorph.draw.pictures import Image
 from elastomorph.evaluation.hinge import Hinge, HingeError
+from elastomorph.evaluation.words import SPACE, Lengths, counted, listed, percent
 from elastomorph.model.morph import Morph
-from elastomorph.report.about import SPACE, Lengths, listed, percent
-from elastomorph.report.compared import counted
-from elastomorph.report.content import graph_figure
 from elastomorph.report.document import Section
-from elastomorph.report.error_table import scrolling
-from elastomorph.report.markup import Markup, element, joined
-from elastomorph.report.picture import Picture, picture_figure
+from elastomorph.report.images import Graph, Picture
 
-__all__ = ["hinge_section", "hinge_words"]
+__all__ = ["hinge_section"]
 
 _ALIKE = 1.05
 """Times the smallest distance: no more than that apart, methods do equally well."""
@@ -58,7 +54,7 @@ def hinge_section(
         "Pale is on the arc, dark is off it, on one scale for all. A straight line cuts the corner "
         "of every arc, most of all where the way is longest.",
     )
-    graph = graph_figure(
+    graph = Graph.drawn(
         lambda file: hinge_graph(hinge, morphs, file, unit),
         "hinge",
         "The way of the jaw",
@@ -68,17 +64,18 @@ def hinge_section(
         "Left the broad green line is the true arc: linear is its chord, whatever its timing. "
         "Right: the farthest vertex of all that turns, at even timing.",
     )
-    content = [
-        element("p", _headline(best, errors, lengths), class_="headline"),
-        element("p", hinge_words(hinge, target)),
-        _table(hinge, errors, lengths),
-        element("div", element("h3", picture.title), picture_figure(picture)),
-        graph,
-    ]
-    return Section("hinge", "The jaw on its hinge", joined(content))
+    content = {
+        "headline": _headline(best, errors, lengths),
+        "words": _words(hinge, target),
+        "caption": "Largest distance from the true arc at t = 0.25, 0.5 and 0.75, in % of D",
+        **_table(hinge, errors, lengths),
+        "picture": picture,
+        "graph": graph,
+    }
+    return Section("hinge", "The jaw on its hinge", content)
 
 
-def hinge_words(hinge: Hinge, target: str) -> str:
+def _words(hinge: Hinge, target: str) -> str:
     """What turns, by how much, and why its arc is known."""
     parts, along = _names(hinge)
     words = (
@@ -121,27 +118,18 @@ def _length(fraction: float, lengths: Lengths) -> str:
     return lengths(fraction) if fraction > _LAST_DIGIT else f"{_LEAST}{SPACE}% of D"
 
 
-def _table(hinge: Hinge, errors: Sequence[HingeError], lengths: Lengths) -> Markup:
+def _table(
+    hinge: Hinge, errors: Sequence[HingeError], lengths: Lengths
+) -> dict[str, Sequence[object]]:
     parts, along = _names(hinge)
-    titles = ["Method", parts.capitalize()]
+    heads = ["Method", parts.capitalize()]
     if len(hinge.along):
-        titles.append(along.capitalize())
+        heads.append(along.capitalize())
     rows = []
     for error in errors:
-        values = (error.parts, error.along)[: len(titles) - 1]
-        cells = [element("td", f"{100 * value:.3f}") for value in values]
+        values = (error.parts, error.along)[: len(heads) - 1]
         most = max(values)
         less = "" if most > _LAST_DIGIT else f"<{SPACE}"
-        cells.append(element("td", f"{less}{lengths.plain(max(most, _LAST_DIGIT))}"))
-        name = element("th", error.label, scope="row", class_="name")
-        rows.append(element("tr", name, *cells))
-    heads = [element("th", title, scope="col") for title in (*titles, "The worst, as a length")]
-    caption = "Largest distance from the true arc at t = 0.25, 0.5 and 0.75, in % of D"
-    table = element(
-        "table",
-        element("caption", caption),
-        element("thead", element("tr", *heads)),
-        element("tbody", *rows),
-        class_="hinge",
-    )
-    return scrolling(table, caption)
+        length = f"{less}{lengths.plain(max(most, _LAST_DIGIT))}"
+        rows.append((error.label, [*(f"{100 * value:.3f}" for value in values), length]))
+    return {"heads": [*heads, "The worst, as a length"], "rows": rows}

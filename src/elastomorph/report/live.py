@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from elastomorph.errors import ElastomorphError, FileError
+from elastomorph.errors import ElastomorphError, FileError, MeshError
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.model.morph import Morph
+from elastomorph.report.document import Section
 from elastomorph.report.faces import telling_frame
-from elastomorph.report.markup import Markup, element, joined
 
 __all__ = ["LARGEST", "live_viewer"]
 
@@ -28,7 +28,7 @@ def live_viewer(
     unit: str = "",
     informed: Collection[str] = (),
     truth: str = "recorded",
-) -> tuple[Markup, bool]:
+) -> Section:
     """The viewer in a frame of its own, or a sentence that says why there is none.
 
     Args:
@@ -39,62 +39,48 @@ def live_viewer(
         truth: What the viewer calls that motion.
 
     Returns:
-        What stands in the report, and whether it is the viewer.
+        The section; its ``page`` is empty where the viewer is left out.
     """
-    if not len(evaluation.truth.mesh.faces):
-        return _sentence("It is left out: markers have no surface that could be shown."), False
-    shown, frames = _fitting(evaluation, informed)
-    if not shown:
-        return _sentence(
-            "It is left out: a face of this size does not fit into a page that is mailed around. "
-            "Export a method as GLB and open that with 'elastomorph view'."
-        ), False
+    page, left_out = "", []
     try:
-        from elastomorph.viewer import evaluation_scene
-        from elastomorph.viewer.page import viewer_page
-
-        some = replace(evaluation, results=tuple(shown))
-        scene = evaluation_scene(some, title=title, unit=unit, frames=frames, truth=truth)
-        # Halfway, where all symmetric timings meet, says the least.
-        moment = float(evaluation.truth.times[telling_frame(evaluation)])
-        page = viewer_page(replace(scene, start={**scene.start, "t": moment}))
+        shown, frames = _fitting(evaluation, informed)
+        page = _page(evaluation, shown, frames, title, unit, truth)
+        left_out = [each.label for each in evaluation.results if each not in shown]
+        reason = ""
     except FileError:  # its message names folders of this machine
-        return _sentence("It is left out: this installation came without the viewer's page."), False
+        reason = "this installation came without the viewer's page"
     except ElastomorphError as error:  # a report without its viewer is better than none
-        return _sentence(f"It is left out: {error}."), False
-    frame = element(
-        "iframe",
-        title=f"Live viewer: the methods and what they are compared with ({truth})",
-        # An origin of its own: nothing in the frame reaches the report or the disk around it.
-        sandbox="allow-scripts allow-downloads",
-        loading="lazy",
-        srcdoc=page,
-        class_="viewer",
-    )
-    left_out = [r.label for r in evaluation.results if r not in shown]
-    words = "Drag to turn the faces, move t, and choose what is compared with what."
-    if left_out:
-        words += f" To keep this page small it does not hold {', '.join(left_out)}."
-    script = element(
-        "noscript",
-        element(
-            "p",
-            "The viewer needs JavaScript, which is switched off. Everything else in this report "
-            "can be read without it.",
-        ),
-    )
-    return joined([element("p", words, class_="lead"), script, frame]), True
+        reason = str(error)
+    content = {"page": page, "left_out": left_out, "reason": reason, "truth": truth}
+    return Section("viewer", "Live viewer", content)
 
 
-def _sentence(text: str) -> Markup:
-    return element("p", text)
+def _page(
+    evaluation: Evaluation,
+    shown: Sequence[MethodResult],
+    frames: int,
+    title: str,
+    unit: str,
+    truth: str,
+) -> str:
+    from elastomorph.viewer import evaluation_scene
+    from elastomorph.viewer.page import viewer_page
+
+    some = replace(evaluation, results=tuple(shown))
+    scene = evaluation_scene(some, title=title, unit=unit, frames=frames, truth=truth)
+    # Halfway, where all symmetric timings meet, says the least.
+    moment = float(evaluation.truth.times[telling_frame(evaluation)])
+    return viewer_page(replace(scene, start={**scene.start, "t": moment}))
 
 
 def _fitting(evaluation: Evaluation, informed: Collection[str]) -> tuple[list[MethodResult], int]:
     """The methods to show and the most recorded frames, so that the page stays small.
 
-    No method, where even the least would be too much.
+    Raises:
+        MeshError: There is no surface, or even the least would be too much.
     """
+    if not len(evaluation.truth.mesh.faces):
+        raise MeshError("markers have no surface that could be shown")
     telling, others = _by_interest(evaluation.results, informed)
     truth = evaluation.truth
     face = len(truth.mesh.vertices) * _VERTEX
@@ -105,7 +91,10 @@ def _fitting(evaluation: Evaluation, informed: Collection[str]) -> tuple[list[Me
         if size <= LARGEST:
             break
     if size > _MOST:
-        return [], 0
+        raise MeshError(
+            "a face of this size does not fit into a page that is mailed around. Export a method "
+            "as GLB and open that with 'elastomorph view'"
+        )
     chosen = list(telling)
     for result in others:
         size += face + _bytes(result.morph)

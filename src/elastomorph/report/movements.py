@@ -6,27 +6,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from elastomorph.draw.graphs import movement_graph
+from elastomorph.evaluation.conclusions import reach_verdict
 from elastomorph.evaluation.movements import JudgedMovement, mean_lines
-from elastomorph.evaluation.summary import (
-    MethodSummary,
-    informed_methods,
-    places,
-    summaries,
-)
+from elastomorph.evaluation.summary import MethodSummary, informed_methods, places, summaries
+from elastomorph.evaluation.words import Lengths, counted, percent
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.report.about import About, Lengths, percent
-from elastomorph.report.compared import counted, curve_words, diameter_words, face_words
-from elastomorph.report.content import (
-    column_words,
-    graph_figure,
-    verdict_content,
-)
-from elastomorph.report.document import Section, document
-from elastomorph.report.error_table import error_table, ranking_lists, scrolling
-from elastomorph.report.markup import Markup, element, joined
-from elastomorph.report.recipe import fact_list, methods_table, recipe
-from elastomorph.report.report import require_page_path, write_page
-from elastomorph.report.verdict import reach_verdict
+from elastomorph.report.about import About
+from elastomorph.report.document import Section, document, require_page_path, write_page
+from elastomorph.report.facts import curve_words, diameter_words, face_words, method_labels
+from elastomorph.report.images import Graph
+from elastomorph.report.outcome import error_table, errors, outcome
+from elastomorph.report.recipe import recipe
 
 __all__ = ["movements_page", "write_movements_report"]
 
@@ -76,46 +66,17 @@ def movements_page(
     first = judged[0].evaluation
     informed = informed_methods(first)
     shape = len(take.mesh.faces) > 0
-    verdict = reach_verdict(
-        every, Lengths(None, about.unit), informed=informed, what="these movements"
-    )
+    lengths = Lengths(None, about.unit)
+    verdict = reach_verdict(every, lengths, informed=informed, what="these movements")
     tables = [
         error_table(lines, title, informed=informed, shape=shape) for title, lines in means.items()
     ]
-    graph = Markup("")
-    if draw:
-        best = min(every, key=lambda line: line.lme)
-        graph = graph_figure(
-            lambda file: movement_graph(judged, file),
-            "by-movement",
-            "Largest error of each movement",
-            f"One line a method over {counted(len(judged), 'movement')}: the largest error at the "
-            f"recorded times. On average {best.label} is lowest, {percent(best.lme)}.",
-            "A method that is lower on every movement is closer to this face; lines that cross say "
-            "that the timing differs from one movement to the next.",
-        )
     sections = [
-        Section("compared", "What was compared", _compared(judged, take, about)),
-        Section(
-            "outcome",
-            "The outcome",
-            verdict_content(verdict, about.remarks, _SCOPE, ranking_lists(every)),
-        ),
-        Section(
-            "errors",
-            "Errors",
-            joined([column_words(None, "", shape=shape, informed=informed), *tables]),
-        ),
-        Section("movements", "Movement by movement", joined([graph, _each(judged, informed)])),
-        Section(
-            "recipe",
-            "To reproduce it",
-            recipe(
-                take,
-                about,
-                methods_table(first, about, "Methods with all their settings", several=True),
-            ),
-        ),
+        _compared(judged, take, about),
+        outcome(verdict, every, about, _SCOPE),
+        errors(tables, lengths, shape=shape, informed=informed),
+        _each(judged, informed, [_graph(judged, every)] if draw else []),
+        recipe(take, first, about, several=True),
     ]
     subtitle = (
         f"{counted(len(first.results), 'method')} of interpolation against "
@@ -124,70 +85,80 @@ def movements_page(
     return document(about.name, subtitle, sections)
 
 
-def _compared(judged: Sequence[JudgedMovement], take: MeshSequence, about: About) -> Markup:
+def _compared(judged: Sequence[JudgedMovement], take: MeshSequence, about: About) -> Section:
     evaluation = judged[0].evaluation
     kinds = [one.movement.kind for one in judged]
     lengths = [len(one.evaluation.truth) for one in judged]
-    labels = [result.label for result in evaluation.results]
-    facts: list[tuple[str, object]] = [
+    found = (
+        f"{counted(kinds.count('onset'), 'onset')} and {counted(kinds.count('offset'), 'offset')}, "
+        f"found in the take, of {min(lengths)} to {max(lengths)} frames"
+    )
+    facts = [
         ("Face", face_words(take.mesh)),
         ("Size", diameter_words(take.mesh.diameter, about.unit)),
         ("Curves", curve_words(evaluation.curves)),
         ("Take", counted(len(take), "frame")),
-        (
-            "Movements",
-            f"{counted(kinds.count('onset'), 'onset')} and "
-            f"{counted(kinds.count('offset'), 'offset')}, found in the take, of {min(lengths)} to "
-            f"{max(lengths)} frames",
-        ),
-        ("Methods", f"{counted(len(labels), 'method')}: {', '.join(labels)}"),
+        ("Movements", found),
+        ("Methods", method_labels(evaluation)),
     ]
-    lead = element("p", about.source, class_="lead") if about.source else ""
-    how = element(
-        "p",
+    how = (
         "An onset leads from rest to an apex, an offset back. Each movement was interpolated from "
         "its own first and last frame and compared with the frames between, in per cent of its own "
         "D. There are no pictures of faces and no viewer for a whole take: evaluate one movement "
-        "of a mesh for those.",
+        "of a mesh for those."
     )
-    return joined([lead, fact_list(facts), how])
+    content = {"source": about.source, "facts": facts, "how": how}
+    return Section("compared", "What was compared", content)
 
 
-def _each(judged: Sequence[JudgedMovement], informed: Sequence[str]) -> Markup:
+def _graph(judged: Sequence[JudgedMovement], means: Sequence[MethodSummary]) -> Graph:
+    best = min(means, key=lambda line: line.lme)
+    return Graph.drawn(
+        lambda file: movement_graph(judged, file),
+        "by-movement",
+        "Largest error of each movement",
+        f"One line a method over {counted(len(judged), 'movement')}: the largest error at the "
+        f"recorded times. On average {best.label} is lowest, {percent(best.lme)}.",
+        "A method that is lower on every movement is closer to this face; lines that cross say "
+        "that the timing differs from one movement to the next.",
+    )
+
+
+def _each(
+    judged: Sequence[JudgedMovement], informed: Sequence[str], graphs: Sequence[Graph]
+) -> Section:
     """One line a movement: where it is, and who came closest."""
-    titles = ("No.", "Kind", "Frames", "linear, LME", "Closest, LME", "Closest, free timing")
-    rows = []
-    for number, one in enumerate(judged, start=1):
-        lines = [line for line in summaries(one.evaluation) if line.label not in informed]
-        linear = next((line for line in lines if line.label == "linear"), None)
-        cells = [
-            one.movement.kind,
-            f"{one.movement.start} to {one.movement.stop}",
-            "" if linear is None else f"{100 * linear.lme:.3f}",
-        ]
-        for name in ("lme", "path_lme"):
-            place = places(lines or summaries(one.evaluation), name)[0]
-            words = "all alike" if len(place) == len(lines) > 1 else _labels(place)
-            cells.append(f"{words} {100 * float(getattr(place[0], name)):.3f}")
-        rows.append(
-            element(
-                "tr",
-                element("th", str(number), scope="row", class_="name"),
-                *(element("td", cell) for cell in cells),
-            )
-        )
     caption = "Every movement and the method closest to it; frames count from 0, errors in % of D"
     if informed:
         caption += f"; without {', '.join(informed)}, which know frames of it"
-    table = element(
-        "table",
-        element("caption", caption),
-        element("thead", element("tr", *(element("th", t, scope="col") for t in titles))),
-        element("tbody", *rows),
-        class_="movements",
-    )
-    return scrolling(table, "Every movement")
+    content = {
+        "graphs": graphs,
+        "caption": caption,
+        "heads": (
+            "No.",
+            "Kind",
+            "Frames",
+            "linear, LME",
+            "Closest, LME",
+            "Closest, free timing",
+        ),
+        "rows": [(number, _cells(one, informed)) for number, one in enumerate(judged, start=1)],
+    }
+    return Section("movements", "Movement by movement", content)
 
 
-def _labels(place: Sequence[MethodSummary]) -> str:
-    return ", ".join(line.label for line in place)
+def _cells(one: JudgedMovement, informed: Sequence[str]) -> list[str]:
+    every = summaries(one.evaluation)
+    lines = [line for line in every if line.label not in informed]
+    linear = next((line for line in lines if line.label == "linear"), None)
+    cells = [
+        one.movement.kind,
+        f"{one.movement.start} to {one.movement.stop}",
+        "" if linear is None else f"{100 * linear.lme:.3f}",
+    ]
+    for error in ("lme", "path_lme"):
+        place = places(lines or every, error)[0]
+        labels = ", ".join(line.label for line in place)
+        words = "all alike" if len(place) == len(lines) > 1 else labels
+        cells.append(f"{words} {100 * float(getattr(place[0], error)):.3f}")
+    return cells

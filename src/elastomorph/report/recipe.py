@@ -12,20 +12,26 @@ from typing import Any
 import numpy as np
 
 from elastomorph.evaluation import Evaluation, MethodResult
+from elastomorph.evaluation.words import percent
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.paths.method import SETTINGS
 from elastomorph.physics import CLOSURES
 from elastomorph.physics.equation import HIGHEST_ORDER
-from elastomorph.report.about import About, percent
-from elastomorph.report.error_table import scrolling
-from elastomorph.report.markup import Markup, element, joined
+from elastomorph.report.about import About
+from elastomorph.report.document import Section
 
-__all__ = ["fact_list", "frames_digest", "method_words", "methods_table", "recipe"]
+__all__ = ["recipe"]
 
-_PACKAGES = ("elastomorph", "numpy", "scipy", "matplotlib", "vtk", "pillow")
-_NAMES = {"numpy": "NumPy", "scipy": "SciPy", "vtk": "VTK", "pillow": "Pillow"}
+_PACKAGES = {
+    "elastomorph": "elastomorph",
+    "numpy": "NumPy",
+    "scipy": "SciPy",
+    "matplotlib": "matplotlib",
+    "vtk": "VTK",
+    "pillow": "Pillow",
+}
 _POWERS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _WORDS = {
     "linear": "straight line at an even pace (Eq. 34)",
@@ -40,99 +46,62 @@ _WORDS = {
 
 
 def recipe(
-    truth: MeshSequence, about: About, methods: Markup, now: datetime | None = None
-) -> Markup:
+    truth: MeshSequence, evaluation: Evaluation, about: About, *, several: bool = False
+) -> Section:
     """The last section of a report.
 
     Args:
         truth: What was compared.
-        about: Where it came from.
-        methods: The settings, from `methods_table`.
-        now: The time of the report; the present by default.
+        evaluation: The methods compared.
+        about: Where it came from, and their settings.
+        several: Whether the evaluation is one of several, each with paths of its own.
     """
-    when = (now or datetime.now(UTC)).astimezone(UTC)
-    versions = [f"Python {platform.python_version()}"]
-    for package in _PACKAGES:
+    software = ", ".join([f"Python {platform.python_version()}", *_versions()])
+    content = {
+        "call": about.call,
+        "software": [
+            ("Versions", software),
+            ("Platform", f"{platform.system()} {platform.machine()}"),
+        ],
+        "now": datetime.now(UTC),
+        "curves": about.curves,
+        "digest": _frames_digest(truth),
+        "stored": not several,
+        "methods": [_described(result, about, several) for result in evaluation.results],
+    }
+    return Section("recipe", "To reproduce it", content)
+
+
+def _versions() -> list[str]:
+    found = []
+    for package, name in _PACKAGES.items():
         try:
-            versions.append(f"{_NAMES.get(package, package)} {version(package)}")
+            found.append(f"{name} {version(package)}")
         except PackageNotFoundError:
             continue
-    facts: list[tuple[str, object]] = []
-    if about.call:
-        facts.append(("Made by", element("code", about.call)))
-    facts += [
-        ("Versions", ", ".join(versions)),
-        ("Platform", f"{platform.system()} {platform.machine()}"),
-        ("Date", element("time", f"{when:%Y-%m-%d %H:%M} UTC", datetime=f"{when:%Y-%m-%dT%H:%MZ}")),
-        ("Curves", about.curves),
-        (
-            "SHA-256",
-            joined(
-                [
-                    element("code", frames_digest(truth), class_="digest"),
-                    " of the positions of all frames as they were read, little-endian 64-bit "
-                    "numbers, frame by frame and vertex by vertex",
-                ]
-            ),
-        ),
-    ]
-    return joined([fact_list(facts), methods])
+    return found
 
 
-def fact_list(facts: Sequence[tuple[str, object]]) -> Markup:
-    """Names and what they stand for."""
-    return element(
-        "dl",
-        *(
-            element("div", element("dt", name), element("dd", value), class_="fact")
-            for name, value in facts
-        ),
-        class_="facts",
-    )
-
-
-def frames_digest(truth: MeshSequence) -> str:
+def _frames_digest(truth: MeshSequence) -> str:
     """SHA-256 of ``truth.frames`` as (T, V, 3) little-endian float64."""
     frames = np.ascontiguousarray(truth.frames, dtype="<f8")
     return hashlib.sha256(frames.tobytes()).hexdigest()
 
 
-def methods_table(
-    evaluation: Evaluation, about: About, heading: str, *, several: bool = False
-) -> Markup:
-    """Every method with all its settings and what its path takes to store.
-
-    Args:
-        evaluation: The methods compared.
-        about: Their settings.
-        heading: Caption of the table.
-        several: Whether this is one of several motions, each with paths of its own.
-    """
-    titles = ("Method", "Path", "Settings", *(() if several else ("Bends", "Stored within")))
-    rows = []
-    for result in evaluation.results:
-        method = about.methods.get(result.label) or _named(result.morph)
-        words, settings = method_words(method)
-        if several and isinstance(method, Morph):
-            settings = "at the best frames of each"
-        cells = [element("td", words), element("td", settings or "none")]
-        if not several:
-            cells.append(element("td", str(len(result.morph.bends)), class_="number"))
-            cells.append(element("td", _stored(result), class_="number"))
-        name = element("th", result.label, scope="row", class_="name")
-        rows.append(element("tr", name, *cells))
-    table = element(
-        "table",
-        element("caption", heading),
-        element("thead", element("tr", *(element("th", t, scope="col") for t in titles))),
-        element("tbody", *rows),
-        class_="settings",
-    )
-    return scrolling(table, heading)
-
-
-def _stored(result: MethodResult) -> str:
-    return percent(result.morph.bake_error) if result.morph.bake_error else "exact"
+def _described(result: MethodResult, about: About, several: bool) -> dict[str, object]:
+    """A method with all its settings and what its path takes to store."""
+    morph = result.morph
+    method = about.methods.get(result.label) or _named(morph)
+    path, settings = _method_words(method)
+    if several and isinstance(method, Morph):
+        settings = "at the best frames of each"
+    return {
+        "label": result.label,
+        "path": path,
+        "settings": settings,
+        "bends": len(morph.bends),
+        "stored": percent(morph.bake_error) if morph.bake_error else "exact",
+    }
 
 
 def _named(morph: Morph) -> Method | Morph:
@@ -149,7 +118,7 @@ def _named(morph: Morph) -> Method | Morph:
     return morph
 
 
-def method_words(method: Method | Morph) -> tuple[str, str]:
+def _method_words(method: Method | Morph) -> tuple[str, str]:
     """What a method does, and all its settings."""
     if isinstance(method, Morph):
         inner = [

@@ -20,13 +20,13 @@ from elastomorph.evaluation.closure_seams import ClosureSeam, closure_seams
 from elastomorph.evaluation.hinge import HingeError, find_hinge, hinge_errors
 from elastomorph.evaluation.summary import informed_methods
 from elastomorph.evaluation.target_paths import TargetPaths, target_paths
+from elastomorph.evaluation.words import Lengths
 from elastomorph.io import write
 from elastomorph.io.atomic import made_folder
 from elastomorph.io.curve_file import write_curves
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
-from elastomorph.report.about import Lengths
 from elastomorph.report.evaluation_files import write_evaluation, write_text
 from elastomorph.report.faces import (
     closures_picture,
@@ -35,7 +35,7 @@ from elastomorph.report.faces import (
     jaw_picture,
     sheet_picture,
 )
-from elastomorph.report.picture import Picture
+from elastomorph.report.images import Picture
 from elastomorph.report.subject import Subject
 from elastomorph.report.walkthrough_report import Jaw, write_walkthrough_report
 

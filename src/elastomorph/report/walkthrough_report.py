@@ -12,14 +12,12 @@ from elastomorph.draw.pictures import Image
 from elastomorph.evaluation import Evaluation, suggest_inbetweens
 from elastomorph.evaluation.hinge import Hinge, HingeError
 from elastomorph.evaluation.target_paths import TargetPaths
+from elastomorph.evaluation.words import SPACE, counted, percent, significant
 from elastomorph.model.morph import Morph
+from elastomorph.paths.auto import INBETWEEN_PAYS
 from elastomorph.report import About, Picture, write_report
-from elastomorph.report.about import percent
-from elastomorph.report.content import picture_content
-from elastomorph.report.document import Section, document
+from elastomorph.report.document import Section, document, write_page
 from elastomorph.report.hinge import hinge_section
-from elastomorph.report.report import write_page
-from elastomorph.report.targets import targets_section
 
 if TYPE_CHECKING:
     from elastomorph.report.subject import Subject
@@ -69,13 +67,14 @@ def write_walkthrough_report(
         FileError: The page cannot be written.
         MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
-    first = [targets_section(paths, subject.unit)]
+    first = [_targets(paths, subject.unit)]
     if jaw is not None:
         first.append(
             hinge_section(jaw.hinge, subject.jaw, jaw.errors, jaw.morphs, jaw.image, subject.unit)
         )
     if evaluation is None:
-        sections = [*first, Section("faces", "Faces", picture_content(pictures))]
+        faces = Section("faces", "Faces", {"pictures": pictures})
+        sections = [*first, *([faces] if pictures else [])]
         write_page(path, document(subject.name, "What its targets need", sections))
         return
     suggestions = []
@@ -95,6 +94,24 @@ def write_walkthrough_report(
         faces=(),
         say=say,
     )
+
+
+def _targets(paths: TargetPaths, unit: str) -> Section:
+    """What a rigger reads first: which way each target needs, and what that costs."""
+    straight = [target for target in paths.targets if target.choice.straight]
+    allowed = max((target.choice.allowed for target in paths.targets), default=0.0)
+    content = {
+        "summary": paths.summary,
+        "allowed": f"{100 * allowed:g}",
+        "pays": f"{100 * INBETWEEN_PAYS:g}",
+        "extent": f"{significant(paths.extent)}{SPACE}{unit or 'units'}",
+        "bent": [target for target in paths.targets if not target.choice.straight],
+        "straight": straight,
+        "straight_words": (
+            f"{counted(len(straight), 'target')} for which the straight line is enough"
+        ),
+    }
+    return Section("targets", "What each target needs", content)
 
 
 def _about(subject: Subject, beam: BeamTiming, call: str) -> About:

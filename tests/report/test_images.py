@@ -9,12 +9,12 @@ from parsed_page import Element, parsed
 
 from elastomorph.draw.graphs import error_graphs, time_graphs
 from elastomorph.evaluation import Evaluation
-from elastomorph.report.graph import inline_graph
+from elastomorph.report.images import inline_svg
 
 
 def both(evaluation: Evaluation) -> Element:
-    first = inline_graph(lambda file: error_graphs(evaluation, file, title="A & B"), "one", "First")
-    second = inline_graph(lambda file: time_graphs(evaluation, file), "two", "Second <2>")
+    first = inline_svg(lambda file: error_graphs(evaluation, file, title="A & B"), "one", "First")
+    second = inline_svg(lambda file: time_graphs(evaluation, file), "two", "Second <2>")
     return parsed(f"<div>{first}{second}</div>")
 
 
@@ -58,7 +58,7 @@ def test_the_lines_are_those_of_the_file(evaluation: Evaluation, tmp_path: Path)
     time_graphs(evaluation, tmp_path / "graph.svg")
     source = (tmp_path / "graph.svg").read_text(encoding="utf-8")
     original = [_numbers(d) for d in re.findall(r'<path[^>]* d="([^"]+)"', source)]
-    made = inline_graph(lambda file: time_graphs(evaluation, file), "g", "Graph")
+    made = inline_svg(lambda file: time_graphs(evaluation, file), "g", "Graph")
     shown = [_numbers(each.attributes["d"]) for each in parsed(made).all("path")]
     assert len(made) < 0.8 * len(source)
     assert len(shown) == len(original) > 20

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from elastomorph.evaluation.conclusions import Verdict, conclusions, reach_verdict
 from elastomorph.evaluation.inbetweens import Suggestion
-from elastomorph.evaluation.summary import MethodSummary, conclusions, same
-from elastomorph.report.about import Lengths, percent, significant
-from elastomorph.report.verdict import Verdict, reach_verdict
+from elastomorph.evaluation.summary import MethodSummary, same
+from elastomorph.evaluation.words import Lengths, percent, significant
 
 HEAD = Lengths(30.0, "cm")
 ZERO = MethodSummary("linear", *[0.0] * 10, 1.0)
@@ -31,7 +31,7 @@ def line(label: str, timed: float, free: float, **more: float) -> MethodSummary:
 
 
 def text_of(verdict: Verdict) -> str:
-    return " ".join([verdict.headline, *verdict.findings]).replace("\u00a0", " ")
+    return " ".join([verdict.headline, *verdict.reasons]).replace("\u00a0", " ")
 
 
 def test_a_win_of_timing_is_called_one_and_shared_with_the_ease() -> None:

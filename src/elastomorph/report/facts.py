@@ -8,18 +8,18 @@ import numpy as np
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import Evaluation
+from elastomorph.evaluation.words import counted, listed, significant
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.report.about import About, listed, significant
-from elastomorph.report.markup import Markup, element, joined
-from elastomorph.report.recipe import fact_list
+from elastomorph.report.about import About
+from elastomorph.report.document import Section
 
-__all__ = ["compared", "counted", "curve_words", "diameter_words", "face_words"]
+__all__ = ["compared", "curve_words", "diameter_words", "face_words", "method_labels"]
 
 _NAMED = 12
 
 
-def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ()) -> Markup:
+def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ()) -> Section:
     """The facts of one comparison.
 
     Args:
@@ -28,24 +28,29 @@ def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ())
         informed: Methods that were given frames of it besides its ends.
     """
     truth = evaluation.truth
-    labels = [result.label for result in evaluation.results]
-    facts: list[tuple[str, object]] = [
+    facts = [
         ("Face" if evaluation.extent is None else "Parts", face_words(truth.mesh)),
         ("Size", _size_words(evaluation, about.unit)),
         ("Curves", curve_words(evaluation.curves)),
         ("Motion", _motion_words(truth, about)),
-        ("Methods", f"{counted(len(labels), 'method')}: {', '.join(labels)}"),
+        ("Methods", method_labels(evaluation)),
     ]
     if truth.missing:
         facts.insert(4, ("Missing", _missing_words(truth)))
-    lead = element("p", about.source, class_="lead") if about.source else ""
-    how = element(
-        "p",
-        "Every method was given the first and the last frame"
-        f"{_given_more(informed)}. What it makes of the way between them is compared with the "
-        f"{'recorded frames' if about.timing_known else 'known way'}.",
+    more = f", {listed(informed)} frames between them too" if informed else ""
+    how = (
+        f"Every method was given the first and the last frame{more}. What it makes of the way "
+        "between them is compared with the "
+        f"{'recorded frames' if about.timing_known else 'known way'}."
     )
-    return joined([lead, fact_list(facts), how])
+    content = {"source": about.source, "facts": facts, "how": how}
+    return Section("compared", "What was compared", content)
+
+
+def method_labels(evaluation: Evaluation) -> str:
+    """How many methods there are, and which."""
+    labels = [result.label for result in evaluation.results]
+    return f"{counted(len(labels), 'method')}: {', '.join(labels)}"
 
 
 def face_words(mesh: Mesh) -> str:
@@ -95,10 +100,6 @@ def _size_words(evaluation: Evaluation, unit: str) -> str:
     )
 
 
-def _given_more(informed: Sequence[str]) -> str:
-    return f", {listed(informed)} frames between them too" if informed else ""
-
-
 def _motion_words(truth: MeshSequence, about: About) -> str:
     times = truth.times
     steps = np.diff(times)
@@ -123,8 +124,3 @@ def _missing_words(truth: MeshSequence) -> str:
         f"the numbering leaves out {shown}{more}; the frames there are keep the times of their "
         "numbers"
     )
-
-
-def counted(number: int, one: str, several: str = "") -> str:
-    """A number of things."""
-    return f"{number:,} {one if number == 1 else several or one + 's'}"

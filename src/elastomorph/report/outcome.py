@@ -1,0 +1,114 @@
+"""Who came closest, in words and by rank, and the table of all errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from typing import Any
+
+from elastomorph.evaluation.conclusions import Verdict
+from elastomorph.evaluation.summary import MethodSummary, places, same
+from elastomorph.evaluation.table import SHAPE_COLUMNS, number_text
+from elastomorph.evaluation.words import SPACE, Lengths
+from elastomorph.report.about import About
+from elastomorph.report.document import Section
+
+__all__ = ["error_table", "errors", "outcome", "ranked"]
+
+_TIMED = {"LME": "lme", "LAE": "lae", "mean LME": "mean_lme", "mean LAE": "mean_lae"}
+_FREE = {title: f"path_{name}" for title, name in _TIMED.items()}
+
+
+def outcome(verdict: Verdict, lines: Sequence[MethodSummary], about: About, scope: str) -> Section:
+    """The outcome in words and how far it reaches, the rankings beside it."""
+    kinds = {"Ranking with free timing": "path_lme"}
+    if about.timing_known:
+        kinds = {"Ranking at the recorded times": "lme"} | kinds
+    content = {
+        "headline": verdict.headline,
+        "reasons": [*verdict.reasons, *about.remarks, scope],
+        "rankings": [{"title": title, "places": ranked(lines, kinds[title])} for title in kinds],
+    }
+    return Section("outcome", "The outcome", content)
+
+
+def ranked(lines: Sequence[MethodSummary], error: str) -> list[dict[str, Any]]:
+    """The methods in order of an error, with its span in each place; ties share a place."""
+    found = []
+    for place in places(lines, error):
+        texts = [number_text(line, error) for line in place]
+        span = texts[0] if len(set(texts)) == 1 else f"{texts[0]} to {texts[-1]}"
+        found.append({"labels": [line.label for line in place], "errors": f"{span}{SPACE}%"})
+    return found
+
+
+def errors(
+    tables: Sequence[dict[str, Any]], lengths: Lengths, *, shape: bool, informed: Collection[str]
+) -> Section:
+    """What the columns of tables mean, and the tables.
+
+    Args:
+        tables: From `error_table`.
+        lengths: Says how long 1 % of D is, where there is one D.
+        shape: Whether there are seams, flips and stretch.
+        informed: Methods that were given frames of the recording.
+    """
+    size = "" if lengths.diameter is None else f" 1 % is {lengths.plain(0.01)}."
+    content = {"size": size, "shape": shape, "informed": bool(informed), "tables": tables}
+    return Section("errors", "Errors", content)
+
+
+def error_table(
+    lines: Sequence[MethodSummary],
+    caption: str,
+    *,
+    informed: Collection[str] = (),
+    shape: bool = True,
+    timing_known: bool = True,
+) -> dict[str, Any]:
+    """One row a method, in three groups of columns: at the times, with free timing, shape.
+
+    Args:
+        lines: The methods.
+        caption: What was measured.
+        informed: Methods that were given frames of the recording; none of them is called the best.
+        shape: Whether there are seams, flips and stretch, which markers do not have.
+        timing_known: Whether errors at given times mean anything; if not, none of them is called
+            the best.
+    """
+    timed = "At the recorded times" if timing_known else "At constant speed, assumed"
+    groups = {timed: _TIMED, "With free timing": _FREE}
+    if shape:
+        groups["Shape"] = SHAPE_COLUMNS
+    names = [name for group in groups.values() for name in group.values()]
+    judged = [line for line in lines if line.label not in informed]
+    best = {
+        name: _best(judged, name) if timing_known or name not in _TIMED.values() else ()
+        for name in names
+    }
+    rows = [
+        {
+            "label": line.label,
+            "informed": line.label in informed,
+            "cells": [
+                {"text": number_text(line, name), "best": line.label in best[name]}
+                for name in names
+            ],
+        }
+        for line in lines
+    ]
+    heads = [{"title": title, "heads": list(group)} for title, group in groups.items()]
+    return {"caption": caption, "groups": heads, "rows": rows}
+
+
+def _best(judged: Sequence[MethodSummary], name: str) -> Collection[str]:
+    """The labels whose number is the best, or reads the same; none where all do."""
+    values = {line.label: float(getattr(line, name)) for line in judged}
+    least = min(values.values(), default=0.0)
+    # A difference that nobody can see must not pick a winner.
+    good = {
+        label
+        for label, value in values.items()
+        if value == least or (math.isfinite(value) and same(value, least))
+    }
+    return () if len(good) == len(values) else good
