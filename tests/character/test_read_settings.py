@@ -80,7 +80,12 @@ def test_times_may_be_written_bare(character: Path) -> None:
             10,
             "'method.default' must be text in quotes, such as \"beam:3\"; found 3",
         ),
-        ("damping = 2", "damping = -2", 11, "method.material.damping: damping must be a finite"),
+        (
+            "damping = 2",
+            "damping = -2",
+            11,
+            "method.material.damping: damping must be a number above 0",
+        ),
         ("damping = 2", "damping = nan", 11, "'method.material.damping' must be a finite number"),
         ("damping = 2", "damping = true", 11, "must be a finite number, such as 2.0; found true"),
         ("tolerance = 1e-3", "tolerance = 0", 15, "tolerance must be a number above 0"),

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.livelink import read_livelink
+from elastomorph.io.timecode import TimecodeClock
 from elastomorph.rig.performance import match
 from elastomorph.rig.performance.naming import ARKIT
-from elastomorph.rig.performance.timecode import TimecodeClock
 
 HEADER = "Timecode,BlendShapeCount,JawOpen,HeadYaw"
 
@@ -165,7 +165,7 @@ class TestRealTake:
         sliders = sorted(file.stem for file in files if "neutral" not in file.stem)
         found = match(take.names, sliders)
         assert {name.casefold() for name in take.names[:52]} == {
-            row.arkit.casefold() for row in ARKIT
+            shape.casefold() for shape in ARKIT
         }
         assert found.rotations == take.names[52:]
         assert found.unmatched_weights == ("TongueOut",)

@@ -9,7 +9,6 @@ from elastomorph.rig.performance.naming import ARKIT, shape_of, wholes
 
 __all__ = ["arkit_names", "correctives", "missing_arkit", "slider_groups", "turning"]
 
-_ARKIT = [row.arkit for row in ARKIT]
 _TURNING = re.compile(r"jawOpen|eyeBlink|eyeLook|blink|look")
 _TURNING_WORDS = re.compile(
     r"jaw[._ -]?(open|drop|down)|mouth[._ -]?open|blink|lid[._ -]?clos", re.I
@@ -20,14 +19,14 @@ _PARTS = ("brow", "eye", "cheek", "nose", "jaw", "mouth", "tongue")
 def arkit_names(names: Sequence[str]) -> dict[str, str]:
     """The names that stand for one of ARKit's 52 shapes, and which."""
     found = {name: shape_of(name) for name in names}
-    return {name: shape for name, shape in found.items() if shape in _ARKIT}
+    return {name: shape for name, shape in found.items() if shape in ARKIT}
 
 
 def missing_arkit(names: Sequence[str]) -> list[str]:
     """The shapes of ARKit that no name stands for, nor two halves, in ARKit's order."""
     known = {shape_of(name) for name in names}
     known |= {whole.name for whole in wholes() if known.issuperset(whole.parts)}
-    return [shape for shape in _ARKIT if shape not in known]
+    return [shape for shape in ARKIT if shape not in known]
 
 
 def turning(names: Sequence[str]) -> list[str]:

@@ -11,9 +11,8 @@ from pathlib import Path
 
 from elastomorph.errors import FormatError
 from elastomorph.io.csv_table import CsvTable, numbers, read_table
+from elastomorph.io.timecode import Timecode, TimingError, parse_timecode, take_timing
 from elastomorph.rig.performance import Performance
-from elastomorph.rig.performance.take_timing import TimingError, take_timing
-from elastomorph.rig.performance.timecode import Timecode, parse_timecode
 
 __all__ = ["is_livelink", "livelink_performance", "read_livelink"]
 

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from spellings import spelled
 
 from elastomorph.errors import ParameterError
 from elastomorph.rig.performance import Drive, Match, match
-from elastomorph.rig.performance.naming import ARKIT, spelled
+from elastomorph.rig.performance.naming import ARKIT
 
-LIVE_LINK = [row.livelink for row in ARKIT]
+LIVE_LINK = [spelled(shape, "livelink") for shape in ARKIT]
+SIDED = [spelled(shape, "sided") for shape in ARKIT]
 STYLES = st.sampled_from(["arkit", "livelink", "sided", "lower"])
 
 
@@ -22,16 +24,16 @@ def test_all_shapes_meet_in_any_two_spellings(
     recorded: str, modelled: str, shuffle: random.Random
 ) -> None:
     """52 weights drive 52 sliders one to one, in whatever order."""
-    order = [row.arkit for row in ARKIT]
+    order = list(ARKIT)
     shuffle.shuffle(order)
-    weights = [spelled(row.arkit, recorded) for row in ARKIT]  # type: ignore[arg-type]
-    sliders = [spelled(shape, modelled) for shape in order]  # type: ignore[arg-type]
+    weights = [spelled(shape, recorded) for shape in ARKIT]
+    sliders = [spelled(shape, modelled) for shape in order]
     found = match(weights, sliders)
     assert not found.unmatched_weights
     assert not found.unmatched_sliders
     values = np.arange(52.0)[None]
     driven = dict(zip(order, found.drive(values)[0], strict=True))
-    assert driven == {row.arkit: i for i, row in enumerate(ARKIT)}
+    assert driven == {shape: i for i, shape in enumerate(ARKIT)}
 
 
 def test_one_weight_drives_both_sides_in_full() -> None:
@@ -63,7 +65,7 @@ def test_directions_are_not_sides() -> None:
 def test_a_rig_with_whole_and_halves_is_driven_once() -> None:
     found = match(["BrowInnerUp"], ["browInnerUp_L", "browInnerUp", "browInnerUp_R"])
     assert list(found.drives) == ["browInnerUp"]
-    avatar = match(LIVE_LINK, [*(row.arkit for row in ARKIT), "blink", "blinkLeft", "lookLeft"])
+    avatar = match(LIVE_LINK, [*ARKIT, "blink", "blinkLeft", "lookLeft"])
     assert avatar.unmatched_sliders == ("blink", "blinkLeft", "lookLeft")
 
 
@@ -110,7 +112,10 @@ def test_two_spellings_on_one_node() -> None:
 
 @given(
     st.lists(st.sampled_from(LIVE_LINK + ["x", "HeadYaw"]), unique=True),
-    st.lists(st.sampled_from([row.sided for row in ARKIT] + ["x", "browInnerUp_L"]), unique=True),
+    st.lists(
+        st.sampled_from(SIDED + ["x", "browInnerUp_L"]),
+        unique=True,
+    ),
 )
 def test_nothing_is_lost(weights: list[str], sliders: list[str]) -> None:
     """Each weight drives, is a rotation, or is left over; each slider is driven or left over."""

@@ -8,8 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import ParameterError
-from elastomorph.rig.performance.take_timing import TakeTiming, TimingError, take_timing
-from elastomorph.rig.performance.timecode import BASES, Timecode, TimecodeClock, parse_timecode
+from elastomorph.io.timecode import (
+    BASES,
+    TakeTiming,
+    Timecode,
+    TimecodeClock,
+    TimingError,
+    parse_timecode,
+    take_timing,
+)
 
 
 def codes(*texts: str) -> list[Timecode]:
