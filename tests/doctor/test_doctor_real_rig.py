@@ -11,7 +11,7 @@ from planted_faults import baked, shuffled, turned_over
 
 from elastomorph.doctor import Examination, Thresholds, examine, examine_files, examine_rig
 from elastomorph.doctor.checks.order import NeutralOrder
-from elastomorph.doctor.checks.reordering import turned
+from elastomorph.doctor.checks.winding import with_reversed
 from elastomorph.doctor.mirror import find_mirror
 from elastomorph.io import read, read_rig, write
 from elastomorph.model.components import component_of
@@ -171,7 +171,7 @@ def test_one_reversed_piece_of_a_target_is_wound_again(
     part = component_of(len(target.vertices), target.edges)
     for piece in np.argsort(-np.bincount(part))[:8].tolist():
         inside = part[target.faces.indices[target.faces.offsets[:-1]]] == piece
-        over = turned(target, inside)
+        over = with_reversed(target, inside)
         found = NeutralOrder(neutral).examine(over, "over.obj")
         (one,) = found.findings
         assert one.name == "reversed-winding"

@@ -24,12 +24,12 @@ from elastomorph.doctor import (
     KINDS,
     BeamSettings,
     Examination,
-    Settings,
+    ExaminationSettings,
     as_document,
     as_text,
     examine,
 )
-from elastomorph.doctor.checks.reordering import turned
+from elastomorph.doctor.checks.winding import with_reversed
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.model.components import component_of
@@ -40,7 +40,9 @@ from elastomorph.samples import head, shapes
 SMILE = "mouthSmile_L.obj"
 
 
-def examined(face: Mesh, rig: dict[str, Mesh], settings: Settings | None = None) -> Examination:
+def examined(
+    face: Mesh, rig: dict[str, Mesh], settings: ExaminationSettings | None = None
+) -> Examination:
     return examine(face, rig.items(), settings, file="neutral.obj")
 
 
@@ -138,7 +140,7 @@ def test_all_at_once_is_undone(face: Mesh, rig: dict[str, Mesh]) -> None:
     moved = turn(smile.vertices, 3.0)
     there = (10.0 * moved)[:, [0, 2, 1]] * [1, -1, 1]
     rig[SMILE] = shuffled(smile.with_vertices(there))[0]
-    found = examined(face, rig, Settings(steady=True))
+    found = examined(face, rig, ExaminationSettings(steady=True))
     kinds = {"vertex-order", "different-units", "different-axes", "moves-the-head"}
     assert names(found) == sorted((kind, SMILE) for kind in kinds)
     off = np.abs(found.repaired[SMILE].mesh.vertices - smile.vertices).max()
@@ -150,7 +152,7 @@ def test_chosen_vertices_are_brought_back(face: Mesh, rig: dict[str, Mesh]) -> N
     smile = rig[SMILE]
     same = [(mesh.vertices == face.vertices).all(axis=1) for mesh in rig.values()]
     rig[SMILE] = smile.with_vertices(turn(smile.vertices, 3.0))
-    found = examined(face, rig, Settings(still=np.flatnonzero(np.all(same, axis=0))))
+    found = examined(face, rig, ExaminationSettings(still=np.flatnonzero(np.all(same, axis=0))))
     assert list(found.repaired) == [SMILE]
     np.testing.assert_allclose(found.repaired[SMILE].mesh.vertices, smile.vertices, atol=1e-9)
 
@@ -190,7 +192,7 @@ def test_a_neutral_wound_against_all_its_targets_is_the_one_to_turn(
     face: Mesh, rig: dict[str, Mesh], piece: int
 ) -> None:
     part = component_of(len(face.vertices), face.edges)
-    over = turned(face, part[face.faces.indices[face.faces.offsets[:-1]]] == piece)
+    over = with_reversed(face, part[face.faces.indices[face.faces.offsets[:-1]]] == piece)
     found = examined(over, rig)
     assert names(found) == [("reversed-winding", "neutral.obj")]
     assert found.findings[0].vertices == tuple(np.flatnonzero(part == piece))
@@ -318,7 +320,7 @@ def test_faults_of_the_neutral_are_said_once(face: Mesh, rig: dict[str, Mesh]) -
 
 def test_a_material_is_tried_only_when_given(face: Mesh) -> None:
     beam = BeamSettings(Material(damping=8 * np.pi**4))
-    found = examine(face, [], Settings(beam=beam), file="neutral.obj")
+    found = examine(face, [], ExaminationSettings(beam=beam), file="neutral.obj")
     assert names(found) == [("resonant-material", "neutral.obj")]
 
 
@@ -344,9 +346,9 @@ def test_targets_without_names_are_told_by_their_number(face: Mesh, rig: dict[st
 
 def test_vertices_the_neutral_does_not_have_are_refused(face: Mesh) -> None:
     with pytest.raises(ParameterError, match="has no vertex 99,999"):
-        examine(face, [], Settings(seeds=((99_999, 0),)))
+        examine(face, [], ExaminationSettings(seeds=((99_999, 0),)))
     with pytest.raises(ParameterError, match="three vertices"):
-        examine(face, [], Settings(still=np.array([1, 2])))
+        examine(face, [], ExaminationSettings(still=np.array([1, 2])))
 
 
 def test_text_says_each_kind_once_gravest_first(face: Mesh, rig: dict[str, Mesh]) -> None:
@@ -406,7 +408,9 @@ def test_any_meshes_are_examined(seed: int, shape: str) -> None:
         noise = random.normal(size=(count, 3)) * random.choice([0.0, 0.1, 1e3, 1e-9])
         faces = neutral.faces if random.random() < 0.7 else polygons()
         targets[name] = Mesh(points * random.choice([1, -1, 10, 0]) + noise, faces)
-    found = examined(neutral, targets, Settings(steady=True, beam=BeamSettings(Material())))
+    found = examined(
+        neutral, targets, ExaminationSettings(steady=True, beam=BeamSettings(Material()))
+    )
     assert as_text(found)
     assert json.dumps(as_document(found), allow_nan=False)
 
@@ -424,3 +428,12 @@ def test_clean_scans_of_a_head_give_no_warnings(noise: float) -> None:
         targets[f"scan_{number:02}.obj"] = with_noise(face.with_vertices(points), noise, number)
     found = examined(face, targets)
     assert [one for one in found.findings if one.severity != "note"] == []
+
+
+def test_the_old_name_of_the_settings_works_with_a_warning() -> None:
+    """Two things were called settings: these, and those of a character."""
+    with pytest.warns(
+        DeprecationWarning, match="now ExaminationSettings; .* until elastomorph 0.3"
+    ):
+        from elastomorph.doctor import Settings
+    assert Settings is ExaminationSettings

@@ -30,7 +30,7 @@ def test_every_orientation_is_recognised(
     np.testing.assert_allclose(frame.back(there), target, rtol=1e-14, atol=1e-12)
 
 
-@pytest.mark.parametrize("unit", [unit for unit, _ in UNITS])
+@pytest.mark.parametrize("unit", UNITS)
 def test_every_unit_is_recognised_both_ways(face: Mesh, unit: float) -> None:
     larger = frame_between(face.vertices, unit * face.vertices, 1.2)
     smaller = frame_between(face.vertices, face.vertices / unit, 1.2)

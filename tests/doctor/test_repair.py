@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from planted_faults import shuffled, turn
 
-from elastomorph.doctor import Settings, as_document, as_text, examine_files, repair
+from elastomorph.doctor import ExaminationSettings, as_document, as_text, examine_files, repair
 from elastomorph.doctor.files import read_seeds, rig_paths
 from elastomorph.errors import ElastomorphError, FileError, FormatError, ParameterError
 from elastomorph.io import read, read_rig, write
@@ -33,7 +33,7 @@ def folder(tmp_path: Path, face: Mesh, rig: dict[str, Mesh]) -> Path:
 
 def test_the_repaired_folder_is_a_rig(folder: Path, tmp_path: Path, rig: dict[str, Mesh]) -> None:
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
-    found = examine_files([folder], Settings(steady=True))
+    found = examine_files([folder], ExaminationSettings(steady=True))
     done = repair(found, tmp_path / "fixed")
     assert {Path(file).name for file, _ in done.repaired} == {"blink.npz", "smile.obj"}
     assert {Path(file).name for file in done.copied} == {"neutral.obj", "browInnerUp.obj"}

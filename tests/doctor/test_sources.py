@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from planted_faults import names, turn
 
-from elastomorph.doctor import Settings, as_document, as_text, examine_files, examine_rig, repair
+from elastomorph.doctor import (
+    ExaminationSettings,
+    as_document,
+    as_text,
+    examine_files,
+    examine_rig,
+    repair,
+)
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io import read, write
 from elastomorph.model.mesh import Mesh
@@ -101,7 +108,7 @@ def test_a_repaired_rig_is_written_as_a_folder(
     tmp_path: Path, sick: Rig, rig: dict[str, Mesh]
 ) -> None:
     source = written(tmp_path, ".npz", sick)
-    found = examine_files([source], Settings(steady=True))
+    found = examine_files([source], ExaminationSettings(steady=True))
     done = repair(found, tmp_path / "fixed")
     assert [name for name, _ in done.repaired] == [SMILE]
     again = examine_files([tmp_path / "fixed"])
@@ -124,7 +131,7 @@ def test_targets_that_cannot_be_files_are_refused(
     to = prepare(face, "linear")
     smile = rig[f"{SMILE}.obj"]
     turned = to(smile.with_vertices(turn(smile.vertices, 2.0)))
-    found = examine_rig(Rig(face, {"../smile": turned}), Settings(steady=True))
+    found = examine_rig(Rig(face, {"../smile": turned}), ExaminationSettings(steady=True))
     with pytest.raises(ParameterError, match="cannot be the name of a file"):
         repair(found, tmp_path / "fixed")
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
-from elastomorph.doctor.thresholds import Thresholds
+from elastomorph.doctor import Thresholds
 from elastomorph.evaluation.target_paths import TargetPath, TargetPaths, _flips, target_paths
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Choice, Morph

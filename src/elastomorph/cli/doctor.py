@@ -12,7 +12,7 @@ from elastomorph.cli import options
 from elastomorph.errors import ElastomorphError, ParameterError
 
 if TYPE_CHECKING:
-    from elastomorph.doctor import Settings
+    from elastomorph.doctor import ExaminationSettings
 
 __all__ = ["add_to"]
 
@@ -114,10 +114,11 @@ def _settings(
     pairs: str | None,
     beam: tuple[float | None, float | None, float | None, int | None, str | None],
     bend: float,
-) -> Settings:
-    from elastomorph.doctor import BeamSettings, Settings, Thresholds
+) -> ExaminationSettings:
+    from elastomorph.doctor import BeamSettings, ExaminationSettings, Thresholds
+    from elastomorph.doctor.checks.sides import parse_sides
     from elastomorph.doctor.files import read_seeds
-    from elastomorph.doctor.side_names import SIDES, parse_sides
+    from elastomorph.doctor.settings import SIDES
     from elastomorph.io.region_file import read_region
     from elastomorph.physics import Material
 
@@ -126,7 +127,7 @@ def _settings(
     if any(value is not None for value in beam):
         constants = [1.0 if value is None else value for value in (mass, damping, rigidity)]
         material = BeamSettings(Material(*constants), order or 2, closure or "limit")
-    return Settings(
+    return ExaminationSettings(
         seeds=() if seeds is None else read_seeds(seeds),
         sides=SIDES if pairs is None else parse_sides(pairs),
         still=None if align in (None, "auto") else read_region(str(align)),

@@ -1,22 +1,24 @@
 """Are these files one rig, and a sound one? What is found has a name, a place and a remedy."""
 
-from elastomorph.doctor.checks.material import BeamSettings
-from elastomorph.doctor.examination import Examination, Settings
+from typing import Any
+
+from elastomorph.doctor.examination import Examination
 from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.doctor.files import examine_files
-from elastomorph.doctor.findings import KINDS, SEVERITIES, Finding
+from elastomorph.doctor.findings import Finding
+from elastomorph.doctor.kinds import KINDS, SEVERITIES
 from elastomorph.doctor.repair import Repair, repair
 from elastomorph.doctor.report import as_document, as_text
-from elastomorph.doctor.thresholds import Thresholds
+from elastomorph.doctor.settings import BeamSettings, ExaminationSettings, Thresholds
 
 __all__ = [
     "KINDS",
     "SEVERITIES",
     "BeamSettings",
     "Examination",
+    "ExaminationSettings",
     "Finding",
     "Repair",
-    "Settings",
     "Thresholds",
     "as_document",
     "as_text",
@@ -25,3 +27,16 @@ __all__ = [
     "examine_rig",
     "repair",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "Settings":
+        import warnings
+
+        message = (
+            "elastomorph.doctor.Settings is now ExaminationSettings; the old name works until "
+            "elastomorph 0.3."
+        )
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return ExaminationSettings
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

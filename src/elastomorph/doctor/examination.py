@@ -1,60 +1,18 @@
-"""What a doctor is told before examining a rig, and what it has to say afterwards."""
+"""What an examination has to say."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-from elastomorph.doctor.checks.material import BeamSettings
 from elastomorph.doctor.checks.surface import SurfaceFacts
-from elastomorph.doctor.findings import KINDS, SEVERITIES, Finding, Severity, finding
-from elastomorph.doctor.side_names import SIDES
-from elastomorph.doctor.thresholds import Thresholds
-from elastomorph.errors import ElastomorphError, FileError, ParameterError
+from elastomorph.doctor.findings import Finding, finding
+from elastomorph.doctor.kinds import KINDS, SEVERITIES, Severity
+from elastomorph.doctor.settings import ExaminationSettings
+from elastomorph.errors import ElastomorphError, FileError
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["Examination", "Repaired", "Settings", "in_order", "unreadable", "unreadable_neutral"]
-
-
-@dataclass(frozen=True, eq=False)
-class Settings:
-    """What is known about a rig before it is examined.
-
-    Attributes:
-        seeds: Pairs (vertex of the neutral, vertex of the targets) for targets in another order.
-        sides: How names of targets tell left and right.
-        still: (N,) vertices that no target should move; targets are aligned to them.
-        steady: Whether to take out the motion of the head where one is found.
-        beam: A material to try on the curves of the face.
-        thresholds: From where on to report.
-    """
-
-    seeds: tuple[tuple[int, int], ...] = ()
-    sides: tuple[tuple[str, str], ...] = SIDES
-    still: NDArray[np.int64] | None = None
-    steady: bool = False
-    beam: BeamSettings | None = None
-    thresholds: Thresholds = field(default_factory=Thresholds)
-
-    def require_vertices(self, neutral: Mesh, file: str) -> None:
-        """Check that the vertices named are there.
-
-        Raises:
-            ParameterError: The neutral has no such vertex, or there are too few to align to.
-        """
-        wanted = np.array([pair[0] for pair in self.seeds], dtype=np.int64)
-        if self.still is not None:
-            wanted = np.concatenate([wanted, self.still])
-            if len(np.unique(self.still)) < 3:
-                raise ParameterError("--align needs three vertices or more that are not on a line")
-        bad = wanted[(wanted >= len(neutral.vertices)) | (wanted < 0)]
-        if bad.size:
-            raise ParameterError(
-                f"{file} has no vertex {int(bad[0]):,}, only 0 to {len(neutral.vertices) - 1:,}"
-            )
+__all__ = ["Examination", "Repaired", "in_order", "unreadable", "unreadable_neutral"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +51,7 @@ class Examination:
     findings: tuple[Finding, ...]
     repaired: Mapping[str, Repaired]
     beyond_repair: tuple[str, ...]
-    settings: Settings = field(default_factory=Settings)
+    settings: ExaminationSettings = field(default_factory=ExaminationSettings)
     meshes: Mapping[str, Mesh] = field(default_factory=dict)
 
     def count(self, severity: Severity) -> int:

@@ -8,10 +8,21 @@ neutral, it is the neutral that is repaired.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 
-from elastomorph.doctor.examination import Examination, Settings
-from elastomorph.doctor.patient import Patient
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.doctor.checks import Neutral, motion, placement, sides, surface, winding
+from elastomorph.doctor.checks import targets as shapes
+from elastomorph.doctor.checks.order import NeutralOrder
+from elastomorph.doctor.examination import Examination, Repaired, in_order, unreadable
+from elastomorph.doctor.findings import Finding, Outcome
+from elastomorph.doctor.frames import Frame, frame_between
+from elastomorph.doctor.mirror import find_mirror
+from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import ElastomorphError
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
@@ -20,11 +31,21 @@ __all__ = ["examine", "examine_rig"]
 
 Say = Callable[[str], None]
 
+_TARGET_CHECKS: tuple[Callable[[Neutral, Mesh, str], list[Finding]], ...] = (
+    shapes.jumping_vertices,
+    surface.lost_area,
+    motion.in_between_pays,
+)
+# Findings that leave no vertex as it should be, so that another comparison says nothing new.
+_EVERYWHERE = frozenset({"noise", "baked-in-target"})
+_MOST = "in most targets"
+_WOUND = f"polygons wound as {_MOST}"
+
 
 def examine(
     neutral: Mesh,
     targets: Iterable[tuple[str, Mesh | ElastomorphError]],
-    settings: Settings | None = None,
+    settings: ExaminationSettings | None = None,
     *,
     file: str = "",
     say: Say = lambda _: None,
@@ -43,13 +64,13 @@ def examine(
         ParameterError: Vertices to align to that the neutral does not have, or a beam of no such
             order or closure.
     """
-    settings = settings or Settings()
-    return _examined(Patient(neutral, file or neutral.name, settings), targets, say)
+    examiner = _Examiner(neutral, file or neutral.name, settings or ExaminationSettings(), say)
+    return examiner.examine(targets, lambda name: Path(name).stem, {})
 
 
 def examine_rig(
     rig: Rig,
-    settings: Settings | None = None,
+    settings: ExaminationSettings | None = None,
     *,
     file: str = "",
     say: Say = lambda _: None,
@@ -68,30 +89,245 @@ def examine_rig(
     Raises:
         ParameterError: As `examine`.
     """
-    meshes = {morph: path.target for morph, path in rig.morphs.items()}
+    targets = {name: morph.target for name, morph in rig.morphs.items()}
     name = file or rig.neutral.name
-    if name in meshes:
+    if name in targets:
         name = f"{name} (rig)"
-    patient = Patient(rig.neutral, name, settings or Settings())
-    patient.name_of, patient.meshes = str, {name: rig.neutral, **meshes}
-    return _examined(patient, meshes.items(), say)
+    examiner = _Examiner(rig.neutral, name, settings or ExaminationSettings(), say)
+    return examiner.examine(targets.items(), str, {name: rig.neutral, **targets})
 
 
-def _examined(
-    patient: Patient, targets: Iterable[tuple[str, Mesh | ElastomorphError]], say: Say
-) -> Examination:
-    say(f"examining {patient.file}")
-    patient.examine_neutral()
-    for number, (given, target) in enumerate(targets):
-        name = given or f"target {number}"
-        if name == patient.file or name in patient.done:
-            name = f"{name} ({number})"
-        say(f"comparing {name}")
-        patient.put_in_order(name, target)
-    patient.wind()
-    patient.put_in_frame()
-    for name in list(patient.framed):
-        say(f"examining {name}")
-        patient.examine_target(name)
-    say("comparing targets")
-    return patient.result()
+@dataclass(eq=False)
+class _Target:
+    """One target on its way through all checks.
+
+    Attributes:
+        mesh: As it would be repaired: in order, then in unit and axes of the neutral.
+        reversed: (F,) polygons of the neutral that it runs the other way round.
+        done: What was done to it, in a few words each.
+        clean: As it should be, which a repair may not have been asked for; None until known.
+    """
+
+    mesh: Mesh
+    reversed: NDArray[np.bool_]
+    done: list[str]
+    clean: Mesh | None = None
+
+
+class _Examiner:
+    """One rig on its way through all checks.
+
+    Attributes:
+        neutral: The neutral, as it should be.
+        mesh: As it would be repaired.
+        done: What was done to it, in a few words each.
+        targets: Targets by file that still belong to the rig.
+        lost: Files of meshes that do not.
+    """
+
+    def __init__(self, neutral: Mesh, file: str, settings: ExaminationSettings, say: Say) -> None:
+        settings.require_vertices(neutral, file)
+        self.file, self.settings, self.limits, self.say = file, settings, settings.thresholds, say
+        self.neutral, self.mesh = Neutral(neutral, self.limits), neutral
+        self.done: list[str] = []
+        self.findings: list[Finding] = []
+        self.targets: dict[str, _Target] = {}
+        self.lost: list[str] = []
+
+    def examine(
+        self,
+        targets: Iterable[tuple[str, Mesh | ElastomorphError]],
+        name_of: Callable[[str], str],
+        meshes: Mapping[str, Mesh],
+    ) -> Examination:
+        """Every check; ``name_of`` tells the name of a target from its file."""
+        self.say(f"examining {self.file}")
+        self.findings += surface.examine_surface(self.neutral, self.file)
+        if self.settings.beam is not None:
+            self.findings += motion.examine_material(
+                self.neutral.mesh, self.file, self.settings.beam
+            )
+        order = NeutralOrder(self.neutral.mesh, self.settings.seeds, self.limits.scale)
+        files: list[str] = []
+        for number, (given, target) in enumerate(targets):
+            name = given or f"target {number}"
+            if name == self.file or name in files:
+                name = f"{name} ({number})"
+            self.say(f"comparing {name}")
+            files.append(name)
+            self._put_in_order(name, target, order)
+        self._wind()
+        self._put_in_frame()
+        for name, own in list(self.targets.items()):
+            self.say(f"examining {name}")
+            self._examine_target(name, own)
+        self.say("comparing targets")
+        clean = {file: own.clean for file, own in self.targets.items() if own.clean is not None}
+        self.findings += shapes.noisy_targets(self.neutral, clean)
+        self.findings += shapes.duplicate_targets(self.neutral, clean)
+        self.findings += shapes.baked_targets(self.neutral, clean, self.settings.sides, name_of)
+        self._turn_inside_out()
+        symmetric = self._compare_sides({name_of(file): file for file in files}, clean)
+        repaired = {
+            file: Repaired(own.mesh, tuple(own.done))
+            for file, own in self.targets.items()
+            if own.done
+        }
+        if self.done and self.file not in self.lost:
+            repaired[self.file] = Repaired(self.mesh, tuple(self.done))
+        return Examination(
+            self.file,
+            tuple(files),
+            surface.surface_facts(self.neutral.mesh),
+            symmetric,
+            in_order(self.findings),
+            repaired,
+            tuple(self.lost),
+            self.settings,
+            meshes,
+        )
+
+    def _put_in_order(
+        self, file: str, target: Mesh | ElastomorphError, order: NeutralOrder
+    ) -> None:
+        """Give a target the vertices and polygons of the neutral."""
+        if isinstance(target, ElastomorphError):
+            self.findings.append(unreadable(file, target))
+            self.lost.append(file)
+            return
+        ordered = order.examine(target, file)
+        steps = [ordered]
+        if ordered.mesh is not None:
+            shape = placement.saved_as_deltas(self.neutral.mesh, ordered.mesh, file, self.limits)
+            steps += [] if shape is None else [shape]
+        self.findings += [found for step in steps for found in step.findings]
+        mesh = steps[-1].mesh
+        if mesh is None:
+            self.lost.append(file)
+            return
+        none = np.zeros(len(mesh.faces), dtype=bool)
+        wrong = none if ordered.reversed is None else ordered.reversed
+        self.targets[file] = _Target(mesh, wrong, [step.repair for step in steps if step.repair])
+
+    def _wind(self) -> None:
+        """Where most targets run polygons the other way round, turn those of the neutral."""
+        wrong = winding.common_reversal([own.reversed for own in self.targets.values()])
+        if wrong is None:
+            return
+        which = np.flatnonzero(wrong)
+        for file, own in self.targets.items():
+            own.mesh = winding.with_reversed(own.mesh, wrong)
+            if np.array_equal(own.reversed, wrong):
+                named = ("reversed-winding", file)
+                self.findings = [f for f in self.findings if (f.name, f.file) != named]
+                del own.done[0]
+            elif not own.reversed.any():
+                self.findings.append(winding.reversed_finding(own.mesh, file, which, _MOST))
+                own.done.append(_WOUND)
+        mesh = self.neutral.mesh
+        self.findings.append(winding.reversed_finding(mesh, self.file, which, _MOST))
+        self.mesh = winding.with_reversed(mesh, wrong)
+        self.neutral = Neutral(self.mesh, self.limits)
+        self.done.append(_WOUND)
+
+    def _put_in_frame(self) -> None:
+        """Give neutral and targets one unit and the same axes, those of most of them."""
+        mesh, frames = self.neutral.mesh, self._frames()
+        common = placement.common_frame(list(frames.values()))
+        # A mirror image shows its back: that of neutral and targets that does is the wrong one.
+        if common is not None and (not common.mirrored or winding.inside_out(mesh).any()):
+            framed = placement.in_frame(mesh, common.inverse(), self.file, "most targets")
+            self._take(self.file, framed, self.done)
+            self.mesh = framed.mesh or mesh
+            there = mesh.with_vertices(common.forth(mesh.vertices))
+            self.neutral = Neutral(there, self.limits)
+            frames = self._frames()
+        for file, frame in frames.items():
+            own = self.targets[file]
+            framed = placement.in_frame(own.mesh, frame, file, "the neutral")
+            self._take(file, framed, own.done)
+            if framed.mesh is None:
+                del self.targets[file]
+            else:
+                own.mesh = framed.mesh
+
+    def _frames(self) -> dict[str, Frame]:
+        here = self.neutral.mesh.vertices
+        return {
+            file: frame_between(here, own.mesh.vertices, self.limits.scale)
+            for file, own in self.targets.items()
+        }
+
+    def _take(self, file: str, framed: Outcome, done: list[str]) -> None:
+        self.findings += framed.findings
+        if framed.mesh is None:
+            self.lost.append(file)
+        elif framed.repair:
+            done.append(framed.repair)
+
+    def _examine_target(self, file: str, own: _Target) -> None:
+        """What is wrong with a target in the order, unit and axes of the neutral."""
+        scrambled = shapes.scrambled_vertices(self.neutral, own.mesh, file)
+        if scrambled:
+            self.findings += scrambled
+            self.lost.append(file)
+            del self.targets[file]
+            return
+        best = self._steadied(file, own)
+        nothing = shapes.does_nothing(self.neutral, best, file)
+        self.findings += nothing
+        if not nothing:
+            for check in _TARGET_CHECKS:
+                self.findings += check(self.neutral, best, file)
+            own.clean = best
+
+    def _steadied(self, file: str, own: _Target) -> Mesh:
+        """The target without the motion of its head, which is repaired if that was asked."""
+        limits, still, neutral = self.limits, self.settings.still, self.neutral.mesh
+        found = placement.steadied(neutral, own.mesh, file, limits)
+        self.findings += found.findings
+        best = found.mesh or own.mesh
+        if still is not None:
+            best = placement.align(neutral, own.mesh, still)
+            farthest = float(np.abs(best.vertices - own.mesh.vertices).max())
+            if farthest > limits.nothing * self.neutral.scale:
+                own.mesh = best
+                own.done.append("aligned to the vertices named")
+        elif self.settings.steady and found.repair:
+            own.mesh = best
+            own.done.append(found.repair)
+        return best
+
+    def _turn_inside_out(self) -> None:
+        """Wind what shows its back the other way round, in all files."""
+        wrong = winding.inside_out(self.neutral.mesh)
+        if not wrong.any():
+            return
+        self.findings.append(winding.inside_out_finding(self.neutral.mesh, self.file, wrong))
+        self.mesh = winding.with_reversed(self.neutral.mesh, wrong)
+        for own in self.targets.values():
+            own.mesh = winding.with_reversed(own.mesh, wrong)
+        for done in (self.done, *(own.done for own in self.targets.values())):
+            done.append("polygons turned to show their front")
+
+    def _compare_sides(self, files: Mapping[str, str], clean: Mapping[str, Mesh]) -> bool | None:
+        """Whether left and right could be compared: None without pairs, False without a plane."""
+        neutral, words = self.neutral, self.settings.sides
+        self.findings += sides.missing_sides(files, words)
+        meshes = {name: clean[file] for name, file in files.items() if file in clean}
+        pairs = sides.sided_pairs(meshes, words)[0]
+        if not pairs:
+            return None
+        mirror = find_mirror(neutral.mesh)
+        if mirror is None:
+            return False
+        faulty = {name: self._faulty_vertices(file) for name, file in files.items()}
+        self.findings += sides.asymmetric_pairs(neutral, meshes, files, mirror, pairs, faulty)
+        self.findings += sides.swapped_sides(neutral, meshes, files, mirror, pairs)
+        return True
+
+    def _faulty_vertices(self, file: str) -> list[int]:
+        kinds = {f.name for f in self.findings if f.file == file and f.severity != "note"}
+        if kinds & _EVERYWHERE:
+            return list(range(len(self.neutral.mesh.vertices)))
+        return [vertex for f in self.findings if f.file == file for vertex in f.vertices]

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from elastomorph.character import find_settings, read_settings
 from elastomorph.character.sources import find_sources
-from elastomorph.doctor.examination import Examination, Settings, unreadable_neutral
+from elastomorph.doctor.examination import Examination, unreadable_neutral
 from elastomorph.doctor.examining import examine, examine_rig
+from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import ElastomorphError, FormatError, ParameterError
 from elastomorph.io import read, read_rig
 from elastomorph.io.atomic import read_bytes
@@ -61,7 +62,7 @@ def rig_paths(paths: Sequence[str | Path]) -> tuple[Path, ...]:
 
 def examine_files(
     paths: Sequence[str | Path],
-    settings: Settings | None = None,
+    settings: ExaminationSettings | None = None,
     *,
     say: Callable[[str], None] = lambda _: None,
 ) -> Examination:

@@ -10,18 +10,20 @@ from numpy.typing import NDArray
 
 __all__ = ["UNITS", "Frame", "frame_between"]
 
-UNITS: tuple[tuple[float, str], ...] = (
-    (10.0, "such as millimetres instead of centimetres"),
-    (100.0, "such as centimetres instead of metres"),
-    (1000.0, "such as millimetres instead of metres"),
-    (2.54, "such as centimetres instead of inches"),
-    (25.4, "such as millimetres instead of inches"),
-    (39.3701, "such as inches instead of metres"),
-    (12.0, "such as inches instead of feet"),
-    (30.48, "such as centimetres instead of feet"),
-    (304.8, "such as millimetres instead of feet"),
-    (3.28084, "such as feet instead of metres"),
-)
+UNITS: dict[float, tuple[str, str]] = {
+    10.0: ("millimetres", "centimetres"),
+    100.0: ("centimetres", "metres"),
+    1000.0: ("millimetres", "metres"),
+    2.54: ("centimetres", "inches"),
+    25.4: ("millimetres", "inches"),
+    39.3701: ("inches", "metres"),
+    12.0: ("inches", "feet"),
+    30.48: ("centimetres", "feet"),
+    304.8: ("millimetres", "feet"),
+    3.28084: ("feet", "metres"),
+}
+"""How many times the numbers in one unit are larger than in another."""
+
 _NEAR = 1.04
 # Distances are measured from so many vertices, to so many near ones each.
 _SAMPLE, _NEAREST = 3000, 6
@@ -31,6 +33,9 @@ _AGREED = 0.5
 # Axes are changed if that explains all but this part of what the other axes leave unexplained.
 _BETTER = 0.25
 _POORLY = 0.02
+
+Axes = tuple[int, int, int]
+_SAME: tuple[Axes, Axes] = ((0, 1, 2), (1, 1, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,18 +51,18 @@ class Frame:
 
     factor: float
     unit: str
-    axes: tuple[int, int, int]
-    signs: tuple[int, int, int]
+    axes: Axes
+    signs: Axes
 
     @property
     def same_axes(self) -> bool:
         """Whether every axis is itself."""
-        return self.axes == (0, 1, 2) and self.signs == (1, 1, 1)
+        return (self.axes, self.signs) == _SAME
 
     @property
     def mirrored(self) -> bool:
         """Whether left and right change places."""
-        return bool(np.linalg.det(self._matrix) < 0)
+        return _handedness(self.axes, self.signs) < 0
 
     @property
     def is_same(self) -> bool:
@@ -69,11 +74,14 @@ class Frame:
         """Whether the positions can be brought back: the factor is 1 or one of two units."""
         return self.factor == 1.0 or bool(self.unit)
 
-    @property
-    def _matrix(self) -> NDArray[np.float64]:
-        matrix = np.zeros((3, 3))
-        matrix[[0, 1, 2], self.axes] = self.signs
-        return matrix
+    def is_like(self, other: Frame) -> bool:
+        """Whether another frame has the same axes, and nearly the same factor."""
+        near = 1 / _NEAR < self.factor / other.factor < _NEAR
+        return near and (self.axes, self.signs) == (other.axes, other.signs)
+
+    def forth(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) our positions in their unit and axes."""
+        return np.asarray(self.factor * points[:, self.axes] * np.array(self.signs, dtype=float))
 
     def back(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 3) their positions in our unit and axes."""
@@ -81,30 +89,18 @@ class Frame:
         ours[:, self.axes] = points * np.array(self.signs, dtype=float)
         return ours / self.factor
 
-    def is_like(self, other: Frame) -> bool:
-        """Whether another frame has the same axes, and nearly the same factor."""
-        near = 1 / _NEAR < self.factor / other.factor < _NEAR
-        return near and (self.axes, self.signs) == (other.axes, other.signs)
-
     def inverse(self) -> Frame:
         """How positions here differ from those there."""
-        axes, signs = [0, 0, 0], [1, 1, 1]
-        for theirs, (ours, sign) in enumerate(zip(self.axes, self.signs, strict=True)):
-            axes[ours], signs[ours] = theirs, sign
+        x, y, z = (self.axes.index(axis) for axis in range(3))
         factor, unit = (1.0, "") if self.factor == 1.0 else _named(1.0 / self.factor)
-        return Frame(factor, unit, (axes[0], axes[1], axes[2]), (signs[0], signs[1], signs[2]))
-
-    def forth(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N, 3) our positions in their unit and axes."""
-        return np.asarray(self.factor * points[:, self.axes] * np.array(self.signs, dtype=float))
+        signs = (self.signs[x], self.signs[y], self.signs[z])
+        return Frame(factor, unit, (x, y, z), signs)
 
     def describe_axes(self) -> str:
         """Which axis holds what, such as ``x, -z, y in place of x, y, z``."""
-        names = ["xyz"[axis] for axis in self.axes]
-        signed = [
-            name if sign > 0 else f"-{name}" for name, sign in zip(names, self.signs, strict=True)
-        ]
-        return f"{', '.join(signed)} in place of x, y, z"
+        pairs = zip(self.axes, self.signs, strict=True)
+        names = (("-" if sign < 0 else "") + "xyz"[axis] for axis, sign in pairs)
+        return f"{', '.join(names)} in place of x, y, z"
 
 
 def frame_between(here: NDArray[np.float64], there: NDArray[np.float64], scale: float) -> Frame:
@@ -156,39 +152,32 @@ def _common_ratio(here: NDArray[np.float64], there: NDArray[np.float64]) -> floa
 
 
 def _named(ratio: float) -> tuple[float, str]:
-    for known, words in UNITS:
+    """The factor between two units that a ratio nearly is, and their names; itself if of none."""
+    for known, (larger, smaller) in UNITS.items():
         if 1 / _NEAR < ratio / known < _NEAR:
-            return known, words
+            return known, f"such as {larger} instead of {smaller}"
         if 1 / _NEAR < ratio * known < _NEAR:
-            first, _, second = words.removeprefix("such as ").partition(" instead of ")
-            return 1 / known, f"such as {second} instead of {first}"
+            return 1 / known, f"such as {smaller} instead of {larger}"
     return ratio, ""
 
 
-def _axes(
-    mine: NDArray[np.float64], their: NDArray[np.float64]
-) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
-    same = ((0, 1, 2), (1, 1, 1))
+def _axes(mine: NDArray[np.float64], their: NDArray[np.float64]) -> tuple[Axes, Axes]:
     lengths = float((mine**2).sum() * (their**2).sum())
     if lengths == 0:
-        return same
+        return _SAME
     products = their.T @ mine
-    fits = {
-        (axes, signs): sum(signs[i] * products[i, axes[i]] for i in range(3))
-        for axes in permutations((0, 1, 2))
-        for signs in product((1, -1), repeat=3)
-    }
     # What least squares with the best factor leaves, as a part of all.
-    left = {key: 1.0 - max(fit, 0.0) ** 2 / lengths for key, fit in fits.items()}
-    as_it_is = left[same]
-    best = min(left, key=lambda key: (round(left[key], 9), key != same, -_handedness(key)))
-    if as_it_is > _POORLY and left[best] < _BETTER * as_it_is:
-        return best  # type: ignore[return-value]
-    return same
+    left: dict[tuple[Axes, Axes], float] = {}
+    for axes in permutations((0, 1, 2)):
+        for signs in product((1, -1), repeat=3):
+            fit = sum(signs[i] * products[i, axes[i]] for i in range(3))
+            left[axes, signs] = 1.0 - max(fit, 0.0) ** 2 / lengths  # type: ignore[index]
+    best = min(left, key=lambda key: (round(left[key], 9), key != _SAME, -_handedness(*key)))
+    return best if left[_SAME] > _POORLY and left[best] < _BETTER * left[_SAME] else _SAME
 
 
-def _handedness(key: tuple[tuple[int, ...], tuple[int, ...]]) -> int:
-    axes, signs = key
+def _handedness(axes: Axes, signs: Axes) -> int:
+    """1, or -1 where left and right change places."""
     matrix = np.zeros((3, 3))
     matrix[[0, 1, 2], axes] = signs
     return round(float(np.linalg.det(matrix)))

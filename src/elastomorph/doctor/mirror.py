@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.relabelling import (
+from elastomorph.doctor.isomorphism import (
     Parts,
     Relabelling,
     find_relabelling,
@@ -61,33 +61,35 @@ def find_mirror(neutral: Mesh) -> Mirror | None:
     if not scale or not len(neutral.faces):
         return None
     axis = _likely_axis(points)
-    image = points.copy()
-    image[:, axis] = points[:, axis].min() + points[:, axis].max() - image[:, axis]
+    image = _flipped(points, axis)
     ours = Parts(neutral)
     backwards = reversed_polygons(neutral.faces)
     theirs = Parts(neutral.with_vertices(image), faces=backwards, rounds=ours.colouring.rounds)
     found = find_relabelling(ours, theirs)
     if isinstance(found, Relabelling):
         mirror = _with_plane(points, found.new_index)
-        off = np.linalg.norm(points[found.new_index] - _image(points, mirror), axis=1)
+        image_at = points - 2.0 * np.outer(mirror.heights(points), mirror.normal)
+        off = np.linalg.norm(points[found.new_index] - image_at, axis=1)
         if np.sqrt((off**2).mean()) <= _IMAGE_OFF * scale:
-            # Among pieces alike, such as teeth, a few may be taken for each other.
+            # Among parts alike, such as teeth, a few may be taken for each other.
             partner = np.where(off <= _IMAGE_OFF * scale, mirror.partner, -1)
             return replace(mirror, partner=partner)
     return _by_position(points, image, scale)
+
+
+def _flipped(points: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+    """The mirror image of points within their own bounding box."""
+    image = points.copy()
+    image[:, axis] = points[:, axis].min() + points[:, axis].max() - image[:, axis]
+    return image
 
 
 def _likely_axis(points: NDArray[np.float64]) -> int:
     """The axis along which the points are most like their mirror image."""
     from scipy.spatial import cKDTree
 
-    tree = cKDTree(points)
-    some = points[:: -(-len(points) // _SAMPLE)]
-    off = []
-    for axis in range(3):
-        image = some.copy()
-        image[:, axis] = points[:, axis].min() + points[:, axis].max() - image[:, axis]
-        off.append(float(np.mean(np.asarray(tree.query(image)[0]))))
+    tree, step = cKDTree(points), -(-len(points) // _SAMPLE)
+    off = [np.mean(tree.query(_flipped(points, axis)[::step])[0]) for axis in range(3)]
     return int(np.argmin(off))
 
 
@@ -113,7 +115,3 @@ def _with_plane(points: NDArray[np.float64], partner: NDArray[np.int64]) -> Mirr
         normal = -normal
     middle = ((points[known] + there) / 2.0).mean(axis=0)
     return Mirror(normal, float(middle @ normal), partner.astype(np.int64))
-
-
-def _image(points: NDArray[np.float64], mirror: Mirror) -> NDArray[np.float64]:
-    return np.asarray(points - 2.0 * np.outer(mirror.heights(points), mirror.normal))

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from elastomorph.doctor.examination import Examination, Settings
+from elastomorph.doctor.examination import Examination
 from elastomorph.doctor.examining import examine
 from elastomorph.doctor.findings import Finding
+from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io import read, write
 from elastomorph.io.atomic import read_bytes, replacing
@@ -148,7 +149,7 @@ def _written(
         if not np.array_equal(again.vertices, mesh.vertices) or again.faces != mesh.faces:
             raise FileError(goes_to, "the file does not read back as it was written")
         if neutral is not None:
-            settings = Settings(thresholds=examination.settings.thresholds)
+            settings = ExaminationSettings(thresholds=examination.settings.thresholds)
             found = examine(neutral, [(file, again)], settings).findings
             worse = _worse([f for f in found if f.file == file], examination, file)
             if worse is not None:

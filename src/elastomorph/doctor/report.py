@@ -10,9 +10,9 @@ from typing import Any
 
 from elastomorph.doctor.checks.surface import SurfaceFacts
 from elastomorph.doctor.examination import Examination
-from elastomorph.doctor.findings import SEVERITIES, Finding
+from elastomorph.doctor.findings import Finding, counted
+from elastomorph.doctor.kinds import SEVERITIES
 from elastomorph.doctor.repair import Repair
-from elastomorph.doctor.words import counted
 
 __all__ = ["as_document", "as_text"]
 

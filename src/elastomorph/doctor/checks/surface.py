@@ -1,20 +1,22 @@
-"""Is the neutral a surface: two polygons at an edge, one fan at a vertex, one side outside?"""
+"""Is the neutral a surface: two polygons at an edge, one fan at a vertex, areas, no seams?"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.findings import Finding, finding
-from elastomorph.doctor.half_edges import HalfEdges
-from elastomorph.doctor.words import counted, listed
+from elastomorph.doctor.checks import Neutral
+from elastomorph.doctor.checks.winding import inconsistent_winding
+from elastomorph.doctor.connectivity import HalfEdges
+from elastomorph.doctor.findings import Finding, counted, finding, listed, polygon_finding
 from elastomorph.model.components import component_of
 from elastomorph.model.inspection import MeshFacts, mesh_facts
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["SurfaceFacts", "examine_surface", "surface_facts"]
+__all__ = ["SurfaceFacts", "examine_surface", "lost_area", "surface_facts"]
 
 
 @dataclass(frozen=True)
@@ -34,64 +36,39 @@ class SurfaceFacts:
 
 def surface_facts(mesh: Mesh) -> SurfaceFacts:
     """Count what a surface is made of."""
-    half = HalfEdges.of(mesh.faces, len(mesh.vertices))
-    proper = half.proper
-    border = proper & (half.alike + half.against == 1)
-    ends = np.stack([half.start[border], half.end[border]], axis=1)
-    lines = 0
-    if len(ends):
-        lines = len(np.unique(component_of(len(mesh.vertices), ends)[ends[:, 0]]))
-    valence = np.bincount(mesh.edges.ravel(), minlength=len(mesh.vertices))
+    count, half = len(mesh.vertices), HalfEdges.of(mesh.faces, len(mesh.vertices))
+    ends = np.stack([half.start, half.end], axis=1)[half.border]
+    borders = len(np.unique(component_of(count, ends)[ends[:, 0]])) if len(ends) else 0
+    valence = np.bincount(mesh.edges.ravel(), minlength=count)
     inside = valence > 0
-    inside[half.start[half.alike + half.against != 2]] = False
-    inside[half.end[half.alike + half.against != 2]] = False
-    values, counts = np.unique(valence[inside & (valence != 4)], return_counts=True)
-    return SurfaceFacts(
-        mesh_facts(mesh), lines, dict(zip(values.tolist(), counts.tolist(), strict=True))
-    )
+    inside[half.start[half.polygons_of_edge != 2]] = False
+    inside[half.end[half.polygons_of_edge != 2]] = False
+    values, numbers = np.unique(valence[inside & (valence != 4)], return_counts=True)
+    poles = dict(zip(values.tolist(), numbers.tolist(), strict=True))
+    return SurfaceFacts(mesh_facts(mesh), borders, poles)
 
 
-def examine_surface(mesh: Mesh, file: str) -> list[Finding]:
-    """What keeps the polygons of a mesh from being a surface."""
-    if not len(mesh.faces):
+def examine_surface(neutral: Neutral, file: str) -> list[Finding]:
+    """What keeps the polygons of a neutral from being a sound surface."""
+    checks = _SURFACE if len(neutral.mesh.faces) else (_unwelded_vertices,)
+    return [found for check in checks for found in check(neutral, file)]
+
+
+def _non_manifold_edges(neutral: Neutral, file: str) -> list[Finding]:
+    half = neutral.half_edges
+    crowded = half.proper & (half.polygons_of_edge > 2)
+    if not crowded.any():
         return []
-    half = HalfEdges.of(mesh.faces, len(mesh.vertices))
-    lines = mesh.source.face_lines if mesh.source else None
-    found = []
-    crowded = half.proper & (half.alike + half.against > 2)
-    if crowded.any():
-        keys = np.unique(half.edge_keys[crowded])
-        low, high = np.divmod(keys, len(mesh.vertices))
-        names = listed(f"{a}-{b}" for a, b in zip(low.tolist(), high.tolist(), strict=True))
-        message = f"{counted(keys, 'edge has', 'edges have')} more than two polygons: {names}"
-        vertices = np.unique([low, high])
-        found.append(finding("non-manifold-edges", file, message, vertices=vertices.tolist()))
-    joints = _joints(half)
-    if joints.size:
-        message = f"{counted(joints, 'vertex joins', 'vertices join')} parts of it at a point"
-        found.append(finding("non-manifold-vertices", file, message, vertices=joints.tolist()))
-    found += _winding(half, file, lines)
-    twice = _repeating(half)
-    if twice.size:
-        message = f"{counted(twice, 'polygon names', 'polygons name')} a vertex twice"
-        found.append(
-            finding(
-                "repeated-corners",
-                file,
-                message,
-                line=_line(twice, lines),
-                vertices=_corners_of(half, twice),
-            )
-        )
-    loose = np.flatnonzero(np.bincount(half.start, minlength=len(mesh.vertices)) == 0)
-    if loose.size:
-        message = f"{counted(loose, 'vertex is', 'vertices are')} on no polygon"
-        found.append(finding("isolated-vertices", file, message, vertices=loose.tolist()))
-    return found
+    keys = np.unique(half.edge_keys[crowded])
+    low, high = np.divmod(keys, half.vertex_count)
+    names = listed(f"{a}-{b}" for a, b in zip(low.tolist(), high.tolist(), strict=True))
+    message = f"{counted(keys, 'edge has', 'edges have')} more than two polygons: {names}"
+    return [finding("non-manifold-edges", file, message, vertices=np.unique([low, high]))]
 
 
-def _joints(half: HalfEdges) -> NDArray[np.int64]:
+def _non_manifold_vertices(neutral: Neutral, file: str) -> list[Finding]:
     """Vertices whose polygons form several fans that share no edge."""
+    half = neutral.half_edges
     proper = np.flatnonzero(half.proper)
     order = proper[np.argsort(half.edge_keys[proper], kind="stable")]
     same = half.edge_keys[order[1:]] == half.edge_keys[order[:-1]]
@@ -101,69 +78,87 @@ def _joints(half: HalfEdges) -> NDArray[np.int64]:
     at_start = np.stack([first, np.where(swap, half.following[second], second)], axis=1)
     at_end = np.stack([half.following[first], np.where(swap, second, half.following[second])], 1)
     fans = component_of(len(half.start), np.concatenate([at_start, at_end]))
-    pairs = np.unique(half.start * (int(fans.max()) + 1) + fans)
-    at = pairs // (int(fans.max()) + 1)
-    crowded = half.proper & (half.alike + half.against > 2)
-    joints = np.unique(at[1:][at[1:] == at[:-1]])
+    at = np.unique(half.start * len(fans) + fans) // len(fans)
+    crowded = half.proper & (half.polygons_of_edge > 2)
     ends = np.concatenate([half.start[crowded], half.end[crowded]])
-    return np.asarray(np.setdiff1d(joints, ends))
-
-
-def _winding(half: HalfEdges, file: str, lines: NDArray[np.int32] | None) -> list[Finding]:
-    """Polygons to reverse so that all neighbours run their common edge in opposite directions."""
-    wrong = np.flatnonzero((half.alike == 2) & (half.against == 0) & half.proper)
-    if not wrong.size:
+    joints = np.setdiff1d(at[1:][at[1:] == at[:-1]], ends)
+    if not joints.size:
         return []
-    wrong = wrong[np.argsort(half.edge_keys[wrong], kind="stable")]
-    faces = half.faces.corner_faces
-    against = np.stack([faces[wrong[::2]], faces[wrong[1::2]]], axis=1).astype(np.int64)
-    paired = np.flatnonzero(half.twin >= 0)
-    along = np.stack([faces[paired], faces[half.twin[paired]]], axis=1).astype(np.int64)
-    count = len(half.faces)
-    # Each polygon twice, as it is and reversed: what is connected here must be decided together.
-    ends = np.concatenate(
-        [along, along + count, against + [0, count], against + [count, 0]], axis=0
+    message = f"{counted(joints, 'vertex joins', 'vertices join')} parts of it at a point"
+    return [finding("non-manifold-vertices", file, message, vertices=joints)]
+
+
+def _repeated_corners(neutral: Neutral, file: str) -> list[Finding]:
+    half = neutral.half_edges
+    keys = np.sort(half.faces.corner_faces.astype(np.int64) * half.vertex_count + half.start)
+    polygons = np.unique(keys[1:][keys[1:] == keys[:-1]] // half.vertex_count)
+    if not polygons.size:
+        return []
+    message = f"{counted(polygons, 'polygon names', 'polygons name')} a vertex twice"
+    return [polygon_finding("repeated-corners", neutral.mesh, file, polygons, message)]
+
+
+def _isolated_vertices(neutral: Neutral, file: str) -> list[Finding]:
+    faces, count = neutral.mesh.faces, len(neutral.mesh.vertices)
+    loose = np.flatnonzero(np.bincount(faces.indices, minlength=count) == 0)
+    if not loose.size:
+        return []
+    message = f"{counted(loose, 'vertex is', 'vertices are')} on no polygon"
+    return [finding("isolated-vertices", file, message, vertices=loose)]
+
+
+def _zero_area(neutral: Neutral, file: str) -> list[Finding]:
+    return _without_area(neutral.own_areas[1], neutral.mesh, file, "no area")
+
+
+def lost_area(neutral: Neutral, mesh: Mesh, file: str) -> list[Finding]:
+    """Polygons that have an area in the neutral and none in a target."""
+    (before, none), (after, lost) = neutral.own_areas, neutral.areas(mesh.vertices)
+    lost = (lost | (after <= neutral.limits.area * before)) & ~none
+    return _without_area(lost, mesh, file, "no area, though they do in the neutral")
+
+
+def _without_area(which: NDArray[np.bool_], mesh: Mesh, file: str, words: str) -> list[Finding]:
+    polygons = np.flatnonzero(which)
+    if not polygons.size:
+        return []
+    has = counted(polygons, "polygon has", "polygons have")
+    message = f"{has} {words}: {listed(polygons)}"
+    return [polygon_finding("zero-area", mesh, file, polygons, message)]
+
+
+def _unwelded_vertices(neutral: Neutral, file: str) -> list[Finding]:
+    """Vertices that share their position with another one."""
+    mesh = neutral.mesh
+    order = np.lexsort(mesh.vertices.T)
+    ordered = mesh.vertices[order]
+    new = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))
+    place = np.cumsum(new) - 1
+    shared = np.bincount(place)[place] > 1
+    if not shared.any():
+        return []
+    parts = component_of(len(mesh.vertices), mesh.edges)[order[shared]]
+    keys = place[shared] * len(order) + parts
+    seams = int((np.unique(keys, return_counts=True)[1] > 1).sum())
+    positions = len(np.unique(place[shared]))
+    where = (
+        f"{seams:,} of them twice on one piece, as an open seam has"
+        if seams
+        else "all where different pieces touch"
     )
-    part_of = component_of(2 * count, ends)
-    as_is, reverse = part_of[:count], part_of[count:]
-    if (as_is == reverse).any():
-        one_sided = np.flatnonzero(as_is == reverse)
-        message = (
-            f"{len(one_sided):,} polygons form a surface with one side only, as a Möbius strip has"
-        )
-        vertices = _corners_of(half, one_sided)
-        return [finding("inconsistent-winding", file, message, vertices=vertices)]
-    # Of the two ways to agree, the one that reverses fewer polygons.
-    kept = np.bincount(as_is, minlength=2 * count)
-    fewer = kept[as_is] < kept[reverse]
-    flipped = np.flatnonzero(fewer | ((kept[as_is] == kept[reverse]) & (as_is > reverse)))
     message = (
-        f"{counted(flipped, 'polygon runs', 'polygons run')} against the others around: "
-        f"{listed(flipped)}"
+        f"{int(shared.sum()):,} vertices share {counted(positions, 'position', 'positions')}, "
+        f"{where}"
     )
-    return [
-        finding(
-            "inconsistent-winding",
-            file,
-            message,
-            line=_line(flipped, lines),
-            vertices=_corners_of(half, flipped),
-        )
-    ]
+    return [finding("unwelded-vertices", file, message, vertices=np.sort(order[shared]))]
 
 
-def _repeating(half: HalfEdges) -> NDArray[np.int64]:
-    """Polygons that name a vertex twice."""
-    keys = half.faces.corner_faces.astype(np.int64) * half.vertex_count + half.start
-    ordered = np.sort(keys)
-    return np.asarray(np.unique(ordered[1:][ordered[1:] == ordered[:-1]] // half.vertex_count))
-
-
-def _corners_of(half: HalfEdges, faces: NDArray[np.int64]) -> list[int]:
-    chosen = np.zeros(len(half.faces), dtype=bool)
-    chosen[faces] = True
-    return [int(v) for v in np.unique(half.start[chosen[half.faces.corner_faces]])]
-
-
-def _line(faces: NDArray[np.int64], lines: NDArray[np.int32] | None) -> int | None:
-    return int(lines[faces[0]]) if lines is not None and faces.size else None
+_SURFACE: tuple[Callable[[Neutral, str], list[Finding]], ...] = (
+    _non_manifold_edges,
+    _non_manifold_vertices,
+    inconsistent_winding,
+    _repeated_corners,
+    _isolated_vertices,
+    _zero_area,
+    _unwelded_vertices,
+)

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from planted_faults import grid, shuffled, turned_over
 
-from elastomorph.doctor.relabelling import (
+from elastomorph.doctor.isomorphism import (
     Mismatch,
     Parts,
     Relabelling,

@@ -1,17 +1,37 @@
-"""From where on a doctor speaks up: every threshold in one place, with its reason."""
+"""What an examination is told beforehand, and every threshold with its reason."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import ParameterError
+from elastomorph.model.mesh import Mesh
 from elastomorph.paths.auto import INBETWEEN_PAYS
+from elastomorph.physics import Material
 
-__all__ = ["Thresholds"]
+__all__ = ["SIDES", "BeamSettings", "ExaminationSettings", "Thresholds"]
+
+SIDES: tuple[tuple[str, str], ...] = (
+    ("_L", "_R"),
+    ("_l", "_r"),
+    (".L", ".R"),
+    (".l", ".r"),
+    ("Left", "Right"),
+    ("_left", "_right"),
+    ("_lf", "_rt"),
+    ("L_", "R_"),
+    ("l_", "r_"),
+    ("left_", "right_"),
+)
+"""Endings and beginnings that tell sides; those that end in an underscore are beginnings."""
 
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Lengths are fractions of D, the largest distance between two vertices of the neutral.
+    """From where on to report. Lengths are fractions of D, the largest distance in the neutral.
 
     Attributes:
         nothing: A target that moves no vertex farther does nothing; two targets that differ no
@@ -73,3 +93,56 @@ class Thresholds:
     asymmetry_of_d: float = 1e-3
     one_sided: float = 0.5
     bend: float = INBETWEEN_PAYS
+
+
+@dataclass(frozen=True)
+class BeamSettings:
+    """What a beam is made of and how it is solved.
+
+    Attributes:
+        material: m, c and k.
+        order: R of the load t^R.
+        closure: Time law of a curve's mean.
+    """
+
+    material: Material
+    order: int = 2
+    closure: str = "limit"
+
+
+@dataclass(frozen=True, eq=False)
+class ExaminationSettings:
+    """What is known about a rig before it is examined.
+
+    Attributes:
+        seeds: Pairs (vertex of the neutral, vertex of the targets) for targets in another order.
+        sides: How names of targets tell left and right.
+        still: (N,) vertices that no target should move; targets are aligned to them.
+        steady: Whether to take out the motion of the head where one is found.
+        beam: A material to try on the curves of the face.
+        thresholds: From where on to report.
+    """
+
+    seeds: tuple[tuple[int, int], ...] = ()
+    sides: tuple[tuple[str, str], ...] = SIDES
+    still: NDArray[np.int64] | None = None
+    steady: bool = False
+    beam: BeamSettings | None = None
+    thresholds: Thresholds = field(default_factory=Thresholds)
+
+    def require_vertices(self, neutral: Mesh, file: str) -> None:
+        """Check that the vertices named are there.
+
+        Raises:
+            ParameterError: The neutral has no such vertex, or there are too few to align to.
+        """
+        wanted = np.array([pair[0] for pair in self.seeds], dtype=np.int64)
+        if self.still is not None:
+            wanted = np.concatenate([wanted, self.still])
+            if len(np.unique(self.still)) < 3:
+                raise ParameterError("--align needs three vertices or more that are not on a line")
+        bad = wanted[(wanted >= len(neutral.vertices)) | (wanted < 0)]
+        if bad.size:
+            raise ParameterError(
+                f"{file} has no vertex {int(bad[0]):,}, only 0 to {len(neutral.vertices) - 1:,}"
+            )

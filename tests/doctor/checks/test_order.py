@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from planted_faults import grid, only, shuffled, split_at, turned_over, welded
 
-from elastomorph.doctor.checks.order import InOrder, NeutralOrder
+from elastomorph.doctor.checks.order import NeutralOrder
+from elastomorph.doctor.findings import Outcome
 from elastomorph.io import read, write
 from elastomorph.model.components import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 
 
-def examined(neutral: Mesh, target: Mesh, seeds: tuple[tuple[int, int], ...] = ()) -> InOrder:
+def examined(neutral: Mesh, target: Mesh, seeds: tuple[tuple[int, int], ...] = ()) -> Outcome:
     return NeutralOrder(neutral, seeds).examine(target, "smile.obj")
 
 

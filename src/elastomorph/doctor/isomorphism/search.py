@@ -1,9 +1,10 @@
 """Finds which vertex of a target is which of the neutral, from how they are connected.
 
-Pieces are matched by their colours. Within a piece one matched polygon corner determines all
-others (`Walk`), so a corner of the rarest colour is tried on every corner of that colour. Where
-several fit, or several pieces are alike, positions choose, at the smallest sum of squared
-distances from where the piece is expected: moved as the nearest vertex about which there is no
+Parts are matched by their colours. Within a part one matched polygon corner determines all others,
+so a corner of the rarest colour is tried on every corner of that colour; parts joined at points,
+or that branch at edges, are matched by individualising a vertex, refining, and backtracking. Where
+several ways fit, or several parts are alike, positions choose, at the smallest sum of squared
+distances from where the part is expected: moved as the nearest vertex about which there is no
 doubt, for lashes go with the lid. Whatever is found is checked: the polygons must be those of the
 neutral, all of them.
 """
@@ -12,21 +13,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.doctor.connectivity import HalfEdges
 from elastomorph.doctor.frames import frame_between
-from elastomorph.doctor.relabelling.branching import branched_match
-from elastomorph.doctor.relabelling.parts import Parts
-from elastomorph.doctor.relabelling.same_polygons import corresponding_corners
+from elastomorph.doctor.isomorphism.parts import Parts
+from elastomorph.doctor.isomorphism.polygons import corresponding_corners
+from elastomorph.doctor.isomorphism.refinement import Colouring
 from elastomorph.model.polygons import Polygons
 
 __all__ = ["Mismatch", "Relabelling", "find_relabelling"]
 
-# Corners tried for one piece, nearest first, where symmetry makes more of them possible.
+# Corners tried for one part, nearest first, where symmetry makes more of them possible.
 _TRIED = 256
-# Pieces alike, up to which each is compared with each; more are matched by their centres.
+# Vertices individualised for one part before backtracking gives up.
+_ATTEMPTS = 400
+# Parts alike, up to which each is compared with each; more are matched by their centres.
 _EACH_WITH_EACH = 24
 # Vertices that must be known before they can tell unit, axes and motion of the others.
 _ENOUGH = 8
@@ -39,7 +44,7 @@ class Relabelling:
     Attributes:
         new_index: (V,) int64, number in the neutral of each vertex of the target.
         corners: (C,) int64, corner of the target for each corner of the neutral.
-        chosen: Pieces for which connectivity left a choice that positions decided.
+        chosen: Parts for which connectivity left a choice that positions decided.
         chosen_vertices: How many vertices they have.
     """
 
@@ -51,12 +56,7 @@ class Relabelling:
 
 @dataclass(frozen=True)
 class Mismatch:
-    """Why there is no relabelling.
-
-    Attributes:
-        reason: In words.
-        seeds: Whether the pairs that were given are to blame.
-    """
+    """Why there is no relabelling, in words, and whether the pairs that were given are to blame."""
 
     reason: str
     seeds: bool = False
@@ -64,7 +64,7 @@ class Mismatch:
 
 @dataclass(frozen=True, eq=False)
 class _Match:
-    """Their vertices for the vertices of one of our pieces, and how many others would fit."""
+    """Their vertices for the vertices of one of our parts, and how many others would fit."""
 
     theirs: NDArray[np.int64]
     cost: float
@@ -75,14 +75,13 @@ def find_relabelling(ours: Parts, target: Parts, *, scale: float = 1.2) -> Relab
     """Match a target with a neutral by connectivity, and by position where that leaves a choice.
 
     Args:
-        ours: The pieces of the neutral.
-        target: The pieces of the target, with as many rounds of colours, and seeds in the same
-            order.
+        ours: The parts of the neutral.
+        target: The parts of the target, refined as often, with seeds in the same order.
         scale: Sizes that differ by more are brought to one size before positions are compared.
     """
-    if set(ours.by_colour) != set(target.by_colour) or any(
-        len(parts) != len(target.by_colour[colour]) for colour, parts in ours.by_colour.items()
-    ):
+    if {c: len(parts) for c, parts in ours.by_colour.items()} != {
+        c: len(parts) for c, parts in target.by_colour.items()
+    }:
         return _unequal(ours, target)
     search = _Search(ours, target, scale)
     if not search.match_all():
@@ -109,17 +108,15 @@ class _Search:
     def match_all(self) -> bool:
         groups = list(self.ours.by_colour.items())
         # What is unique tells in which unit and axes the rest has to be compared.
-        unique = [c for c, parts in groups if len(parts) == 1 and c[0] > 1]
         undecided = []
-        for colour in unique:
-            part, other = self.ours.by_colour[colour][0], self.theirs.by_colour[colour][0]
-            if len(self._corners(part, other)) == 1:
-                match = self._match(part, other)
-                if match is None:
-                    return False
-                self._settle(part, match)
-            else:
+        for colour, parts in groups:
+            if len(parts) > 1 or colour[0] == 1:
+                continue
+            part, other = parts[0], self.theirs.by_colour[colour][0]
+            if len(self._corners(part, other)) > 1:
                 undecided.append(colour)
+            elif not self._accept(part, self._match(part, other)):
+                return False
         if undecided or any(len(parts) > 1 for _, parts in groups):
             self._expect()
         undecided += [c for c, parts in groups if len(parts) > 1 or c[0] == 1]
@@ -137,20 +134,20 @@ class _Search:
         nearest = cKDTree(here).query(self.here)[1]
         self.expected = self.here + (self.there[known] - here)[nearest]
 
-    def _settle(self, part: int, match: _Match, alike: int = 1) -> None:
+    def _accept(self, part: int, match: _Match | None, alike: int = 1) -> bool:
+        if match is None:
+            return False
         self.new_index[match.theirs] = self.ours.vertices[part]
         if match.candidates > 1 or alike > 1:
             self.chosen += 1
             self.chosen_vertices += len(match.theirs)
+        return True
 
     def _match_alike(self, colour: tuple[int, int]) -> bool:
-        """Match pieces of the same colours with each other, at the least sum of squares."""
+        """Match parts of the same colours with each other, at the least sum of squares."""
         mine, theirs = self.ours.by_colour[colour], self.theirs.by_colour[colour]
         if len(mine) == 1:
-            match = self._match(mine[0], theirs[0])
-            if match is not None:
-                self._settle(mine[0], match)
-            return match is not None
+            return self._accept(mine[0], self._match(mine[0], theirs[0]))
         from scipy.optimize import linear_sum_assignment
 
         if len(mine) > _EACH_WITH_EACH or colour[0] == 1:
@@ -167,14 +164,10 @@ class _Search:
             ceiling = 1.0 + float(costs[np.isfinite(costs)].max()) * len(mine)
             pairs = zip(*linear_sum_assignment(np.minimum(costs, ceiling)), strict=True)
             found = [(mine[i], table[i][j]) for i, j in pairs]
-        for part, match in found:
-            if match is None:
-                return False
-            self._settle(part, match, alike=len(mine))
-        return True
+        return all(self._accept(part, match, alike=len(mine)) for part, match in found)
 
     def _corners(self, part: int, other: int) -> NDArray[np.int64]:
-        """Corners of their piece on which the rarest corner of ours may lie, nearest first."""
+        """Corners of their part on which the rarest corner of ours may lie, nearest first."""
         corner, colour = self.ours.rarest(part)
         candidates = self.theirs.coloured(other, colour)
         if len(candidates) > 1:
@@ -188,17 +181,16 @@ class _Search:
         return candidates
 
     def _match(self, part: int, other: int) -> _Match | None:
-        """The nearest way to lay one of our pieces on one of theirs."""
+        """The nearest way to lay one of our parts on one of theirs."""
         vertices = self.ours.vertices[part]
         if len(vertices) == 1 and not len(self.ours.corners[part]):
             return _Match(self.theirs.vertices[other], 0.0, 1)
         corner, _ = self.ours.rarest(part)
-        walk = self.ours.walk(corner)
-        if len(walk.corners) < len(self.ours.corners[part]):
-            return self._branched(part, other)
-        place = np.searchsorted(vertices, self.ours.half_edges.start[walk.corners])
+        images = self.ours.images(corner, self.theirs, self._corners(part, other))
+        if images is None:
+            return self._backtracked(part, other)
+        place = np.searchsorted(vertices, self.ours.half_edges.start[self.ours.reached(corner)])
         best: _Match | None = None
-        images = walk.images(self.theirs.half_edges, self._corners(part, other))
         for image in images:
             theirs = np.empty(len(vertices), dtype=np.int64)
             theirs[place] = self.theirs.half_edges.start[image]
@@ -207,26 +199,69 @@ class _Search:
                 best = _Match(theirs, cost, len(images))
         return best
 
-    def _branched(self, part: int, other: int) -> _Match | None:
-        ours = self.ours.piece(part, self.expected)
-        theirs = self.theirs.piece(other, self.there)
-        seeds = [
-            (int(np.searchsorted(ours.vertices, a)), int(np.searchsorted(theirs.vertices, b)))
-            for a, b in zip(self.ours.seeds, self.theirs.seeds, strict=True)
-            if a in ours.vertices and b in theirs.vertices
-        ]
-        match = branched_match(ours, theirs, seeds)
-        if match is None:
+    def _backtracked(self, part: int, other: int) -> _Match | None:
+        mine, theirs = self.ours.vertices[part], self.theirs.vertices[other]
+        here, there = self.expected[mine], self.there[theirs]
+        found = _backtrack(
+            self.ours.alone(part),
+            self.theirs.alone(other),
+            here - here.mean(axis=0),
+            there - there.mean(axis=0),
+            [
+                (int(np.searchsorted(mine, a)), int(np.searchsorted(theirs, b)))
+                for a, b in _pairs(self.ours, self.theirs)
+                if a in mine and b in theirs
+            ],
+            count(),
+        )
+        if found is None:
             return None
-        order = np.empty(len(match), dtype=np.int64)
-        order[match] = np.arange(len(match))
-        found = theirs.vertices[order]
-        cost = float(((self.there[found] - self.expected[ours.vertices]) ** 2).sum())
-        return _Match(found, cost, 1)
+        order = np.empty(len(found), dtype=np.int64)
+        order[found] = np.arange(len(found))
+        return _Match(theirs[order], float(((there[order] - here) ** 2).sum()), 1)
+
+
+def _backtrack(
+    ours: HalfEdges,
+    theirs: HalfEdges,
+    here: NDArray[np.float64],
+    there: NDArray[np.float64],
+    pairs: list[tuple[int, int]],
+    attempts: count[int],
+) -> NDArray[np.int64] | None:
+    """For each of their vertices ours; None where no way was found.
+
+    Where colours leave a choice, one vertex is paired with the nearest candidate and colours are
+    refined again, until all are told apart or a pair turns out wrong and the next is tried.
+    """
+    if next(attempts) >= _ATTEMPTS:
+        return None
+    mine = Colouring(ours, [pair[0] for pair in pairs])
+    their = Colouring(theirs, [pair[1] for pair in pairs])
+    mine.exhaust()
+    while their.rounds < mine.rounds:
+        their.advance()
+    my_order, their_order = np.argsort(mine.vertices), np.argsort(their.vertices)
+    if not np.array_equal(mine.vertices[my_order], their.vertices[their_order]):
+        return None
+    _, firsts, counts = np.unique(mine.vertices, return_index=True, return_counts=True)
+    if counts.max() == 1:
+        match = np.empty(len(my_order), dtype=np.int64)
+        match[their_order] = my_order
+        renamed = Polygons(match[theirs.start], theirs.faces.offsets)
+        return match if corresponding_corners(ours.faces, renamed) is not None else None
+    vertex = int(firsts[np.argmin(np.where(counts > 1, counts, len(my_order) + 1))])
+    candidates = np.flatnonzero(their.vertices == mine.vertices[vertex])
+    distance = np.linalg.norm(there[candidates] - here[vertex], axis=1)
+    for candidate in candidates[np.argsort(distance, kind="stable")].tolist():
+        found = _backtrack(ours, theirs, here, there, [*pairs, (vertex, candidate)], attempts)
+        if found is not None:
+            return found
+    return None
 
 
 def _unequal(ours: Parts, target: Parts) -> Mismatch:
-    """Say which pieces have no equal, or which of the given pairs cannot be."""
+    """Say which parts have no equal, or which of the given pairs cannot be."""
     seeds = _pairs(ours, target)
     if seeds:
         plain = Parts(ours.mesh, faces=ours.half_edges.faces)

@@ -1,10 +1,10 @@
-"""Colours that tell vertices apart by their surroundings alone: refinement round by round.
+"""Colour refinement (Weisfeiler-Leman): vertices are told apart by their surroundings alone.
 
 Each round, the colour of a vertex takes in those of the polygon corners around it, in their order
 round the polygon. Two numberings of one mesh give the same colours, so vertices of a rare colour
-are few candidates for each other, and pieces of different colours are different pieces. A polygon
-run backwards has other colours. Colours are 64-bit hashes; equal ones by accident can only make a
-search fail, for what it finds is checked polygon by polygon.
+are few candidates for each other, and parts of different colours are different parts. A reversed
+polygon has other colours. Colours are 64-bit hashes; equal ones by accident can only make a search
+fail, for what it finds is checked polygon by polygon.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.half_edges import HalfEdges
+from elastomorph.doctor.connectivity import HalfEdges
 
-__all__ = ["Colouring", "class_sizes", "mixed"]
+__all__ = ["Colouring", "mixed"]
 
 Hashes = NDArray[np.uint64]
 
@@ -48,8 +48,7 @@ class Colouring:
         ordered = half.start[self._order]
         self._firsts = np.flatnonzero(np.diff(ordered, prepend=-1))
         self._used = ordered[self._firsts]
-        kinds = (half.alike * 64 + half.against).astype(np.uint64)
-        self._sides = mixed(kinds)
+        self._sides = mixed((half.alike * 64 + half.against).astype(np.uint64))
         self.vertices: Hashes = np.ones(half.vertex_count, dtype=np.uint64)
         for number, vertex in enumerate(seeds):
             self.vertices[vertex] = mixed(np.array([number + 2], dtype=np.uint64))[0]
@@ -74,16 +73,20 @@ class Colouring:
         self.vertices[self._used] = mixed(self.vertices[self._used] * np.uint64(11) + sums)
 
     def settle(self, part_of: NDArray[np.integer]) -> None:
-        """Go on until each part has a vertex of its own colour, or its colours are final.
-
-        Args:
-            part_of: (V,) part of each vertex, numbers from 0.
-        """
+        """Go on until each part (V,) has a vertex of its own colour, or its colours are final."""
         before = np.zeros(int(part_of.max()) + 1, dtype=np.int64)
+        own = mixed(part_of.astype(np.uint64))
         while self.rounds < _ROUNDS:
             self.advance()
-            number, smallest = class_sizes(self.vertices, part_of)
-            if ((smallest == 1) | (number == before)).all():
+            _, firsts, counts = np.unique(
+                mixed(self.vertices + own), return_index=True, return_counts=True
+            )
+            parts = part_of[firsts]
+            number, unique = (
+                np.bincount(parts[chosen], minlength=len(before))
+                for chosen in (slice(None), counts == 1)
+            )
+            if ((unique > 0) | (number == before)).all():
                 return
             before = number
 
@@ -96,20 +99,3 @@ class Colouring:
             if number in (before, len(self.vertices)):
                 return
             before = number
-
-
-def class_sizes(
-    colours: Hashes, part_of: NDArray[np.integer]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """How many colours each part has, and how many members its rarest.
-
-    Args:
-        colours: (N,).
-        part_of: (N,) numbers from 0, all in use.
-    """
-    keys = mixed(colours + mixed(part_of.astype(np.uint64)))
-    _, firsts, counts = np.unique(keys, return_index=True, return_counts=True)
-    parts = part_of[firsts]
-    smallest = np.full(int(part_of.max()) + 1, len(colours), dtype=np.int64)
-    np.minimum.at(smallest, parts, counts)
-    return np.bincount(parts, minlength=len(smallest)), smallest

@@ -1,4 +1,4 @@
-"""Polygons as half-edges: which polygon is on the other side, and where sides are not two."""
+"""Polygons as half-edges, and the neighbours of every vertex."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
 
+from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["HalfEdges"]
+__all__ = ["HalfEdges", "Neighbours"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +61,48 @@ class HalfEdges:
         return cls(faces, vertex_count, start, end, following, previous, twin, alike, against)
 
     @property
+    def polygons_of_edge(self) -> NDArray[np.int64]:
+        """(C,) how many corners have the edge, whichever way it runs."""
+        return self.alike + self.against
+
+    @property
     def proper(self) -> NDArray[np.bool_]:
         """(C,) whether the edge joins two different vertices."""
         return np.asarray(self.start != self.end)
+
+    @property
+    def border(self) -> NDArray[np.bool_]:
+        """(C,) whether the edge has one polygon."""
+        return np.asarray(self.proper & (self.polygons_of_edge == 1))
 
     @property
     def edge_keys(self) -> NDArray[np.int64]:
         """(C,) one number for each edge, whichever way it runs."""
         low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
         return low * self.vertex_count + high
+
+
+class Neighbours:
+    """Which vertices are joined by an edge.
+
+    Attributes:
+        adjacent: (V, V) ones where an edge is.
+        valence: (V,) number of neighbours, 1 where there are none.
+        edge: (V,) mean length of the edges of each vertex.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        """Look at the edges of a mesh."""
+        count, edges = len(mesh.vertices), mesh.edges
+        ends = np.concatenate([edges, edges[:, ::-1]])
+        entries = (np.ones(len(ends)), (ends[:, 0], ends[:, 1]))
+        self.adjacent = csr_array(coo_array(entries, shape=(count, count)))
+        self.valence = np.maximum(np.diff(self.adjacent.indptr), 1)
+        sides = mesh.vertices[ends[:, 0]] - mesh.vertices[ends[:, 1]]
+        lengths = np.linalg.norm(sides, axis=1)
+        self.edge = np.bincount(ends[:, 0], lengths, minlength=count) / self.valence
+
+    def off_mean(self, moved: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(V,) how far each of (V, 3) motions is from the mean of its neighbours."""
+        mean = (self.adjacent @ moved) / self.valence[:, None]
+        return np.asarray(np.linalg.norm(moved - mean, axis=1))
