@@ -432,8 +432,6 @@ def test_clean_scans_of_a_head_give_no_warnings(noise: float) -> None:
 
 def test_the_old_name_of_the_settings_works_with_a_warning() -> None:
     """Two things were called settings: these, and those of a character."""
-    with pytest.warns(
-        DeprecationWarning, match="now ExaminationSettings; .* until elastomorph 0.3"
-    ):
+    with pytest.warns(DeprecationWarning, match="is now ExaminationSettings"):
         from elastomorph.doctor import Settings
     assert Settings is ExaminationSettings
