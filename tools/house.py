@@ -95,6 +95,7 @@ class Figures:
     upward: list[str] = field(default_factory=list)
     circles: list[str] = field(default_factory=list)
     duplicates: list[str] = field(default_factory=list)
+    python_seconds: float = 0.0
     import_seconds: float = 0.0
     help_seconds: float = 0.0
     route: list[str] = field(default_factory=list)
@@ -133,6 +134,7 @@ def counted(root: Path, *, timed: bool = True) -> Figures:
     found.upward, found.circles = _arrows(root)
     found.duplicates = [str(each).replace(f"{package}/", "") for each in duplicates(sources)]
     if timed:
+        found.python_seconds = _least_seconds(root, "pass")
         found.import_seconds = _least_seconds(root, f"import {PACKAGE}")
         found.help_seconds = _least_seconds(
             root, f"import sys; from {PACKAGE}.cli import main; sys.argv[1:] = ['--help']; main()"
@@ -303,6 +305,7 @@ def _sized(sizes: dict[str, int]) -> list[str]:
 ROWS: dict[str, Callable[[Figures], object]] = {
     "files": lambda f: sum(files for files, _ in f.rooms.values()),
     "lines": lambda f: f"{sum(lines for _, lines in f.rooms.values()):,}",
+    "python alone": lambda f: f"{f.python_seconds:.3f} s",
     f"import {PACKAGE}": lambda f: f"{f.import_seconds:.3f} s",
     f"{PACKAGE} --help": lambda f: f"{f.help_seconds:.3f} s",
     "files a vertex passes": lambda f: len(f.route),

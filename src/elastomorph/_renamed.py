@@ -6,7 +6,6 @@ import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
@@ -41,13 +40,19 @@ def accept_old_names() -> None:
         sys.meta_path.insert(0, _RenamedModules())
 
 
-class _RenamedModules(MetaPathFinder, Loader):
-    """Finds a module by its old name and hands out the one there is today."""
+class _RenamedModules:
+    """Finds a module by its old name and hands out the one there is today.
+
+    A finder and a loader without their base classes, whose import would cost more than all of ours.
+    """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        return ModuleSpec(fullname, self) if _new_name(fullname) else None
+        return ModuleSpec(fullname, self) if _new_name(fullname) else None  # type: ignore[arg-type]
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """None: the usual module, to be replaced."""
 
     def exec_module(self, module: ModuleType) -> None:
         old = module.__name__
