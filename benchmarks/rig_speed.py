@@ -26,7 +26,7 @@ import elastomorph as em
 from elastomorph.io import read_rig
 from elastomorph.report.bench import PAPER_MILLISECONDS
 from elastomorph.rig import Rig
-from elastomorph.rig.combinations import weight_combinations
+from elastomorph.rig.sliders import weight_combinations
 from elastomorph.samples import expressions, head
 from measuring import busy_cores, data_folder
 

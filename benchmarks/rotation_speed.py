@@ -23,9 +23,9 @@ import numpy as np
 from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.io import read
 from elastomorph.io.rig_folder import read_rig_folder
+from elastomorph.model.geometry import fit_rigid
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Choice, Morph
-from elastomorph.model.rigid import fit_rigid
 from elastomorph.paths import arc, auto, linear, rotation
 from elastomorph.paths.method import Method
 from measuring import data_folder

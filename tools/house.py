@@ -27,6 +27,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
+from runpy import run_path
 
 import grimp
 import numpy as np
@@ -190,18 +191,9 @@ def _contract() -> tuple[dict[str, int], set[tuple[str, ...]]]:
     return height, allowed
 
 
-def _new_names() -> dict[str, str]:
-    """Today's name of each module that had another."""
-    tree = ast.parse((ROOT / "src" / PACKAGE / "_renamed.py").read_text())
-    names: dict[str, object] = {}
-    for node in tree.body:
-        if isinstance(node, ast.Assign):
-            exec(compile(ast.Module([node], []), "_renamed", "exec"), {}, names)
-    return dict(names["_NEW_NAMES"])  # type: ignore[call-overload]
-
-
 HEIGHT, FORWARDS = _contract()
-NEW_NAMES = _new_names()
+# Today's name of each module that had another.
+NEW_NAMES = run_path(str(ROOT / "src" / PACKAGE / "_renamed.py"))["_NEW_NAMES"]
 
 
 def room_of(module: str) -> str:

@@ -12,8 +12,9 @@ from types import ModuleType
 __all__ = ["accept_old_names"]
 
 _MODEL = """
-    bend_curve components extent mesh morph polygon_normals polygons rigid sequence surface
+    bend_curve mesh morph polygons sequence surface
 """
+_GEOMETRY = "components extent rigid"
 _DRAW = """
     actors camera clips curves_picture figure framing gif graphs materials movie pictures
     pose_pictures posed stage strips time_laws window
@@ -21,8 +22,10 @@ _DRAW = """
 _NEW_NAMES = {
     **{f"elastomorph.{name}": f"elastomorph.model.{name}" for name in _MODEL.split()},
     **{f"elastomorph.report.{name}": f"elastomorph.draw.{name}" for name in _DRAW.split()},
+    **{f"elastomorph.{name}": "elastomorph.model.geometry" for name in _GEOMETRY.split()},
     "elastomorph.baking": "elastomorph.paths.bake",
     "elastomorph.performance": "elastomorph.rig.performance",
+    "elastomorph.polygon_normals": "elastomorph.model.polygons",
     "elastomorph.report.page": "elastomorph.report",
     "elastomorph.rotations": "elastomorph.paths.rotations",
     "elastomorph.settings": "elastomorph.character",

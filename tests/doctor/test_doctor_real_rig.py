@@ -14,7 +14,7 @@ from elastomorph.doctor.checks.order import NeutralOrder
 from elastomorph.doctor.checks.winding import with_reversed
 from elastomorph.doctor.mirror import find_mirror
 from elastomorph.io import read, read_rig, write
-from elastomorph.model.components import component_of
+from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh
 
 pytestmark = [pytest.mark.realdata, pytest.mark.slow]
@@ -113,7 +113,7 @@ def test_the_jaw_is_off_by_the_height_of_its_arc(
     found: Examination, folder: Path, neutral: Mesh
 ) -> None:
     """Teeth turn rigidly: by hand, the middle of the chord is r(1 - cos θ/2) off the arc."""
-    from elastomorph.model.rigid import fit_rigid
+    from elastomorph.model.geometry import fit_rigid
 
     (jaw,) = [f for f in found.findings if f.file.endswith("jawOpen.obj")]
     target = read(folder / "jawOpen.obj")

@@ -32,7 +32,7 @@ from elastomorph.doctor import (
 from elastomorph.doctor.checks.winding import with_reversed
 from elastomorph.doctor.findings import Finding, finding
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.model.components import component_of
+from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.physics import Material
 from elastomorph.samples import head, shapes

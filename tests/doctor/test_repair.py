@@ -13,7 +13,7 @@ from elastomorph.doctor import ExaminationSettings, as_document, as_text, examin
 from elastomorph.doctor.files import read_seeds, rig_paths
 from elastomorph.errors import ElastomorphError, FileError, FormatError, ParameterError
 from elastomorph.io import read, read_rig, write
-from elastomorph.model.components import component_of
+from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh
 
 

@@ -10,8 +10,7 @@ from elastomorph.evaluation import Shape, ShapeProbe
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
-from elastomorph.model.polygon_normals import polygon_normals
-from elastomorph.model.polygons import Polygons
+from elastomorph.model.polygons import Polygons, polygon_normals
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 

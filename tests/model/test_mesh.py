@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 
 from elastomorph.errors import MeshError, TopologyError
-from elastomorph.model.extent import largest_distance
+from elastomorph.model.geometry import largest_distance
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap, require_same_topology
 from elastomorph.model.polygons import Polygons
 from elastomorph.paths import interpolate

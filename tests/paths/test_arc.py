@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.evaluation.shape import ShapeProbe
-from elastomorph.model.rigid import fit_rigid
+from elastomorph.model.geometry import fit_rigid
 from elastomorph.paths import arc
 from elastomorph.paths.method import Method
 from elastomorph.samples import head, shapes

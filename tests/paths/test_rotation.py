@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.evaluation.shape import ShapeProbe
-from elastomorph.model.rigid import fit_rigid
+from elastomorph.model.geometry import fit_rigid
 from elastomorph.paths import rotation
 from elastomorph.paths.method import Method
 from elastomorph.samples import head, shapes

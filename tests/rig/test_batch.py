@@ -10,7 +10,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from elastomorph import blas_threads
-from elastomorph.rig import Rig, product
+from elastomorph.rig import Rig, fields
 
 FACES = 700
 ROWS = np.random.default_rng(3).uniform(0.1, 1.0, (FACES, 5))
@@ -20,13 +20,13 @@ ROWS = np.random.default_rng(3).uniform(0.1, 1.0, (FACES, 5))
 def threads(monkeypatch: pytest.MonkeyPatch) -> Iterator[set[int]]:
     """Three threads whatever machine this is, and which threads multiplied."""
     seen: set[int] = set()
-    multiply = product._multiply_piece
+    multiply = fields._multiply_piece
 
     def watched(*arguments: object) -> None:
         seen.add(threading.get_ident())
         multiply(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(product, "_multiply_piece", watched)
+    monkeypatch.setattr(fields, "_multiply_piece", watched)
     monkeypatch.setattr(blas_threads, "usable_cores", lambda: 3)
     with threadpool_limits(3, user_api="blas"):
         yield seen
@@ -95,7 +95,7 @@ def test_a_failure_in_a_thread_is_that_of_the_batch(
     def fail(*_: object) -> None:
         raise MemoryError("no room for a piece")
 
-    monkeypatch.setattr(product, "_multiply_piece", fail)
+    monkeypatch.setattr(fields, "_multiply_piece", fail)
     before = set(threading.enumerate())
     with pytest.raises(MemoryError, match="no room for a piece"):
         rig.batch(ROWS, 0.5)

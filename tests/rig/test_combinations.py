@@ -12,7 +12,7 @@ import elastomorph as em
 from elastomorph.io.face_array import write_face_array
 from elastomorph.io.face_files import write_face_files
 from elastomorph.rig import Rig
-from elastomorph.rig.combinations import spread_rows, weight_combinations
+from elastomorph.rig.sliders import spread_rows, weight_combinations
 
 
 def test_the_paper_has_7775() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.model.extent import moved_extent
+from elastomorph.model.geometry import moved_extent
 from elastomorph.rig import Rig
 from elastomorph.samples import expressions, head, shapes
 from elastomorph.viewer import ViewerServer

@@ -134,7 +134,7 @@ def _all(
     sheet: Path | None,
     say: Callable[[str], None],
 ) -> dict[str, object]:
-    from elastomorph.rig.combinations import spread_rows, weight_combinations
+    from elastomorph.rig.sliders import spread_rows, weight_combinations
 
     rows = weight_combinations(len(rig.names), levels)
     found: dict[str, object] = {

@@ -13,8 +13,7 @@ from elastomorph.draw.colours import colour_bytes
 from elastomorph.draw.materials import Look
 from elastomorph.draw.pictures import imported
 from elastomorph.draw.window import rendering
-from elastomorph.model.polygon_normals import polygon_normals
-from elastomorph.model.polygons import Polygons
+from elastomorph.model.polygons import Polygons, polygon_normals
 
 __all__ = ["Lines", "Part", "corner_normals", "corner_pairs", "line_actor"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.draw.colours import RGB
-from elastomorph.model.components import component_of
+from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh
 
 __all__ = ["LOOKS", "Look", "eye_image", "iris_coordinates", "part_of_name", "parts_of"]

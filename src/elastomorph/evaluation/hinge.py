@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.evaluation.rigid_parts import RigidParts
-from elastomorph.model.components import connected_parts
+from elastomorph.model.geometry import Screw, connected_parts, fit_rigid
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
-from elastomorph.model.rigid import Screw, fit_rigid
 
 __all__ = ["TIMES", "Hinge", "HingeError", "find_hinge", "hinge_errors"]
 

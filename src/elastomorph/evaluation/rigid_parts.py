@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.model.components import connected_parts
+from elastomorph.model.geometry import Screw, connected_parts, fit_rigid
 from elastomorph.model.mesh import FaceLabels, Mesh, require_same_topology
 from elastomorph.model.morph import Morph
-from elastomorph.model.rigid import Screw, fit_rigid
 from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["RigidParts", "find_rigid_parts"]

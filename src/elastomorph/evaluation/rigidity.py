@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.curves import region_of
 from elastomorph.errors import ParameterError
-from elastomorph.model.extent import largest_distance
+from elastomorph.model.geometry import fit_rigid, largest_distance
 from elastomorph.model.morph import Morph
-from elastomorph.model.rigid import fit_rigid
 
 __all__ = ["Rigidity", "rigidity"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.model.extent import largest_distance
+from elastomorph.model.geometry import largest_distance
 
 __all__ = ["Movement", "activity", "find_movements", "resting_pose"]
 

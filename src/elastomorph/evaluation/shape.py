@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
-from elastomorph.model.polygon_normals import polygon_normals
-from elastomorph.model.polygons import Polygons
+from elastomorph.model.polygons import Polygons, polygon_normals
 
 __all__ = ["Shape", "ShapeProbe"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastomorph.evaluation.shape import ShapeProbe
-from elastomorph.model.extent import moved_extent
+from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Choice, Morph
 from elastomorph.paths import prepare

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastomorph.model.components import component_of
+from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh, require_same_topology
 
 __all__ = ["Displacement", "MeshFacts", "displacement", "mesh_facts"]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MeshError, ParameterError, TopologyError
-from elastomorph.model.extent import largest_distance
+from elastomorph.model.geometry import largest_distance
 from elastomorph.model.polygons import Polygons
 from elastomorph.numbers import as_numbers
 

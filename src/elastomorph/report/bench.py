@@ -15,7 +15,7 @@ from elastomorph.paths import Method, prepare
 from elastomorph.physics import mean_response, modal_response
 from elastomorph.physics.beam import ModeTransform
 from elastomorph.rig import Rig
-from elastomorph.rig.combinations import weight_combinations
+from elastomorph.rig.sliders import weight_combinations
 
 __all__ = ["PAPER_MILLISECONDS", "BenchRow", "DirectBlend", "bench_faces"]
 

@@ -16,7 +16,7 @@ from elastomorph.evaluation.words import Lengths, listed, percent
 from elastomorph.model.morph import Morph
 from elastomorph.report.images import Picture
 from elastomorph.rig import Rig
-from elastomorph.rig.combinations import spread_rows, weight_combinations
+from elastomorph.rig.sliders import spread_rows, weight_combinations
 
 __all__ = [
     "closures_picture",

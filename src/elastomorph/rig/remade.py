@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.model.extent import moved_extent
+from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method, prepare
 from elastomorph.rig.rig import Rig

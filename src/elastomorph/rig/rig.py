@@ -16,10 +16,15 @@ from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_numbers
-from elastomorph.rig.fields import MorphFields, RigFields
-from elastomorph.rig.moments import Times, Weights, named_moments, table_moments
-from elastomorph.rig.product import BLOCK, FieldProduct, checked_output
-from elastomorph.rig.sliders import Sliders, named_lists
+from elastomorph.rig.fields import BLOCK, FieldProduct, MorphFields, RigFields, checked_output
+from elastomorph.rig.sliders import (
+    Sliders,
+    Times,
+    Weights,
+    named_lists,
+    named_moments,
+    table_moments,
+)
 from elastomorph.rig.targets import paths_to
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Names, weights and correctives: from what a user says to one number a morph."""
+"""From what a user asks of a rig, weights of named sliders, to one weight and time a morph."""
 
 from __future__ import annotations
 
@@ -12,9 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.numbers import as_numbers
+from elastomorph.numbers import as_number, as_numbers
 
-__all__ = ["Sliders", "Weights", "named_lists"]
+__all__ = [
+    "Sliders",
+    "Times",
+    "Weights",
+    "named_lists",
+    "named_moments",
+    "spread_rows",
+    "table_moments",
+    "weight_combinations",
+]
 
 Weights = Mapping[str, float] | ArrayLike
 
@@ -170,3 +179,97 @@ def named_lists(named: Mapping[str, Sequence[str]] | None, what: str) -> dict[st
         f"{what} are a mapping from names to lists of names, such as {{'name': ['a', 'b']}}, "
         f"found {named!r}"
     )
+
+
+Times = float | Mapping[str, float]
+
+# Weights whose sum is this small a part of them cancel; what is left is rounding.
+_NOISE = 1e-12
+
+
+def named_moments(
+    sliders: Sliders, weights: Weights, t: Times, normalize: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(morphs,) ζ and times of one face, from what a caller of `Rig.blend` gave."""
+    row = sliders.row(weights)[None]
+    moments = np.ones((1, len(sliders.names)))
+    if isinstance(t, Mapping):
+        given = sliders.row(t)
+        chosen = [name in t for name in sliders.names]
+        moments[0, chosen] = given[chosen]
+    else:
+        moments[:] = as_number(t, "the time")
+    zeta = _normalized(row) if normalize else row
+    return sliders.drive(zeta)[0], sliders.spread(moments)[0]
+
+
+def table_moments(
+    sliders: Sliders, weights: ArrayLike, times: ArrayLike | None, normalize: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(S, morphs) ζ and times of many faces, from what a caller of `Rig.batch` gave."""
+    table = sliders.table(weights)
+    if times is None:
+        driven = sliders.drive(table)
+        return (driven != 0).astype(float), driven
+    moments = as_numbers(times, "times")
+    if moments.shape == (len(table),):
+        moments = moments[:, None]
+    elif moments.shape not in ((), table.shape):
+        raise ParameterError(
+            f"times must be one number, ({len(table)},) or {table.shape}, found {moments.shape}"
+        )
+    moments = sliders.table(np.broadcast_to(moments, table.shape), "times")
+    zeta = _normalized(table) if normalize else table
+    return sliders.drive(zeta), sliders.spread(moments)
+
+
+def _normalized(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Each row over its sum.
+
+    Raises:
+        ParameterError: A sum is zero, or nothing but rounding.
+    """
+    total = weights.sum(axis=1, keepdims=True)
+    none = np.abs(total) <= _NOISE * np.abs(weights).sum(axis=1, keepdims=True)
+    if none.any():
+        where = f" of face {int(np.argmax(none))}" if len(weights) > 1 else ""
+        raise ParameterError(
+            f"the weights{where} sum to 0, so they cannot be divided by their sum: leave "
+            "normalize out, or give weights whose sum is not 0"
+        )
+    return np.asarray(weights / total)
+
+
+MOST = 10_000_000
+
+
+def weight_combinations(expressions: int, levels: int = 6) -> NDArray[np.float64]:
+    """All rows of weights from {0, 1/(L-1), …, 1} but the one of zeros.
+
+    Args:
+        expressions: J, number of expressions; the paper has 5.
+        levels: L, number of values from 0 to 1; the paper has 6.
+
+    Returns:
+        (L^J - 1, J) float64, the last column changing fastest.
+
+    Raises:
+        ParameterError: J < 1, L < 2, or more than ten million rows.
+    """
+    if expressions < 1 or levels < 2:
+        raise ParameterError(
+            "combinations need at least 1 expression and 2 levels, found "
+            f"{expressions} and {levels}"
+        )
+    if levels**expressions > MOST:
+        raise ParameterError(
+            f"{levels} levels of {expressions} expressions are {levels**expressions:,} faces, more "
+            f"than {MOST:,}; name fewer expressions or fewer levels"
+        )
+    steps = np.indices((levels,) * expressions).reshape(expressions, -1).T[1:]
+    return np.asarray(steps / (levels - 1.0))
+
+
+def spread_rows(total: int, count: int) -> NDArray[np.int64]:
+    """(min(count, total),) rows spread evenly over all, the first and the last among them."""
+    return np.unique(np.linspace(0, total - 1, min(count, total)).round().astype(np.int64))

@@ -9,7 +9,7 @@ import numpy as np
 
 from elastomorph.blas_threads import in_own_threads
 from elastomorph.errors import ParameterError
-from elastomorph.model.extent import moved_extent
+from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
 

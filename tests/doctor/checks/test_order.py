@@ -12,7 +12,7 @@ from planted_faults import grid, only, shuffled, split_at, turned_over, welded
 from elastomorph.doctor.checks.order import NeutralOrder
 from elastomorph.doctor.findings import Outcome
 from elastomorph.io import read, write
-from elastomorph.model.components import component_of
+from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from elastomorph.model.components import connected_parts
+from elastomorph.model.geometry import connected_parts
 from elastomorph.paths.rotations import common_turns
 from elastomorph.paths.rotations.rotation_vectors import rotation_vectors
 

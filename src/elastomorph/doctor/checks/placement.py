@@ -11,8 +11,8 @@ from elastomorph.doctor.checks import STILL_SHARE
 from elastomorph.doctor.findings import Outcome, finding, percent
 from elastomorph.doctor.frames import Frame, frame_between
 from elastomorph.doctor.settings import Thresholds
+from elastomorph.model.geometry import Screw, fit_rigid
 from elastomorph.model.mesh import Mesh
-from elastomorph.model.rigid import Screw, fit_rigid
 
 __all__ = ["align", "common_frame", "in_frame", "saved_as_deltas", "steadied"]
 

@@ -12,7 +12,7 @@ from elastomorph.doctor.checks import Neutral
 from elastomorph.doctor.checks.winding import inconsistent_winding
 from elastomorph.doctor.connectivity import HalfEdges
 from elastomorph.doctor.findings import Finding, counted, finding, listed, polygon_finding
-from elastomorph.model.components import component_of
+from elastomorph.model.geometry import component_of
 from elastomorph.model.inspection import MeshFacts, mesh_facts
 from elastomorph.model.mesh import Mesh
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from elastomorph.doctor.connectivity import HalfEdges
 from elastomorph.doctor.isomorphism.refinement import Colouring, mixed
-from elastomorph.model.components import component_of
+from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
+from elastomorph.model.cholesky import Cholesky, EliminationTree
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.surface import surface_operators
-from elastomorph.model.surface.cholesky import Cholesky
-from elastomorph.model.surface.dissection import EliminationTree
 from elastomorph.paths.rotations.polynomial_bend import at_nodes
 from elastomorph.paths.rotations.turning import ArcBend, EdgeBend
 from elastomorph.paths.rotations.vertex_rotations import VertexRotations

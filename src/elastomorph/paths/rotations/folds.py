@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from elastomorph.model.morph import Morph
-from elastomorph.model.polygon_normals import polygon_normals
-from elastomorph.model.polygons import Polygons
+from elastomorph.model.polygons import Polygons, polygon_normals
 
 __all__ = ["without_folds"]
 

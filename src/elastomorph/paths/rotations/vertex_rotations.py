@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-from elastomorph.model.components import connected_parts
+from elastomorph.model.geometry import connected_parts
 from elastomorph.paths.rotations.components import common_turns
 from elastomorph.paths.rotations.rotation_vectors import (
     goes_either_way,

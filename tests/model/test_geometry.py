@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from elastomorph.model.rigid import fit_rigid
+from elastomorph.model.geometry import fit_rigid
 
 POINTS = np.random.default_rng(3).normal(size=(20, 3))
 components = st.floats(-3, 3)

@@ -1,0 +1,179 @@
+"""Points in space: how far they reach, what hangs together, and how they moved as one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Screw",
+    "component_of",
+    "connected_parts",
+    "fit_rigid",
+    "largest_distance",
+    "moved_extent",
+]
+
+_BLOCK = 512
+
+
+def largest_distance(points: NDArray[np.float64]) -> float:
+    """The largest distance between two of the points, exact up to rounding.
+
+    Only corners of the convex hull can be farthest apart, so the hull is taken first, in the
+    dimension that the points really span.
+
+    Args:
+        points: (N, 3) coordinates with N ≥ 1.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    centred = points - points.mean(axis=0)
+    singular, axes = np.linalg.svd(centred, full_matrices=False)[1:]
+    rank = int((singular > 1e-12 * max(float(singular[0]), np.finfo(float).tiny)).sum())
+    candidates = points
+    if rank == 0:  # all of them coincide
+        candidates = points[:1]
+    elif rank == 1:
+        along = centred @ axes[0]
+        candidates = points[[int(along.argmin()), int(along.argmax())]]
+    elif rank >= 2 and len(points) > 50:
+        try:
+            candidates = points[ConvexHull(centred @ axes[:rank].T).vertices]
+        except QhullError:  # nearly degenerate: the exhaustive search is slower, never wrong
+            candidates = points
+    largest = 0.0
+    for start in range(0, len(candidates), _BLOCK):
+        offsets = candidates[start : start + _BLOCK, None] - candidates[None, start:]
+        largest = max(largest, float(np.einsum("ijk,ijk->ij", offsets, offsets).max()))
+    return float(np.sqrt(largest))
+
+
+def moved_extent(neutral: NDArray[np.float64], targets: Iterable[NDArray[np.float64]]) -> float:
+    """D of a rig: the largest distance between two vertices that a target moves.
+
+    A body below the face, which no target moves, does not count: it would loosen every tolerance.
+
+    Args:
+        neutral: (V, 3) positions at rest.
+        targets: (V, 3) positions of each target.
+
+    Returns:
+        A length in the unit of the vertices; 0 where nothing moves.
+    """
+    moved = np.zeros(len(neutral), dtype=bool)
+    for target in targets:
+        moved |= (target != neutral).any(axis=1)
+    return largest_distance(neutral[moved]) if moved.any() else 0.0
+
+
+def component_of(count: int, edges: NDArray[np.integer]) -> NDArray[np.int32]:
+    """The connected component of each vertex.
+
+    Args:
+        count: Number of vertices V.
+        edges: (E, 2) pairs of vertices, in any order, repeats allowed.
+
+    Returns:
+        (V,) numbers from 0; a vertex on no edge is a component of its own.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    # Ones are added up where an edge repeats: in 8 bits 256 of them would make none.
+    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)
+
+
+def connected_parts(count: int, edges: NDArray[np.integer]) -> list[NDArray[np.int64]]:
+    """The vertices of each connected component.
+
+    Args:
+        count: Number of vertices.
+        edges: (E, 2) pairs of vertices.
+
+    Returns:
+        Rising vertex indices of each component, in the order of their first vertices.
+    """
+    part_of = component_of(count, edges)
+    order = np.argsort(part_of, kind="stable")
+    starts = np.flatnonzero(np.diff(part_of[order], prepend=-1))
+    return np.split(order.astype(np.int64), starts[1:])
+
+
+@dataclass(frozen=True, eq=False)
+class Screw:
+    """A turn about an axis and a slide along it.
+
+    Attributes:
+        axis: (3,) unit vector.
+        angle: Turn about the axis, radians from 0 to π.
+        centre: (3,) a point on the axis.
+        slide: Distance moved along the axis.
+    """
+
+    axis: NDArray[np.float64]
+    angle: float
+    centre: NDArray[np.float64]
+    slide: float
+
+    def at(self, part: float, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) the points after a part of the motion: 0 none, 1 all of it."""
+        arms = points - self.centre
+        angle = part * self.angle
+        along = arms @ self.axis
+        turned = (
+            np.cos(angle) * arms
+            + np.sin(angle) * np.cross(self.axis, arms)
+            + ((1.0 - np.cos(angle)) * along)[:, None] * self.axis
+        )
+        return np.asarray(self.centre + turned + part * self.slide * self.axis)
+
+
+def fit_rigid(
+    start: NDArray[np.float64], end: NDArray[np.float64]
+) -> tuple[Screw, NDArray[np.float64]]:
+    """The rigid motion nearest to a motion of points in least squares (Kabsch, Chasles).
+
+    Args:
+        start: (N, 3) positions before, not all on one line.
+        end: (N, 3) positions after.
+
+    Returns:
+        The screw, and (N,) the distance of each end point from where the screw leads.
+    """
+    start_mean, end_mean = start.mean(axis=0), end.mean(axis=0)
+    left, _, right = np.linalg.svd((start - start_mean).T @ (end - end_mean))
+    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+    rotation = (left @ mirror @ right).T
+    screw = _screw(rotation, end_mean - rotation @ start_mean, start_mean)
+    return screw, np.linalg.norm(screw.at(1.0, start) - end, axis=1)
+
+
+def _screw(
+    rotation: NDArray[np.float64], offset: NDArray[np.float64], near: NDArray[np.float64]
+) -> Screw:
+    """The screw of x → rotation x + offset; its centre is the point of the axis nearest to one."""
+    skew = (rotation - rotation.T) / 2.0
+    sine_axis = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
+    cosine = (np.trace(rotation) - 1.0) / 2.0
+    angle = float(np.arctan2(np.linalg.norm(sine_axis), cosine))
+    moved = rotation @ near + offset - near
+    if angle < 1e-9:
+        slide = float(np.linalg.norm(moved))
+        axis = moved / slide if slide > 0 else np.array([0.0, 0.0, 1.0])
+        return Screw(axis, 0.0, near, slide)
+    # At half a turn the antisymmetric part vanishes, the symmetric part keeps the axis.
+    symmetric = (rotation + rotation.T) / 2.0 - cosine * np.eye(3)
+    column = symmetric[:, int(np.argmax(np.diag(symmetric)))]
+    axis = column / np.linalg.norm(column)
+    if axis @ sine_axis < 0:
+        axis = -axis
+    slide = float(axis @ moved)
+    across = moved - slide * axis
+    # In the plane across the axis, (I - R) arm = across: half the chord, and its right angle.
+    arm = across / 2.0 + np.cross(axis, across) / (2.0 * np.tan(angle / 2.0))
+    return Screw(axis, angle, near + arm, slide)
