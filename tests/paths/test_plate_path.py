@@ -180,7 +180,7 @@ def test_every_piece_of_a_production_face_has_its_own_mean(data_dir: Path) -> No
     path = plate.prepare(neutral, Method("plate", order=2, closure="rest"))(target)
     law = 1.5 * 0.5**2 - 0.5 * 0.5**3
     weights = surface.mass[:, None]
-    for piece in range(surface.component_count):
+    for piece in range(surface.component_of.max() + 1):
         inside = surface.component_of == piece
         moved = (weights * (path.at(0.5) - neutral.vertices))[inside].sum(axis=0)
         whole = (weights * path.delta)[inside].sum(axis=0)

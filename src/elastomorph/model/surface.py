@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import MeshError
+from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -117,7 +118,6 @@ class SurfaceOperators:
             above 0, sums to 1 but for vertices without area.
         component_of: (V,) int32 connected piece of each vertex, joined by triangles; a vertex on
             no triangle is a piece of its own.
-        component_count: Number of pieces.
         area: Of the surface, in the unit of the vertices squared.
     """
 
@@ -126,7 +126,6 @@ class SurfaceOperators:
     stiffness: csc_array
     mass: NDArray[np.float64]
     component_of: NDArray[np.int32]
-    component_count: int
     area: float
 
 
@@ -147,9 +146,6 @@ def surface_operators(mesh: Mesh) -> SurfaceOperators:
     Raises:
         MeshError: The mesh has no polygon with an area.
     """
-    from scipy.sparse import coo_array, csc_array
-    from scipy.sparse.csgraph import connected_components
-
     split = triangulate(mesh)
     count = len(mesh.vertices)
     corners = mesh.vertices[split.triangles]
@@ -166,32 +162,32 @@ def surface_operators(mesh: Mesh) -> SurfaceOperators:
     mass = np.bincount(split.triangles.ravel(), np.repeat(areas / 3, 3), minlength=count) / area
     mass = np.maximum(mass, _LEAST_MASS / count)
 
-    cotangents = _cotangents(np.linalg.norm(sides, axis=2))
     start = np.roll(split.triangles, -1, axis=1).ravel()
     end = np.roll(split.triangles, -2, axis=1).ravel()
+    cotangents = _cotangents(np.linalg.norm(sides, axis=2))
     weights = (0.5 * split.shares[:, None] * cotangents).ravel()
+    piece_of = component_of(count, np.stack([start, end], axis=1))
+    for array in (mass, piece_of):
+        array.flags.writeable = False
+    stiffness = _stiffness(start, end, weights, count)
+    return SurfaceOperators(
+        split.triangles, split.shares, stiffness, mass, piece_of, area * scale**2
+    )
+
+
+def _stiffness(
+    start: NDArray[np.int32], end: NDArray[np.int32], weights: NDArray[np.float64], count: int
+) -> csc_array:
+    """(V, V) with minus the weights, where vertices are joined, and rows that sum to 0."""
+    from scipy.sparse import coo_array, csc_array
+
     joined = csc_array(coo_array((weights, (start, end)), shape=(count, count)))
     joined = csc_array(joined + joined.T)
-    pieces, piece_of = connected_components(
-        csc_array((np.ones_like(joined.data), joined.indices, joined.indptr), shape=joined.shape),
-        directed=False,
-    )
     joined.data[np.abs(joined.data) < _NO_WEIGHT] = 0.0
     joined.eliminate_zeros()
     diagonal: NDArray[np.float64] = np.asarray(joined.sum(axis=0)).ravel()
     here = np.arange(count, dtype=np.int32)
-    stiffness = csc_array(csc_array((diagonal, (here, here)), shape=joined.shape) - joined)
-    for array in (mass, piece_of):
-        array.flags.writeable = False
-    return SurfaceOperators(
-        triangles=split.triangles,
-        shares=split.shares,
-        stiffness=stiffness,
-        mass=mass,
-        component_of=piece_of,
-        component_count=int(pieces),
-        area=area * scale**2,
-    )
+    return csc_array(csc_array((diagonal, (here, here)), shape=joined.shape) - joined)
 
 
 def _cotangents(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
