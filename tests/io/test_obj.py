@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import time
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mesh_samples import assert_same_mesh, label_names
 
 from elastomorph.errors import ElastomorphError, ElastomorphWarning, FormatError
@@ -261,6 +265,63 @@ def test_lines_that_show_no_surface_are_passed_over(tmp_path: Path, stray: str, 
     assert mesh.source is not None
     assert mesh.source.face_lines is not None
     assert mesh.source.face_lines.tolist() == [5, 9]
+
+
+def strangely(text: str) -> str:
+    """The same mesh in statements that no table holds: signs, and one vertex with a weight."""
+    lines = []
+    for number, line in enumerate(text.splitlines()):
+        keyword, *words = line.split()
+        if keyword == "f":
+            words = [re.sub("([0-9]+)", r"+\1", word) for word in words]
+        lines.append(" ".join([keyword, *words]) + " 1" * (number == 0))
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("corner", ["{v}", "{v}/{t}", "{v}//{n}", "{v}/{t}/{n}"])
+@given(random=st.randoms(use_true_random=False))
+@settings(max_examples=60, deadline=None)
+def test_statements_read_together_are_those_read_one_by_one(
+    tmp_path_factory: pytest.TempPathFactory, corner: str, random: Random
+) -> None:
+    def numbers(count: int) -> str:
+        return " ".join(
+            repr(random.uniform(-9, 9) * 10 ** random.randint(-9, 9)) for _ in "x" * count
+        )
+
+    def face() -> str:
+        counts = {"v": len(vertices), "t": len(texture), "n": 99}
+        return " ".join(
+            corner.format(**{key: random.randint(1, most) for key, most in counts.items()})
+            for _ in range(random.randint(3, 6))
+        )
+
+    vertices = [f"v {numbers(3)}" for _ in range(random.randint(1, 9))]
+    texture = [f"vt {numbers(2)}" for _ in range(random.randint(1, 9))]
+    faces = [f"f {face()}" for _ in range(random.randint(0, 9))]
+    text = "\n".join([*vertices, *texture, *faces])
+    folder = tmp_path_factory.getbasetemp()
+    assert_same_mesh(read_text(folder, strangely(text)), read_text(folder, text))
+
+
+@pytest.mark.parametrize(
+    ("faces", "texture"),
+    [
+        ("f 1/1 2/1/1 3\n", [0, 0, -1]),  # as many slashes as corners, and as many numbers twice
+        ("f 1//1 2/1/1 3//1\n", [-1, 0, -1]),
+        ("f 1//1 2/1/1 3/1/1\nf 1//1 2//1 3//1\n", [-1, 0, 0, -1, -1, -1]),
+        ("f 1/1 2/ 3/1/1\n", [0, -1, 0]),
+        ("f 1//1 2//1 3//99999999999999999999\n", [-1, -1, -1]),
+        ("f 1/1 2/1 00000000000000000000000000003/1\n", [0, 0, 0]),
+    ],
+)
+def test_corners_written_in_several_ways_are_not_taken_for_one(
+    tmp_path: Path, faces: str, texture: list[int]
+) -> None:
+    mesh = read_text(tmp_path, SQUARE + "vt 0 0\n" + faces)
+    assert mesh.uv is not None
+    assert mesh.uv.corners.tolist() == texture
+    assert {tuple(face.tolist()) for face in mesh.faces} == {(0, 1, 2)}
 
 
 @pytest.mark.realdata

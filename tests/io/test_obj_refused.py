@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from elastomorph.errors import FormatError
-from elastomorph.io.obj_lines import read_lines
+from elastomorph.io.obj import read_obj
+from elastomorph.model.mesh import Mesh
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+def read_text(folder: Path, text: str) -> Mesh:
+    (folder / "face.obj").write_text(text)
+    return read_obj(folder / "face.obj")
 
 
 @pytest.mark.parametrize(
@@ -62,26 +70,43 @@ SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
         (SQUARE + "a" * 500 + "\n", 5, r"unknown keyword 'a{37}\.\.\.'"),
     ],
 )
-def test_wrong_statements_are_refused_by_line(text: str, line: int | None, words: str) -> None:
+def test_wrong_statements_are_refused_by_line(
+    tmp_path: Path, text: str, line: int | None, words: str
+) -> None:
     with pytest.raises(FormatError, match=words) as caught:
-        read_lines("face.obj", text.encode())
+        read_text(tmp_path, text)
     assert caught.value.line == line
-    assert str(caught.value).startswith("face.obj")
+    assert str(caught.value).startswith(str(tmp_path / "face.obj"))
 
 
-def test_a_continued_statement_is_reported_where_it_begins() -> None:
+def test_a_continued_statement_is_reported_where_it_begins(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
-        read_lines("face.obj", b"v 0 0 0\nf 1 \\\n1 \\\n9\n")
+        read_text(tmp_path, "v 0 0 0\nf 1 \\\n1 \\\n9\n")
     assert caught.value.line == 2
 
 
-def test_a_backslash_before_a_comment_continues_nothing() -> None:
-    text = b"v 0 0 0\nvn 0 0 \\# 1\nv 1 1 1\nl 1 \\\n2 # comment \\\nv 2 2 2\n"
-    assert read_lines("face.obj", text).vertices.tolist() == [[0, 0, 0], [1, 1, 1], [2, 2, 2]]
+def test_a_backslash_before_a_comment_continues_nothing(tmp_path: Path) -> None:
+    text = "v 0 0 0\nvn 0 0 \\# 1\nv 1 1 1\nl 1 \\\n2 # comment \\\nv 2 2 2\n"
+    assert read_text(tmp_path, text).vertices.tolist() == [[0, 0, 0], [1, 1, 1], [2, 2, 2]]
 
 
-def test_the_first_polygon_that_is_wrong_is_named() -> None:
+def test_the_first_polygon_that_is_wrong_is_named(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
-        read_lines("face.obj", (SQUARE + "f 1 2 3\n\nf 1 2 7\nf 1 2 8\n").encode())
+        read_text(tmp_path, SQUARE + "f 1 2 3\n\nf 1 2 7\nf 1 2 8\n")
     assert caught.value.line == 7
     assert "vertex 7" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "v 0 0 0\nf 1 2 x\nv 1 2\nvt\nwhat\n",
+        "v 0 0 0\nv 1 2\nf 1 2 x\nvt\nwhat\n",
+        "v 0 0 0\nvt\nf 1 2 x\nv 1 2\nwhat\n",
+        "v 0 0 0\nwhat\nvt\nf 1 2 x\nv 1 2\n",
+    ],
+)
+def test_of_several_wrong_statements_the_first_is_named(tmp_path: Path, text: str) -> None:
+    with pytest.raises(FormatError) as caught:
+        read_text(tmp_path, text)
+    assert caught.value.line == 2

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import replacing
-from elastomorph.io.obj_statements import is_continued, name_in, without_comment
+from elastomorph.io.obj.statements import is_continued, name_in, without_comment
 from elastomorph.model.mesh import FaceLabels, Mesh
 
 __all__ = ["write_obj"]
