@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -46,17 +46,12 @@ class Element:
 
     name: str
     length: int
-    properties: tuple[Property, ...]
+    properties: list[Property] = field(default_factory=list)
 
-    @property
-    def by_name(self) -> dict[str, Property]:
-        """The properties by their names; of several with one name the first."""
-        return {p.name: p for p in reversed(self.properties)}
-
-    @property
-    def smallest_row(self) -> int:
-        """Bytes of a binary row whose lists are all empty."""
-        return sum((p.kind if p.count is None else p.count).itemsize for p in self.properties)
+    def place(self, *names: str) -> int | None:
+        """The place of the first property of the first of the names that there is."""
+        own = [p.name for p in self.properties]
+        return next((own.index(name) for name in names if name in own), None)
 
 
 @dataclass(frozen=True)
@@ -64,14 +59,14 @@ class PlyHeader:
     """What the header says.
 
     Attributes:
-        encoding: A key of `ENCODINGS`.
+        order: A value of `ENCODINGS`.
         elements: The elements in the order of the file.
         size: Bytes of the header; the elements begin there.
         lines: Lines of the header.
     """
 
-    encoding: str
-    elements: tuple[Element, ...]
+    order: str
+    elements: list[Element]
     size: int
     lines: int
 
@@ -89,8 +84,8 @@ def read_header(path: str | Path, content: bytes) -> PlyHeader:
     newline = next((n for n in (b"\r\n", b"\n", b"\r") if content.startswith(b"ply" + n)), None)
     if newline is None:
         raise FormatError(path, "this is not a PLY file: it does not begin with the line 'ply'")
-    encoding = ""
-    elements: list[tuple[str, int, list[Property]]] = []
+    order: str | None = None
+    elements: list[Element] = []
     line, position = 1, len(b"ply" + newline)
     while True:
         line += 1
@@ -105,50 +100,45 @@ def read_header(path: str | Path, content: bytes) -> PlyHeader:
             if not words or words[0] in ("comment", "obj_info"):
                 continue
             if words[0] == "format":
-                encoding = _encoding(words)
+                order = _order(words)
             elif words[0] == "element":
                 elements.append(_element(words))
-            elif words[0] == "property" and elements and encoding:
-                elements[-1][2].append(_property(words, ENCODINGS[encoding]))
-                if len(elements[-1][2]) > _MOST_PROPERTIES:
-                    raise _LineError(f"expected at most {_MOST_PROPERTIES:,} properties")
+            elif words[0] == "property" and elements and order is not None:
+                elements[-1].properties.append(_property(words, order))
+                if len(elements[-1].properties) > _MOST_PROPERTIES:
+                    raise ValueError(f"expected at most {_MOST_PROPERTIES:,} properties")
             else:
-                raise _LineError("expected format, then element and property, then end_header")
-        except _LineError as problem:
+                raise ValueError("expected format, then element and property, then end_header")
+        except ValueError as expected:
             shown = " ".join(words)[:80]
-            raise FormatError(path, f"{problem}, found '{shown}'", line=line) from None
-    if not encoding:
+            raise FormatError(path, f"{expected}, found '{shown}'", line=line) from None
+    if order is None:
         raise FormatError(path, "the header has no line 'format'")
-    found = tuple(Element(name, length, tuple(own)) for name, length, own in elements)
-    return PlyHeader(encoding, found, position, line)
+    return PlyHeader(order, elements, position, line)
 
 
-class _LineError(ValueError):
-    """What was expected of a header line; a FormatError as soon as its number is known."""
-
-
-def _encoding(words: list[str]) -> str:
+def _order(words: list[str]) -> str:
     if len(words) != 3 or words[1] not in ENCODINGS or words[2] != "1.0":
-        raise _LineError(f"expected 'format', one of {', '.join(ENCODINGS)}, and version 1.0")
-    return words[1]
+        raise ValueError(f"expected 'format', one of {', '.join(ENCODINGS)}, and version 1.0")
+    return ENCODINGS[words[1]]
 
 
-def _element(words: list[str]) -> tuple[str, int, list[Property]]:
+def _element(words: list[str]) -> Element:
     if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18 or _is_long(words[1]):
-        raise _LineError("expected 'element', a name and how many there are")
-    return words[1], int(words[2]), []
+        raise ValueError("expected 'element', a name and how many there are")
+    return Element(words[1], int(words[2]))
 
 
 def _property(words: list[str], order: str) -> Property:
     if _is_long(words[-1]):
-        raise _LineError(f"expected a name of at most {_LONGEST_NAME} characters")
+        raise ValueError(f"expected a name of at most {_LONGEST_NAME} characters")
     if len(words) == 3 and words[1] in _TYPES:
         return Property(words[2], np.dtype(order + _TYPES[words[1]]))
     if len(words) == 5 and words[1] == "list" and words[2] in _TYPES and words[3] in _TYPES:
         count, kind = (np.dtype(order + _TYPES[word]) for word in words[2:4])
         if count.kind in "iu":
             return Property(words[4], kind, count)
-    raise _LineError(
+    raise ValueError(
         "expected 'property TYPE NAME' or 'property list INTEGER-TYPE TYPE NAME' with types out "
         f"of {', '.join(_TYPES)}"
     )

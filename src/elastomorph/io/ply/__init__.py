@@ -1,0 +1,10 @@
+"""Stanford PLY: vertices and polygons, as ASCII or binary of either byte order.
+
+Only positions and polygons are read and written. Colours, normals, texture coordinates and
+whatever else a file holds are passed over; materials and groups have no place in PLY.
+"""
+
+from elastomorph.io.ply.reader import read_ply
+from elastomorph.io.ply.writer import write_ply
+
+__all__ = ["read_ply", "write_ply"]

@@ -1,0 +1,271 @@
+"""Reads PLY, binary or ASCII.
+
+Nothing is allocated for rows that the rest of the file could not hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import FormatError
+from elastomorph.io.atomic import read_bytes
+from elastomorph.io.ply.header import Element, PlyHeader, read_header
+from elastomorph.io.untrusted import naming_file
+from elastomorph.model.mesh import Mesh, Source
+from elastomorph.model.polygons import Polygons
+
+__all__ = ["read_ply"]
+
+_AXES = ("x", "y", "z")
+_CORNERS = ("vertex_indices", "vertex_index")
+_WANTED = {"vertex": _AXES, "face": _CORNERS}
+ByteOrder = Literal["big", "little"]
+_LARGEST_INDEX = int(np.iinfo(np.int32).max)
+
+
+def read_ply(path: str | Path) -> Mesh:
+    """The mesh in a PLY file.
+
+    Args:
+        path: The file. Without an element ``face`` it is a set of points.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: The content is not PLY, was cut off, or is not a mesh.
+    """
+    content = read_bytes(path)
+    header = read_header(path, content)
+    _require_mesh(path, header)
+    read = _binary_columns if header.order else _ascii_columns
+    columns: dict[str, _Column] = {}
+    for name, column in read(path, content, header):
+        columns.setdefault(name, column)
+    nothing = _Column(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+    faces = next((columns[name] for name in _CORNERS if name in columns), nothing)
+    indices = faces.values
+    if indices.size and (int(indices.min()) < 0 or int(indices.max()) > _LARGEST_INDEX):
+        raise FormatError(path, "a polygon names a vertex below 0 or far beyond the last one")
+    with naming_file(path):
+        return Mesh(
+            np.stack([columns[axis].values for axis in _AXES], axis=1).astype(np.float64),
+            Polygons(indices, np.concatenate([[0], np.cumsum(faces.sizes)])),
+            source=Source(str(path)),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Column:
+    """One property of all rows of an element.
+
+    Attributes:
+        values: (rows,) numbers, or the numbers of all lists one after another.
+        sizes: (rows,) int64, the length of each list; ones where each row has one number.
+    """
+
+    values: NDArray[Any]
+    sizes: NDArray[np.int64]
+
+
+Columns = Iterator[tuple[str, _Column]]
+
+
+def _require_mesh(path: str | Path, header: PlyHeader) -> None:
+    elements = {own.name: own for own in reversed(header.elements) if own.length}
+    first = next((own for own in header.elements if own.name == "vertex"), None)
+    if first is None or not first.length:
+        raise FormatError(path, "there are no vertices: the header announces no 'element vertex'")
+    for axis in _AXES:
+        place = first.place(axis)
+        if place is None or first.properties[place].count is not None:
+            raise FormatError(path, f"the vertices have no property '{axis}' that is a number")
+    if "tristrips" in elements:
+        raise FormatError(
+            path, "its polygons are triangle strips, which is not supported; export polygons"
+        )
+    if "face" in elements:
+        face = elements["face"]
+        place = face.place(*_CORNERS)
+        corners = None if place is None else face.properties[place]
+        if corners is None or corners.count is None or corners.kind.kind not in "iu":
+            raise FormatError(
+                path, "the faces have no list of whole numbers called 'vertex_indices'"
+            )
+
+
+def _wanted(element: Element) -> dict[int, str]:
+    """The name of each property that a mesh needs, by its place."""
+    places = {element.place(name): name for name in _WANTED.get(element.name, ())}
+    return {place: name for place, name in places.items() if place is not None}
+
+
+def _ascii_columns(path: str | Path, content: bytes, header: PlyHeader) -> Columns:
+    text = content[header.size :].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    lines = enumerate(map(bytes.split, text.split(b"\n")), start=header.lines + 1)
+    rows = [(line, words) for line, words in lines if words]
+    first = 0
+    for element in header.elements:
+        if not element.properties:
+            continue
+        own = rows[first : first + element.length]
+        if len(own) < element.length:
+            raise FormatError(
+                path,
+                f"the header announces {element.length:,} rows of '{element.name}', but only "
+                f"{len(own):,} lines are left; the file was cut off or its header is wrong",
+            )
+        first += element.length
+        yield from _columns_of_lines(path, element, own)
+    if first < len(rows):
+        raise FormatError(
+            path, "there are more lines than the header announces", line=rows[first][0]
+        )
+
+
+def _columns_of_lines(
+    path: str | Path, element: Element, rows: list[tuple[int, list[bytes]]]
+) -> Columns:
+    wanted = _wanted(element)
+    values: dict[int, list[float]] = {j: [] for j in wanted}
+    sizes: dict[int, list[int]] = {j: [] for j in wanted}
+    parse = [float if p.kind.kind == "f" else int for p in element.properties]
+    for line, words in rows:
+        try:
+            start = 0
+            for j, p in enumerate(element.properties):
+                size = 1
+                if p.count is not None:
+                    size = int(words[start])
+                    start += 1
+                if size < 0 or start + size > len(words):
+                    raise IndexError
+                if j in wanted:
+                    values[j].extend(map(parse[j], words[start : start + size]))
+                    sizes[j].append(size)
+                start += size
+            if start != len(words) or b"_" in b"".join(words):
+                raise IndexError
+        except (IndexError, ValueError):
+            each = [p.name if p.count is None else f"N N×{p.name}" for p in element.properties]
+            raise FormatError(
+                path,
+                f"expected the numbers of one '{element.name}' ({' '.join(each)[:200]}), found "
+                f"'{b' '.join(words)[:60].decode('ascii', 'backslashreplace')}'",
+                line=line,
+            ) from None
+    try:
+        for j, name in wanted.items():
+            kind = "f8" if parse[j] is float else "i8"
+            yield name, _Column(np.array(values[j], kind), np.array(sizes[j], np.int64))
+    except OverflowError:
+        raise FormatError(path, f"a number of '{element.name}' is too large") from None
+
+
+def _binary_columns(path: str | Path, content: bytes, header: PlyHeader) -> Columns:
+    position = header.size
+    order: ByteOrder = "big" if header.order == ">" else "little"
+    for element in header.elements:
+        smallest = sum(
+            (p.kind if p.count is None else p.count).itemsize for p in element.properties
+        )
+        left = len(content) - position
+        if element.length * smallest > left:
+            raise FormatError(
+                path,
+                f"the header announces {element.length:,} rows of '{element.name}', at least "
+                f"{element.length * smallest:,} bytes, but only {left:,} are left; "
+                "the file was cut off or its header is wrong",
+            )
+        if not element.properties or not element.length:
+            continue
+        wanted = _wanted(element)
+        table = _alike_rows(path, content, position, element, order)
+        if table is not None:
+            position += table.nbytes
+            for j, name in wanted.items():
+                values = table[f"f{j}"].reshape(element.length, -1)
+                yield name, _Column(values.reshape(-1), np.full(len(values), values.shape[1]))
+            continue
+        starts, sizes, position = _walk(path, content, position, element, element.length, order)
+        for j, name in wanted.items():
+            kind = element.properties[j].kind
+            yield name, _Column(_gathered(content, starts[:, j], sizes[:, j], kind), sizes[:, j])
+    rest = len(content[position:].strip())
+    if rest:
+        raise FormatError(path, f"{rest:,} bytes follow the last row; the header is wrong")
+
+
+def _alike_rows(
+    path: str | Path, content: bytes, position: int, element: Element, order: ByteOrder
+) -> NDArray[Any] | None:
+    """The rows as one table, if all their lists are as long as those of the first row."""
+    sizes = _walk(path, content, position, element, 1, order)[1][0].tolist()
+    fields: list[tuple[Any, ...]] = []
+    for j, (p, size) in enumerate(zip(element.properties, sizes, strict=True)):
+        if p.count is not None:
+            fields.append((f"n{j}", p.count))
+        fields.append((f"f{j}", p.kind) if p.count is None else (f"f{j}", p.kind, (size,)))
+    row = np.dtype(fields)
+    if 0 in sizes or element.length * row.itemsize > len(content) - position:
+        return None
+    table = np.frombuffer(content, dtype=row, count=element.length, offset=position)
+    for j, p in enumerate(element.properties):
+        if p.count is not None and (table[f"n{j}"] != sizes[j]).any():
+            return None
+    return table
+
+
+def _walk(
+    path: str | Path,
+    content: bytes,
+    position: int,
+    element: Element,
+    length: int,
+    order: ByteOrder,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+    """(rows, properties) first byte and number of values of each entry, and where the rows end."""
+    steps = [
+        (p.kind.itemsize, 0, False)
+        if p.count is None
+        else (p.kind.itemsize, p.count.itemsize, p.count.kind == "i")
+        for p in element.properties
+    ]
+    places: list[tuple[int, int]] = []
+    for row in range(length):
+        for item, counter, signed in steps:
+            size = 1
+            if counter:
+                count = content[position : position + counter]
+                size = int.from_bytes(count, order, signed=signed)
+                position += counter
+            if size < 0 or position + size * item > len(content):
+                raise FormatError(
+                    path,
+                    f"row {row:,} of '{element.name}' has a list of {size:,} values, but only "
+                    f"{max(len(content) - position, 0):,} bytes are left; the file was cut off or "
+                    "is damaged",
+                )
+            places.append((position, size))
+            position += size * item
+    table = np.array(places).reshape(length, len(steps), 2)
+    return table[..., 0], table[..., 1], position
+
+
+def _gathered(
+    content: bytes,
+    starts: NDArray[np.int64],
+    sizes: NDArray[np.int64],
+    kind: np.dtype[np.generic],
+) -> NDArray[Any]:
+    """The values of all lists one after another."""
+    before = np.cumsum(sizes) - sizes
+    within = np.arange(int(sizes.sum())) - np.repeat(before, sizes)
+    first = np.repeat(starts, sizes) + within * kind.itemsize
+    everything = np.frombuffer(content, dtype=np.uint8)
+    values: NDArray[Any] = everything[first[:, None] + np.arange(kind.itemsize)].reshape(-1)
+    return values.view(kind)
