@@ -16,7 +16,7 @@ from glb_samples import SQUARE, HandMade, chunks_of, glb, seamed_mesh, square
 
 from elastomorph.errors import ElastomorphWarning, FileError, FormatError
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.io.gltf.packing import packed
+from elastomorph.io.gltf.mesh_extras import packed
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elastomorph.io.gltf.packing import packed, packed_bytes, unpacked, unpacked_bytes
+from elastomorph.io.gltf.mesh_extras import packed, packed_bytes, unpacked, unpacked_bytes
 
 INT32 = st.integers(-(2**31), 2**31 - 1)
 

@@ -7,8 +7,7 @@ of the mesh, which other software passes over.
 
 from __future__ import annotations
 
-from elastomorph.io.gltf.export_report import GlbReport
 from elastomorph.io.gltf.reader import read_glb
-from elastomorph.io.gltf.writer import Performance, write_glb
+from elastomorph.io.gltf.writer import GlbReport, Performance, write_glb
 
 __all__ = ["GlbReport", "Performance", "read_glb", "write_glb"]

@@ -1,7 +1,12 @@
-"""Accessors as arrays: every number checked against the bytes there are before it is believed."""
+"""Accessors: arrays in the buffers of a document, dense or sparse.
+
+Every number that is read is checked against the bytes there are before it is believed. What is
+written goes into one buffer, each sequence of bytes once.
+"""
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 import numpy as np
@@ -9,142 +14,233 @@ from numpy.typing import NDArray
 
 from elastomorph.io.gltf.container import GltfFile
 
-__all__ = ["AccessorReader"]
+__all__ = ["AccessorWriter", "read_floats", "read_indices"]
 
-_TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_DTYPES = {5120: "|i1", 5121: "|u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_COMPONENT_TYPES = {name: number for number, name in _DTYPES.items()}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "MAT4": 16}
+_TYPES = {width: name for name, width in _WIDTHS.items()}
 _COPIES = 20  # bytes of each number that is read, with the copies made of it
 _MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
+_ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
+_VIEWS: dict[str, dict[str, int]] = {
+    "attributes of 2": {"byteStride": 8, "target": _ARRAY_BUFFER},
+    "attributes of 3": {"byteStride": 12, "target": _ARRAY_BUFFER},
+    "indices": {"target": _ELEMENT_ARRAY_BUFFER},
+    "times of keys": {},
+    "weights of keys": {},
+    "places of sparse values": {},
+    "sparse values": {},
+}
 
-class AccessorReader:
-    """Reads the accessors of a file, and counts the memory they take.
 
-    Sparse targets are far smaller in the file than in memory, but not arbitrarily so.
+def read_floats(
+    file: GltfFile, number: Any, width: int, of: str, *, count: int | None = None
+) -> NDArray[np.float64]:
+    """Coordinates, unpacked from whole numbers where the file has them quantised.
+
+    Args:
+        file: The open file.
+        number: The accessor, as the file names it.
+        width: Components of an element.
+        of: What names it, for messages.
+        count: How many elements it must have, if that is known.
+
+    Returns:
+        (count, width) float64.
+
+    Raises:
+        FormatError: It does not exist, has another shape, or reaches beyond its buffer.
     """
+    values = _values(file, number, width, of, count)
+    found = values.astype(np.float64)
+    if file.item("accessors", number, of).get("normalized") is True:
+        if values.dtype.kind == "f":
+            file.refuse(f"accessor {number} holds normalised floats, which do not exist")
+        found = np.maximum(found / np.iinfo(values.dtype).max, -1.0)
+    return found
 
-    def __init__(self, file: GltfFile) -> None:
-        self._file = file
 
-    def floats(self, number: Any, width: int, of: str, *, count: int | None = None) -> Any:
-        """Coordinates, unpacked from whole numbers where the file has them quantised.
+def read_indices(file: GltfFile, number: Any, of: str) -> NDArray[np.int64]:
+    """Vertex indices (N,); arguments and errors as of `read_floats`."""
+    values = _values(file, number, 1, of, None)
+    if values.dtype.kind != "u":
+        file.refuse(f"accessor {number} of {of} does not hold vertex indices")
+    return values.reshape(-1).astype(np.int64)
 
-        Args:
-            number: The accessor, as the file names it.
-            width: Components of an element.
-            of: What names it, for messages.
-            count: How many elements it must have, if that is known.
 
-        Returns:
-            (count, width) float64.
+def _values(file: GltfFile, number: Any, width: int, of: str, count: int | None) -> NDArray[Any]:
+    accessor = file.item("accessors", number, of)
+    name = f"accessor {number}"
+    kind = _DTYPES.get(_key(accessor.get("componentType")))
+    if kind is None or _WIDTHS.get(_key(accessor.get("type"))) != width:
+        file.refuse(f"{name} of {of} has a type that {of} cannot have")
+    own = file.whole_in(accessor, "count", name)
+    if own < 1 or (count is not None and own != count):
+        file.refuse(f"{name} of {of} has {own:,} elements, expected {count or 'at least 1'}")
+    dtype = np.dtype(kind)
+    elements = None
+    if accessor.get("bufferView") is not None:
+        elements = _elements(file, accessor, own, width, dtype, name)
+    file.budget.spend(own * width * _COPIES)
+    # Zeros, or for sparse values. Others are copied, so that sparse ones can replace some.
+    values = np.zeros((own, width), dtype=dtype) if elements is None else elements.copy()
+    if "sparse" in accessor:
+        _replace(file, values, file.object_in(accessor, "sparse", name), name)
+    return values
 
-        Raises:
-            FormatError: It does not exist, has another shape, or reaches beyond its buffer.
-        """
-        values = self._values(number, width, of, count)
-        found = values.astype(np.float64)
-        if self._file.item("accessors", number, of).get("normalized") is True:
-            if values.dtype.kind == "f":
-                self._file.refuse(f"accessor {number} holds normalised floats, which do not exist")
-            found = np.maximum(found / np.iinfo(values.dtype).max, -1.0)
-        return found
 
-    def indices(self, number: Any, of: str) -> NDArray[np.int64]:
-        """Vertex indices.
+def _replace(file: GltfFile, values: NDArray[Any], sparse: dict[str, Any], name: str) -> None:
+    of = f"the sparse values of {name}"
+    count = file.whole_in(sparse, "count", of)
+    if not 1 <= count <= len(values):
+        file.refuse(f"{name} has {len(values):,} elements, and {count:,} sparse ones of them")
+    indices, contents = (file.object_in(sparse, key, of) for key in ("indices", "values"))
+    kind = _DTYPES.get(_key(indices.get("componentType")), "")
+    if "u" not in kind:
+        file.refuse(f"{of} have places that are no whole numbers")
+    file.budget.spend(count * (8 + values.dtype.itemsize * values.shape[1]))
+    at = _elements(file, indices, count, 1, np.dtype(kind), name).reshape(-1)
+    rising = np.diff(at.astype(np.int64)) > 0
+    if int(at.max()) >= len(values) or not rising.all():
+        file.refuse(f"{of} are out of range or out of order")
+    values[at] = _elements(file, contents, count, values.shape[1], values.dtype, name)
 
-        Raises:
-            FormatError: As `floats`, or they are not whole numbers from 0.
-        """
-        values = self._values(number, 1, of, None)
-        if values.dtype.kind != "u":
-            self._file.refuse(f"accessor {number} of {of} does not hold vertex indices")
-        return values.reshape(-1).astype(np.int64)
 
-    def _values(self, number: Any, width: int, of: str, count: int | None) -> NDArray[Any]:
-        file = self._file
-        accessor = file.item("accessors", number, of)
-        name = f"accessor {number}"
-        kind = _TYPES.get(_key(accessor.get("componentType")))
-        if kind is None or _WIDTHS.get(_key(accessor.get("type"))) != width:
-            file.refuse(f"{name} of {of} has a type that {of} cannot have")
-        own = file.whole_in(accessor, "count", name)
-        if own < 1 or (count is not None and own != count):
-            file.refuse(f"{name} of {of} has {own:,} elements, expected {count or 'at least 1'}")
-        dtype = np.dtype(kind)
-        if accessor.get("bufferView") is not None:
-            offset = file.whole_in(accessor, "byteOffset", name, default=0)
-            # The step is the view's; the values are copied, so that sparse ones can replace some.
-            view = self._elements(accessor["bufferView"], offset, own, width, dtype, name)
-            file.budget.spend(own * width * _COPIES)
-            values = view.copy()
-        else:  # zeros, or for sparse values
-            file.budget.spend(own * width * _COPIES)
-            values = np.zeros((own, width), dtype=dtype)
-        if "sparse" in accessor:
-            self._replace(values, file.object_in(accessor, "sparse", name), name)
-        return values
-
-    def _replace(self, values: NDArray[Any], sparse: dict[str, Any], name: str) -> None:
-        file = self._file
-        count = file.whole_in(sparse, "count", f"the sparse values of {name}")
-        if not 1 <= count <= len(values):
-            file.refuse(f"{name} has {len(values):,} elements, and {count:,} sparse ones of them")
-        places, contents = (
-            file.object_in(sparse, key, f"the sparse values of {name}")
-            for key in ("indices", "values")
+def _elements(
+    file: GltfFile, place: dict[str, Any], count: int, width: int, dtype: np.dtype[Any], name: str
+) -> NDArray[Any]:
+    """(count, width) elements of a buffer view, not copied."""
+    offset = file.whole_in(place, "byteOffset", name, default=0)
+    entry = file.item("bufferViews", place.get("bufferView"), name)
+    of = f"buffer view {place['bufferView']}"
+    if any(key in file.object_in(entry, "extensions", of) for key in _MESHOPT):
+        file.refuse(
+            "it is compressed with meshopt, which is not read. Export it again without compression"
         )
-        kind = _TYPES.get(_key(places.get("componentType")), "")
-        if "u" not in kind:
-            file.refuse(f"the sparse values of {name} have places that are no whole numbers")
-        offsets = [
-            file.whole_in(part, "byteOffset", f"the sparse values of {name}", default=0)
-            for part in (places, contents)
-        ]
-        file.budget.spend(count * (8 + values.dtype.itemsize * values.shape[1]))
-        at = self._elements(
-            places.get("bufferView"), offsets[0], count, 1, np.dtype(kind), name
-        ).reshape(-1)
-        rising = np.diff(at.astype(np.int64)) > 0
-        if int(at.max()) >= len(values) or not rising.all():
-            file.refuse(f"the sparse values of {name} are out of range or out of order")
-        values[at] = self._elements(
-            contents.get("bufferView"), offsets[1], count, values.shape[1], values.dtype, name
+    start = file.whole_in(entry, "byteOffset", of, default=0)
+    length = file.whole_in(entry, "byteLength", of)
+    size = dtype.itemsize * width
+    # Some programs write 0 for elements without gaps, as glTF 1.0 had it.
+    stride = file.whole_in(entry, "byteStride", of, default=size) or size
+    content = file.buffer(file.whole_in(entry, "buffer", of))
+    if start + length > len(content):
+        file.refuse(f"{of} reaches beyond its buffer of {len(content):,} bytes")
+    if stride < size or offset + (count - 1) * stride + size > length:
+        file.refuse(
+            f"{name} has {count:,} elements of {size} bytes, {stride} apart, which do not fit "
+            f"into the {length:,} bytes of {of}"
         )
-
-    def _elements(
-        self, view: Any, offset: int, count: int, width: int, dtype: np.dtype[Any], name: str
-    ) -> NDArray[Any]:
-        """(count, width) elements of a buffer view, not copied."""
-        file = self._file
-        entry = file.item("bufferViews", view, name)
-        of = f"buffer view {view}"
-        if any(key in file.object_in(entry, "extensions", of) for key in _MESHOPT):
-            file.refuse(
-                "it is compressed with meshopt, which is not read. Export it again without "
-                "compression"
-            )
-        start = file.whole_in(entry, "byteOffset", of, default=0)
-        length = file.whole_in(entry, "byteLength", of)
-        size = dtype.itemsize * width
-        # Some programs write 0 for elements without gaps, as glTF 1.0 had it.
-        step = file.whole_in(entry, "byteStride", of, default=size) or size
-        content = file.buffer(file.whole_in(entry, "buffer", of))
-        if start + length > len(content):
-            file.refuse(f"{of} reaches beyond its buffer of {len(content):,} bytes")
-        if step < size or offset + (count - 1) * step + size > length:
-            file.refuse(
-                f"{name} has {count:,} elements of {size} bytes, {step} apart, which do not fit "
-                f"into the {length:,} bytes of {of}"
-            )
-        return np.ndarray(
-            (count, width),
-            dtype=dtype,
-            buffer=content,
-            offset=start + offset,
-            strides=(step, dtype.itemsize),
-        )
+    return np.ndarray(
+        (count, width),
+        dtype=dtype,
+        buffer=content,
+        offset=start + offset,
+        strides=(stride, dtype.itemsize),
+    )
 
 
 def _key(value: Any) -> Any:
     """A value to look up; lists and objects are none."""
     return value if isinstance(value, int | str) else None
+
+
+class AccessorWriter:
+    """Collects accessors, and their values in one buffer.
+
+    Attributes:
+        accessors: The accessors, as JSON.
+        sizes: Bytes written for each part of the file, by the names the caller gives them.
+    """
+
+    def __init__(self) -> None:
+        self.accessors: list[dict[str, Any]] = []
+        self.sizes: dict[str, int] = {}
+        self._views: dict[str, bytearray] = {}
+        self._known: dict[bytes, int] = {}
+
+    def vertices(
+        self, rows: NDArray[np.float32], part: str, *, bounds: bool = False, sparse: bool = False
+    ) -> int:
+        """An attribute of the vertices, or of a morph target.
+
+        Args:
+            rows: (N, 2) or (N, 3) float32.
+            part: What its bytes are counted as.
+            bounds: Whether to state the least and greatest value, as positions must.
+            sparse: Whether to store only the rows that are not zero, where that is smaller.
+
+        Returns:
+            The number of the accessor.
+        """
+        moved = np.flatnonzero(rows.any(axis=1)) if sparse else None
+        if moved is not None:
+            moved = moved.astype(np.uint16 if len(rows) <= 0xFFFF else np.uint32)
+            if moved.nbytes + rows[:1].nbytes * len(moved) >= rows.nbytes:
+                moved = None
+        return self._accessor(f"attributes of {rows.shape[1]}", rows, part, bounds, moved)
+
+    def indices(self, triangles: NDArray[np.int32], vertices: int) -> int:
+        """The corners of triangles (T, 3) of a mesh of so many vertices."""
+        kind = np.uint16 if vertices <= 0xFFFF else np.uint32
+        return self._accessor("indices", triangles.reshape(-1, 1).astype(kind), "surface")
+
+    def times(self, seconds: NDArray[np.float32]) -> int:
+        """The key times (T,) of an animation."""
+        return self._accessor("times of keys", seconds.reshape(-1, 1), "animations", bounds=True)
+
+    def weights(self, weights: NDArray[np.float32]) -> int:
+        """The keys (T, targets) of an animation."""
+        return self._accessor("weights of keys", weights.reshape(-1, 1), "animations")
+
+    def finish(self) -> tuple[list[dict[str, Any]], bytes]:
+        """The buffer views and the buffer."""
+        blob = bytearray()
+        views: list[dict[str, Any]] = []
+        for name, content in self._views.items():
+            place = {"buffer": 0, "byteOffset": len(blob), "byteLength": len(content)}
+            views.append({**place, **_VIEWS[name], "name": name})
+            blob += content + bytes(-len(content) % 4)
+        return views, bytes(blob)
+
+    def _accessor(
+        self,
+        view: str,
+        rows: NDArray[Any],
+        part: str,
+        bounds: bool = False,
+        moved: NDArray[Any] | None = None,
+    ) -> int:
+        # An accessor has one use: positions state their bounds, times and weights lie apart.
+        use = f"{view} {moved is None} {rows.dtype} {rows.shape} {bounds}".encode()
+        key = hashlib.blake2b(use + rows.tobytes(), digest_size=16).digest()
+        if key in self._known:
+            return self._known[key]
+        accessor: dict[str, Any] = {} if moved is not None else self._append(view, rows, part)
+        accessor |= {
+            "componentType": _COMPONENT_TYPES[rows.dtype.str],
+            "count": len(rows),
+            "type": _TYPES[rows.shape[1]],
+        }
+        if moved is not None and len(moved):
+            kind = {"componentType": _COMPONENT_TYPES[moved.dtype.str]}
+            accessor["sparse"] = {
+                "count": len(moved),
+                "indices": self._append("places of sparse values", moved, part) | kind,
+                "values": self._append("sparse values", rows[moved], part),
+            }
+        if bounds:
+            accessor |= {"max": rows.max(axis=0).tolist(), "min": rows.min(axis=0).tolist()}
+        self._known[key] = len(self.accessors)
+        self.accessors.append(accessor)
+        return self._known[key]
+
+    def _append(self, view: str, rows: NDArray[Any], part: str) -> dict[str, Any]:
+        """Where the values of an accessor are."""
+        content = self._views.setdefault(view, bytearray())
+        content += bytes(-len(content) % 4)
+        offset = len(content)
+        content += rows.tobytes()
+        self.sizes[part] = self.sizes.get(part, 0) + rows.nbytes
+        return {"bufferView": list(self._views).index(view), "byteOffset": offset}

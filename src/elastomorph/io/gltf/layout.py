@@ -50,6 +50,10 @@ class Layout:
     parts: tuple[Part, ...]
     texture: NDArray[np.float32] | None
 
+    def rows(self, vectors: NDArray[np.float64]) -> NDArray[np.float32]:
+        """(N, 3) vectors of the vertices of the file, from (V, 3) of those of the mesh."""
+        return vectors.astype(np.float32)[self.vertex_of]
+
 
 def lay_out(mesh: Mesh) -> Layout:
     """Split the vertices along texture seams and cut the polygons into triangles.

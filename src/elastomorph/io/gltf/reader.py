@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.mesh_extras import restored_surface
+from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
+from elastomorph.io.gltf.primitives import Primitives, read_primitives, target_count
 from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
-from elastomorph.io.gltf.scene import PlacedMesh, placed_meshes
-from elastomorph.io.gltf.scene_surface import SceneSurface
-from elastomorph.io.gltf.surface_extras import restored_surface
-from elastomorph.io.gltf.surfaces import read_surfaces, shape_count
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.placing import Placing
@@ -65,43 +63,46 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
     _require_extensions(file)
     with naming_file(path), np.errstate(all="ignore"):
         placed = _chosen(file, wanted)
-        parts = [
-            _part(file, own, surface)
-            for own, surface in zip(placed, read_surfaces(file, placed), strict=True)
-            if surface is not None
-        ]
-        neutral, morphs = joined_rig([part for part, _ in parts], str(path))
-        return Rig(
-            neutral,
-            morphs,
-            correctives=_merged(stored.correctives for _, stored in parts),
-            groups=_merged(stored.groups for _, stored in parts),
-        )
+        parts: list[RigPart] = []
+        correctives: dict[str, list[str]] = {}
+        groups: dict[str, list[str]] = {}
+        for own, primitives in zip(placed, read_primitives(file, placed), strict=True):
+            if primitives is not None:
+                part, stored = _part(file, own, primitives)
+                parts.append(part)
+                correctives |= stored.correctives
+                groups |= stored.groups
+        neutral, morphs = joined_rig(parts, str(path))
+        return Rig(neutral, morphs, correctives=correctives, groups=groups)
 
 
 def _chosen(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
     placed = placed_meshes(file)
     if not wanted:
         return placed
-    listed = [ListedMesh(own.names, shape_count(file, own)) for own in placed]
+    listed = [ListedMesh(own.names, target_count(file, own)) for own in placed]
     try:
         return [placed[number] for number in chosen_meshes(listed, wanted)]
     except ParameterError as problem:
         file.refuse(str(problem))
 
 
-def _part(file: GltfFile, placed: PlacedMesh, surface: SceneSurface) -> tuple[RigPart, StoredRig]:
+def _part(file: GltfFile, placed: PlacedMesh, primitives: Primitives) -> tuple[RigPart, StoredRig]:
     """A mesh with its morphs, as `write_glb` described them or as the file shows them."""
     extras = file.item("meshes", placed.number, "a node").get("extras")
     own = extras.get("elastomorph") if isinstance(extras, dict) else None
-    neutral = _neutral(file, surface, own)
-    stored = _description(file, surface, own)
-    morphs = {morph.name: _morph(neutral, surface, morph) for morph in stored.morphs}
+    surface = own.get("surface") if isinstance(own, dict) else None
+    neutral = _restored(file, primitives, surface) if isinstance(surface, dict) else None
+    if neutral is None:
+        neutral = _neutral(file, primitives)
+    stored = StoredRig(tuple(StoredMorph.straight(name) for name in primitives.targets), {}, {})
+    if own is not None:
+        try:
+            stored = stored_rig(own, primitives.targets, file.budget)
+        except ValueError as problem:
+            _warn(file, "each morph target read as a slider of its own", problem)
+    morphs = {morph.name: _morph(neutral, primitives, morph) for morph in stored.morphs}
     return RigPart(placed.names[0], neutral, morphs, Placing(np.eye(3), np.zeros(3))), stored
-
-
-def _merged(kinds: Iterable[dict[str, list[str]]]) -> dict[str, list[str]]:
-    return {name: members for own in kinds for name, members in own.items()}
 
 
 def _require_extensions(file: GltfFile) -> None:
@@ -119,76 +120,53 @@ def _require_extensions(file: GltfFile) -> None:
             )
 
 
-def _neutral(file: GltfFile, surface: SceneSurface, extras: Any) -> Mesh:
-    vertices, texture = surface.vertices(), surface.texture()
-    source = Source(str(file.path))
-    stored = extras.get("surface") if isinstance(extras, dict) else None
-    if isinstance(stored, dict):
-        parts = [piece.triangles for piece in surface.pieces if len(piece.triangles)]
-        try:
-            if len(surface.sheets) != 1:
-                raise ParameterError("another program has split or changed its vertices")
-            own = restored_surface(stored, parts, vertices, texture)
-        except ValueError as problem:
-            _warn(
-                file, "its polygons are lost, and it is read with triangles for polygons", problem
-            )
-        else:
-            return Mesh(vertices[: stored["vertices"]], **own, source=source)
-    corners = np.concatenate([piece.triangles for piece in surface.pieces])
+def _restored(file: GltfFile, primitives: Primitives, stored: dict[str, Any]) -> Mesh | None:
+    """The mesh that `write_glb` described; None, with a warning, where it fits no longer."""
+    vertices = primitives.vertices()
+    triangles = [own for own in primitives.triangles if len(own)]
+    try:
+        if len(primitives.attributes) != 1:
+            raise ParameterError("another program has split or changed its vertices")
+        surface = restored_surface(stored, triangles, vertices, primitives.texture())
+    except ValueError as problem:
+        _warn(file, "its polygons are lost, and it is read with triangles for polygons", problem)
+        return None
+    return Mesh(vertices[: stored["vertices"]], **surface, source=Source(str(file.path)))
+
+
+def _neutral(file: GltfFile, primitives: Primitives) -> Mesh:
+    """The mesh as the file shows it."""
+    triangles, texture = np.concatenate(primitives.triangles), primitives.texture()
+    uv = materials = None
+    if texture is not None:
+        corners = triangles.reshape(-1)
+        shown = np.asarray(np.isfinite(texture).all(axis=1))
+        coordinates = np.where(shown[:, None], texture * [1, -1] + [0, 1], 0.0)
+        uv = UVMap(coordinates, np.where(shown[corners], corners, -1).astype(np.int32))
+    names = list(dict.fromkeys(name for name in primitives.materials if name is not None))
+    if names:
+        labels = [-1 if name is None else names.index(name) for name in primitives.materials]
+        counts = [len(own) for own in primitives.triangles]
+        materials = FaceLabels(tuple(names), np.repeat(np.array(labels, dtype=np.int32), counts))
     return Mesh(
-        vertices,
-        Polygons.of(corners),
-        uv=_uv(texture, corners),
-        materials=_materials(surface),
-        source=source,
+        primitives.vertices(),
+        Polygons.of(triangles),
+        uv=uv,
+        materials=materials,
+        source=Source(str(file.path)),
     )
 
 
-def _uv(texture: NDArray[np.float64] | None, triangles: NDArray[np.int32]) -> UVMap | None:
-    if texture is None:
-        return None
-    corners = triangles.reshape(-1)
-    shown = np.asarray(np.isfinite(texture).all(axis=1))
-    coordinates = np.where(shown[:, None], texture * [1, -1] + [0, 1], 0.0)
-    return UVMap(coordinates, np.where(shown[corners], corners, -1).astype(np.int32))
-
-
-def _materials(surface: SceneSurface) -> FaceLabels | None:
-    labels = [piece.material for piece in surface.pieces]
-    names = tuple(dict.fromkeys(label for label in labels if label is not None))
-    if not names:
-        return None
-    place_of = {name: place for place, name in enumerate(names)}
-    places = [-1 if label is None else place_of[label] for label in labels]
-    counts = [len(piece.triangles) for piece in surface.pieces]
-    return FaceLabels(names, np.repeat(np.array(places, dtype=np.int32), counts))
-
-
-def _description(file: GltfFile, surface: SceneSurface, extras: Any) -> StoredRig:
-    """The morphs, as the file describes them or as its morph targets are."""
-    if extras is not None:
-        try:
-            return stored_rig(extras, surface.targets, file.budget)
-        except ValueError as problem:
-            _warn(file, "each morph target read as a slider of its own", problem)
-    return StoredRig(tuple(StoredMorph.straight(name) for name in surface.targets), {}, {})
-
-
-def _morph(neutral: Mesh, surface: SceneSurface, stored: StoredMorph) -> Morph:
+def _morph(neutral: Mesh, primitives: Primitives, stored: StoredMorph) -> Morph:
     count = len(neutral.vertices)
-    delta = surface.displacement(stored.target)[:count]
-    bends = [surface.displacement(target)[:count] for target, _ in stored.bends]
+    delta = primitives.displacement(stored.target)[:count]
+    bends = [primitives.displacement(target)[:count] for target, _ in stored.bends]
     return Morph(
         neutral,
         neutral.with_vertices(neutral.vertices + delta),
-        np.stack(bends) if bends else np.zeros((0, count, 3)),
+        np.array(bends).reshape(-1, count, 3),
         tuple(curve for _, curve in stored.bends),
-        method=stored.method,
-        limit_law=stored.limit_law,
-        bake_error=stored.bake_error,
-        choice=stored.choice,
-        bare=stored.bare,
+        **stored.more,
     )
 
 

@@ -20,23 +20,22 @@ i and i + 1 the value is Σ_n coefficients[i][n] (t - breaks[i])^n.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from elastomorph.errors import ParameterError
+from elastomorph.io.blend_shapes import curve_from_json, curve_to_json
 from elastomorph.io.choices import choice_from_json, choice_to_json
-from elastomorph.io.gltf.targets import MorphTargets
+from elastomorph.io.gltf.morph_targets import MorphTargets
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.model.bend_curve import BendCurve
-from elastomorph.model.morph import Choice
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import Sliders
 
-__all__ = ["VERSION", "StoredMorph", "StoredRig", "rig_extras", "stored_rig"]
+__all__ = ["StoredMorph", "StoredRig", "rig_extras", "stored_rig"]
 
-VERSION = 1
-_MOST_TERMS = 256
+_VERSION = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,26 +46,18 @@ class StoredMorph:
         name: Its name.
         target: Name of the morph target with Δ.
         bends: Name of the morph target of each bend, and its curve.
-        method: How the path was made.
-        limit_law: The law of a perfectly stiff material.
-        bake_error: Largest distance from the path it stands for, fraction of D.
-        choice: Why ``auto`` chose the path, if it did.
-        bare: Whether the file says nothing of a path.
+        more: Further arguments of `Morph`.
     """
 
     name: str
     target: str
     bends: tuple[tuple[str, BendCurve], ...]
-    method: str
-    limit_law: BendCurve
-    bake_error: float
-    choice: Choice | None = None
-    bare: bool = False
+    more: Mapping[str, Any]
 
     @classmethod
     def straight(cls, name: str) -> StoredMorph:
         """A morph target of which nothing more is known: a straight path of its name."""
-        return cls(name, name, (), "linear", BendCurve.polynomial([0.0]), 0.0, bare=True)
+        return cls(name, name, (), {"method": "linear", "bare": True})
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,15 +86,15 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
                 "method": morph.method,
                 "bake_error": float(morph.bake_error + kept.dropped_error),
                 "choice": choice_to_json(morph.choice),
-                "limit_law": _curve(morph.limit_law),
+                "limit_law": curve_to_json(morph.limit_law),
                 "bends": [
-                    {"target": target, "curve": _curve(morph.bend_curves[k])}
+                    {"target": target, "curve": curve_to_json(morph.bend_curves[k])}
                     for target, k in zip(targets.names[kept.first + 1 :], kept.bends, strict=False)
                 ],
             }
         )
     return {
-        "version": VERSION,
+        "version": _VERSION,
         "morphs": morphs,
         "correctives": [
             {"name": name, "drivers": list(drivers)}
@@ -132,9 +123,9 @@ def stored_rig(stored: Any, targets: Sequence[str], budget: MemoryBudget) -> Sto
     """
     if not isinstance(stored, dict) or not isinstance(stored.get("version"), int):
         raise ParameterError("it has no version")
-    if stored["version"] > VERSION:
+    if stored["version"] > _VERSION:
         raise ParameterError(
-            f"it has version {stored['version']}, this program reads up to {VERSION}; update "
+            f"it has version {stored['version']}, this program reads up to {_VERSION}; update "
             "elastomorph"
         )
     morphs = [_morph(entry) for entry in _list(stored, "morphs")]
@@ -166,19 +157,17 @@ def _morph(entry: Any) -> StoredMorph:
     for bend in _list(entry, "bends"):
         if not isinstance(bend, dict):
             raise ParameterError("a bend is no object")
-        bends.append((_text(bend, "target"), _restored_curve(bend.get("curve"))))
+        bends.append((_text(bend, "target"), curve_from_json(bend.get("curve"))))
     error = entry.get("bake_error", 0.0)
     if not isinstance(error, int | float) or isinstance(error, bool) or not 0 <= error < 1e300:
         raise ParameterError("the bake error of a morph is no number from 0")
-    return StoredMorph(
-        name=_text(entry, "name"),
-        target=_text(entry, "target"),
-        bends=tuple(bends),
-        method=_text(entry, "method"),
-        limit_law=_restored_curve(entry.get("limit_law")),
-        bake_error=float(error),
-        choice=choice_from_json(entry.get("choice")),
-    )
+    more = {
+        "method": _text(entry, "method"),
+        "limit_law": curve_from_json(entry.get("limit_law")),
+        "bake_error": float(error),
+        "choice": choice_from_json(entry.get("choice")),
+    }
+    return StoredMorph(_text(entry, "name"), _text(entry, "target"), tuple(bends), more)
 
 
 def _text(entry: dict[str, Any], key: str) -> str:
@@ -204,16 +193,3 @@ def _lists(stored: dict[str, Any], key: str, inner: str) -> dict[str, list[str]]
             raise ParameterError(f"'{key}' are no lists of names")
         found[_text(entry, "name")] = list(members)
     return found
-
-
-def _curve(curve: BendCurve) -> dict[str, Any]:
-    return {"breaks": curve.breaks.tolist(), "coefficients": curve.coefficients.tolist()}
-
-
-def _restored_curve(stored: Any) -> BendCurve:
-    try:
-        if len(stored["coefficients"][0]) > _MOST_TERMS:
-            raise ParameterError(f"a bend curve has more than {_MOST_TERMS} coefficients a piece")
-        return BendCurve(stored["breaks"], stored["coefficients"])
-    except (TypeError, LookupError, ValueError, OverflowError):
-        raise ParameterError("a bend curve is damaged") from None

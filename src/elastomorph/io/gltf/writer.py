@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing
-from elastomorph.io.gltf.buffers import BufferWriter
-from elastomorph.io.gltf.clips import performance_clip, slider_clips
+from elastomorph.io.gltf.accessors import AccessorWriter
+from elastomorph.io.gltf.animations import Clip, performance_clip, slider_clips, weight_animation
 from elastomorph.io.gltf.container import glb_chunks, without_empty
-from elastomorph.io.gltf.document import materials, primitives, weight_animation
-from elastomorph.io.gltf.export_report import GlbReport
 from elastomorph.io.gltf.layout import Layout, lay_out
+from elastomorph.io.gltf.mesh_extras import surface_extras
+from elastomorph.io.gltf.morph_targets import MorphTargets, with_positive_weights
 from elastomorph.io.gltf.normals import NormalField, normal_deltas
 from elastomorph.io.gltf.rig_extras import rig_extras
-from elastomorph.io.gltf.surface_extras import surface_extras
-from elastomorph.io.gltf.targets import MorphTargets
-from elastomorph.io.gltf.weight_signs import with_positive_weights
+from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 from elastomorph.rig.timing import Timing, linear
 
-__all__ = ["Performance", "require_glb_settings", "write_glb"]
+__all__ = ["GlbReport", "Performance", "require_glb_settings", "write_glb"]
+
+_POINTS, _TRIANGLES = 0, 4
 
 Performance = tuple[ArrayLike, ArrayLike, str]
 """Times (T,) in seconds, weights (T, J) of the sliders of a rig, and a name."""
@@ -38,6 +39,41 @@ _LEAST_TURN = 1e-3
 _LARGEST = 1e37
 # The header of a GLB file counts its bytes in 32 bits.
 _LARGEST_FILE = 2**32 - 1
+
+
+@dataclass(frozen=True)
+class GlbReport:
+    """What `write_glb` wrote. Errors are upper bounds for one slider between 0 and 1.
+
+    Attributes:
+        vertices: Vertices in the file: those of the mesh, and copies along texture seams.
+        triangles: Triangles that the polygons were cut into.
+        targets: Morph targets, Δ and bends together.
+        bends: How many of them are bends.
+        dropped_bends: Names of the bends that were too small to keep.
+        bytes: Size of the file.
+        parts: Bytes of its parts: ``json``, ``surface`` (indices, neutral, texture coordinates),
+            ``positions`` and ``normals`` of the morph targets, and ``animations``.
+        dropped_error: Largest distance by which a dropped bend moves a vertex, fraction of D.
+        rounding_error: Largest error of storing in single precision, fraction of D.
+        key_error: Largest error of an animation between its keys, fraction of D.
+    """
+
+    vertices: int
+    triangles: int
+    targets: int
+    bends: int
+    dropped_bends: tuple[str, ...]
+    bytes: int
+    dropped_error: float
+    rounding_error: float
+    key_error: float
+    parts: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def largest_error(self) -> float:
+        """The three errors together, fraction of D."""
+        return self.dropped_error + self.rounding_error + self.key_error
 
 
 def write_glb(
@@ -59,35 +95,30 @@ def write_glb(
     (``jawOpen.bend1``). An animation a morph plays it from 0 to 1 in one second. Software that
     sets weights itself gives Δ the weight t and the bends the weights b_k(t), whose curves are in
     ``extras.elastomorph`` of the mesh. Bends with curves below 0 are stored the other way round,
-    because some programs hold weights between 0 and 1. The polygons come back from `read_glb` as
-    they were.
+    as some programs hold weights between 0 and 1. `read_glb` gives the polygons back as they were.
 
     Args:
-        path: The file; its folder must exist. A file that is there is replaced at once. Or a
-            binary file that is open for writing, such as ``io.BytesIO()``.
+        path: The file, replaced at once; or a binary file that is open for writing.
         rig: The rig.
         normals: ``"delta"``: morph targets turn the normals too; about half as large again.
             ``"none"``: the normals stay those of the neutral.
         tolerance: Where a bend moves vertices no farther than this fraction of D, it is left out.
-        keys_tolerance: Largest distance, as a fraction of D, between a path and the straight
-            lines between the keys of its animation.
-        fps: Frames per second, rounded to a whole number; the keys lie on frames where these are
-            close enough together.
+        keys_tolerance: Largest distance between a path and the straight lines between the keys
+            of its animation, as a fraction of D.
+        fps: Frames per second, rounded to a whole number; keys lie on frames where they can.
         sparse: Store only the vertices that a morph target moves, where that is smaller.
-        timing: The t of a path at each moment of its animation, from 0 to 1 evenly by default;
-            see `elastomorph.rig.timing`. The path itself stays as it is.
-        animation: A recorded performance, written in place of an animation a morph: times (T,)
-            in seconds from 0, weights (T, J) of the sliders of ``rig.names``, and its name.
-        settings: How the rig was made, as JSON: kept in ``extras.elastomorph`` of the mesh and
-            given back by `elastomorph.io.settings_used.settings_used`.
+        timing: The t of a path at each moment of its animation; see `elastomorph.rig.timing`.
+        animation: A recorded performance, in place of an animation a morph: times (T,) in
+            seconds from 0, weights (T, J) of the sliders of ``rig.names``, and its name.
+        settings: How the rig was made, as JSON; `elastomorph.io.settings_used` gives it back.
 
     Returns:
         What was written, and how far it can be from the rig.
 
     Raises:
         FileError: The file cannot be written.
-        FormatError: Coordinates too large for single precision, numbers that are not finite, or
-            more than 4 GiB.
+        FormatError: Coordinates are too large for single precision or not finite, or the file
+            would be larger than 4 GiB.
         ParameterError: An argument is out of its range.
     """
     require_glb_settings(normals, tolerance, keys_tolerance, fps)
@@ -99,26 +130,46 @@ def write_glb(
         clips = slider_clips(rig, targets, keys_tolerance, fps, timing)
     else:
         clips = [performance_clip(rig, targets, *animation)]
-    layout = lay_out(rig.neutral)
-    buffer = BufferWriter()
-    attributes, displaced = _vertex_accessors(buffer, rig, targets, layout, normals, sparse)
-    stored = {**rig_extras(rig, targets), "surface": surface_extras(rig.neutral, layout)}
+    chunks, report = _file(rig, targets, clips, normals == "delta", sparse, settings)
+    if report.bytes > _LARGEST_FILE:
+        advice = "leave out normals, or export fewer morphs"
+        raise FormatError(name, f"a GLB file holds less than 4 GiB; {advice}")
+    with replacing(path) if isinstance(path, str | Path) else nullcontext(path) as file:
+        file.writelines(chunks)
+    return report
+
+
+def _file(
+    rig: Rig,
+    targets: MorphTargets,
+    clips: Sequence[Clip],
+    with_normals: bool,
+    sparse: bool,
+    settings: Mapping[str, Any] | None,
+) -> tuple[list[bytes], GlbReport]:
+    """The bytes of the file, and what they hold."""
+    neutral = rig.neutral
+    layout = lay_out(neutral)
+    accessors = AccessorWriter()
+    attributes = _attributes(accessors, neutral, layout)
+    displaced = _displaced(accessors, rig, targets, layout, with_normals, sparse)
+    stored = {**rig_extras(rig, targets), "surface": surface_extras(neutral, layout)}
     mesh = {
         "extras": {"targetNames": list(targets.names), "elastomorph": stored},
-        "primitives": primitives(buffer, layout, attributes, displaced),
+        "primitives": _primitives(accessors, layout, attributes, displaced),
         "weights": [0.0] * len(targets.names),
         "name": "face",
     }
-    animations = [weight_animation(buffer, clip) for clip in clips] if targets.names else []
-    views, blob = buffer.finish()
+    animations = [weight_animation(accessors, clip) for clip in clips] if targets.names else []
+    views, blob = accessors.finish()
     document = without_empty(
         {
-            "accessors": buffer.accessors,
+            "accessors": accessors.accessors,
             "animations": animations,
             "asset": {"generator": "elastomorph", "version": "2.0"},
             "bufferViews": views,
             "buffers": [{"byteLength": len(blob)}],
-            "materials": materials(rig.neutral, layout),
+            "materials": _materials(neutral, layout),
             "meshes": [mesh],
             "nodes": [{"mesh": 0, "name": "face"}],
             "scene": 0,
@@ -129,13 +180,7 @@ def write_glb(
         document["meshes"][0]["extras"]["elastomorph"]["settings"] = dict(settings)
     chunks = glb_chunks(document, blob)
     size = sum(map(len, chunks))
-    if size > _LARGEST_FILE:
-        raise FormatError(
-            name, "a GLB file holds less than 4 GiB; leave out normals, or export fewer morphs"
-        )
-    with replacing(path) if isinstance(path, str | Path) else nullcontext(path) as file:
-        file.writelines(chunks)
-    return GlbReport(
+    return chunks, GlbReport(
         vertices=len(layout.vertex_of),
         triangles=sum(len(part.triangles) for part in layout.parts),
         targets=len(targets.names),
@@ -145,45 +190,89 @@ def write_glb(
         dropped_error=targets.dropped_error,
         rounding_error=targets.rounding_error,
         key_error=max((clip.key_error for clip in clips), default=0.0),
-        parts={"json": size - len(blob), **buffer.sizes},
+        parts={"json": size - len(blob), **accessors.sizes},
     )
 
 
-def _vertex_accessors(
-    buffer: BufferWriter,
+def _attributes(accessors: AccessorWriter, mesh: Mesh, layout: Layout) -> dict[str, int]:
+    """Accessors of the neutral."""
+    points = layout.rows(mesh.vertices)
+    found = {"POSITION": accessors.vertices(points, "surface", bounds=True)}
+    if len(mesh.faces):
+        normals = layout.rows(NormalField.of(mesh.faces).normals(mesh.vertices))
+        found["NORMAL"] = accessors.vertices(normals, "surface")
+    if layout.texture is not None:
+        found["TEXCOORD_0"] = accessors.vertices(layout.texture, "surface")
+    return found
+
+
+def _displaced(
+    accessors: AccessorWriter,
     rig: Rig,
     targets: MorphTargets,
     layout: Layout,
-    normals: str,
+    with_normals: bool,
     sparse: bool,
-) -> tuple[dict[str, int], list[dict[str, int]]]:
-    """Accessors of the neutral, and of each morph target."""
-
-    def rows(values: NDArray[np.float64]) -> NDArray[np.float32]:
-        return values.astype(np.float32)[layout.vertex_of]
-
-    neutral = rig.neutral
-    attributes = {"POSITION": buffer.vertices(rows(neutral.vertices), "surface", bounds=True)}
-    field, at_rest = NormalField.of(neutral.faces), np.zeros_like(neutral.vertices)
-    if len(neutral.faces):
-        at_rest = field.normals(neutral.vertices)
-        attributes["NORMAL"] = buffer.vertices(rows(at_rest), "surface")
-    if layout.texture is not None:
-        attributes["TEXCOORD_0"] = buffer.vertices(layout.texture, "surface")
+) -> list[dict[str, int]]:
+    """Accessors of each morph target."""
+    corners = NormalField.of(rig.neutral.faces)
+    at_rest = corners.normals(rig.neutral.vertices)
     displaced = []
     for morph, kept in zip(rig.morphs.values(), targets.morphs, strict=True):
-        fields = [morph.delta, *kept.displacements]
-        group = [
-            {"POSITION": buffer.vertices(rows(each), "positions", bounds=True, sparse=sparse)}
-            for each in fields
-        ]
-        if normals == "delta" and len(neutral.faces):
-            turned = normal_deltas(field, morph, kept.bends, at_rest)
+        group = []
+        for moved in (morph.delta, *kept.displacements):
+            rows = layout.rows(moved)
+            number = accessors.vertices(rows, "positions", bounds=True, sparse=sparse)
+            group.append({"POSITION": number})
+        if with_normals and len(rig.neutral.faces):
+            turned = normal_deltas(corners, morph, kept.bends, at_rest)
             turned[np.linalg.norm(turned, axis=2) < _LEAST_TURN] = 0.0
             for target, each in zip(group, turned, strict=True):
-                target["NORMAL"] = buffer.vertices(rows(each), "normals", sparse=sparse)
+                rows = layout.rows(each)
+                target["NORMAL"] = accessors.vertices(rows, "normals", sparse=sparse)
         displaced += group
-    return attributes, displaced
+    return displaced
+
+
+def _primitives(
+    accessors: AccessorWriter,
+    layout: Layout,
+    attributes: dict[str, int],
+    targets: list[dict[str, int]],
+) -> list[dict[str, Any]]:
+    """One primitive a material, all on the same vertices."""
+    if not layout.parts:  # markers without a surface
+        return [{"attributes": attributes, "mode": _POINTS, "targets": targets}]
+    return [
+        {
+            "attributes": attributes,
+            "indices": accessors.indices(part.triangles, len(layout.vertex_of)),
+            "mode": _TRIANGLES,
+            "material": number,
+            "targets": targets,
+        }
+        for number, part in enumerate(layout.parts)
+    ]
+
+
+def _materials(mesh: Mesh, layout: Layout) -> list[dict[str, Any]]:
+    """A plain material for each primitive, of the name the mesh has for it."""
+    names = mesh.materials.names if mesh.materials is not None else ()
+    return [
+        {
+            # The default of glTF is bare metal, which is black where nothing is reflected.
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [0.8, 0.8, 0.8, 1.0],
+                "metallicFactor": 0.0,
+                "roughnessFactor": 0.7,
+            },
+            "emissiveFactor": [0.0, 0.0, 0.0],
+            "alphaMode": "OPAQUE",
+            "doubleSided": False,
+            "name": names[part.label] if part.label >= 0 else "unnamed",
+        }
+        for part in layout.parts
+    ]
 
 
 def require_glb_settings(

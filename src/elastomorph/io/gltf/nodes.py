@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.io.gltf.accessors import AccessorReader
+from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import GltfFile
 
 __all__ = ["PlacedMesh", "placed_meshes"]
@@ -87,7 +87,7 @@ def _bound(
     if given is None or not joints or not all(type(j) is int and j in worlds for j in joints):
         return unit
     of = "the inverse bind matrices of a skin"
-    columns = AccessorReader(file).floats(given, 16, of).reshape(-1, 4, 4)
+    columns = read_floats(file, given, 16, of).reshape(-1, 4, 4)
     if len(columns) < len(joints):
         file.refuse(f"{of} are {len(columns):,} for {len(joints):,} joints")
     held = np.stack([worlds[j] for j in joints]) @ columns[: len(joints)].transpose(0, 2, 1)

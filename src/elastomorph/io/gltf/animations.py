@@ -9,17 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.io.gltf.targets import KeptMorph, MorphTargets
+from elastomorph.io.gltf.accessors import AccessorWriter
+from elastomorph.io.gltf.morph_targets import KeptMorph, MorphTargets
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 from elastomorph.rig.timing import Timing, linear
 
-__all__ = ["Clip", "performance_clip", "slider_clips"]
+__all__ = ["Clip", "performance_clip", "slider_clips", "weight_animation"]
 
 _FINEST = 4096
 _BETWEEN = 8
@@ -120,6 +122,16 @@ def performance_clip(
     for column, (morph, kept) in enumerate(zip(rig.morphs.values(), targets.morphs, strict=True)):
         _fill(found, kept, [morph.bend_curves[k] for k in kept.bends], table[:, column])
     return Clip(name, seconds, found, 0.0)
+
+
+def weight_animation(accessors: AccessorWriter, clip: Clip) -> dict[str, Any]:
+    """An animation of the weights of node 0."""
+    times, weights = accessors.times(clip.times), accessors.weights(clip.weights)
+    return {
+        "name": clip.name,
+        "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}],
+        "samplers": [{"input": times, "interpolation": "LINEAR", "output": weights}],
+    }
 
 
 def _fill(

@@ -3,28 +3,38 @@
 What the triangles of the file say already is not repeated. On reading, everything is checked
 against the triangles: a file that another program has rewritten (welded, reordered, simplified)
 no longer fits, and is then read as the triangles it has.
+
+Lists of whole numbers are kept as short texts: the differences of neighbours, as little-endian
+32-bit integers modulo 2³², compressed with zlib and written in base64. A list that rises by one
+costs next to nothing.
 """
 
 from __future__ import annotations
 
+import base64
+import binascii
+import zlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.io.gltf.layout import Layout
-from elastomorph.io.gltf.packing import packed, packed_bytes, unpacked, unpacked_bytes
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["Surface", "restored_surface", "surface_extras"]
+__all__ = [
+    "packed",
+    "packed_bytes",
+    "restored_surface",
+    "surface_extras",
+    "unpacked",
+    "unpacked_bytes",
+]
 
 _DECIMALS = range(8)
 _FREE_ENTRIES = 1 << 20
-
-Surface = dict[str, Any]
-"""The arguments of `Mesh` but its vertices."""
 
 
 def surface_extras(mesh: Mesh, layout: Layout) -> dict[str, Any]:
@@ -52,7 +62,7 @@ def restored_surface(
     parts: Sequence[NDArray[np.int32]],
     vertices: NDArray[np.float64],
     texture: NDArray[np.float64] | None,
-) -> Surface:
+) -> dict[str, Any]:
     """The polygons, texture coordinates and labels that were stored.
 
     Args:
@@ -212,3 +222,38 @@ def _within(values: NDArray[Any], least: int, most: int) -> bool:
 def _require(holds: bool, otherwise: str) -> None:
     if not holds:
         raise ValueError(otherwise)
+
+
+def packed(integers: ArrayLike) -> str:
+    """A list (N,) of whole numbers between -2³¹ and 2³¹ - 1 as text."""
+    values = np.asarray(integers, dtype=np.int64)
+    return packed_bytes(np.diff(values, prepend=0).astype("<u4").tobytes())
+
+
+def unpacked(text: Any, count: int) -> NDArray[np.int32]:
+    """The list (count,) of int32 in a text of `packed`.
+
+    Raises:
+        ValueError: It is no such text, or holds another number of numbers.
+    """
+    differences = np.frombuffer(unpacked_bytes(text, 4 * count), dtype="<u4")
+    return np.cumsum(differences, dtype=np.uint32).view(np.int32)
+
+
+def packed_bytes(content: bytes) -> str:
+    """Bytes, compressed, as text."""
+    return base64.b64encode(zlib.compress(content, 9)).decode("ascii")
+
+
+def unpacked_bytes(text: Any, length: int) -> bytes:
+    """The bytes in a text, as `unpacked`; no more than ``length`` are ever unpacked."""
+    if not isinstance(text, str):
+        raise ValueError("expected a packed text")
+    try:
+        unpacker = zlib.decompressobj()
+        content = unpacker.decompress(base64.b64decode(text, validate=True), length + 1)
+    except (binascii.Error, zlib.error, ValueError) as error:
+        raise ValueError(f"a packed text is damaged: {error}") from None
+    if len(content) != length:
+        raise ValueError(f"a packed text holds more or fewer than {length:,} bytes")
+    return content

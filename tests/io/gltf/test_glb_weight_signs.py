@@ -9,7 +9,7 @@ import pytest
 from glb_samples import chunks_of
 
 import elastomorph as em
-from elastomorph.io.gltf.weight_signs import with_positive_weights
+from elastomorph.io.gltf.morph_targets import with_positive_weights
 from elastomorph.io.gltf.writer import write_glb
 from elastomorph.model.bend_curve import BendCurve
 

@@ -1,0 +1,76 @@
+"""What the formats of blend shapes share: names, curves through in-betweens, curves as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import ParameterError
+from elastomorph.model.bend_curve import BendCurve
+
+__all__ = ["curve_from_json", "curve_to_json", "different_names", "hats"]
+
+_MOST_TERMS = 256
+
+
+def different_names(
+    names: Iterable[str], *, first: int = 2, taken: Collection[str] = ()
+) -> list[str]:
+    """The names, with a number behind those that another has: ``smile``, ``smile_2``.
+
+    Args:
+        names: Any.
+        first: The first number.
+        taken: Names that are not free.
+    """
+    found: dict[str, None] = {}
+    numbers: dict[str, int] = {}
+    for name in names:
+        free = name
+        while free in found or free in taken:
+            numbers[name] = numbers.get(name, first - 1) + 1
+            free = f"{name}_{numbers[name]}"
+        found[free] = None
+    return list(found)
+
+
+def hats(weights: NDArray[np.float64]) -> tuple[BendCurve, ...]:
+    """For each in-between the curve that is 1 at its weight, 0 at the others and at 0 and 1.
+
+    Between the weights it is linear.
+
+    Args:
+        weights: (n,) rising between 0 and 1.
+    """
+    curves = []
+    knots = np.concatenate([[0.0], weights, [1.0]])
+    for before, peak, after in zip(knots, knots[1:], knots[2:], strict=False):
+        breaks = np.unique([0.0, before, peak, after, 1.0])
+        coefficients = np.zeros((len(breaks) - 1, 2))
+        place = int(np.searchsorted(breaks, before))
+        coefficients[place] = (0.0, 1 / (peak - before))
+        coefficients[place + 1] = (1.0, -1 / (after - peak))
+        curves.append(BendCurve(breaks, coefficients))
+    return tuple(curves)
+
+
+def curve_to_json(curve: BendCurve) -> dict[str, Any]:
+    """A bend curve as plain lists; its numbers come back to the last bit."""
+    return {"breaks": curve.breaks.tolist(), "coefficients": curve.coefficients.tolist()}
+
+
+def curve_from_json(stored: Mapping[str, Any] | Any) -> BendCurve:
+    """The bend curve in a file.
+
+    Raises:
+        ParameterError: It is damaged.
+    """
+    try:
+        if len(stored["coefficients"][0]) > _MOST_TERMS:
+            raise ValueError("too many coefficients a piece")
+        return BendCurve(stored["breaks"], stored["coefficients"])
+    except (TypeError, LookupError, ValueError, OverflowError):
+        raise ParameterError("a bend curve is damaged") from None

@@ -1,0 +1,261 @@
+"""The primitives of the meshes that a scene shows: vertices, triangles, morph targets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.io.blend_shapes import different_names
+from elastomorph.io.gltf.accessors import read_floats, read_indices
+from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.nodes import PlacedMesh
+
+__all__ = ["Attributes", "Primitives", "read_primitives", "target_count"]
+
+_POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
+_DRACO = "KHR_draco_mesh_compression"
+
+
+@dataclass(frozen=True, eq=False)
+class Attributes:
+    """What one or several primitives say of their vertices, in place.
+
+    Attributes:
+        start: Number of the first of them among all vertices.
+        vertices: (N, 3) float64.
+        texture: (N, 2) float64 with v from the top, if any.
+        displacements: What each morph target moves, (N, 3) float64, by its name.
+    """
+
+    start: int
+    vertices: NDArray[np.float64]
+    texture: NDArray[np.float64] | None
+    displacements: dict[str, NDArray[np.float64]]
+
+
+@dataclass(eq=False)
+class Primitives:
+    """All primitives of a mesh.
+
+    Attributes:
+        targets: Names of the morph targets, in order.
+        attributes: The vertices.
+        triangles: (T, 3) int32, of all vertices, of each primitive.
+        materials: Name of the material of each primitive, if any.
+    """
+
+    targets: list[str]
+    attributes: list[Attributes] = field(default_factory=list)
+    triangles: list[NDArray[np.int32]] = field(default_factory=list)
+    materials: list[str | None] = field(default_factory=list)
+
+    @property
+    def count(self) -> int:
+        """Number of vertices."""
+        return sum(len(own.vertices) for own in self.attributes)
+
+    def vertices(self) -> NDArray[np.float64]:
+        """(V, 3) positions of all vertices."""
+        return np.concatenate([own.vertices for own in self.attributes])
+
+    def texture(self) -> NDArray[np.float64] | None:
+        """(V, 2) texture coordinates, v from the top, NaN where there are none; or None."""
+        if all(own.texture is None for own in self.attributes):
+            return None
+        return np.concatenate(
+            [
+                np.full((len(own.vertices), 2), np.nan) if own.texture is None else own.texture
+                for own in self.attributes
+            ]
+        )
+
+    def displacement(self, target: str) -> NDArray[np.float64]:
+        """(V, 3) what a morph target moves."""
+        found = np.zeros((self.count, 3))
+        for own in self.attributes:
+            if target in own.displacements:
+                found[own.start : own.start + len(own.vertices)] = own.displacements[target]
+        return found
+
+
+def read_primitives(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[Primitives | None]:
+    """Read meshes of a scene; None for one that shows nothing of a surface.
+
+    Triangles, strips and fans are read. Points are only where there is nothing else, as the
+    markers of a capture; lines are passed over.
+
+    Raises:
+        FormatError: Something does not exist, does not fit, or is compressed.
+    """
+    modes = {
+        primitive.get("mode", _TRIANGLES)
+        for mesh in file.items("meshes")
+        if isinstance(mesh, dict)
+        for primitive in file.list_in(mesh, "primitives", "a mesh")
+        if isinstance(primitive, dict) and isinstance(primitive.get("mode", _TRIANGLES), int)
+    }
+    surfaces = (_TRIANGLES, _STRIP, _FAN)
+    wanted = surfaces if modes.intersection(surfaces) else (_POINTS,)
+    found = [_read_mesh(file, mesh, wanted) for mesh in placed]
+    shown = [own for own in found if own.attributes]
+    if not shown:
+        file.refuse("it shows no triangles; expected a mesh with morph targets")
+    names = {name for own in shown for name in own.targets}
+    # A morph has a displacement and a target for every vertex, however few of them it moves.
+    copies = 2 if len(shown) == 1 else 3
+    vertices = sum(own.count for own in shown)
+    file.budget.spend_fields(vertices, len(names), copies=copies)
+    if len(shown) > 1:  # joining copies them
+        file.budget.spend_fields(vertices, 2)
+    return [own if own.attributes else None for own in found]
+
+
+def target_count(file: GltfFile, placed: PlacedMesh) -> int:
+    """Number of morph targets of a mesh."""
+    of = f"mesh {placed.number}"
+    primitives = file.list_in(file.item("meshes", placed.number, "a node"), "primitives", of)
+    counts = [len(file.list_in(p, "targets", of)) for p in primitives if isinstance(p, dict)]
+    return max(counts, default=0)
+
+
+def _read_mesh(file: GltfFile, placed: PlacedMesh, modes: tuple[int, ...]) -> Primitives:
+    mesh = file.item("meshes", placed.number, "a node")
+    of = f"mesh {placed.number}"
+    primitives = [
+        primitive
+        for primitive in file.list_in(mesh, "primitives", of)
+        if isinstance(primitive, dict) and primitive.get("mode", _TRIANGLES) in modes
+    ]
+    counts = [len(file.list_in(each, "targets", of)) for each in primitives]
+    file.budget.spend_objects(sum(counts) + len(counts))
+    found = Primitives(_target_names([mesh, *primitives], max(counts, default=0)))
+    known: dict[tuple[Any, ...], Attributes] = {}
+    for primitive in primitives:
+        attributes = file.object_in(primitive, "attributes", of)
+        targets = [
+            target.get("POSITION") if isinstance(target, dict) else None
+            for target in file.list_in(primitive, "targets", of)
+        ]
+        named = (attributes.get("POSITION"), attributes.get("TEXCOORD_0"), *targets)
+        # What is no number is refused when it is read.
+        key = tuple(value if isinstance(value, int) else None for value in named)
+        if key not in known:
+            _refuse_draco(file, primitive, attributes, of)
+            by_name = dict(zip(found.targets, targets, strict=False))
+            known[key] = _read_attributes(file, attributes, by_name, placed, found.count)
+            found.attributes.append(known[key])
+        triangles = _read_triangles(file, primitive, known[key], of)
+        mirrored = np.linalg.det(placed.linear) < 0
+        found.triangles.append(triangles[:, [0, 2, 1]] if mirrored else triangles)
+        found.materials.append(_material_name(file, primitive, of))
+    return found
+
+
+def _read_attributes(
+    file: GltfFile,
+    attributes: dict[str, Any],
+    targets: dict[str, Any],
+    placed: PlacedMesh,
+    start: int,
+) -> Attributes:
+    of = f"mesh {placed.number}"
+    if "POSITION" not in attributes:
+        file.refuse(f"a primitive of {of} has no positions")
+    vertices = read_floats(file, attributes["POSITION"], 3, f"the positions of {of}")
+    count, texture = len(vertices), None
+    if "TEXCOORD_0" in attributes:
+        what = f"the texture coordinates of {of}"
+        texture = read_floats(file, attributes["TEXCOORD_0"], 2, what, count=count)
+    displacements = {}
+    for name, number in targets.items():
+        if number is not None:
+            what = f"the morph target {name[:60]!r} of {of}"
+            moved = read_floats(file, number, 3, what, count=count)
+            if moved.any():
+                displacements[name] = _turned(moved, placed.linear)
+    vertices = _turned(vertices, placed.linear) + placed.offset
+    return Attributes(start, vertices, texture, displacements)
+
+
+def _read_triangles(
+    file: GltfFile, primitive: dict[str, Any], attributes: Attributes, of: str
+) -> NDArray[np.int32]:
+    mode, count = primitive.get("mode", _TRIANGLES), len(attributes.vertices)
+    if mode == _POINTS:
+        return np.zeros((0, 3), dtype=np.int32)
+    corners = np.arange(count)
+    if "indices" in primitive:
+        corners = read_indices(file, primitive["indices"], f"the triangles of {of}")
+        if corners.max() >= count:
+            file.refuse(f"a triangle of {of} names vertex {corners.max():,} of {count:,}")
+    if len(corners) < 3 or (mode == _TRIANGLES and len(corners) % 3):
+        file.refuse(f"{of} has {len(corners):,} corners, which do not make whole triangles")
+    file.budget.spend(len(corners) * (12 if mode == _TRIANGLES else 36))
+    if mode == _TRIANGLES:
+        triangles = corners.reshape(-1, 3)
+    elif mode == _FAN:
+        first = np.full(len(corners) - 2, corners[0])
+        triangles = np.stack([first, corners[1:-1], corners[2:]], axis=1)
+    else:
+        triangles = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+        triangles[1::2] = triangles[1::2, [1, 0, 2]]
+        same = triangles == np.roll(triangles, 1, axis=1)
+        triangles = triangles[~same.any(axis=1)]  # strips are joined by triangles without area
+    return (triangles + attributes.start).astype(np.int32)
+
+
+def _material_name(file: GltfFile, primitive: dict[str, Any], of: str) -> str | None:
+    if "material" not in primitive:
+        return None
+    name = file.item("materials", primitive["material"], of).get("name")
+    return name if isinstance(name, str) else f"material {primitive['material']}"
+
+
+def _refuse_draco(
+    file: GltfFile, primitive: dict[str, Any], attributes: dict[str, Any], of: str
+) -> None:
+    if _DRACO in file.object_in(primitive, "extensions", of) and "bufferView" not in (
+        file.item("accessors", attributes.get("POSITION"), of)
+    ):
+        file.refuse(
+            "it is compressed with Draco, which is not read. Export it again without compression"
+        )
+
+
+def _target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
+    """The names of the morph targets of a mesh; ``target_0``, ``target_1`` where they have none.
+
+    Most programs name them in the extras of the mesh, some in those of each primitive, and older
+    ones in those of each target.
+    """
+    lists: list[Any] = [_extras(holder).get("targetNames") for holder in holders]
+    lists += [
+        [_extras(target).get("name") for target in holder["targets"]]
+        for holder in holders
+        if isinstance(holder.get("targets"), list)
+    ]
+    given: list[Any] = next((names for names in lists if _has_names(names)), [])
+    given = [*given[:count], *[None] * (count - len(given))]
+    return different_names(
+        name if isinstance(name, str) else f"target_{number}" for number, name in enumerate(given)
+    )
+
+
+def _extras(holder: Any) -> dict[str, Any]:
+    extras = holder.get("extras") if isinstance(holder, dict) else None
+    return extras if isinstance(extras, dict) else {}
+
+
+def _has_names(names: Any) -> bool:
+    return isinstance(names, list) and any(isinstance(name, str) for name in names)
+
+
+def _turned(vectors: NDArray[np.float64], linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) vectors times a matrix from the left; untouched by the unit matrix."""
+    if np.array_equal(linear, np.eye(3)):
+        return vectors
+    return np.asarray(np.einsum("ij,nj->ni", linear, vectors))
