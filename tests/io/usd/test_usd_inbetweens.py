@@ -10,8 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from usd_rigs import curved, grid, piecewise_linear
 
+from elastomorph.io.blend_shapes import hats
 from elastomorph.io.usd.inbetweens import deviation, place_inbetweens
-from elastomorph.io.usd.paths import hat
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
@@ -53,9 +53,8 @@ def test_a_piecewise_linear_path_gets_its_own_inbetweens_back(weights: list[floa
     """Its corners are on the grid, so nothing is left of the error."""
     places = np.sort(weights)
     assume((np.diff(places) > 1e-3).all())
-    curves = [hat(places, i) for i in range(len(places))]
     rows = [[[0.0, 1.0 + i, 0.0], [0.0, 0.0, (-1.0) ** i * (2 + i)]] for i in range(len(places))]
-    placed = place_inbetweens(point_morph(rows, curves), tolerance=0, most=len(places))
+    placed = place_inbetweens(point_morph(rows, [*hats(places)]), tolerance=0, most=len(places))
     np.testing.assert_array_equal(placed.weights, places)
     assert placed.error < 1e-12
 

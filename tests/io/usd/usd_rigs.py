@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from elastomorph.errors import FormatError
+from elastomorph.io.blend_shapes import hats
+from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.isolated import RefusedError
 from elastomorph.io.npz_members import open_npz, write_arrays
-from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import reader, worker
-from elastomorph.io.usd.paths import hat
 from elastomorph.io.usd.scene import Scene
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
@@ -61,7 +61,6 @@ def curved(mesh: Mesh, seed: int, moved: slice, powers: int = 2) -> Morph:
 def sample_rig() -> Rig:
     """Curved, straight, empty and piecewise linear morphs with difficult names."""
     mesh = grid()
-    hats = tuple(hat(np.array([0.25, 0.6875]), i) for i in range(2))
     random = np.random.default_rng(5)
     target = mesh.with_vertices(mesh.vertices + random.normal(size=mesh.vertices.shape))
     bends = random.normal(size=(2, *mesh.vertices.shape))
@@ -70,7 +69,7 @@ def sample_rig() -> Rig:
         "smile": curved(mesh, 2, slice(0, 20), powers=3),
         "straight": Morph(mesh, target, np.zeros((0, *mesh.vertices.shape)), ()),
         "nothing": Morph(mesh, mesh, np.zeros((0, *mesh.vertices.shape)), ()),
-        "pieces": Morph(mesh, target, bends, hats, "inbetweens"),
+        "pieces": Morph(mesh, target, bends, hats(np.array([0.25, 0.6875])), "inbetweens"),
         "Lächeln": curved(mesh, 3, slice(1, 2)),
         "jaw-open v2": curved(mesh, 4, slice(0, 4)),
     }

@@ -23,19 +23,21 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ParameterError
+from elastomorph.io.blend_shapes import curve_from_json, curve_to_json
 from elastomorph.io.choices import choice_from_json, choice_to_json
 from elastomorph.model.bend_curve import BendCurve
-from elastomorph.model.morph import Choice, Morph
+from elastomorph.model.morph import Morph
 
 __all__ = [
     "BENDS",
     "COARSEST",
+    "GROUP_FAMILY",
     "NAME",
     "PATH",
     "POINTS",
@@ -53,38 +55,24 @@ BENDS = "elastomorph:bends"
 POINTS = "elastomorph:points"
 SLIDERS = "elastomorph:sliders"
 SETTINGS = "elastomorph:settings"
+GROUP_FAMILY = "elastomorph:group"
 COARSEST = 1e-7  # of D: a rounding to float32 larger than this is not accepted
 _VERSION = 1
-_MOST_TERMS = 256
 
 
+@dataclass(frozen=True, eq=False)
 class ExactPath:
     """All of a morph but its shapes.
 
     Attributes:
-        method: How the path was made.
-        bake_error: As `Morph.bake_error`.
-        curves: K bend curves.
-        limit_law: As `Morph.limit_law`.
         checksum: Of the shapes that belong to it.
-        choice: As `Morph.choice`.
+        curves: K bend curves.
+        more: Further arguments of `Morph`.
     """
 
-    def __init__(
-        self,
-        method: str,
-        bake_error: float,
-        curves: tuple[BendCurve, ...],
-        limit_law: BendCurve,
-        checksum: int,
-        choice: Choice | None,
-    ) -> None:
-        self.method = method
-        self.bake_error = bake_error
-        self.curves = curves
-        self.limit_law = limit_law
-        self.checksum = checksum
-        self.choice = choice
+    checksum: int
+    curves: tuple[BendCurve, ...]
+    more: Mapping[str, Any]
 
 
 def checksum(arrays: Iterable[NDArray[Any]]) -> int:
@@ -103,8 +91,8 @@ def path_to_json(morph: Morph, shapes_checksum: int) -> str:
             "version": _VERSION,
             "method": morph.method,
             "bakeError": float(morph.bake_error),
-            "bendCurves": [_curve_to_json(curve) for curve in morph.bend_curves],
-            "limitLaw": _curve_to_json(morph.limit_law),
+            "bendCurves": [curve_to_json(curve) for curve in morph.bend_curves],
+            "limitLaw": curve_to_json(morph.limit_law),
             "choice": choice_to_json(morph.choice),
             "checksum": shapes_checksum,
         }
@@ -118,26 +106,13 @@ def path_from_json(text: str) -> ExactPath | None:
         error = float(content["bakeError"])
         if content["version"] != _VERSION or not 0 <= error < np.inf:
             return None
-        return ExactPath(
-            str(content["method"]),
-            error,
-            tuple(_curve_from_json(curve) for curve in content["bendCurves"]),
-            _curve_from_json(content["limitLaw"]),
-            int(content["checksum"]),
-            choice_from_json(content.get("choice")),
-        )
+        more = {
+            "method": str(content["method"]),
+            "bake_error": error,
+            "limit_law": curve_from_json(content["limitLaw"]),
+            "choice": choice_from_json(content.get("choice")),
+        }
+        curves = tuple(curve_from_json(curve) for curve in content["bendCurves"])
+        return ExactPath(int(content["checksum"]), curves, more)
     except (ValueError, TypeError, LookupError, OverflowError, RecursionError):
         return None
-
-
-def _curve_to_json(curve: BendCurve) -> dict[str, Any]:
-    return {"breaks": curve.breaks.tolist(), "coefficients": curve.coefficients.tolist()}
-
-
-def _curve_from_json(content: Mapping[str, Any]) -> BendCurve:
-    if len(content["coefficients"][0]) > _MOST_TERMS:
-        raise ParameterError(f"a bend curve has more than {_MOST_TERMS} coefficients a piece")
-    return BendCurve(
-        np.array(content["breaks"], dtype=np.float64),
-        np.array(content["coefficients"], dtype=np.float64),
-    )

@@ -1,25 +1,38 @@
-"""A rig from USD: our own files as they were, any other as straight pieces between in-betweens."""
+"""A rig from USD: our own files as they were, any other as straight pieces between in-betweens.
+
+UsdSkel plays V₀ + Π(t), straight from in-between to in-between: with offsets Y_i at weights w_i,
+
+    V(t) = V₀ + tΔ + Σ_i h_i(t) (Y_i - w_i Δ)        h_i(w_j) = δ_ij, linear between the weights
+
+which is a path with one bend an in-between. Beyond 0 and 1 both go straight on.
+"""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from elastomorph.errors import ElastomorphWarning, FormatError, MissingExtraError
 from elastomorph.io.atomic import opened
+from elastomorph.io.blend_shapes import different_names, hats
+from elastomorph.io.untrusted import naming_file
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import wanted_names
 from elastomorph.io.placing import placings
-from elastomorph.io.untrusted import naming_file
-from elastomorph.io.usd.names import prim_names
-from elastomorph.io.usd.paths import morph_of, values_needed
+from elastomorph.io.usd.exact import checksum, path_from_json
+from elastomorph.io.usd.library import prim_names
 from elastomorph.io.usd.scene import FoundShape, Scene
 from elastomorph.io.usd.writer import SUFFIXES
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
 __all__ = ["read_usd", "read_usd_settings"]
@@ -30,6 +43,7 @@ _READER = IsolatedReader(
     "USD",
     "write it again from the program it was made with, or as one file (usdcat --flatten)",
 )
+_CLOSE = 1e-6  # UsdSkel passes over in-betweens nearer than this to 0 and 1
 
 
 def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
@@ -62,15 +76,7 @@ def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
 def read_usd_settings(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> str | None:
     """The settings that `write_usd` kept in a file, as JSON; None where there are none.
 
-    Args:
-        path: As for `read_usd`.
-        mesh: As for `read_usd`.
-
-    Raises:
-        MissingExtraError: As `read_usd`; so are the others.
-        FileError: As `read_usd`.
-        FormatError: As `read_usd`.
-        ParameterError: As `read_usd`.
+    Arguments and errors are those of `read_usd`.
     """
     with _scene(path, wanted_names(mesh)) as scene:
         return scene.settings
@@ -121,7 +127,7 @@ def _parts(path: str | Path, scene: Scene) -> list[RigPart]:
         for found, mesh in zip(scene.meshes, meshes, strict=True)
     ]
     vertices = sum(len(mesh.vertices) for mesh in meshes)
-    fields = sum(values_needed(shape) for own in shapes for shape in own)
+    fields = sum(_values_needed(shape) for own in shapes for shape in own)
     scene.budget.spend_fields(vertices, fields, copies=1 if len(meshes) == 1 else 2)
     main = max(range(len(meshes)), key=lambda number: len(shapes[number]))
     with naming_file(path):
@@ -131,7 +137,7 @@ def _parts(path: str | Path, scene: Scene) -> list[RigPart]:
             found.name,
             mesh,
             {
-                name: morph_of(path, mesh, name, shape)
+                name: _morph(path, mesh, name, shape)
                 for name, shape in zip(_names(own), own, strict=True)
             },
             place,
@@ -140,23 +146,15 @@ def _parts(path: str | Path, scene: Scene) -> list[RigPart]:
     ]
 
 
-def _names(shapes: list[FoundShape]) -> list[str]:
+def _names(shapes: Iterable[FoundShape]) -> list[str]:
     """Our own names where the prims still have the names made from them; all different."""
-    names: dict[str, None] = {}
-    again: dict[str, int] = {}
+    names = []
     for shape in shapes:
-        name = shape.token
-        if shape.name is not None:
-            plain = prim_names([shape.name])[0]
-            rest = shape.token.removeprefix(plain)
-            if shape.token.startswith(plain) and (not rest or rest[0] == "_"):
-                name = shape.name
-        free = name
-        while free in names:
-            again[name] = again.get(name, 0) + 1
-            free = f"{name}_{again[name]}"
-        names[free] = None
-    return list(names)
+        name, plain = shape.name, prim_names([shape.name or ""])[0]
+        rest = shape.token.removeprefix(plain)
+        made_from_it = shape.token.startswith(plain) and rest[:1] in ("", "_")
+        names.append(shape.token if name is None or not made_from_it else name)
+    return different_names(names, first=1)
 
 
 def _lists(content: Any) -> dict[str, list[str]]:
@@ -165,3 +163,85 @@ def _lists(content: Any) -> dict[str, list[str]]:
     return {
         str(name): [str(n) for n in own] for name, own in content.items() if isinstance(own, list)
     }
+
+
+def _values_needed(shape: FoundShape) -> int:
+    """How many displacement fields the morph of a shape will have, at most."""
+    bends = len(shape.bends) // max(len(shape.points), 1)
+    return 2 + max(bends, len(shape.weights))
+
+
+def _morph(path: str | Path, neutral: Mesh, name: str, shape: FoundShape) -> Morph:
+    """The morph of a blend shape.
+
+    Raises:
+        FormatError: Two in-betweens have the same weight and are not the same.
+    """
+    delta = _spread(neutral, shape.points, shape.offsets[0])
+    with naming_file(path):
+        target = neutral.with_vertices(neutral.vertices + delta)
+        if shape.path is not None:
+            exact = _exact(neutral, target, shape)
+            if exact is not None:
+                return exact
+            warnings.warn(
+                f"{path}: the blend shape '{name}' was changed since elastomorph wrote it; its "
+                "in-betweens are read instead of its curved path",
+                ElastomorphWarning,
+                stacklevel=4,
+            )
+        kept = _inner(path, name, shape)
+        weights = shape.weights[kept]
+        bends = np.zeros((len(kept), *delta.shape))
+        for bend, weight, row in zip(bends, weights, kept, strict=True):
+            bend[:] = _spread(neutral, shape.points, shape.offsets[1 + row]) - weight * delta
+        method = "inbetweens" if kept else "linear"
+        return Morph(neutral, target, bends, hats(weights), method=method, bare=not kept)
+
+
+def _exact(neutral: Mesh, target: Mesh, shape: FoundShape) -> Morph | None:
+    """The morph that elastomorph stored, unless the shapes are no longer those it belongs to."""
+    stored = path_from_json(shape.path or "")
+    order = np.argsort(shape.weights)
+    shapes = shape.offsets[np.concatenate([[0], 1 + order])]
+    floats = (shapes.astype(np.float32), shape.weights[order].astype(np.float32))
+    if stored is None or stored.checksum != checksum([shape.points.astype(np.int32), *floats]):
+        return None
+    if len(shape.bends) != len(stored.curves) * len(shape.points):
+        return None
+    bends = np.zeros((len(stored.curves), *neutral.vertices.shape))
+    bends[:, shape.points] = shape.bends.reshape(len(bends), len(shape.points), 3)
+    return Morph(neutral, target, bends, stored.curves, **stored.more)
+
+
+def _inner(path: str | Path, name: str, shape: FoundShape) -> list[int]:
+    """The in-betweens at weights between 0 and 1, in the order of these."""
+    kept: list[int] = []
+    for row in np.argsort(shape.weights, kind="stable").tolist():
+        weight = shape.weights[row]
+        if not _CLOSE < weight < 1 - _CLOSE:
+            warnings.warn(
+                f"{path}: the blend shape '{name}' has an in-between at the weight {weight:g}, "
+                "which is not between 0 and 1; it is left out",
+                ElastomorphWarning,
+                stacklevel=5,
+            )
+        elif kept and weight - shape.weights[kept[-1]] <= _CLOSE:
+            if not np.array_equal(shape.offsets[1 + row], shape.offsets[1 + kept[-1]]):
+                raise FormatError(
+                    path,
+                    f"the blend shape '{name}' has two different in-betweens at the weight "
+                    f"{weight:g}; remove one of them",
+                )
+        else:
+            kept.append(row)
+    return kept
+
+
+def _spread(
+    neutral: Mesh, points: NDArray[np.int64], offsets: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(V, 3) from offsets of some points; a point named twice moves by both, as in UsdSkel."""
+    field = np.zeros(neutral.vertices.shape)
+    np.add.at(field, points, offsets)
+    return field

@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.io.isolated import RefusedError, allow_for, serve
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes
-from elastomorph.io.usd.dependencies import outside_problem
-from elastomorph.io.usd.exact import BENDS, NAME, PATH, POINTS, SETTINGS, SLIDERS
+from elastomorph.io.usd.exact import BENDS, GROUP_FAMILY, NAME, PATH, POINTS, SETTINGS, SLIDERS
 from elastomorph.io.usd.library import pxr
-from elastomorph.io.usd.mesh_prim import GROUP_FAMILY
 
 __all__ = ["content_of"]
 
@@ -52,24 +50,86 @@ def _content(source: str, wanted: Sequence[str]) -> dict[str, NDArray[Any]]:
     layer = pxr("Sdf").Layer.FindOrOpen(source)
     if layer is None:
         raise RefusedError("USD cannot read it")
-    others: list[int] = []
-
-    def opening(path: Path) -> None:
-        others.append(path.stat().st_size)
-        allow_for(others[-1])
-
-    problem = outside_problem(layer, Path(source).resolve().parent, opening)
-    if problem:
-        raise RefusedError(problem)
+    size_of_others = _follow(layer, Path(source).resolve().parent)
     stage = pxr("Usd").Stage.Open(layer)
-    prims = _chosen(stage, wanted)
     arrays: dict[str, NDArray[Any]] = {}
-    scene = {
-        "size_of_others": sum(others),
-        "meshes": [_mesh(arrays, f"{i}_", stage, prim) for i, prim in enumerate(prims)],
-    }
-    arrays["scene"] = np.frombuffer(json.dumps(scene).encode("utf-8"), dtype=np.uint8)
+    meshes = [_mesh(arrays, f"{i}_", stage, own) for i, own in enumerate(_chosen(stage, wanted))]
+    scene = json.dumps({"size_of_others": size_of_others, "meshes": meshes})
+    arrays["scene"] = np.frombuffer(scene.encode("utf-8"), dtype=np.uint8)
     return arrays
+
+
+def _follow(layer: Any, folder: Path) -> int:
+    """Open the files that a layer is composed of; bytes of those beside it.
+
+    Sublayers, references and payloads, in all variants, must be files below the folder; links
+    are resolved first. Those of a layer in a package (.usdz) must lie in that package. Search
+    paths, URLs and value clips are not followed.
+
+    Raises:
+        RefusedError: The layer must not be composed.
+    """
+    waiting, seen = [layer], {layer.identifier}
+    known: set[str] = set()
+    size_of_others = 0
+    while waiting:
+        current = waiting.pop()
+        _refuse_clips(current)
+        for asset in filter(None, current.GetCompositionAssetDependencies()):
+            target = _in_package(current, asset) or _in_folder(current, asset, folder)
+            if not target:
+                raise RefusedError(
+                    f"it is composed of '{asset[:200]}', which is no file in its own folder; write "
+                    "it as one file (usdcat --flatten) and read that"
+                )
+            if target in known:
+                continue
+            known.add(target)
+            if not pxr("Ar").IsPackageRelativePath(target):
+                size = Path(target).stat().st_size
+                size_of_others += size
+                allow_for(size)
+            opened = pxr("Sdf").Layer.FindOrOpen(target)
+            if opened is None:
+                raise RefusedError(f"it is composed of '{asset[:200]}', which cannot be read")
+            if opened.identifier not in seen:
+                seen.add(opened.identifier)
+                waiting.append(opened)
+    return size_of_others
+
+
+def _in_folder(layer: Any, asset: str, folder: Path) -> str:
+    """The file below the folder that a layer names, or nothing."""
+    try:
+        target = (Path(layer.realPath).parent / asset).resolve()
+        inside = target.is_relative_to(folder) and target.is_file()
+    except (OSError, ValueError, RuntimeError):
+        inside = False
+    return str(target) if inside else ""
+
+
+def _in_package(layer: Any, asset: str) -> str:
+    """What a layer in a package names in it, or nothing."""
+    paths = pxr("Ar")
+    target: str = pxr("Sdf").ComputeAssetPathRelativeToLayer(layer, asset)
+    if not paths.IsPackageRelativePath(target):
+        return ""
+    package, part = paths.SplitPackageRelativePathOuter(target)
+    own = paths.SplitPackageRelativePathOuter(layer.realPath)[0]
+    return target if package == own and ".." not in part.split("/") else ""
+
+
+def _refuse_clips(layer: Any) -> None:
+    def visit(path: Any) -> None:
+        if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
+            spec = layer.GetObjectAtPath(path)
+            if spec is not None and spec.HasInfo("clips"):
+                raise RefusedError(
+                    f"the prim {path} takes its values from clips in other files, which is not "
+                    "supported"
+                )
+
+    layer.Traverse(pxr("Sdf").Path.absoluteRootPath, visit)
 
 
 def _chosen(stage: Any, wanted: Sequence[str]) -> list[Any]:
@@ -93,20 +153,15 @@ def _chosen(stage: Any, wanted: Sequence[str]) -> list[Any]:
     except ParameterError as problem:
         raise RefusedError(str(problem)) from None
     # Meshes without points show nothing; exporters leave them where something was.
-    return [prims[i] for i in chosen if listed[i].shapes or _has_points(prims[i])] or [
-        prims[i] for i in chosen
-    ]
+    full = [i for i in chosen if listed[i].shapes or _has_points(prims[i])]
+    return [prims[i] for i in full or chosen]
 
 
 def _is_shown(prim: Any) -> bool:
     """Whether it is rendered: visible, and no stand-in or guide."""
-    geometry = pxr("UsdGeom")
-    image = geometry.Imageable(prim)
-    tokens = geometry.Tokens
-    return image.ComputeVisibility() != tokens.invisible and image.ComputePurpose() in (
-        tokens.default_,
-        tokens.render,
-    )
+    image, tokens = pxr("UsdGeom").Imageable(prim), pxr("UsdGeom").Tokens
+    drawn = image.ComputePurpose() in (tokens.default_, tokens.render)
+    return drawn and image.ComputeVisibility() != tokens.invisible
 
 
 def _has_points(prim: Any) -> bool:

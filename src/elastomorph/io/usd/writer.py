@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -18,25 +19,75 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing_path
-from elastomorph.io.usd.blend_shapes import define_blend_shape, sparse_shapes
 from elastomorph.io.usd.exact import SETTINGS, SLIDERS, checksum
 from elastomorph.io.usd.inbetweens import place_inbetweens
-from elastomorph.io.usd.library import naming_failure, pxr
-from elastomorph.io.usd.mesh_prim import define_mesh, define_subsets, extent_of
-from elastomorph.io.usd.names import prim_names, require_storable
-from elastomorph.io.usd.report import BlendShapeReport, UsdReport
-from elastomorph.io.usd.skeleton import (
+from elastomorph.io.usd.library import naming_failure, prim_names, pxr, require_storable
+from elastomorph.io.usd.prims import (
     WeightAnimation,
-    bind_mesh,
     define_animation,
+    define_blend_shape,
+    define_mesh,
     define_skeleton,
+    define_subsets,
+    extent_of,
+    set_text,
+    sparse_shapes,
 )
 from elastomorph.rig import Rig
 
-__all__ = ["SUFFIXES", "require_usd_settings", "write_usd"]
+__all__ = ["SUFFIXES", "BlendShapeReport", "UsdReport", "require_usd_settings", "write_usd"]
 
 SUFFIXES = (".usd", ".usda", ".usdc")
 _ROOT = "/Face"
+
+
+@dataclass(frozen=True)
+class BlendShapeReport:
+    """How one morph stands in the file.
+
+    Attributes:
+        name: Name of the morph in the rig.
+        prim_name: Its name in the file, where spaces, dots and accents are not allowed.
+        inbetweens: Weights of its in-betweens, rising between 0 and 1.
+        error: Largest distance between the straight pieces that UsdSkel plays and the curved
+            path, as a fraction of D, for weights from 0 to 1 and besides the rounding to float32.
+        straight_error: What it would be without in-betweens.
+        points: Vertices that it moves.
+    """
+
+    name: str
+    prim_name: str
+    inbetweens: tuple[float, ...]
+    error: float
+    straight_error: float
+    points: int
+
+
+@dataclass(frozen=True)
+class UsdReport:
+    """What was written.
+
+    Attributes:
+        path: The file.
+        size: Its size in bytes.
+        tolerance: The error asked for, as a fraction of D.
+        shapes: One entry a morph, in the order of the rig.
+    """
+
+    path: Path
+    size: int
+    tolerance: float
+    shapes: tuple[BlendShapeReport, ...]
+
+    @property
+    def error(self) -> float:
+        """The largest error of all morphs, as a fraction of D."""
+        return max((shape.error for shape in self.shapes), default=0.0)
+
+    @property
+    def above_tolerance(self) -> tuple[BlendShapeReport, ...]:
+        """The morphs for which the in-betweens allowed did not suffice."""
+        return tuple(shape for shape in self.shapes if shape.error > self.tolerance)
 
 
 def write_usd(
@@ -94,12 +145,11 @@ def write_usd(
         pxr("UsdGeom").SetStageMetersPerUnit(stage, meters_per_unit)
         shapes = _author(path, stage, rig, tolerance, most_inbetweens, motion, fps)
         if settings is not None:
-            mesh = stage.GetPrimAtPath(f"{_ROOT}/Mesh")
-            kept = mesh.CreateAttribute(SETTINGS, pxr("Sdf").ValueTypeNames.String, custom=True)
-            kept.Set(json.dumps(settings, ensure_ascii=False, allow_nan=False))
-        text = "usda" if Path(path).suffix.lower() == ".usda" else "usdc"
+            text = json.dumps(settings, ensure_ascii=False, allow_nan=False)
+            set_text(stage.GetPrimAtPath(f"{_ROOT}/Mesh"), SETTINGS, text)
+        kind = "usda" if Path(path).suffix.lower() == ".usda" else "usdc"
         mode = temporary.stat().st_mode
-        stage.GetRootLayer().Export(str(temporary), args={"format": text})
+        stage.GetRootLayer().Export(str(temporary), args={"format": kind})
         temporary.chmod(mode)
         size = temporary.stat().st_size
     return UsdReport(Path(path), size, tolerance, shapes)
@@ -136,8 +186,7 @@ def _author(
     animation: WeightAnimation | None,
     fps: float,
 ) -> tuple[BlendShapeReport, ...]:
-    skel, value_types = pxr("UsdSkel"), pxr("Sdf").ValueTypeNames
-    root = skel.Root.Define(stage, _ROOT)
+    root = pxr("UsdSkel").Root.Define(stage, _ROOT)
     stage.SetDefaultPrim(root.GetPrim())
     pxr("Usd").ModelAPI(root.GetPrim()).SetKind(pxr("Kind").Tokens.component)
     mesh = define_mesh(path, stage, f"{_ROOT}/Mesh", rig.neutral)
@@ -150,23 +199,13 @@ def _author(
         define_blend_shape(path, stage, f"{_ROOT}/Mesh/{plain}", name, morph, shapes)
         low[shapes.points] += np.minimum(shapes.offsets.min(axis=0), 0)
         high[shapes.points] += np.maximum(shapes.offsets.max(axis=0), 0)
-        reports.append(
-            BlendShapeReport(
-                name,
-                plain,
-                tuple(placement.weights.tolist()),
-                placement.error,
-                placement.straight_error,
-                len(shapes.points),
-            )
-        )
+        weights, errors = placement.weights.tolist(), (placement.error, placement.straight_error)
+        reports.append(BlendShapeReport(name, plain, tuple(weights), *errors, len(shapes.points)))
     define_subsets(stage, mesh, rig.neutral, names, f"{_ROOT}/Materials")
-    skeleton = define_skeleton(stage, f"{_ROOT}/Skeleton")
-    bind_mesh(mesh, skeleton, len(rig.neutral.vertices), names)
+    skeleton = define_skeleton(stage, f"{_ROOT}/Skeleton", mesh, len(low), names)
     define_animation(stage, f"{_ROOT}/Animation", skeleton, names, animation, fps)
     root.CreateExtentAttr(extent_of(low, high))
-    kept = mesh.GetPrim().CreateAttribute(SLIDERS, value_types.String, custom=True)
-    kept.Set(_sliders_to_json(rig))
+    set_text(mesh.GetPrim(), SLIDERS, _sliders_to_json(rig))
     return tuple(reports)
 
 
