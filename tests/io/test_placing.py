@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import MeshError
-from elastomorph.io.fbx.part import FbxPart
-from elastomorph.io.fbx.surface import mesh_of
+from elastomorph.io.fbx.part import FbxPart, mesh_of
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.placing import placings
 

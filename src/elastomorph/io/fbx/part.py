@@ -1,4 +1,4 @@
-"""One mesh of an FBX file with its blend shapes, checked."""
+"""The meshes of an FBX file with their blend shapes, as the worker took them from it, checked."""
 
 from __future__ import annotations
 
@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
+from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.npz_members import NpzMembers
+from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
+from elastomorph.model.polygons import Polygons
 
-__all__ = ["Channel", "FbxPart", "read_axes", "read_parts"]
+__all__ = ["Channel", "FbxPart", "mesh_of", "read_axes", "read_parts"]
 
 _OBJECTS_OF_MESH = 20  # so many arrays the worker wrote of it
 
@@ -125,26 +128,40 @@ def _part(path: str | Path, members: NpzMembers, number: int, name: str, shown: 
     ends = np.cumsum(sizes, dtype=np.int64)[:-1] if sizes else np.empty(0, dtype=np.int64)
     vertices_of = np.split(moved, ends)
     offsets_of = np.split(by, ends)
-    channels: dict[str, Channel] = {}
-    again: dict[str, int] = {}
-    first = 0
-    for channel, count in zip(channel_names, counts, strict=True):
-        own = slice(first, first + count)
-        first += count
-        channels[_unused(channel, channels, again)] = Channel(
-            tuple(weights[own]), tuple(vertices_of[own]), tuple(offsets_of[own])
+    starts = np.cumsum([0, *counts])
+    channels = {
+        channel: Channel(*(tuple(own[start:stop]) for own in (weights, vertices_of, offsets_of)))
+        for channel, start, stop in zip(
+            different_names(channel_names), starts, starts[1:], strict=False
         )
+    }
     return FbxPart(name, shown, matrix, vertices, indices, offsets, uv, materials, channels)
-
-
-def _unused(name: str, taken: dict[str, Channel], again: dict[str, int]) -> str:
-    """The name, with a number behind it where another channel of the mesh has it too."""
-    free = name
-    while free in taken:
-        again[name] = again.get(name, 1) + 1
-        free = f"{name}_{again[name]}"
-    return free
 
 
 def _within(indices: NDArray[np.int64], lowest: int, count: int) -> bool:
     return not indices.size or (int(indices.min()) >= lowest and int(indices.max()) < count)
+
+
+def mesh_of(part: FbxPart, source: str) -> Mesh:
+    """The mesh in its own space, control points in the order of the file.
+
+    Args:
+        part: The mesh as the file stores it.
+        source: The file it comes from.
+
+    Raises:
+        MeshError: It is none.
+    """
+    labels = None
+    if part.materials is not None:
+        names, of_face = part.materials
+        known = {name: place for place, name in enumerate(dict.fromkeys(names))}
+        places = np.array([*(known[name] for name in names), -1], dtype=np.int32)
+        labels = FaceLabels(tuple(known), places[of_face])  # the last stands for -1
+    return Mesh(
+        part.vertices,
+        Polygons(part.indices, part.offsets),
+        uv=None if part.uv is None else UVMap(part.uv[0], part.uv[1].astype(np.int32)),
+        materials=labels,
+        source=Source(source),
+    )

@@ -27,15 +27,14 @@ from elastomorph.errors import (
     MissingExtraError,
     ParameterError,
 )
-from elastomorph.io.fbx.part import Channel, FbxPart, read_axes, read_parts
-from elastomorph.io.fbx.surface import mesh_of
+from elastomorph.io.blend_shapes import hats
+from elastomorph.io.untrusted import naming_file
+from elastomorph.io.fbx.part import Channel, FbxPart, mesh_of, read_axes, read_parts
 from elastomorph.io.fbx.worker import ADVICE
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
-from elastomorph.io.placing import placings
-from elastomorph.io.untrusted import naming_file
-from elastomorph.model.bend_curve import BendCurve
+from elastomorph.io.placing import Placing, placings
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
@@ -77,9 +76,8 @@ def read_fbx(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
     with naming_file(path):
         neutral, morphs = joined_rig(
             [
-                RigPart(part.name, own, _morphs(path, own, part), place)
+                _rig_part(path, part, place)
                 for part, place in zip(parts, placings(axes, parts, main), strict=True)
-                for own in [mesh_of(part, str(path))]
             ],
             str(path),
         )
@@ -96,28 +94,25 @@ def _chosen(path: str | Path, parts: list[FbxPart], wanted: Sequence[str]) -> li
     return [part for part in chosen if len(part.vertices) or part.channels] or chosen
 
 
-def _morphs(path: str | Path, neutral: Mesh, part: FbxPart) -> dict[str, Morph]:
-    return {name: _morph(path, neutral, name, channel) for name, channel in part.channels.items()}
+def _rig_part(path: str | Path, part: FbxPart, place: Placing) -> RigPart:
+    mesh = mesh_of(part, str(path))
+    morphs = {name: _morph(path, mesh, name, own) for name, own in part.channels.items()}
+    return RigPart(part.name, mesh, morphs, place)
 
 
 def _morph(path: str | Path, neutral: Mesh, name: str, channel: Channel) -> Morph:
     """What a slider does to one mesh."""
     times, offsets = _path(path, name, channel, len(neutral.vertices))
-    bends: list[NDArray[np.float64]] = []
-    curves: list[BendCurve] = []
-    stops = [0.0, *times]
-    for key, (time, offset) in enumerate(zip(times[:-1], offsets[:-1], strict=True), start=1):
-        away = offset - time * offsets[-1]
-        if away.any():
-            bends.append(away)
-            curves.append(_hat(*stops[key - 1 : key + 2]))
+    between = np.array(times[:-1])
+    bends = [own - time * offsets[-1] for time, own in zip(between, offsets[:-1], strict=True)]
+    curved = [(bend, curve) for bend, curve in zip(bends, hats(between), strict=True) if bend.any()]
     return Morph(
         neutral,
         neutral.with_vertices(neutral.vertices + offsets[-1]),
-        np.array(bends).reshape(-1, *neutral.vertices.shape),
-        tuple(curves),
-        method="in-betweens" if bends else "linear",
-        bare=not bends,
+        np.array([bend for bend, _ in curved]).reshape(-1, *neutral.vertices.shape),
+        tuple(curve for _, curve in curved),
+        method="in-betweens" if curved else "linear",
+        bare=not curved,
     )
 
 
@@ -147,16 +142,3 @@ def _path(
         np.add.at(dense, channel.vertices[key], channel.offsets[key])
         shapes.append(dense)
     return list(by_time), shapes
-
-
-def _hat(before: float, top: float, after: float) -> BendCurve:
-    """1 at one time, 0 up to the time before and from the time after, straight between."""
-    rise, fall = 1 / (top - before), -1 / (after - top)
-    pieces = [(before, [0.0, rise]), (top, [1.0, fall])]
-    if before > 0:
-        pieces.insert(0, (0.0, [0.0, 0.0]))
-    if after < 1:
-        pieces.append((after, [0.0, 0.0]))
-    return BendCurve(
-        np.array([start for start, _ in pieces] + [1.0]), np.array([row for _, row in pieces])
-    )

@@ -149,7 +149,6 @@ def _shapes(mesh: Any) -> dict[str, NDArray[Any]]:
     names: list[str] = []
     counts: list[int] = []
     weights: list[float] = []
-    sizes: list[int] = []
     vertices = [np.empty(0, dtype="i8")]
     offsets = [np.empty((0, 3))]
     for deformer in _each(mesh.blend_deformers):
@@ -168,14 +167,13 @@ def _shapes(mesh: Any) -> dict[str, NDArray[Any]]:
                 # Blender writes the vertex group of a shape key, and some files nonsense instead.
                 if len(strength) == len(moved) and ((strength >= 0) & (strength <= 1)).all():
                     by = by * strength[:, None]
-                sizes.append(len(moved))
                 vertices.append(moved)
                 offsets.append(by)
     return {
         "channel_names": np.array(names, dtype=np.str_),
         "key_counts": np.array(counts, dtype="i8"),
         "key_weights": np.array(weights, dtype="f8"),
-        "key_sizes": np.array(sizes, dtype="i8"),
+        "key_sizes": np.array([len(own) for own in vertices[1:]], dtype="i8"),
         "key_vertices": np.concatenate(vertices),
         "key_offsets": np.concatenate(offsets),
     }
