@@ -23,8 +23,8 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
+from elastomorph.cli.bench_faces import PAPER_MILLISECONDS
 from elastomorph.io import read_rig
-from elastomorph.report.bench import PAPER_MILLISECONDS
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import weight_combinations
 from elastomorph.samples import expressions, head

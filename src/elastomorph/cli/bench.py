@@ -43,7 +43,7 @@ def bench(
 
     Example: elastomorph bench path/to/rig --levels 4
     """
-    from elastomorph.report.bench import PAPER_MILLISECONDS, bench_faces
+    from elastomorph.cli.bench_faces import PAPER_MILLISECONDS, bench_faces
 
     with options.progress(as_json) as say:
         place = options.named_rig(rig, settings)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import time
+import timeit
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,9 +51,8 @@ class DirectBlend:
     """
 
     def __init__(self, neutral: Mesh, targets: Sequence[Mesh], method: Method) -> None:
-        curves = extract_curves(neutral)
         members: dict[tuple[bool, int], list[NDArray[np.int32]]] = {}
-        for curve in curves:
+        for curve in extract_curves(neutral):
             members.setdefault((curve.closed, len(curve)), []).append(curve.vertices)
         shapes = np.stack([mesh.vertices for mesh in targets])
         load, material = method.external_load, method.material
@@ -103,47 +103,56 @@ def bench_faces(
     Returns:
         How many faces were made, and a row for each way.
     """
-    to = prepare(neutral, method)
-    rig = Rig(neutral, {str(number): to(mesh) for number, mesh in enumerate(targets)})
     rows = weight_combinations(len(targets), levels)
-    out = np.empty((len(rows), *neutral.vertices.shape), dtype=np.float32)
-    other = np.zeros_like(out)
-
-    def best(name: str, task: Callable[[], object]) -> float:
-        say(name)
-        times = []
-        for _ in range(repeats):
-            start = time.perf_counter()
-            task()
-            times.append(time.perf_counter() - start)
-        return min(times)
-
-    count = len(rows)
     found = [BenchRow("the paper", PAPER_MILLISECONDS / 1e3, "5,071 vertices, its own laptop")]
+    for name, task, faces, note in _ways(neutral, targets, method, rows, t):
+        if "PyTorch" not in name or find_spec("torch") is not None:
+            say(name)
+            seconds = min(timeit.repeat(task, number=1, repeat=repeats))
+            found.append(BenchRow(name, seconds / faces, note))
+    return len(rows), found
+
+
+def _ways(
+    neutral: Mesh, targets: Sequence[Mesh], method: str, rows: NDArray[np.float64], t: float
+) -> list[tuple[str, Callable[[], object], int, str]]:
+    """What is timed: a name, what to run, how many faces that makes, and how."""
+    rig = _rig(neutral, targets, method)
+    count = len(rows)
+    out = np.empty((count, *neutral.vertices.shape), dtype=np.float32)
+    other = np.zeros_like(out)
     direct = DirectBlend(neutral, targets, Method.parse(method))
-    seconds = best("Eq. 39 face by face", lambda: [direct.face(w, t) for w in rows[:_DIRECT_FACES]])
-    note = f"float64, {_DIRECT_FACES} faces"
-    found.append(BenchRow("Eq. 39 face by face", seconds / min(_DIRECT_FACES, count), note))
-    bends = sum(len(morph.bends) for morph in rig.morphs.values())
-    note = f"float32, {len(targets)} targets and {bends} bends"
-    seconds = best("rig.batch", lambda: rig.batch(rows, t, out))
-    found.append(BenchRow("rig.batch", seconds / count, note))
-    if _has_torch():
-        seconds = best("torch", lambda: rig.batch(rows, t, out, backend="torch"))
-        found.append(BenchRow("rig.batch, PyTorch", seconds / count, note))
-    matrix, flat = rig.fields.matrix(np.float32), out.reshape(count, -1)
+    some = rows[:_DIRECT_FACES]
+    matrix = rig.fields.matrix(np.float32)
     coefficients = np.full((count, len(matrix)), 0.1, dtype=np.float32)
-    seconds = best("bare product", lambda: np.matmul(coefficients, matrix, out=flat))
-    found.append(BenchRow("bare numpy.matmul", seconds / count, "the same shapes"))
-    linear = Rig(neutral, {str(i): prepare(neutral, "linear")(m) for i, m in enumerate(targets)})
-    seconds = best("linear blendshapes", lambda: linear.batch(rows, t, out))
-    found.append(BenchRow("linear blendshapes", seconds / count, "rig.batch without bends"))
-    seconds = best("memory copy", lambda: np.copyto(out, other))
-    found.append(BenchRow("memory copy", seconds / count, "of the same output"))
-    return count, found
+    linear = _rig(neutral, targets, "linear")
+    bends = sum(len(morph.bends) for morph in rig.morphs.values())
+    sizes = f"float32, {len(targets)} targets and {bends} bends"
+    return [
+        (
+            "Eq. 39 face by face",
+            lambda: [direct.face(weights, t) for weights in some],
+            len(some),
+            f"float64, {_DIRECT_FACES} faces",
+        ),
+        ("rig.batch", lambda: rig.batch(rows, t, out), count, sizes),
+        ("rig.batch, PyTorch", lambda: rig.batch(rows, t, out, backend="torch"), count, sizes),
+        (
+            "bare numpy.matmul",
+            lambda: np.matmul(coefficients, matrix, out=out.reshape(count, -1)),
+            count,
+            "the same shapes",
+        ),
+        (
+            "linear blendshapes",
+            lambda: linear.batch(rows, t, out),
+            count,
+            "rig.batch without bends",
+        ),
+        ("memory copy", lambda: np.copyto(out, other), count, "of the same output"),
+    ]
 
 
-def _has_torch() -> bool:
-    from importlib.util import find_spec
-
-    return find_spec("torch") is not None
+def _rig(neutral: Mesh, targets: Sequence[Mesh], method: str) -> Rig:
+    to = prepare(neutral, method)
+    return Rig(neutral, {str(number): to(mesh) for number, mesh in enumerate(targets)})

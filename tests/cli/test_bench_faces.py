@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import elastomorph as em
-from elastomorph.report.bench import PAPER_MILLISECONDS, DirectBlend, bench_faces
+from elastomorph.cli.bench_faces import PAPER_MILLISECONDS, DirectBlend, bench_faces
 from elastomorph.rig import Rig
 
 
