@@ -20,7 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.evaluation.segments import find_movements
+from elastomorph.evaluation.movements import find_movements
 from elastomorph.fitting import Fit, fit
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence

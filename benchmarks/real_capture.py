@@ -36,8 +36,7 @@ from elastomorph.evaluation import (
     evaluate,
     suggest_inbetweens,
 )
-from elastomorph.evaluation.movements import evaluate_movements
-from elastomorph.evaluation.segments import Movement
+from elastomorph.evaluation.movements import Movement, evaluate_movements
 from elastomorph.evaluation.summary import mean_summaries, same
 from elastomorph.evaluation.table import method_table
 from elastomorph.io.curve_file import read_curves

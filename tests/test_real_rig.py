@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.evaluation.closure_seams import closure_seams
-from elastomorph.evaluation.rigid_parts import find_rigid_parts
-from elastomorph.evaluation.shape import ShapeProbe
+from elastomorph.evaluation.rigid_bodies import find_rigid_parts
+from elastomorph.evaluation.shape import ShapeProbe, closure_seams
 
 METHODS = ("linear", "ease:2", "beam:1", "beam:2", "beam:3")
 pytestmark = pytest.mark.realdata

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import Shape, ShapeProbe
+from elastomorph.evaluation.shape import closure_seams
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons, polygon_normals
+from elastomorph.physics import mean_response
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 
@@ -119,3 +122,21 @@ def test_the_worst_of_two_is_taken_number_by_number() -> None:
     """The largest seam and the largest stretch may come from different frames."""
     worst = Shape(0.1, 3, 1.2).worst(Shape(0.2, 1, 1.1))
     assert worst == Shape(0.2, 3, 1.2)
+
+
+def test_seam_is_the_difference_of_the_means() -> None:
+    """One row of a strip rises, the other stays: the seam is |φ₀(½) - ¼|·height / D."""
+    count = 6
+    x = np.arange(count, dtype=float)
+    points = np.concatenate([np.stack([x, 0 * x + row, 0 * x], axis=1) for row in (0, 1)])
+    faces = [[i, i + 1, count + i + 1, count + i] for i in range(count - 1)]
+    neutral = em.Mesh(points, faces)
+    target = neutral.with_vertices(points + np.repeat([[0, 0, 0], [0, 0, 2.0]], count, axis=0))
+    rows = em.CurveNetwork(
+        [em.Curve(np.arange(count), False), em.Curve(np.arange(count, 2 * count), False)],
+        2 * count,
+    )
+    for found in closure_seams(neutral, target, rows):
+        law = mean_response(found.closure, em.Load.power(2), em.Material())
+        value = sum(c * 0.5 ** (r + 1) for r, c in enumerate(law))
+        assert found.shape.seam == pytest.approx(abs(value - 0.25) * 2 / neutral.diameter)

@@ -6,18 +6,21 @@ import csv
 import io
 import json
 import math
+import re
 from dataclasses import replace
+from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from rich.console import Console
 from rich.table import Table
 
+import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate
-from elastomorph.evaluation.conclusions import conclusions
+from elastomorph.evaluation.conclusions import conclusions, rankings
 from elastomorph.evaluation.summary import summaries
-from elastomorph.evaluation.table import method_table, plain_text
+from elastomorph.evaluation.table import evaluation_html, method_table, plain_text
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
@@ -125,3 +128,103 @@ def test_labels_are_text_and_not_markup(evaluation: Evaluation) -> None:
     out = io.StringIO()
     Console(file=out, width=160).print(page.table())
     assert "[bold]mine[/bold]" in out.getvalue()
+
+
+class ReadTable(HTMLParser):
+    """Cells by row, which of them are marked, and the paragraphs."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.rows: list[list[str]] = []
+        self.marked: list[list[bool]] = []
+        self.words: list[str] = []
+        self._into: list[str] | None = None
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag == "tr":
+            self.rows.append([])
+            self.marked.append([])
+        elif tag in ("td", "th"):
+            self._into = self.rows[-1]
+            self.marked[-1].append(False)
+            self._into.append("")
+        elif tag in ("p", "caption"):
+            self._into = self.words
+            self._into.append("")
+        elif tag == "strong":
+            self.marked[-1][-1] = True
+        elif tag == "br":
+            self.handle_data(" ")
+
+    def handle_data(self, data: str) -> None:
+        if self._into is not None and data != "\n":
+            self._into[-1] += data
+
+
+@pytest.fixture(scope="module")
+def small() -> Evaluation:
+    """A tip that rises late and swings aside on its way."""
+    times = np.linspace(0, 1, 5)
+    mesh = em.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3]])
+    frames = np.repeat(mesh.vertices[None], 5, axis=0)
+    frames[:, 3, 2] += times**2
+    frames[:, 3, 0] += times * (1 - times)
+    return em.evaluate(em.MeshSequence(mesh, frames, times), ["linear", "ease:2", "beam:3"])
+
+
+def test_the_numbers_are_those_of_the_csv(small: Evaluation) -> None:
+    table = ReadTable(evaluation_html(small))
+    header, *rows = table.rows
+    names = ["method", "LME", "LAE", "mean LME", "mean LAE", "path LME", "path LAE"]
+    assert header[:7] == names
+    assert header[7:] == ["seam", "flips", "stretch"]
+    for row, line in zip(rows, summaries(small), strict=True):
+        assert row[0] == line.label
+        for text, name in zip(row[1:7], names[1:], strict=True):
+            expected = 100 * getattr(line, name.lower().replace(" ", "_"))
+            assert float(text) == pytest.approx(expected, abs=5.1e-4)
+
+
+def test_the_least_of_each_column_is_marked_unless_all_are_alike(small: Evaluation) -> None:
+    table = ReadTable(evaluation_html(small))
+    for column in range(1, len(table.rows[0])):
+        texts = [row[column] for row in table.rows[1:]]
+        least = min(texts, key=float)
+        expected = [text == least and len(set(texts)) > 1 for text in texts]
+        assert [row[column] for row in table.marked[1:]] == expected
+
+
+def test_the_words_are_those_of_the_terminal(small: Evaluation) -> None:
+    lines = summaries(small)
+    words = ReadTable(evaluation_html(small)).words
+    assert words[1:] == [*conclusions(lines), *rankings(lines)]
+    assert words[0].startswith("5 frames, ")
+
+
+def test_two_methods_need_no_order(small: Evaluation) -> None:
+    two = replace(small, results=small.results[:2])
+    words = ReadTable(evaluation_html(two)).words
+    assert words[1:] == conclusions(summaries(two))
+
+
+def test_the_table_has_no_colour_of_its_own(small: Evaluation) -> None:
+    """Readable on light and on dark: lines and text have the colour of what is around them."""
+    html = evaluation_html(small)
+    assert not re.search(r"#[0-9a-f]{3}|rgb|background|color: (?!inherit)", html)
+    assert "color: inherit" in html
+
+
+def test_labels_are_text(small: Evaluation) -> None:
+    hostile = replace(small.results[0], label="<script>&amp;")
+    html = evaluation_html(replace(small, results=(hostile,)))
+    assert "<script>" not in html
+    assert ReadTable(html).rows[1][0] == "<script>&amp;"
+
+
+def test_markers_have_no_columns_of_shape() -> None:
+    frames = np.random.default_rng(0).normal(size=(4, 6, 3))
+    curves = em.CurveNetwork([em.Curve(np.arange(6))], 6)
+    markers = em.evaluate(em.MeshSequence(em.Mesh(frames[0]), frames), ["linear"], curves)
+    assert "seam" not in ReadTable(evaluation_html(markers)).rows[0]

@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.draw.hinge import hinge_faces, hinge_graph, looks_of
 from elastomorph.draw.sheet import text_size_for
-from elastomorph.evaluation.hinge import Hinge, find_hinge, hinge_errors
-from elastomorph.evaluation.rigid_parts import find_rigid_parts
+from elastomorph.evaluation.rigid_bodies import Hinge, find_hinge, find_rigid_parts, hinge_errors
 from elastomorph.model.mesh import FaceLabels
 from elastomorph.model.morph import Morph
 from elastomorph.report.hinge import hinge_section

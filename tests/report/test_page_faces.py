@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from elastomorph.evaluation import Evaluation
-from elastomorph.evaluation.closure_seams import ClosureSeam
-from elastomorph.evaluation.shape import Shape
+from elastomorph.evaluation.shape import ClosureSeam, Shape
 from elastomorph.report.faces import closures_picture, look_alikes, telling_frame
 
 

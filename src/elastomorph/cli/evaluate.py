@@ -17,7 +17,7 @@ from elastomorph.cli.evaluation_page import EvaluationPage
 if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
     from elastomorph.evaluation import Evaluation
-    from elastomorph.evaluation.rigidity import Rigidity
+    from elastomorph.evaluation.rigid_bodies import Rigidity
     from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["add_to"]

@@ -16,7 +16,7 @@ from elastomorph.draw.sheet import Face, face_sheet, in_rows, stack
 from elastomorph.draw.strips import TRUTH, method_words
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
-from elastomorph.evaluation.closure_seams import closure_seams
+from elastomorph.evaluation.shape import closure_seams
 from elastomorph.model.mesh import Mesh
 from elastomorph.physics import Material
 from elastomorph.rig import Rig

@@ -14,7 +14,7 @@ from elastomorph.draw.figure import dress, legend, new_figure, styles_for
 from elastomorph.draw.materials import parts_of
 from elastomorph.draw.pictures import Image
 from elastomorph.draw.sheet import Face, face_sheet
-from elastomorph.evaluation.hinge import TIMES, Hinge
+from elastomorph.evaluation.rigid_bodies import TIMES, Hinge
 from elastomorph.model.mesh import FaceLabels, Mesh
 from elastomorph.model.morph import Morph
 

@@ -4,9 +4,9 @@ from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.evaluation.evaluation import DEFAULT_METHODS, evaluate
 from elastomorph.evaluation.every_method import every_method, left_out
 from elastomorph.evaluation.inbetweens import Suggestion, suggest_inbetweens
+from elastomorph.evaluation.movements import Movement, find_movements, resting_pose
 from elastomorph.evaluation.results import Evaluation, MethodResult
-from elastomorph.evaluation.rigidity import Rigidity, rigidity
-from elastomorph.evaluation.segments import Movement, find_movements, resting_pose
+from elastomorph.evaluation.rigid_bodies import Rigidity, rigidity
 from elastomorph.evaluation.shape import Shape, ShapeProbe
 from elastomorph.evaluation.target_paths import TargetPath, TargetPaths, target_paths
 from elastomorph.evaluation.timing import free_timing

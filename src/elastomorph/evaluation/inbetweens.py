@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
-from elastomorph.evaluation.key_frames import EFFORT, Judge, best_frames
-from elastomorph.evaluation.spline_errors import Choice, LargestError, MeanSquare
+from elastomorph.evaluation.key_frames import EFFORT, Choice, LargestError, MeanSquare, best_frames
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.numbers import as_number
@@ -144,7 +143,9 @@ def suggest_inbetweens(
     return suggestions
 
 
-def _judge(truth: MeshSequence, along: CurveVertices, measure: str, law: str) -> Judge:
+def _judge(
+    truth: MeshSequence, along: CurveVertices, measure: str, law: str
+) -> LargestError | MeanSquare:
     """The measure on the vertices of the curves; all lengths are fractions of D."""
     offsets = truth.frames[:, along.indices] / truth.mesh.diameter
     first, last = offsets[0].copy(), offsets[-1].copy()

@@ -1,37 +1,226 @@
-"""The frames of a motion through which a path comes closest to all of it."""
+"""The frames of a motion through which a path comes closest to all of it.
+
+A path through captured frames is linear in them: with the frames' offsets from the straight
+path, R_t = Y_t - V₀ - t·Δ, the error of the path through frames f_1 … f_n at time t is
+
+    R_t - Σ_i b_i(t)·R_{f_i}
+
+with cardinal curves b_i, so that many choices of frames are judged by one product of matrices.
+
+The largest error over all vertices is found without looking at all of them. The largest over some
+*witnesses* is a lower bound: a choice whose bound is above the true error of another is out, the
+choice of the smallest bound is judged on all vertices, and those at which it fails become
+witnesses too. When no choice is left, the best one is known for certain.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import comb, inf
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.evaluation.spline_errors import Choice
+from elastomorph.paths.through import inner_curvatures
 
-__all__ = ["EFFORT", "Judge", "best_frames"]
+__all__ = ["EFFORT", "Choice", "LargestError", "MeanSquare", "best_frames", "cardinal_weights"]
 
 EFFORT = 20_000_000.0
 """How many choices times frames are compared at once, unless told: seconds on one core."""
+_CHUNK = 1_000_000
+_BATCH = 8
+_FEW = 16
 
 
-class Judge(Protocol):
-    """A measure of error that can compare many choices of frames."""
+@dataclass(frozen=True)
+class Choice:
+    """Frames for in-betweens.
 
-    @property
-    def times(self) -> NDArray[np.float64]:
-        """(T,) times of the frames."""
+    Attributes:
+        frames: Indices of the frames, rising.
+        error: The error of the path through them, by the measure of the judge.
+        certain: Whether all choices of as many frames were compared.
+    """
+
+    frames: tuple[int, ...]
+    error: float
+    certain: bool = False
+
+
+def cardinal_weights(
+    keys: NDArray[np.float64], times: NDArray[np.float64], law: str = "spline"
+) -> NDArray[np.float64]:
+    """Values of the cardinal curves of many choices of times.
+
+    The same numbers as `elastomorph.paths.through.cardinal_curves`, for all choices at once.
+
+    Args:
+        keys: (S, n) rising times within (0, 1).
+        times: (T,) times from 0 to 1.
+        law: One of `elastomorph.paths.through.LAWS`.
+
+    Returns:
+        (S, T, n).
+    """
+    ends = np.zeros((len(keys), 1))
+    breaks = np.concatenate([ends, keys, ends + 1.0], axis=1)
+    gaps = np.diff(breaks)[:, None]
+    when = times[None, :, None]
+    # How far each time has come towards each key, from the key before and from the key after.
+    up = np.clip((when - breaks[:, None, :-2]) / gaps[..., :-1], 0.0, 1.0)
+    down = np.clip((breaks[:, None, 2:] - when) / gaps[..., 1:], 0.0, 1.0)
+    hats = np.minimum(up, down)
+    if law == "piecewise":
+        return np.asarray(hats)
+    if law == "smooth":
+        return np.asarray(hats * hats * (3.0 - 2.0 * hats))
+    curving = (
+        gaps[..., :-1] ** 2 * (up * up * up - up) + gaps[..., 1:] ** 2 * (down * down * down - down)
+    ) / 6.0
+    return np.asarray(hats + curving @ inner_curvatures(breaks))
+
+
+class LargestError:
+    """The largest error over frames and groups of vertices: LME, or LAE with curves for groups."""
+
+    def __init__(
+        self,
+        offsets: NDArray[np.float64],
+        times: NDArray[np.float64],
+        starts: NDArray[np.int64],
+        counts: NDArray[np.int64],
+        law: str = "spline",
+    ) -> None:
+        """Prepare to judge.
+
+        Args:
+            offsets: (T, N, 3) of the frames from the straight path.
+            times: (T,) times of the frames, from 0 to 1.
+            starts: (G,) where each group starts among the N vertices.
+            counts: (G,) vertices of each group; the error of a group is the mean over them.
+            law: One of `elastomorph.paths.through.LAWS`.
+        """
+        self.times = times
+        self._law = law
+        self._offsets, self._starts, self._counts = offsets, starts, counts
+        self._witnesses: list[int] = []
 
     def best(self, choices: NDArray[np.int64], known: Choice) -> Choice:
         """The best of (S, n) choices, or ``known`` where none is better."""
+        every = np.arange(len(self.times))
+        news = self._witnesses[::-1]  # the latest first: they threw out choices like these
+        bounds = np.zeros(len(choices))
+        if news and known.error < inf:
+            some = every[:: max(1, len(every) // _FEW)]
+            bounds = self._bounds(choices, news[:_BATCH], some)
+            choices, bounds = _below(known.error, choices, bounds)
+        while True:
+            for first in range(0, len(news), _BATCH):
+                more = self._bounds(choices, news[first : first + _BATCH], every)
+                choices, bounds = _below(known.error, choices, np.maximum(bounds, more))
+            if not len(choices):
+                return known
+            promising = int(bounds.argmin())
+            frames = choices[promising]
+            error, worst = self._exact(frames)
+            if error < known.error:
+                known = Choice(tuple(int(frame) for frame in frames), error)
+            bounds[promising] = inf
+            choices, bounds = _below(known.error, choices, bounds)
+            news = [group for group in worst if group not in self._witnesses]
+            self._witnesses += news
+
+    def _bounds(
+        self, choices: NDArray[np.int64], groups: list[int], frames: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """(S,) largest error over some groups and frames."""
+        counts = self._counts[groups]
+        columns = np.concatenate(
+            [np.arange(self._starts[g], self._starts[g] + self._counts[g]) for g in groups]
+        )
+        offsets = np.ascontiguousarray(self._offsets[:, columns]).reshape(len(self.times), -1)
+        wanted, times = offsets[frames], self.times[frames]
+        bounds = np.empty(len(choices))
+        step = max(1, _CHUNK // wanted.size)
+        for first in range(0, len(choices), step):
+            part = choices[first : first + step]
+            missed = cardinal_weights(self.times[part], times, self._law) @ offsets[part]
+            missed -= wanted
+            np.square(missed, out=missed)
+            distances = np.sqrt(missed.reshape(len(part), len(times), -1, 3).sum(axis=3))
+            if len(columns) > len(groups):
+                distances = np.add.reduceat(distances, np.cumsum(counts) - counts, axis=2) / counts
+            bounds[first : first + step] = distances.max(axis=(1, 2))
+        return bounds
+
+    def _exact(self, frames: NDArray[np.int64]) -> tuple[float, list[int]]:
+        """The error over all groups, and the groups that fail most, the worst first."""
+        weights = cardinal_weights(self.times[frames][None], self.times, self._law)[0]
+        keys = self._offsets[frames].reshape(len(frames), -1)
+        largest, worst = np.zeros(len(weights)), np.zeros(len(weights), dtype=np.int64)
+        for i, row in enumerate(weights):
+            missed = (row @ keys).reshape(-1, 3) - self._offsets[i]
+            distances = np.sqrt(np.einsum("ni,ni->n", missed, missed))
+            if len(self._starts) < len(distances):
+                distances = np.add.reduceat(distances, self._starts) / self._counts
+            worst[i] = distances.argmax()
+            largest[i] = distances[worst[i]]
+        order = np.argsort(-largest, kind="stable")
+        return float(largest.max()), list(dict.fromkeys(worst[order].tolist()))[:_BATCH]
+
+
+class MeanSquare:
+    """The root of the mean squared distance over frames and vertices."""
+
+    def __init__(
+        self, offsets: NDArray[np.float64], times: NDArray[np.float64], law: str = "spline"
+    ) -> None:
+        """Prepare to judge.
+
+        Args:
+            offsets: (T, N, 3) of the frames from the straight path.
+            times: (T,) times of the frames, from 0 to 1.
+            law: One of `elastomorph.paths.through.LAWS`.
+        """
+        self.times = times
+        self._law = law
+        self._size = offsets.shape[0] * offsets.shape[1]
+        flat = offsets.reshape(len(offsets), -1)
+        # Squared distances between linear combinations of frames need their inner products only.
+        self._gram = flat @ flat.T
+
+    def best(self, choices: NDArray[np.int64], known: Choice) -> Choice:
+        """The best of (S, n) choices, or ``known`` where none is better."""
+        if not len(choices):
+            return known
+        squares = np.empty(len(choices))
+        step = max(1, _CHUNK // (len(self.times) * choices.shape[1]))
+        for first in range(0, len(choices), step):
+            part = choices[first : first + step]
+            weights = cardinal_weights(self.times[part], self.times, self._law)
+            among = self._gram[part[:, :, None], part[:, None, :]]
+            crossed = self._gram[part].transpose(0, 2, 1)
+            squares[first : first + step] = (weights * (weights @ among - 2 * crossed)).sum((1, 2))
+        first_best = int(squares.argmin())
+        square = max(0.0, float(squares[first_best] + np.trace(self._gram)))
+        error = (square / self._size) ** 0.5
+        if not error < known.error:
+            return known
+        return Choice(tuple(int(frame) for frame in choices[first_best]), error)
+
+
+def _below(
+    limit: float, choices: NDArray[np.int64], bounds: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The choices that may still be better, with their bounds."""
+    alive = bounds < limit
+    return choices[alive], bounds[alive]
 
 
 def best_frames(
-    judge: Judge,
+    judge: LargestError | MeanSquare,
     count: int,
     *,
     effort: float = EFFORT,
@@ -73,7 +262,7 @@ def best_frames(
     return found
 
 
-def _improved(judge: Judge, choice: Choice, effort: float) -> Choice:
+def _improved(judge: LargestError | MeanSquare, choice: Choice, effort: float) -> Choice:
     """A choice that neither small moves of all frames nor any exchange of one makes better."""
     total = len(judge.times)
     reach = 0

@@ -1,19 +1,223 @@
-"""Every movement of a take evaluated: onsets and offsets apart, and their means."""
+"""The movements in a recorded take: from rest to an apex (onset) and back (offset), each judged."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.errors import ParameterError
+from elastomorph.errors import MeshError, ParameterError
 from elastomorph.evaluation.evaluation import AnyMethod, evaluate
 from elastomorph.evaluation.results import Evaluation
-from elastomorph.evaluation.segments import Movement, find_movements
 from elastomorph.evaluation.summary import MethodSummary, mean_summaries
+from elastomorph.model.geometry import largest_distance
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["JudgedMovement", "evaluate_movements", "mean_lines"]
+__all__ = [
+    "JudgedMovement",
+    "Movement",
+    "activity",
+    "evaluate_movements",
+    "find_movements",
+    "mean_lines",
+    "resting_pose",
+]
+
+
+@dataclass(frozen=True)
+class Movement:
+    """A stretch of a take in which the face goes from one pose to another.
+
+    Attributes:
+        start: First frame.
+        stop: Last frame, inclusive, as in `MeshSequence.part`.
+        kind: ``onset``, away from rest, or ``offset``, back to it.
+    """
+
+    start: int
+    stop: int
+    kind: Literal["onset", "offset"]
+
+
+def resting_pose(frames: ArrayLike) -> NDArray[np.float64]:
+    """The pose a take keeps coming back to.
+
+    The median over all frames, then twice the median over the half of the frames closest to it,
+    so that a pose held for less than about half of the take does not count.
+
+    Args:
+        frames: (T, N, 3) positions of markers or vertices.
+
+    Returns:
+        (N, 3) positions.
+    """
+    moving = _as_take(frames)
+    rest = np.median(moving, axis=0)
+    for _ in range(2):
+        distance = _rms(moving, rest)
+        rest = np.median(moving[distance <= np.median(distance)], axis=0)
+    return rest
+
+
+def activity(frames: ArrayLike, rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far each frame is from a pose: the RMS distance over the markers, as a fraction of D.
+
+    Args:
+        frames: (T, N, 3) positions.
+        rest: (N, 3) the pose; D is its largest distance between two markers.
+
+    Returns:
+        (T,) fractions of D.
+
+    Raises:
+        MeshError: Frames are not finite (T, N, 3) numbers, or all markers of the pose coincide.
+    """
+    moving = _as_take(frames)
+    diameter = largest_distance(rest)
+    if not diameter > 0:
+        raise MeshError("all markers of the resting pose are at one place: its diameter D is 0")
+    return _rms(moving, rest) / diameter
+
+
+def find_movements(
+    frames: ArrayLike,
+    *,
+    rest: NDArray[np.float64] | None = None,
+    least_rise: float = 0.005,
+    edge: float = 0.05,
+    turn: float = 0.25,
+    smoothing: float = 3.0,
+    reach: int = 30,
+    shortest: int = 6,
+) -> list[Movement]:
+    """Onsets and offsets in a take, in the order they occur.
+
+    The activity is smoothed over time. Its *rest level* is its median over the quieter half of
+    the take, and an excursion is a stretch above the rest level by `least_rise`. The onset of an
+    excursion leads from the last frame at which the activity is below `edge` of the way from the
+    quietest frame shortly before to the peak, to the first frame above 1 - `edge` of it; the
+    offset is the mirror image. An excursion cut off by an end of the take has no onset, or no
+    offset.
+
+    In speech, excursions run together. Where an onset or offset turns back by more than `turn` of
+    its rise, from lowest to highest, it is split at both ends of the turn, and each part, the turn
+    too, is a movement if it reaches `least_rise`; so no movement found turns back farther.
+
+    Args:
+        frames: (T, N, 3) positions of markers or vertices, rigid head motion removed, at a
+            constant rate.
+        rest: (N, 3) the pose movements start from; `resting_pose` by default.
+        least_rise: How far above the rest level a movement must reach, as a fraction of D: the
+            RMS distance of the markers. 0.005 is 1 mm on a face of 20 cm.
+        edge: Share of the rise cut off at either end, from 0 to below 0.5: rest and apex are
+            never quite still, and with 0 a movement holds on to the last of either.
+        turn: Share of its rise, above 0, by which a movement may turn back; 1 to split none.
+        smoothing: Standard deviation of the Gaussian, in frames; 0 for none.
+        reach: How many frames before and after an excursion its quietest frame is looked for:
+            about half a second, lest a slow drift of the rest counts as movement.
+        shortest: Movements of fewer frames are left out.
+
+    Raises:
+        MeshError: Frames are not finite (T, N, 3) numbers.
+        ParameterError: A setting is out of its range.
+    """
+    for name, value, allowed, expected in (
+        ("least_rise", least_rise, least_rise > 0, "above 0"),
+        ("edge", edge, 0 <= edge < 0.5, "from 0 to below 0.5"),
+        ("turn", turn, 0 < turn <= 1, "above 0 and at most 1"),
+        ("smoothing", smoothing, smoothing >= 0, "0 or more"),
+        ("reach", reach, reach >= 1, "1 or more"),
+        ("shortest", shortest, shortest >= 2, "2 or more"),
+    ):
+        if not allowed:
+            raise ParameterError(f"{name} must be {expected}, found {value}")
+    moving = _as_take(frames)
+    level = activity(moving, resting_pose(moving) if rest is None else rest)
+    if smoothing > 0:
+        from scipy.ndimage import gaussian_filter1d
+
+        level = gaussian_filter1d(level, smoothing, mode="nearest")
+    rest_level = float(np.median(level[level <= np.median(level)]))
+    excursions = _runs(level > rest_level + least_rise)
+    count = len(level)
+    found: list[Movement] = []
+    for number, (first, stop) in enumerate(excursions):
+        quiet_from = max(first - reach, excursions[number - 1][1] if number else 0)
+        following = excursions[number + 1][0] if number + 1 < len(excursions) else count
+        quiet_to = min(stop + reach, following)
+        peak = first + int(np.argmax(level[first:stop]))
+        stretches = []
+        if first > quiet_from:
+            stretches.append((quiet_from + int(np.argmin(level[quiet_from:first])), peak))
+        if stop < quiet_to:
+            stretches.append((peak, stop + int(np.argmin(level[stop:quiet_to]))))
+        for stretch in stretches:
+            for part in _one_way(level, stretch, turn):
+                if abs(level[part[1]] - level[part[0]]) >= least_rise:
+                    found.append(_trimmed(level, *part, edge))
+    return [move for move in found if move.stop - move.start + 1 >= shortest]
+
+
+def _one_way(
+    level: NDArray[np.float64], stretch: tuple[int, int], turn: float
+) -> list[tuple[int, int]]:
+    """First and last frames of the parts of a stretch that turn back by at most a share each."""
+    parts, waiting = [], [stretch]
+    while waiting:
+        start, stop = waiting.pop()
+        own = level[start : stop + 1]
+        rising = own if own[-1] > own[0] else -own
+        highest = np.maximum.accumulate(rising)
+        back = int(np.argmax(highest - rising))
+        if highest[back] - rising[back] <= turn * (rising[-1] - rising[0]):
+            parts.append((start, stop))
+            continue
+        ahead = int(np.argmax(rising[: back + 1]))
+        turns = (start, start + ahead, start + back, stop)
+        waiting += reversed(list(pairwise(turns)))
+    return parts
+
+
+def _trimmed(level: NDArray[np.float64], start: int, stop: int, edge: float) -> Movement:
+    """The movement from frame to frame, less a share of its rise at both ends."""
+    own = level[start : stop + 1]
+    onset = own[-1] > own[0]
+    rising = own if onset else own[::-1]
+    base, peak = rising[0], rising[-1]
+    high = int(np.argmax(rising >= peak - edge * (peak - base)))
+    low = int(np.flatnonzero(rising[:high] <= base + edge * (peak - base))[-1])
+    if onset:
+        return Movement(start + low, start + high, "onset")
+    return Movement(stop - high, stop - low, "offset")
+
+
+def _runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Start and stop (exclusive) of each run of true values."""
+    steps = np.diff(np.concatenate([[0], inside.astype(np.int8), [0]]))
+    starts, stops = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
+    return [(int(start), int(stop)) for start, stop in zip(starts, stops, strict=True)]
+
+
+def _rms(moving: NDArray[np.float64], pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(T,) root of the mean squared distance over the markers."""
+    offsets = moving - pose
+    squared: NDArray[np.float64] = np.einsum("tni,tni->t", offsets, offsets) / moving.shape[1]
+    return np.sqrt(squared)
+
+
+def _as_take(frames: ArrayLike) -> NDArray[np.float64]:
+    moving = np.asarray(frames, dtype=np.float64)
+    if moving.ndim != 3 or moving.shape[2] != 3 or 0 in moving.shape:
+        raise MeshError(f"a take must have shape (T, N, 3), found {moving.shape}")
+    if not np.isfinite(moving).all():
+        frame = int(np.argmin(np.isfinite(moving).all(axis=(1, 2))))
+        raise MeshError(f"frame {frame} of the take has coordinates that are not finite")
+    return moving
 
 
 @dataclass(frozen=True, eq=False)

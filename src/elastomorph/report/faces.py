@@ -11,7 +11,7 @@ from elastomorph.draw.comparisons import contact_sheet, error_strip, side_by_sid
 from elastomorph.draw.pictures import Image
 from elastomorph.draw.strips import TRUTH, face_strip
 from elastomorph.evaluation import Evaluation, MethodResult
-from elastomorph.evaluation.closure_seams import ClosureSeam
+from elastomorph.evaluation.shape import ClosureSeam
 from elastomorph.evaluation.words import Lengths, listed, percent
 from elastomorph.model.morph import Morph
 from elastomorph.report.images import Picture

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from elastomorph.draw.hinge import hinge_graph, looks_of
 from elastomorph.draw.pictures import Image
-from elastomorph.evaluation.hinge import Hinge, HingeError
+from elastomorph.evaluation.rigid_bodies import Hinge, HingeError
 from elastomorph.evaluation.words import SPACE, Lengths, counted, listed, percent
 from elastomorph.model.morph import Morph
 from elastomorph.report.document import Section

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elastomorph.evaluation.rigid_parts import RigidParts, find_rigid_parts
+from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
 from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence

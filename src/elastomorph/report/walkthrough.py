@@ -16,8 +16,8 @@ from elastomorph.draw.pictures import write_picture
 from elastomorph.draw.strips import expression_strip
 from elastomorph.draw.time_laws import time_law_graph
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate, every_method
-from elastomorph.evaluation.closure_seams import ClosureSeam, closure_seams
-from elastomorph.evaluation.hinge import HingeError, find_hinge, hinge_errors
+from elastomorph.evaluation.rigid_bodies import HingeError, find_hinge, hinge_errors
+from elastomorph.evaluation.shape import ClosureSeam, closure_seams
 from elastomorph.evaluation.summary import informed_methods
 from elastomorph.evaluation.target_paths import TargetPaths, target_paths
 from elastomorph.evaluation.words import Lengths

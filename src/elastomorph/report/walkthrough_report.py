@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from elastomorph.draw.pictures import Image
 from elastomorph.evaluation import Evaluation, suggest_inbetweens
-from elastomorph.evaluation.hinge import Hinge, HingeError
+from elastomorph.evaluation.rigid_bodies import Hinge, HingeError
 from elastomorph.evaluation.target_paths import TargetPaths
 from elastomorph.evaluation.words import SPACE, counted, percent, significant
 from elastomorph.model.morph import Morph

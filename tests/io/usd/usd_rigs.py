@@ -12,9 +12,9 @@ from hypothesis.extra.numpy import arrays
 
 from elastomorph.errors import FormatError
 from elastomorph.io.blend_shapes import hats
-from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.isolated import RefusedError
 from elastomorph.io.npz_members import open_npz, write_arrays
+from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import reader, worker
 from elastomorph.io.usd.scene import Scene
 from elastomorph.model.bend_curve import BendCurve

@@ -28,13 +28,13 @@ from elastomorph.errors import (
     ParameterError,
 )
 from elastomorph.io.blend_shapes import hats
-from elastomorph.io.untrusted import naming_file
 from elastomorph.io.fbx.part import Channel, FbxPart, mesh_of, read_axes, read_parts
 from elastomorph.io.fbx.worker import ADVICE
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.placing import Placing, placings
+from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig

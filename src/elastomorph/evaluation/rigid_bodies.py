@@ -1,0 +1,295 @@
+"""What must turn rigidly: ground truth inside a rig, the arc of a jaw, and how rigid a path is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.curves import CurveNetwork, region_of
+from elastomorph.errors import ParameterError
+from elastomorph.model.geometry import Screw, connected_parts, fit_rigid, largest_distance
+from elastomorph.model.mesh import FaceLabels, Mesh, require_same_topology
+from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
+
+__all__ = [
+    "TIMES",
+    "Hinge",
+    "HingeError",
+    "RigidParts",
+    "Rigidity",
+    "find_hinge",
+    "find_rigid_parts",
+    "hinge_errors",
+    "rigidity",
+]
+
+TIMES = (0.25, 0.5, 0.75)
+"""Moments at which paths are compared with the arc of a hinge."""
+_MOST_IN_PAIRS = 1500
+
+
+@dataclass(frozen=True, eq=False)
+class RigidParts:
+    """Components of a mesh that one rigid motion carries from neutral to target.
+
+    Attributes:
+        vertices: (N,) their vertices in the whole mesh, rising.
+        components: How many there are.
+        screw: The motion.
+        residual: Largest distance of a target vertex from it, as a fraction of D.
+        truth: The parts alone, on the screw at constant speed. Where they are at which time is
+            not known, so only errors with free timing say something about a method.
+    """
+
+    vertices: NDArray[np.int64]
+    components: int
+    screw: Screw
+    residual: float
+    truth: MeshSequence
+
+    def curves(self, network: CurveNetwork) -> CurveNetwork:
+        """The curves of the whole mesh that lie on the parts."""
+        new_index = np.full(network.vertex_count, -1)
+        new_index[self.vertices] = np.arange(len(self.vertices))
+        return network.restricted(self.vertices).relabelled(new_index, len(self.vertices))
+
+    def restricted(self, morph: Morph) -> Morph:
+        """What a path of the whole mesh does to the parts alone."""
+        truth = self.truth
+        return replace(
+            morph, neutral=truth.mesh, target=truth.target, bends=morph.bends[:, self.vertices]
+        )
+
+
+def find_rigid_parts(
+    neutral: Mesh,
+    target: Mesh,
+    *,
+    tolerance: float = 1e-3,
+    least_turn: float = 5.0,
+    frames: int = 11,
+) -> RigidParts | None:
+    """Find the components that turn rigidly, together.
+
+    Args:
+        neutral: The mesh at t = 0.
+        target: The mesh at t = 1.
+        tolerance: Largest distance from a rigid motion, as a fraction of D.
+        least_turn: Smallest angle of interest, in degrees.
+        frames: Frames of the truth.
+
+    Returns:
+        The largest set of components with one common motion, or none.
+
+    Raises:
+        TopologyError: Neutral and target differ in vertices or polygons.
+    """
+    require_same_topology(neutral, target)
+    scale = neutral.diameter or 1.0
+    rigid: list[NDArray[np.int64]] = []
+    for vertices in connected_parts(len(neutral.vertices), neutral.edges):
+        if len(vertices) >= 4:
+            screw, residual = fit_rigid(neutral.vertices[vertices], target.vertices[vertices])
+            turns = np.degrees(screw.angle) >= least_turn
+            if turns and residual.max() <= tolerance * scale:
+                rigid.append(vertices)
+    if not rigid:
+        return None
+    together = np.sort(np.concatenate(rigid))
+    screw, residual = fit_rigid(neutral.vertices[together], target.vertices[together])
+    if residual.max() > 2 * tolerance * scale:
+        largest = max(rigid, key=len)
+        rigid, together = [largest], np.sort(largest)
+        screw, residual = fit_rigid(neutral.vertices[together], target.vertices[together])
+    return RigidParts(
+        together,
+        len(rigid),
+        screw,
+        float(residual.max()) / scale,
+        _truth(neutral, target, together, screw, frames),
+    )
+
+
+def _truth(
+    neutral: Mesh, target: Mesh, vertices: NDArray[np.int64], screw: Screw, frames: int
+) -> MeshSequence:
+    new_index = np.full(len(neutral.vertices), -1)
+    new_index[vertices] = np.arange(len(vertices))
+    kept = [number for number, face in enumerate(neutral.faces) if (new_index[face] >= 0).all()]
+    faces = [new_index[neutral.faces[number]] for number in kept]
+    start, end = neutral.vertices[vertices], target.vertices[vertices]
+    left_over = end - screw.at(1.0, start)
+    times = np.linspace(0.0, 1.0, frames)
+    positions = np.stack([screw.at(float(t), start) + t * left_over for t in times])
+    positions[-1] = end
+    materials, groups = (_of(labels, kept) for labels in (neutral.materials, neutral.groups))
+    return MeshSequence(Mesh(start, faces, materials=materials, groups=groups), positions, times)
+
+
+def _of(labels: FaceLabels | None, faces: Sequence[int]) -> FaceLabels | None:
+    """The labels of some of the polygons."""
+    return None if labels is None else FaceLabels(labels.names, labels.of_face[list(faces)])
+
+
+@dataclass(frozen=True, eq=False)
+class Hinge:
+    """What turns about one axis, rigidly, from a neutral to a target.
+
+    Attributes:
+        neutral: The whole face at rest.
+        screw: The motion.
+        parts: (N,) vertices of pieces that move as one rigid body, such as teeth; rising.
+        along: (M,) vertices that the motion carries as closely, of further pieces that it carries
+            for the most part, such as gums; rising.
+        residual: How far the target itself is from the motion on all of these, as a fraction of D.
+    """
+
+    neutral: Mesh
+    screw: Screw
+    parts: NDArray[np.int64]
+    along: NDArray[np.int64]
+
+    residual: float
+
+    @property
+    def vertices(self) -> NDArray[np.int64]:
+        """(N + M,) all that turns, rising."""
+        return np.union1d(self.parts, self.along)
+
+    def off(self, morph: Morph, time: float) -> NDArray[np.float64]:
+        """(N + M,) distance of each of `vertices` from the true arc, as a fraction of D."""
+        there = self.screw.at(time, self.neutral.vertices[self.vertices])
+        away = np.linalg.norm(morph.at(time)[self.vertices] - there, axis=1)
+        return np.asarray(away / (self.neutral.diameter or 1.0))
+
+
+@dataclass(frozen=True)
+class HingeError:
+    """Largest distances from the true arc at t = 0.25, 0.5 and 0.75, as fractions of D.
+
+    Attributes:
+        label: The method.
+        parts: Of the rigid parts.
+        along: Of what moves along with them; 0 where there is nothing.
+    """
+
+    label: str
+    parts: float
+    along: float
+
+
+def find_hinge(neutral: Mesh, target: Mesh, parts: RigidParts, *, tolerance: float = 1e-6) -> Hinge:
+    """The hinge of rigid parts, and what else it carries.
+
+    Args:
+        neutral: The face at rest.
+        target: The face with its jaw open.
+        parts: What `find_rigid_parts` found between the two.
+        tolerance: What else is carried ends within this fraction of D of the motion, or as near
+            to it as the parts do.
+    """
+    start, end = neutral.vertices, target.vertices
+    screw, residual = fit_rigid(start[parts.vertices], end[parts.vertices])
+    left_over = np.linalg.norm(screw.at(1.0, start) - end, axis=1)
+    allowed = max(float(residual.max()), tolerance * neutral.diameter)
+    carried = (left_over <= allowed) & (start != end).any(axis=1)
+    carried[parts.vertices] = False
+    along = np.zeros_like(carried)
+    for piece in connected_parts(len(start), neutral.edges):
+        # A gum is carried; a chin that happens to run along is skin, which may do as it likes.
+        if 2 * np.count_nonzero(carried[piece]) > len(piece):
+            along[piece] = carried[piece]
+    turning = np.union1d(parts.vertices, np.flatnonzero(along))
+    own = float(left_over[turning].max()) / (neutral.diameter or 1.0)
+    return Hinge(neutral, screw, parts.vertices, np.flatnonzero(along), own)
+
+
+def hinge_errors(hinge: Hinge, morphs: Mapping[str, Morph]) -> list[HingeError]:
+    """How far each method leaves the true arc, at even timing.
+
+    Args:
+        hinge: What turns.
+        morphs: Paths of the whole face by the labels of their methods.
+    """
+    is_part = np.isin(hinge.vertices, hinge.parts)
+    found = []
+    for label, morph in morphs.items():
+        worst = np.max([hinge.off(morph, time) for time in TIMES], axis=0)
+        found.append(
+            HingeError(label, float(worst[is_part].max()), float(worst[~is_part].max(initial=0.0)))
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class Rigidity:
+    """How a path treats vertices known to move as one rigid body, over the times asked for.
+
+    Attributes:
+        change: Largest change of the distance between two of the vertices, as a fraction of D.
+        off_screw: Largest distance of a vertex from the screw motion between both ends, each
+            moment compared with the part of the screw that fits it best, as a fraction of D.
+        ends: Largest distance of the target from a rigid motion of the neutral, as a fraction of
+            D: where it is large, the vertices are no rigid body.
+    """
+
+    change: float
+    off_screw: float
+    ends: float
+
+
+def rigidity(morph: Morph, body: ArrayLike | str, times: Iterable[float]) -> Rigidity:
+    """Measure how rigid a body stays along a path.
+
+    Pairs are taken among at most 1500 vertices spread evenly over the body.
+
+    Args:
+        morph: The path.
+        body: Vertex indices, (V,) bool or the name of a group, at least four vertices.
+        times: Moments of the path.
+
+    Raises:
+        CurveError: A vertex that does not exist.
+        ParameterError: Fewer than four vertices.
+    """
+    from scipy.optimize import minimize_scalar
+
+    vertices = np.flatnonzero(region_of(morph.neutral, body))
+    if vertices.size < 4:
+        raise ParameterError(f"a rigid body needs at least 4 vertices, found {vertices.size}")
+    start, end = morph.neutral.vertices[vertices], morph.target.vertices[vertices]
+    screw, residual = fit_rigid(start, end)
+    left_over = end - screw.at(1.0, start)
+    sample = np.unique(np.linspace(0, vertices.size - 1, _MOST_IN_PAIRS).astype(int))
+    at_rest = _distances(start[sample])
+    scale = morph.neutral.diameter or largest_distance(morph.target.vertices)
+    parts = np.linspace(0.0, 1.0, 201)
+    arcs = np.stack([screw.at(float(part), start) + part * left_over for part in parts])
+    change = off = 0.0
+    for time in times:
+        here = morph.at(float(time))[vertices]
+        change = max(change, float(np.abs(_distances(here[sample]) - at_rest).max()))
+        nearest = int(np.einsum("pvi,pvi->p", arcs - here, arcs - here).argmin())
+        bracket = (parts[max(nearest - 1, 0)], parts[min(nearest + 1, len(parts) - 1)])
+
+        def away(part: float, here: NDArray[np.float64] = here) -> NDArray[np.float64]:
+            return screw.at(part, start) + part * left_over - here
+
+        best = minimize_scalar(
+            lambda part: float((away(part) ** 2).sum()),
+            bounds=bracket,
+            method="bounded",
+            options={"xatol": 1e-12},
+        ).x
+        off = max(off, float(np.linalg.norm(away(float(best)), axis=1).max()))
+    return Rigidity(change / scale, off / scale, float(residual.max()) / scale)
+
+
+def _distances(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.spatial.distance import pdist
+
+    return np.asarray(pdist(points))
