@@ -9,7 +9,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
-from elastomorph.fitting.folds import Repetitions
+from elastomorph.fitting.cross_validation import Repetitions
 from elastomorph.fitting.modal_sums import LawSums, ModalSums, curve_sums
 from elastomorph.fitting.objective import Objective
 

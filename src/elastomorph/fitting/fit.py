@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-import math
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
-from elastomorph.errors import MeshError, ParameterError, TopologyError
-from elastomorph.evaluation.curve_errors import CurveVertices
-from elastomorph.fitting.curve_by_curve import fit_curves
-from elastomorph.fitting.errors import method_errors, pooled_errors
-from elastomorph.fitting.folds import Repetitions, Solution, constants
+from elastomorph.errors import MeshError, ParameterError, TimeLawWarning, TopologyError
+from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
+from elastomorph.fitting.cross_validation import (
+    Repetitions,
+    Solution,
+    Validated,
+    constants,
+    fit_curves,
+)
 from elastomorph.fitting.modal_sums import ModalSums, curve_sums
 from elastomorph.fitting.objective import Objective
-from elastomorph.fitting.results import Fit
+from elastomorph.fitting.results import Errors, Fit
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.sequence import MeshSequence, require_motion
-from elastomorph.paths import Method
+from elastomorph.paths import Method, interpolate
 from elastomorph.physics import CLOSURES
 
 __all__ = ["fit"]
@@ -30,7 +35,6 @@ _STILL = 1e-9
 # Degrees whose errors differ by less are equally good, and the lowest of them is taken.
 _ALIKE = 1e-3
 _EXACT = 1e-6
-_LABELS = ("linear", "ease", "beam")
 
 
 def fit(
@@ -77,39 +81,24 @@ def fit(
 
     say("adding up the modes")
     by_curve = [curve_sums(take, list(network)) for take in takes]
-    whole_faces = [ModalSums.joined(parts) for parts in by_curve]
-    degrees: tuple[int, ...] = DEGREES if degree is None else (degree,)
-    repetitions = Repetitions.of(whole_faces, max(degrees) + 1)
-    degrees = _with_enough_frames(repetitions, degrees, closure)
-
-    solutions: dict[int, Solution] = {}
-    folds: dict[int, list[Solution]] = {}
-    for each in degrees:
+    degrees = DEGREES if degree is None else (degree,)
+    faces = Repetitions.of([ModalSums.joined(parts) for parts in by_curve], max(degrees) + 1)
+    by_degree: dict[int, Validated] = {}
+    for each in _with_enough_frames(faces, degrees, closure):
         say(f"fitting loads of degree {each}")
-        solutions[each] = repetitions.solved(each, closure, starts)
-        folds[each] = repetitions.folds(solutions[each], starts)
-    single = len(takes) == 1
-    by_degree = {
-        r: (_rms(one) if single else repetitions.left_out_rms(folds[r])) / diameter
-        for r, one in solutions.items()
-    }
-    if single:
-        chosen = min(degrees, key=lambda r: _bic(solutions[r]))
-    else:
-        least = min(by_degree.values())
-        moved = repetitions.rms_moved / diameter
-        alike = (1.0 + _ALIKE) * least + _EXACT * moved
-        chosen = min(r for r in degrees if by_degree[r] <= alike)
+        by_degree[each] = faces.validated(each, closure, starts)
+    chosen, rms = _best_degree(by_degree, faces.rms_moved)
     say("finding intervals")
-    known = constants(solutions[chosen], folds[chosen])
+    known = constants(by_degree[chosen])
 
     say("measuring")
-    inside = np.stack([_errors(take, known.solution, network, along, diameter) for take in takes])
-    outside = [
-        _errors(take, fold, network, along, diameter)
-        for take, fold in zip(takes, folds[chosen], strict=False)
-    ]
+    folds = by_degree[chosen].folds
+    inside = _errors(takes, [known.solution] * len(takes), network, along, diameter)
+    outside = _errors(takes, folds, network, along, diameter)
     frames = np.array([len(take) - 2 for take in takes])
+    alone = (
+        fit_curves(by_curve, network, chosen, closure, starts, diameter, say) if per_curve else ()
+    )
     return Fit(
         material=known.material,
         load=known.solution.load,
@@ -118,15 +107,13 @@ def fit(
         damping=known.damping,
         mass=known.mass,
         load_intervals=known.load_intervals,
-        degree_errors=by_degree,
-        chosen="given" if degree is not None else "BIC" if single else "leave-one-out",
+        degree_errors={each: value / diameter for each, value in rms.items()},
+        chosen="given" if degree is not None else "leave-one-out" if folds else "BIC",
         excursion=known.solution.objective.excursion(known.solution.optimum.point),
-        in_sample=pooled_errors(_LABELS, inside, frames),
-        left_out=pooled_errors(_LABELS, np.stack(outside), frames) if outside else (),
-        left_out_rms=np.stack(outside)[:, :, 0] if outside else np.zeros((0, 3)),
-        per_curve=fit_curves(by_curve, network, chosen, closure, starts, diameter, say)
-        if per_curve
-        else (),
+        in_sample=_pooled(inside, frames),
+        left_out=_pooled(outside, frames) if folds else (),
+        left_out_rms=outside[:, :, 0] if folds else np.zeros((0, 3)),
+        per_curve=alone,
         motions=len(takes),
         frames=int(frames.sum()),
         curves=len(network),
@@ -148,12 +135,7 @@ def _check_settings(degree: int | None, closure: str, starts: int) -> None:
 
 
 def _one_mesh(motions: MeshSequence | Sequence[MeshSequence]) -> list[MeshSequence]:
-    """The motions, if they share a mesh.
-
-    Raises:
-        ParameterError: There is none, or something else among them.
-        TopologyError: Two meshes differ.
-    """
+    """The motions, if they share a mesh."""
     several = isinstance(motions, Sequence) and not isinstance(motions, str)
     takes: list[Any] = list(motions) if several else [motions]
     if not takes:
@@ -170,12 +152,7 @@ def _one_mesh(motions: MeshSequence | Sequence[MeshSequence]) -> list[MeshSequen
 
 
 def _along(takes: Sequence[MeshSequence], network: CurveNetwork) -> CurveVertices:
-    """The vertices of the curves, if they fit the motions and move in each.
-
-    Raises:
-        CurveError: The curves belong to another mesh, or there are none.
-        MeshError: A motion ends where it starts, or D is 0.
-    """
+    """The vertices of the curves, if they fit the motions and move in each."""
     count = len(takes[0].mesh.vertices)
     require_curves_of(network, count, "the first frame")
     along = CurveVertices.of(network, count)
@@ -200,8 +177,7 @@ def _with_enough_frames(
 ) -> tuple[int, ...]:
     """The degrees with no more parameters than frames, also when one motion is left out.
 
-    Raises:
-        ParameterError: No degree but the first, which has no parameters, or not the one asked for.
+    Refused where that is no degree but the first, which has no parameters, or not the one given.
     """
     frames = [part.frames for part in repetitions.parts]
     least = sum(frames) - (max(frames) if len(frames) > 1 else 0)
@@ -217,25 +193,67 @@ def _with_enough_frames(
     return enough
 
 
+def _best_degree(by_degree: dict[int, Validated], rms_moved: float) -> tuple[int, dict[int, float]]:
+    """The degree to take, and the RMS by degree of motions left out (of all, for a single one)."""
+    if not any(one.folds for one in by_degree.values()):
+        best = min(by_degree, key=lambda r: by_degree[r].whole.bic)
+        return best, {r: one.whole.rms for r, one in by_degree.items()}
+    rms = {r: one.left_out_rms for r, one in by_degree.items()}
+    alike = (1.0 + _ALIKE) * min(rms.values()) + _EXACT * rms_moved
+    return min(r for r, error in rms.items() if error <= alike), rms
+
+
 def _errors(
-    take: MeshSequence,
-    solution: Solution,
+    motions: Sequence[MeshSequence],
+    solutions: Sequence[Solution],
     network: CurveNetwork,
     along: CurveVertices,
     diameter: float,
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    methods = (Method("linear"), solution.ease, solution.method)
-    return method_errors(take, methods, network, along, diameter)
+) -> NDArray[np.float64]:
+    """(motions, 3, 3) RMS, LME and LAE over D of linear, ease and beam, each by its solution."""
+    return np.array(
+        [
+            [
+                _method_errors(motion, method, network, along, diameter)
+                for method in (Method("linear"), solution.ease, solution.method)
+            ]
+            for motion, solution in zip(motions, solutions, strict=False)
+        ]
+    )
 
 
-def _rms(solution: Solution) -> float:
-    sums = solution.objective.sums
-    return math.sqrt(sums.misfit(solution.laws) / sums.count)
+def _method_errors(
+    motion: MeshSequence,
+    method: Method,
+    network: CurveNetwork,
+    along: CurveVertices,
+    diameter: float,
+) -> tuple[float, float, float]:
+    """RMS, LME and LAE over D of a method between the first and the last frame."""
+    with warnings.catch_warnings():
+        # The fit says itself how far its laws run back.
+        warnings.simplefilter("ignore", TimeLawWarning)
+        morph = interpolate(motion.neutral, motion.target, method, curves=network)
+    squared, largest, average = 0.0, 0.0, 0.0
+    for time, captured in zip(motion.times[1:-1], motion.frames[1:-1], strict=True):
+        positions = morph.at(float(time))
+        mean, most = curve_errors(positions, captured, along, diameter)
+        squared += float(((positions - captured)[along.indices] ** 2).sum())
+        largest, average = max(largest, float(most.max())), max(average, float(mean.max()))
+    count = max(len(along.indices) * (len(motion) - 2), 1)
+    return float(np.sqrt(squared / count)) / diameter, largest, average
 
 
-def _bic(solution: Solution) -> float:
-    """n ln(misfit) + parameters · ln n; what is exact to six digits is exact."""
-    sums = solution.objective.sums
-    misfit = max(sums.misfit(solution.laws) / sums.total, 1e-12)
-    parameters = int(solution.objective.free.sum())
-    return sums.frames * math.log(misfit) + parameters * math.log(sums.frames)
+def _pooled(errors: NDArray[np.float64], frames: NDArray[np.integer]) -> tuple[Errors, ...]:
+    """Errors over several motions: RMS over all (motions,) frames, the mean of LME and LAE.
+
+    Args:
+        errors: (motions, 3, 3) as `_errors` gives them.
+        frames: (motions,) frames between first and last.
+    """
+    rms = np.sqrt(np.average(errors[:, :, 0] ** 2, axis=0, weights=frames))
+    means = errors[frames > 0, :, 1:].mean(axis=0)
+    return tuple(
+        Errors(label, float(r), float(lme), float(lae))
+        for label, r, (lme, lae) in zip(("linear", "ease", "beam"), rms, means, strict=True)
+    )

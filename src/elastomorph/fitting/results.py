@@ -163,13 +163,13 @@ class Fit:
 
     def text(self, width: int = 100) -> str:
         """The fit for people: constants, a table of errors, and what they amount to."""
-        from elastomorph.fitting.words import fit_text
+        from elastomorph.fitting.text import fit_text
 
         return fit_text(self, width)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything found, ready for JSON; what is infinite or unknown is null."""
-        from elastomorph.fitting.words import fit_facts
+        from elastomorph.fitting.text import fit_facts
 
         return fit_facts(self)
 

@@ -35,7 +35,7 @@ class Optimum:
 
 
 def minimised(objective: Objective, start: NDArray[np.float64], free: NDArray[np.bool_]) -> Optimum:
-    """The optimum nearest to a start, with some parameters held."""
+    """The optimum nearest to a start, with some parameters fixed."""
     from scipy.optimize import least_squares
 
     low, high = objective.bounds
@@ -107,16 +107,13 @@ def _grid(
     if not (count and b.size):
         return []
     steps = np.log(np.geomspace(1e-3 * b.min(), 3.0 * b.max(), _GRID))
-    free = objective.free
-    found: list[tuple[float, NDArray[np.float64]]] = []
-    for damping in steps:
-        for mass in steps if free[1] else stiff[1:2]:
-            point = stiff.copy()
-            point[:2] = damping, mass
-            found.append((objective.cost(point), point))
-    found.sort(key=lambda one: one[0])
+    points = [
+        np.concatenate([[damping, mass], stiff[2:]])
+        for damping in steps
+        for mass in (steps if objective.free[1] else stiff[1:2])
+    ]
     chosen: list[NDArray[np.float64]] = []
-    for _, point in found:
+    for point in sorted(points, key=objective.cost):
         if all(np.abs(point[:2] - other[:2]).max() > _APART for other in chosen):
             chosen.append(point)
         if len(chosen) == count:
@@ -152,37 +149,30 @@ def interval(objective: Objective, optimum: Optimum, index: int) -> tuple[float,
     ends = []
     for sign, bound in zip((-1.0, 1.0), border, strict=True):
         inside, point, step = float(optimum.point[index]), optimum.point, 1e-3
-        outside = np.nan
-        while np.isnan(outside):
-            if inside == bound:
+        outside, bisected = np.nan, 0
+        while bisected < _BISECTIONS:
+            trial = point.copy()
+            if not np.isnan(outside):
+                trial[index] = 0.5 * (inside + outside)
+                bisected += 1
+            elif inside == bound:
                 break
-            trial = point.copy()
-            trial[index] = np.clip(inside + sign * step, *border)
-            held = minimised(objective, trial, free)
-            if held.cost > limit:
+            else:
+                trial[index] = np.clip(inside + sign * step, *border)
+            others = minimised(objective, trial, free)
+            if others.cost > limit:
                 outside = float(trial[index])
             else:
-                inside, point = float(trial[index]), held.point
+                inside, point = float(trial[index]), others.point
                 step = min(2.0 * step, _LARGEST_STEP)
-        if np.isnan(outside):
-            ends.append(sign * np.inf)
-            continue
-        for _ in range(_BISECTIONS):
-            trial = point.copy()
-            trial[index] = 0.5 * (inside + outside)
-            held = minimised(objective, trial, free)
-            if held.cost > limit:
-                outside = float(trial[index])
-            else:
-                inside, point = float(trial[index]), held.point
-        ends.append(outside)
+        ends.append(sign * np.inf if np.isnan(outside) else outside)
     return ends[0], ends[1]
 
 
 def load_intervals(
     objective: Objective, optimum: Optimum, free: NDArray[np.bool_]
 ) -> tuple[tuple[float, float], ...]:
-    """Intervals of p₁ … p_R from the Jacobian at the optimum, with some parameters held.
+    """Intervals of p₁ … p_R from the Jacobian at the optimum, with some parameters fixed.
 
     Infinite where a coefficient is not determined.
     """
@@ -201,8 +191,7 @@ def load_intervals(
             objective.sums.residuals(objective.laws(optimum.point + s * step)) for s in (1, -1)
         ]
         columns.append((sides[0] - sides[1]).ravel() / (2e-6 * scale))
-    left, singular, right = np.linalg.svd(np.stack(columns, axis=1), full_matrices=False)
-    del left
+    _, singular, right = np.linalg.svd(np.stack(columns, axis=1), full_matrices=False)
     spare = _spare(objective)
     variance = objective.misfit(optimum.point) / spare
     reach = float(stdtrit(spare, 0.5 + 0.5 * CONFIDENCE))

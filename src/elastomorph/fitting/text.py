@@ -1,8 +1,9 @@
-"""A fit in words, as a table and as plain values."""
+"""A fit as text, with its tables and conclusions, and as plain values."""
 
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ from elastomorph.fitting.objective import EXCURSION
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from elastomorph.fitting.results import CurveFit, Errors, Fit, Ratio
+    from elastomorph.fitting.results import CurveFit, Fit, Ratio
 
 __all__ = ["conclusions", "fit_facts", "fit_text", "ratio_words"]
 
@@ -23,12 +24,14 @@ _WIDE = 10.0
 _AT_BORDER = 0.95
 # p(1) is 1: a term this small is not written out.
 _NEGLIGIBLE = 1e-6
+_UNKNOWN = (
+    "Leave-one-out needs two motions or more: whether this fit holds for another repetition is "
+    "unknown."
+)
 
 
 def fit_text(fit: Fit, width: int) -> str:
     """Constants, table and sentences, for a page of this width."""
-    import textwrap
-
     from elastomorph.evaluation.table import plain_text
 
     lines = [
@@ -58,52 +61,14 @@ def fit_text(fit: Fit, width: int) -> str:
     lines += conclusions(fit)
     if fit.per_curve:
         lines += ["", plain_text(_curve_table(fit.per_curve), width).strip("\n")]
-    wrapped = [
-        piece
-        for line in lines
-        for piece in (
-            textwrap.wrap(line, width) if len(line) > width and "\n" not in line else [line]
-        )
-    ]
-    return "\n".join(wrapped)
+    return "\n".join(
+        line if len(line) <= width or "\n" in line else textwrap.fill(line, width) for line in lines
+    )
 
 
 def conclusions(fit: Fit) -> list[str]:
     """What the errors show, in sentences computed from them."""
-    said = []
-    if not fit.left_out:
-        said.append(
-            "Leave-one-out needs two motions or more: whether this fit holds for another "
-            "repetition is unknown."
-        )
-    else:
-        linear, ease, beam = fit.left_out
-        won = int((fit.left_out_rms[:, 2] < fit.left_out_rms[:, 0]).sum())
-        pair = f"RMS {_percent(beam.rms)} of D against {_percent(linear.rms)}"
-        score = f"closer on {won} of {fit.motions}"
-        said.append(
-            f"On motions left out of the fit it beats linear interpolation: {pair}, {score}."
-            if fit.beats_linear
-            else "On motions left out of the fit it does not beat linear interpolation: "
-            f"{pair}, {score}."
-        )
-        if fit.beats_ease:
-            said.append(
-                f"It also beats ease with a load fitted alike ({_percent(ease.rms)}): the material "
-                "adds to the timing."
-            )
-        elif fit.degree > 1 and same(ease.rms, beam.rms):
-            said.append(
-                f"Ease with a load fitted alike is as close ({_percent(ease.rms)}): the material "
-                "adds nothing to the timing."
-            )
-        elif fit.degree > 1:
-            said.append(
-                f"It does not beat ease with a load fitted alike ({_percent(ease.rms)}): the "
-                "material adds nothing that can be relied on."
-            )
-        if fit.chosen == "leave-one-out":
-            said.append("The degree was chosen by these same errors, which flatters them a little.")
+    said = [_UNKNOWN] if not fit.left_out else _left_out_words(fit)
     if fit.degree == 1:
         said.append("A linear load is linear interpolation for every mode but the means.")
     if fit.material is not None and max(fit.damping.low, fit.mass.low) <= 0 and fit.degree > 2:
@@ -115,6 +80,29 @@ def conclusions(fit: Fit) -> list[str]:
             f"A law leaves [0, 1] or runs back by {fit.excursion:.1%}, the border of the range "
             "that is searched: the best fit may lie at a resonance beyond it."
         )
+    return said
+
+
+def _left_out_words(fit: Fit) -> list[str]:
+    linear, ease, beam = fit.left_out
+    won = int((fit.left_out_rms[:, 2] < fit.left_out_rms[:, 0]).sum())
+    beats = "beats" if fit.beats_linear else "does not beat"
+    said = [
+        f"On motions left out of the fit it {beats} linear interpolation: RMS "
+        f"{_percent(beam.rms)} of D against {_percent(linear.rms)}, closer on {won} of "
+        f"{fit.motions}."
+    ]
+    alike, size = "ease with a load fitted alike", _percent(ease.rms)
+    if fit.beats_ease:
+        said.append(f"It also beats {alike} ({size}): the material adds to the timing.")
+    elif fit.degree > 1 and same(ease.rms, beam.rms):
+        said.append(f"E{alike[1:]} is as close ({size}): the material adds nothing to the timing.")
+    elif fit.degree > 1:
+        said.append(
+            f"It does not beat {alike} ({size}): the material adds nothing that can be relied on."
+        )
+    if fit.chosen == "leave-one-out":
+        said.append("The degree was chosen by these same errors, which flatters them a little.")
     return said
 
 
@@ -215,51 +203,36 @@ def _several(count: int, thing: str) -> str:
     return f"{count} {thing}" if count == 1 else f"{count:,} {thing}s"
 
 
-def _error_table(fit: Fit) -> Table:
+def _table(columns: Sequence[str], caption: str, title: str | None = None) -> Table:
+    """A table of numbers whose first column is names."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    table = Table(
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        caption="% of D. left out: each motion with the fit of all others"
-        if fit.left_out
-        else "% of D",
-        caption_justify="left",
-    )
-    table.add_column("method")
-    blocks: list[tuple[str, tuple[Errors, ...]]] = [("fitted", fit.in_sample)]
-    if fit.left_out:
-        blocks.append(("left out", fit.left_out))
-    for title, _ in blocks:
-        for measure in ("RMS", "LME", "LAE"):
-            table.add_column(f"{title}\n{measure}", justify="right")
-    for row in range(len(fit.in_sample)):
-        cells = [
-            f"{100 * value:.3f}"
-            for _, errors in blocks
-            for value in (errors[row].rms, errors[row].lme, errors[row].lae)
-        ]
-        table.add_row(fit.in_sample[row].label, *cells)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left")
+    table.caption, table.caption_justify = caption, "left"
+    for number, column in enumerate(columns):
+        table.add_column(column, justify="right" if number else "left")
+    return table
+
+
+def _error_table(fit: Fit) -> Table:
+    blocks = {"fitted": fit.in_sample, **({"left out": fit.left_out} if fit.left_out else {})}
+    caption = "% of D. left out: each motion with the fit of all others"
+    headers = [f"{title}\n{measure}" for title in blocks for measure in ("RMS", "LME", "LAE")]
+    table = _table(["method", *headers], caption if fit.left_out else "% of D")
+    for rows in zip(*blocks.values(), strict=True):
+        values = [value for each in rows for value in (each.rms, each.lme, each.lae)]
+        table.add_row(rows[0].label, *(f"{100 * value:.3f}" for value in values))
     return table
 
 
 def _curve_table(curves: Sequence[CurveFit]) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(
-        title="Every curve alone",
-        title_justify="left",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        caption="RMS in % of D; –: not identified",
-        caption_justify="left",
+    table = _table(
+        ["curve", "linear", "fitted", "left out", "c/k", "m/k", "load"],
+        "RMS in % of D; –: not identified",
+        "Every curve alone",
     )
-    table.add_column("curve")
-    for header in ("linear", "fitted", "left out", "c/k", "m/k"):
-        table.add_column(header, justify="right")
-    table.add_column("load")
+    table.columns[-1].justify = "left"
     for one in curves:
         left_out = "" if math.isnan(one.left_out_rms) else f"{100 * one.left_out_rms:.3f}"
         table.add_row(
