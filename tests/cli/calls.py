@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from elastomorph.cli import main
+from elastomorph.cli import app, main
 
 
 def status_of(*arguments: object) -> int:
@@ -19,11 +16,8 @@ def status_of(*arguments: object) -> int:
     return code if isinstance(code, int) else 0
 
 
-def printed_by(verb: ModuleType, *words: object, width: int = 100) -> str:
-    """What one verb prints, on a terminal of that width."""
-    app = typer.Typer()
-    app.callback()(lambda: None)
-    verb.add_to(app)
+def printed_by(*words: object, width: int = 100) -> str:
+    """What a call prints, on a terminal of that width."""
     result = CliRunner().invoke(
         app,
         [str(word) for word in words],

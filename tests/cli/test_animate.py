@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
 import elastomorph as em
-from elastomorph.cli.animate import add_to
+from elastomorph.cli import app
 from elastomorph.errors import ElastomorphError
 
 ROWS = [
@@ -43,9 +42,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def run(*arguments: object) -> str:
     """Standard output of one call; an error of ours is raised."""
-    app = typer.Typer()
-    app.callback()(lambda: None)
-    add_to(app)
     result = CliRunner().invoke(app, ["animate", *map(str, arguments), "--method", "linear"])
     if isinstance(result.exception, ElastomorphError):
         raise result.exception

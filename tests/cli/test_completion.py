@@ -10,7 +10,7 @@ from small_files import write_all
 from typer.testing import CliRunner
 
 from elastomorph.cli import app
-from elastomorph.cli.bash_words import answered, asked, joined
+from elastomorph.cli.completion import answered, asked, joined
 from elastomorph.paths import METHODS
 
 SLIDERS = {"jawOpen", "smile"}

@@ -11,8 +11,8 @@ import typer
 from calls import status_of
 
 import elastomorph as em
-from elastomorph.cli.call_words import call_words
 from elastomorph.cli.evaluate import evaluate
+from elastomorph.cli.output import call_words
 
 
 @pytest.fixture(autouse=True)

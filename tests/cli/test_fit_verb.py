@@ -10,7 +10,6 @@ import pytest
 from calls import printed_by
 
 import elastomorph as em
-from elastomorph.cli import fit as verb
 from elastomorph.errors import TopologyError
 from elastomorph.fitting import fit
 
@@ -42,7 +41,7 @@ def takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[em.MeshSequen
 
 def run(*words: object, width: int = 100) -> str:
     """What the verb prints."""
-    return printed_by(verb, "fit", *words, width=width)
+    return printed_by("fit", *words, width=width)
 
 
 @pytest.mark.usefixtures("takes")

@@ -10,7 +10,6 @@ import pytest
 from calls import printed_by
 
 import elastomorph as em
-from elastomorph.cli import inbetweens
 from elastomorph.draw.graphs import inbetween_graph
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
@@ -42,7 +41,7 @@ def motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> em.MeshSequence:
 
 def run(*words: object, width: int = 100) -> str:
     """What the verb prints."""
-    return printed_by(inbetweens, "inbetweens", *words, width=width)
+    return printed_by("inbetweens", *words, width=width)
 
 
 @pytest.mark.usefixtures("motion")

@@ -99,7 +99,7 @@ def test_an_unknown_view_is_refused(sphere: Mesh) -> None:
         camera_for(sphere, "behind")
 
 
-TURN_SIZE = (120, 150)
+TURNED = (120, 150)
 PAPER = np.rint(np.array(BACKGROUND) * 255)
 
 
@@ -139,12 +139,12 @@ def test_turning_keeps_heights_and_distances_from_the_axis_and_adds_up(
 def test_a_turn_to_the_left_shows_what_the_camera_to_the_left_sees() -> None:
     """The three-quarter view by angle, up to where the picture is centred: the same directions."""
     ball_mesh = ball()
-    table = Turntable.around(ball_mesh, [0.0, 35.0], size=TURN_SIZE)
-    aside = Camera.framing(ball_mesh.vertices, (35.0, 0.0), size=TURN_SIZE)
+    table = Turntable.around(ball_mesh, [0.0, 35.0], size=TURNED)
+    aside = Camera.framing(ball_mesh.vertices, (35.0, 0.0), size=TURNED)
     turned = table.turned(ball_mesh.vertices, 35.0)
     np.testing.assert_allclose(
-        seen_at(table.camera, turned, TURN_SIZE),
-        seen_at(aside, ball_mesh.vertices, TURN_SIZE),
+        seen_at(table.camera, turned, TURNED),
+        seen_at(aside, ball_mesh.vertices, TURNED),
         atol=0.6,
     )
 
@@ -152,11 +152,11 @@ def test_a_turn_to_the_left_shows_what_the_camera_to_the_left_sees() -> None:
 def test_everything_is_seen_at_every_angle_and_something_reaches_the_margin() -> None:
     mesh = joined(skin=ball(1.0), lips=ball(0.3, (0.2, -0.4, 1.5)))
     angles = turn_angles(36)
-    table = Turntable.around(mesh, angles, size=TURN_SIZE, margin=0.05)
+    table = Turntable.around(mesh, angles, size=TURNED, margin=0.05)
     seen = np.concatenate(
-        [seen_at(table.camera, table.turned(mesh.vertices, a), TURN_SIZE) for a in angles.tolist()]
+        [seen_at(table.camera, table.turned(mesh.vertices, a), TURNED) for a in angles.tolist()]
     )
-    share = seen / np.array(TURN_SIZE)
+    share = seen / np.array(TURNED)
     assert share.min() >= 0.05 - 1e-6
     assert share.max() <= 0.95 + 1e-6
     assert min(share.min(), 1 - share.max()) == pytest.approx(0.05, abs=1e-6)
@@ -164,12 +164,12 @@ def test_everything_is_seen_at_every_angle_and_something_reaches_the_margin() ->
 
 def test_of_a_ball_the_first_frame_is_the_still_from_the_front(sphere: Mesh) -> None:
     """Nothing else of a ball is seen from elsewhere, so no room is needed for it either."""
-    table = Turntable.around(sphere, turn_angles(24), size=TURN_SIZE)
-    still = camera_for(sphere, size=TURN_SIZE)
+    table = Turntable.around(sphere, turn_angles(24), size=TURNED)
+    still = camera_for(sphere, size=TURNED)
     np.testing.assert_allclose(table.camera.position, still.position, atol=0.01)
     with (
-        Stage(sphere, table.camera, size=TURN_SIZE) as one,
-        Stage(sphere, still, size=TURN_SIZE) as other,
+        Stage(sphere, table.camera, size=TURNED) as one,
+        Stage(sphere, still, size=TURNED) as other,
     ):
         first = one.picture(table.turned(sphere.vertices, 0.0)).astype(int)
         assert np.abs(first - other.picture()).mean() < 0.5
@@ -178,8 +178,8 @@ def test_of_a_ball_the_first_frame_is_the_still_from_the_front(sphere: Mesh) -> 
 def test_the_head_turns_from_its_face_over_its_left_to_its_back() -> None:
     """Frame 0 is the front, frame N/2 has no lips, and k and N - k are mirror images."""
     mesh, angles = head(), turn_angles(8)
-    table = Turntable.around(mesh, angles, size=TURN_SIZE)
-    with Stage(mesh, table.camera, size=TURN_SIZE) as stage:
+    table = Turntable.around(mesh, angles, size=TURNED)
+    with Stage(mesh, table.camera, size=TURNED) as stage:
         frames = [stage.picture(table.turned(mesh.vertices, a)) for a in angles.tolist()]
         front = stage.picture()
     np.testing.assert_array_equal(frames[0], front)
@@ -197,12 +197,12 @@ def test_the_head_turns_from_its_face_over_its_left_to_its_back() -> None:
     assert reds(frames[0]) > 20
     assert reds(frames[4]) == 0
     # at 90 degrees the camera is on the face's left, so the nose points to the left of the picture
-    rows = slice(TURN_SIZE[1] // 3, TURN_SIZE[1] // 2)
+    rows = slice(TURNED[1] // 3, TURNED[1] // 2)
     nose = [np.flatnonzero(outlines[n][rows].any(axis=0)) for n in (2, 6)]
-    assert nose[0].min() + nose[1].max() == pytest.approx(TURN_SIZE[0] - 1, abs=2)
+    assert nose[0].min() + nose[1].max() == pytest.approx(TURNED[0] - 1, abs=2)
     z = mesh.vertices[:, 2]
     tip = mesh.vertices[[z.argmax()]]
-    assert seen_at(table.camera, table.turned(tip, 90.0), TURN_SIZE)[0, 0] < TURN_SIZE[0] / 4
+    assert seen_at(table.camera, table.turned(tip, 90.0), TURNED)[0, 0] < TURNED[0] / 4
 
 
 def test_a_close_up_cannot_be_turned(sphere: Mesh) -> None:
@@ -212,5 +212,5 @@ def test_a_close_up_cannot_be_turned(sphere: Mesh) -> None:
 
 def test_a_flat_mesh_turns_too() -> None:
     square = Mesh([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2, 3]])
-    table = Turntable.around(square, turn_angles(12), size=TURN_SIZE)
+    table = Turntable.around(square, turn_angles(12), size=TURNED)
     np.testing.assert_allclose(table.turned(square.vertices, 90)[:, 0], 0, atol=1e-12)

@@ -14,12 +14,7 @@ from elastomorph.cli import options
 if TYPE_CHECKING:
     from elastomorph.rig.performance import Match, Performance
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(animate)
+__all__ = ["animate"]
 
 
 def animate(

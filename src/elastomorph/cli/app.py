@@ -6,32 +6,31 @@ import os
 import re
 import signal
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from inspect import cleandoc
 from itertools import pairwise
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 
-from elastomorph.cli import (
-    animate,
-    bash_words,
-    bench,
-    blend,
-    curves,
-    demo,
-    doctor,
-    evaluate,
-    export,
-    fit,
-    inbetweens,
-    init,
-    inspect,
-    interpolate,
-    render,
-    view,
-)
+from elastomorph.cli import completion
+from elastomorph.cli.animate import animate
+from elastomorph.cli.bench import bench
+from elastomorph.cli.blend import blend
+from elastomorph.cli.curves import curves
+from elastomorph.cli.demo import demo
+from elastomorph.cli.doctor import doctor
+from elastomorph.cli.evaluate import evaluate
+from elastomorph.cli.export import export
+from elastomorph.cli.fit import fit
+from elastomorph.cli.inbetweens import suggest
+from elastomorph.cli.init import init
+from elastomorph.cli.inspect import inspect
+from elastomorph.cli.interpolate import interpolate
+from elastomorph.cli.render import render
 from elastomorph.cli.verb import keeping_inputs
+from elastomorph.cli.view import view
 from elastomorph.errors import ElastomorphError
 
 __all__ = ["app", "main"]
@@ -43,40 +42,27 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (
-    demo,
-    init,
-    inspect,
-    doctor,
-    curves,
-    interpolate,
-    evaluate,
-    inbetweens,
-    fit,
-    blend,
-    export,
-    animate,
-    render,
-    view,
-    bench,
-):
-    verb.add_to(app)
 
 
-def _finish(verbs: typer.Typer) -> None:
+def _add(verb: Callable[..., Any], verbs: typer.Typer) -> None:
     """Every verb keeps its inputs; examples stay on lines of their own; short help is uncut."""
-    for command in verbs.registered_commands:
-        if command.callback is not None:
-            command.callback = keeping_inputs(command.callback)
-        text = cleandoc(getattr(command.callback, "__doc__", None) or "")
-        command.help = re.sub(r"^(Examples?:)\s*", "\b\n\\1\n  ", text, flags=re.MULTILINE)
-        command.short_help = re.split(r"[:;]|\.$", text.partition("\n")[0])[0] + "."
-    for group in verbs.registered_groups:
-        if group.typer_instance is not None:
-            _finish(group.typer_instance)
+    text = cleandoc(verb.__doc__ or "")
+    verbs.command(
+        help=re.sub(r"^(Examples?:)\s*", "\b\n\\1\n  ", text, flags=re.MULTILINE),
+        short_help=re.split(r"[:;]|\.$", text.partition("\n")[0])[0] + ".",
+    )(keeping_inputs(verb))
 
 
-_finish(app)
+for each in (
+    *(demo, init, inspect, doctor, curves, interpolate, evaluate, fit),
+    *(blend, export, animate, render, view, bench),
+):
+    _add(each, app)
+_inbetweens = typer.Typer(
+    help="In-betweens: shapes a path passes through.", no_args_is_help=True, rich_markup_mode=None
+)
+_add(suggest, _inbetweens)
+app.add_typer(_inbetweens, name="inbetweens")
 
 
 @app.callback(invoke_without_command=True)
@@ -105,8 +91,8 @@ def main(arguments: list[str] | None = None) -> None:
         _fail("an argument is empty: name what is meant, or leave it out")
     try:
         try:
-            if bash_words.asked():
-                bash_words.answered(app)
+            if completion.asked():
+                completion.answered(app)
             else:
                 app(arguments)
         finally:

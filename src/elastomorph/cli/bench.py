@@ -8,23 +8,12 @@ import typer
 
 from elastomorph.cli import completion, options
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(bench)
+__all__ = ["bench"]
 
 
 def bench(
     rig: options.OptionalRig = None,
-    expressions: Annotated[
-        str | None,
-        typer.Option(
-            help="Names separated by commas; the paper's five by default.",
-            autocompletion=completion.sliders,
-        ),
-    ] = None,
+    expressions: completion.Expressions = None,
     method: Annotated[
         str,
         typer.Option(

@@ -8,65 +8,59 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import completion, options
+from elastomorph.cli.output import print_facts
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy as np
-    from numpy.typing import NDArray
-
     from elastomorph.rig import Rig
 
-__all__ = ["add_to"]
+__all__ = ["blend"]
 
 
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(blend)
+Output = Annotated[
+    str | None,
+    typer.Option(
+        "--output", "-o", help="Faces: .npy, .npz (with weights), or face.####.obj; one: .obj."
+    ),
+]
+Weights = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--weight",
+        "-w",
+        help="name=0.4, repeated: one face instead of all.",
+        autocompletion=completion.poses,
+    ),
+]
+Time = Annotated[float, typer.Option("--time", "-t", help="Common time of all paths.")]
+Levels = Annotated[
+    int | None, typer.Option(help="Values from 0 to 1 in combinations; 6 by default.", min=2)
+]
+Normalize = Annotated[
+    bool | None,
+    typer.Option(
+        help="Divide the weights of a face by their sum, as the paper does, or not; all "
+        "combinations do by default."
+    ),
+]
+Sheet = Annotated[Path | None, typer.Option(help="A contact sheet of 50 faces (PNG).")]
+Grid = Annotated[Path | None, typer.Option(help="Neutral to expression, one row each (PNG).")]
 
 
 def blend(
     rig: options.OptionalRig = None,
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output", "-o", help="Faces: .npy, .npz (with weights), or face.####.obj; one: .obj."
-        ),
-    ] = None,
-    weight: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--weight",
-            "-w",
-            help="name=0.4, repeated: one face instead of all.",
-            autocompletion=completion.poses,
-        ),
-    ] = None,
-    t: Annotated[float, typer.Option("--time", "-t", help="Common time of all paths.")] = 1.0,
-    levels: Annotated[
-        int | None, typer.Option(help="Values from 0 to 1 in combinations; 6 by default.", min=2)
-    ] = None,
-    expressions: Annotated[
-        str | None,
-        typer.Option(
-            help="Names separated by commas; the paper's five by default.",
-            autocompletion=completion.sliders,
-        ),
-    ] = None,
-    normalize: Annotated[
-        bool | None,
-        typer.Option(
-            help="Divide the weights of a face by their sum, as the paper does, or not; all "
-            "combinations do by default."
-        ),
-    ] = None,
+    output: Output = None,
+    weight: Weights = None,
+    t: Time = 1.0,
+    levels: Levels = None,
+    expressions: completion.Expressions = None,
+    normalize: Normalize = None,
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
-    sheet: Annotated[Path | None, typer.Option(help="A contact sheet of 50 faces (PNG).")] = None,
-    grid: Annotated[
-        Path | None, typer.Option(help="Neutral to expression, one row each (PNG).")
-    ] = None,
+    sheet: Sheet = None,
+    grid: Grid = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Blend expressions: 7775 faces from five of them, or one face from weights.
@@ -95,10 +89,7 @@ def blend(
     if as_json:
         options.print_json(found)
     else:
-        for name, value in found.items():
-            typer.echo(
-                f"{name:>12}  {value:,}" if isinstance(value, int) else f"{name:>12}  {value}"
-            )
+        print_facts(found, 12)
 
 
 def _refuse_for_one(**given: object) -> None:
@@ -134,6 +125,8 @@ def _all(
     sheet: Path | None,
     say: Callable[[str], None],
 ) -> dict[str, object]:
+    from elastomorph.io.face_array import write_face_array
+    from elastomorph.io.face_files import write_face_files
     from elastomorph.rig.sliders import spread_rows, weight_combinations
 
     rows = weight_combinations(len(rig.names), levels)
@@ -144,7 +137,12 @@ def _all(
     }
     if output is not None:
         say(f"blending {len(rows):,} faces")
-        _write_faces(rig, rows, t, normalize, output)
+        blocks = rig.stream(rows, t, normalize=normalize)
+        if "#" in Path(output).name:
+            write_face_files(output, rig.neutral, blocks)
+        else:
+            shape = (len(rows), len(rig.neutral.vertices), 3)
+            write_face_array(output, blocks, shape, beside={"weights": rows})
         found["written"] = output
     if sheet is not None:
         from elastomorph.draw.comparisons import contact_sheet
@@ -154,17 +152,3 @@ def _all(
         contact_sheet(rig, chosen, t, sheet, normalize=normalize, title=", ".join(rig.names))
         found["sheet"] = str(sheet)
     return found
-
-
-def _write_faces(
-    rig: Rig, rows: NDArray[np.float64], t: float, normalize: bool, output: str
-) -> None:
-    from elastomorph.io.face_array import write_face_array
-    from elastomorph.io.face_files import write_face_files
-
-    blocks = rig.stream(rows, t, normalize=normalize)
-    if "#" in Path(output).name:
-        write_face_files(output, rig.neutral, blocks)
-        return
-    shape = (len(rows), len(rig.neutral.vertices), 3)
-    write_face_array(output, blocks, shape, beside={"weights": rows})

@@ -8,13 +8,9 @@ from typing import Annotated
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.output import print_facts
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(curves)
+__all__ = ["curves"]
 
 
 def curves(
@@ -61,8 +57,7 @@ def curves(
     if as_json:
         options.print_json(facts)
         return
-    for name, value in facts.items():
-        typer.echo(f"{name:>22}  {value:,}" if isinstance(value, int) else f"{name:>22}  {value}")
+    print_facts(facts, 22)
     for path in (output, picture):
         if path is not None:
-            typer.echo(f"{'written':>22}  {path}")
+            print_facts({"written": path}, 22)

@@ -9,20 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.call_words import call_words
-from elastomorph.cli.steps import steps
+from elastomorph.cli.output import call_words, plain_table, steps
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from elastomorph.report.walkthrough import Walkthrough
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(demo)
+__all__ = ["demo"]
 
 
 def demo(
@@ -123,7 +117,8 @@ def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
 
 def _target_table(found: Walkthrough) -> Table:
     """The targets that need more than a straight line."""
-    table = _table("target", "needs", "off\nstraight", "more\ntargets", "kB", "stored\nwithin")
+    headers = ("target", "needs", "off\nstraight", "more\ntargets", "kB", "stored\nwithin")
+    table = plain_table(("target", "needs"), headers, padding=(0, 1))
     for path in found.paths.targets:
         if not path.choice.straight or path.inbetween_pays:
             way = "straight" if path.choice.straight else "rotation"
@@ -139,31 +134,21 @@ def _target_table(found: Walkthrough) -> Table:
 
 
 def _hinge_table(found: Walkthrough) -> Table:
-    along = any(error.along for error in found.hinge)
-    table = _table("method", "rigid parts", *(["along with them"] if along else []))
+    columns = 3 if any(error.along for error in found.hinge) else 2
+    headers = ("method", "rigid parts", "along with them")[:columns]
+    table = plain_table(("method",), headers, padding=(0, 1))
     for error in found.hinge:
-        values = (error.parts, error.along) if along else (error.parts,)
-        table.add_row(error.label, *(f"{100 * value:.3f}" for value in values))
+        cells = (error.label, f"{100 * error.parts:.3f}", f"{100 * error.along:.3f}")
+        table.add_row(*cells[:columns])
     return table
 
 
 def _closure_table(found: Walkthrough) -> Table:
-    table = _table("closure", "seam, % of D", "flips", "stretch")
+    headers = ("closure", "seam, % of D", "flips", "stretch")
+    table = plain_table(("closure",), headers, padding=(0, 1))
     for seam in found.seams:
         shape = seam.shape
         table.add_row(
             seam.closure, f"{100 * shape.seam:.3f}", f"{shape.flips:,}", f"{shape.stretch:.2f}"
         )
-    return table
-
-
-def _table(*columns: str) -> Table:
-    """An empty table with one column of words, or two, and numbers to the right of them."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
-    for number, column in enumerate(columns):
-        words = number == 0 or column == "needs"
-        table.add_column(column, justify="left" if words else "right", no_wrap=True)
     return table

@@ -14,14 +14,9 @@ from elastomorph.errors import ElastomorphError, ParameterError
 if TYPE_CHECKING:
     from elastomorph.doctor import ExaminationSettings
 
-__all__ = ["add_to"]
+__all__ = ["doctor"]
 
 _UNUSABLE = 2
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(doctor)
 
 
 def doctor(

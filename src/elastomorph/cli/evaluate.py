@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.call_words import call_words
 from elastomorph.cli.evaluation_page import EvaluationPage
+from elastomorph.cli.output import call_words
 
 if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
@@ -20,12 +20,7 @@ if TYPE_CHECKING:
     from elastomorph.evaluation.rigid_bodies import Rigidity
     from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(evaluate)
+__all__ = ["evaluate"]
 
 
 def evaluate(

@@ -9,16 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import completion, options
+from elastomorph.cli.output import print_facts
 
 if TYPE_CHECKING:
     from elastomorph.character import Settings
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(export)
+__all__ = ["export"]
 
 
 def export(
@@ -70,9 +66,8 @@ def export(
         options.print_json(facts)
         return
     for name, value in facts.items():
-        if isinstance(value, dict | list | tuple):
-            continue
-        typer.echo(f"{name.replace('_', ' '):>20}  {_text(name, value)}")
+        if not isinstance(value, dict | list | tuple):
+            print_facts({name.replace("_", " "): _text(name, value)}, 20)
 
 
 def _require_format(output: Path, names: list[str]) -> None:
@@ -109,9 +104,9 @@ def _overriding(
     return export_options(settings, output)
 
 
-def _text(name: str, value: object) -> str:
+def _text(name: str, value: object) -> object:
     if name == "bytes" and isinstance(value, int):
         return f"{value:,} ({value / 2**20:.1f} MiB)"
     if isinstance(value, float):
         return f"{100 * value:.2g} % of D" if "error" in name else f"{value:g}"
-    return f"{value:,}" if isinstance(value, int) else f"{value}"
+    return value

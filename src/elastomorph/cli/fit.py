@@ -10,12 +10,7 @@ import typer
 
 from elastomorph.cli import options
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(fit)
+__all__ = ["fit"]
 
 
 def fit(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.output import plain_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,41 +17,35 @@ if TYPE_CHECKING:
 
     from elastomorph.evaluation.inbetweens import Suggestion
 
-__all__ = ["add_to"]
+__all__ = ["suggest"]
 
 _USUAL = 4
 
 
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    verbs = typer.Typer(
-        help="In-betweens: shapes a path passes through.",
-        no_args_is_help=True,
-        rich_markup_mode=None,
-    )
-    verbs.command()(suggest)
-    app.add_typer(verbs, name="inbetweens")
+Frames = Annotated[
+    str, typer.Argument(help="Recorded frames: scan.####.obj, a folder, 'scan.*.ply', .npz.")
+]
+Count = Annotated[
+    int | None,
+    typer.Option("--count", "-n", help=f"Most in-betweens; {_USUAL} where there are frames."),
+]
+Measure = Annotated[
+    str, typer.Option(help="Choose by lme (largest error), lae (largest of a curve) or mean.")
+]
+Method = Annotated[
+    str | None,
+    typer.Option(help="smooth, spline or piecewise; by default smooth or spline, the better."),
+]
 
 
 def suggest(
-    truth: Annotated[
-        str, typer.Argument(help="Recorded frames: scan.####.obj, a folder, 'scan.*.ply', .npz.")
-    ],
-    count: Annotated[
-        int | None,
-        typer.Option("--count", "-n", help=f"Most in-betweens; {_USUAL} where there are frames."),
-    ] = None,
+    truth: Frames,
+    count: Count = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="A graph: .png, .svg or .pdf.")
     ] = None,
-    measure: Annotated[
-        str,
-        typer.Option(help="Choose by lme (largest error), lae (largest of a curve) or mean."),
-    ] = "lme",
-    method: Annotated[
-        str | None,
-        typer.Option(help="smooth, spline or piecewise; by default smooth or spline, the better."),
-    ] = None,
+    measure: Measure = "lme",
+    method: Method = None,
     keep: options.CurveFile = None,
     settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
@@ -116,8 +111,6 @@ def _facts(suggestion: Suggestion) -> dict[str, Any]:
 
 
 def _table(suggestions: Sequence[Suggestion]) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
     from rich.text import Text
 
     from elastomorph.paths.through import OVERSHOOT
@@ -131,10 +124,8 @@ def _table(suggestions: Sequence[Suggestion]) -> Table:
             f"{each.largest_weight:.2f} for {len(each.frames)}" for each in swinging
         )
         legend += f" The path overshoots, by weights up to {weights}; smooth never does."
-    table = Table(box=SIMPLE_HEAD, caption=legend, caption_justify="left", pad_edge=False)
-    for header in ("n", "LME", "÷", "LAE", "mean\nLME", "mean\nLAE"):
-        table.add_column(header, justify="right", no_wrap=True)
-    table.add_column("method", no_wrap=True)
+    headers = ("n", "LME", "÷", "LAE", "mean\nLME", "mean\nLAE", "method")
+    table = plain_table(("method",), headers, caption=legend, caption_justify="left")
     table.add_column("frames (t)")
     linear = suggestions[0]
     for each in suggestions:

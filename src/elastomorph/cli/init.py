@@ -8,13 +8,9 @@ from typing import Annotated
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.output import print_facts
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(init)
+__all__ = ["init"]
 
 
 def init(
@@ -63,10 +59,4 @@ def init(
     if as_json:
         options.print_json(facts)
         return
-    for name, value in facts.items():
-        if isinstance(value, list | dict):
-            value = ", ".join(value)
-        if value not in (None, ""):
-            typer.echo(
-                f"{name:>14}  {value:,}" if isinstance(value, int) else f"{name:>14}  {value}"
-            )
+    print_facts({name: value for name, value in facts.items() if value not in (None, [], {})}, 14)

@@ -10,20 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.output import print_facts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from elastomorph.model.inspection import Displacement, MeshFacts
     from elastomorph.model.morph import Morph
     from elastomorph.rig import Rig
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(inspect)
+__all__ = ["inspect"]
 
 
 def inspect(
@@ -48,7 +44,6 @@ def inspect(
     """
     from elastomorph.errors import ParameterError
     from elastomorph.io import read
-    from elastomorph.io.choices import choice_to_json
     from elastomorph.io.settings_used import settings_used
     from elastomorph.model.inspection import displacement, mesh_facts
 
@@ -66,28 +61,22 @@ def inspect(
                 changes = {n: displacement(neutral, m.target) for n, m in rig.morphs.items()}
         if mesh and (rig is None or len(files) > 1):
             raise ParameterError("--mesh is for a rig file by itself")
-        if rig is not None or facts is None:
-            _require_alone(files)
+        if len(files) > 1 and (rig is not None or facts is None):
+            raise ParameterError(
+                f"{first} has its own targets: inspect it by itself, without {files[1]}"
+            )
         for file in files[1:]:
             say(f"reading {file}")
             changes[str(file)] = displacement(neutral, read(file))
     morphs = {} if rig is None else rig.morphs
     if as_json:
-        targets = {name: asdict(change) for name, change in changes.items()}
-        for name, morph in morphs.items():
-            targets[name] |= {
-                "method": morph.method,
-                "bends": len(morph.bends),
-                "choice": choice_to_json(morph.choice),
-            }
         made = {} if used is None else {"settings": used}
-        known = {} if facts is None else {**asdict(facts), "targets": targets}
+        known = {} if facts is None else {**asdict(facts), "targets": _targets(changes, morphs)}
         options.print_json({"file": str(first), **known, **made})
         return
     typer.echo(str(first))
     if facts is not None:
-        for name, value in _lines(facts).items():
-            typer.echo(f"{name:>20}  {value}")
+        print_facts(_lines(facts), 20)
     for line in _made_with(used, first):
         typer.echo(line)
     if changes:
@@ -99,17 +88,20 @@ def inspect(
         )
 
 
+def _targets(
+    changes: Mapping[str, Displacement], morphs: Mapping[str, Morph]
+) -> dict[str, dict[str, Any]]:
+    from elastomorph.io.choices import choice_to_json
+
+    targets = {name: asdict(change) for name, change in changes.items()}
+    for name, morph in morphs.items():
+        choice = choice_to_json(morph.choice)
+        targets[name] |= {"method": morph.method, "bends": len(morph.bends), "choice": choice}
+    return targets
+
+
 def _path_of(morph: Morph) -> str:
     return morph.method if morph.choice is None else morph.choice.text
-
-
-def _require_alone(files: list[Path]) -> None:
-    from elastomorph.errors import ParameterError
-
-    if len(files) > 1:
-        raise ParameterError(
-            f"{files[0]} has its own targets: inspect it by itself, without {files[1]}"
-        )
 
 
 def _rig(file: Path, mesh: list[str] | None, say: Callable[[str], None]) -> Rig | None:

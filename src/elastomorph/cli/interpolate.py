@@ -12,12 +12,7 @@ from elastomorph.cli import options
 if TYPE_CHECKING:
     from elastomorph.character.choice import MethodChoice
 
-__all__ = ["add_to"]
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(interpolate)
+__all__ = ["interpolate"]
 
 
 def interpolate(

@@ -17,16 +17,11 @@ if TYPE_CHECKING:
     from elastomorph.draw.posed import PosedRig
     from elastomorph.draw.stage import Lines
 
-__all__ = ["add_to"]
+__all__ = ["render"]
 
 _STILL, _FACE, _FRAME = (720, 900), (240, 300), (480, 600)
 _TURN_FRAMES, _SWING_FRAMES = 100, 50
 _RATE = 25.0
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(render)
 
 
 def render(

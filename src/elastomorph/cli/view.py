@@ -15,45 +15,44 @@ if TYPE_CHECKING:
     from elastomorph.rig import Rig
     from elastomorph.viewer import Scene, ViewerServer
 
-__all__ = ["add_to"]
+__all__ = ["view"]
 
 _PAGES = (".html", ".htm")
 
 
-def add_to(app: typer.Typer) -> None:
-    """Add the verb to the command line."""
-    app.command()(view)
+Files = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="RIG|FOLDER|REPORT|GLB…",
+        help="Rigs (.glb, .vrm, .usd, .fbx, .npz, a folder of meshes, 'built-in'), several to "
+        "compare them; or a report (.html).",
+    ),
+]
+Methods = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="auto, linear, rotation, beam:R[:closure], …: paths made anew from the targets; "
+        "may be repeated to compare. Default: those of the file, auto where it has none.",
+        autocompletion=completion.methods,
+    ),
+]
+Page = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="Write the page (.html) instead of serving it."),
+]
+Unit = Annotated[str, typer.Option(help="Unit of the coordinates, for legends.")]
+Port = Annotated[int | None, typer.Option(help="Port of 127.0.0.1; a free one by default.")]
+Open = Annotated[bool, typer.Option("--open/--no-open", help="Open the address in the browser.")]
 
 
 def view(
-    files: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="RIG|FOLDER|REPORT|GLB…",
-            help="Rigs (.glb, .vrm, .usd, .fbx, .npz, a folder of meshes, 'built-in'), several to "
-            "compare them; or a report (.html).",
-        ),
-    ],
-    method: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="auto, linear, rotation, beam:R[:closure], …: paths made anew from the targets; "
-            "may be repeated to compare. Default: those of the file, auto where it has none.",
-            autocompletion=completion.methods,
-        ),
-    ] = None,
+    files: Files,
+    method: Methods = None,
     mesh: options.MeshNames = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Write the page (.html) instead of serving it."),
-    ] = None,
-    unit: Annotated[str, typer.Option(help="Unit of the coordinates, for legends.")] = "",
-    port: Annotated[
-        int | None, typer.Option(help="Port of 127.0.0.1; a free one by default.")
-    ] = None,
-    open_browser: Annotated[
-        bool, typer.Option("--open/--no-open", help="Open the address in the browser.")
-    ] = True,
+    output: Page = None,
+    unit: Unit = "",
+    port: Port = None,
+    open_browser: Open = True,
     settings: options.SettingsFile = None,
     as_json: options.AsJson = False,
 ) -> None:
@@ -76,7 +75,10 @@ def view(
             raise ParameterError(
                 f"{reports[0]} is a finished page: view it by itself, without further options"
             )
-        _show(_report(Path(reports[0]), port or 0), open_browser, as_json)
+        from elastomorph.io.atomic import read_bytes
+        from elastomorph.viewer.server import serve_page
+
+        _show(serve_page(read_bytes(Path(reports[0])), port or 0), open_browser, as_json)
         return
     with options.progress(as_json) as say:
         scene = _scene(files, method or [], unit, settings, mesh, say)
@@ -120,13 +122,6 @@ def _scene(
 
     own = bool(mesh) or settings is not None
     return read_scene(files, methods, unit=unit, read=read, say=say, chosen=own)
-
-
-def _report(path: Path, port: int) -> ViewerServer:
-    from elastomorph.io.atomic import read_bytes
-    from elastomorph.viewer.server import serve_page
-
-    return serve_page(read_bytes(path), port)
 
 
 def _show(server: ViewerServer, open_browser: bool, as_json: bool) -> None:

@@ -7,7 +7,7 @@ import warnings
 
 import pytest
 
-from elastomorph.cli.steps import steps
+from elastomorph.cli.output import steps
 from elastomorph.errors import ElastomorphWarning
 
 

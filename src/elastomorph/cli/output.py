@@ -1,0 +1,119 @@
+"""What verbs print: the steps of a long run, facts line by line, tables, and their own call."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elastomorph.errors import ElastomorphWarning
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+__all__ = ["call_words", "plain_table", "print_facts", "steps"]
+
+_COUNTED = re.compile(r"\b\d+ of \d+$")
+_GAP = 4.0
+"""Seconds between two counted steps."""
+_FOLDERS = re.compile(r"[/\\]")
+
+
+@contextmanager
+def steps(quiet: bool = False) -> Iterator[Callable[[str], None]]:
+    """A function that prints a step with the seconds since the start, on standard error.
+
+    Of steps that count, as in "3 of 57", only one every few seconds is printed. Warnings follow
+    at the end, each once, as plain sentences.
+
+    Args:
+        quiet: Print warnings only.
+    """
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    start = time.perf_counter()
+    counted_at = -_GAP
+
+    def say(step: str) -> None:
+        nonlocal counted_at
+        now = time.perf_counter() - start
+        if quiet:
+            return
+        if _COUNTED.search(step):
+            if now < counted_at + _GAP:
+                return
+            counted_at = now
+        console.print(f"{now:6.1f} s  {step}", markup=False, highlight=False, soft_wrap=True)
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ElastomorphWarning)
+        yield say
+    for message in dict.fromkeys(str(warning.message) for warning in caught):
+        console.print(f"warning: {message}", markup=False, highlight=False, soft_wrap=True)
+
+
+def print_facts(facts: Mapping[str, Any], width: int) -> None:
+    """A line for each fact, its name to the left in this width; lists with commas."""
+    for name, value in facts.items():
+        text = f"{value:,}" if isinstance(value, int) else value
+        typer.echo(f"{name:>{width}}  {', '.join(text) if isinstance(text, list | dict) else text}")
+
+
+def plain_table(words: Sequence[str], columns: Sequence[str], **options: Any) -> Table:
+    """An empty table with these columns: of words to the left, of numbers to the right.
+
+    Args:
+        words: Those of the columns that hold words.
+        columns: Their headers.
+        options: Of ``rich.table.Table``.
+    """
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, **options)
+    for column in columns:
+        table.add_column(column, justify="left" if column in words else "right", no_wrap=True)
+    return table
+
+
+def call_words(context: typer.Context) -> str:
+    """The command that is running, as it was given, with files by their names alone.
+
+    A report is passed on; the folders of the machine it was made on are nobody's business.
+    """
+    words = ["elastomorph", context.info_name or ""]
+    arguments: list[str] = []
+    for parameter in context.command.params:
+        source = context.get_parameter_source(parameter.name or "")
+        if source is None or source.name != "COMMANDLINE":
+            continue
+        value = context.params.get(parameter.name or "")
+        if parameter.param_type_name == "argument":
+            arguments.append(_name(value))
+        elif isinstance(value, bool):
+            names = parameter.opts if value else parameter.secondary_opts or parameter.opts
+            words.append(_longest(names))
+        else:
+            for each in value if isinstance(value, list | tuple) else [value]:
+                words += [_longest(parameter.opts), _name(each)]
+    return shlex.join([*words[:2], *arguments, *words[2:]])
+
+
+def _longest(names: list[str]) -> str:
+    """The telling name of an option: ``--output``, not ``-o``."""
+    return max(names, key=len)
+
+
+def _name(value: object) -> str:
+    text = str(value)
+    if not _FOLDERS.search(text):
+        return text
+    return Path(text.replace("\\", "/")).name or text
