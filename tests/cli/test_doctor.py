@@ -63,6 +63,28 @@ def test_rigs_are_examined_like_files(
     assert run("doctor", rig / "neutral.obj", tmp_path / "head.glb") == 2
 
 
+@pytest.mark.parametrize("kind", ["files", "rig", "folder"])
+def test_settings_say_what_is_examined(
+    rig: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Named, or in the folder: a character of mesh files, or of a rig file."""
+    names = {"mouthSmile_L": shapes()["mouthSmile_L"], "nothing": head()}
+    if kind == "rig":
+        to = prepare(head(), "linear")
+        write(rig / "head.npz", Rig(head(), {name: to(mesh) for name, mesh in names.items()}))
+        (rig / "hero.toml").write_text('[character]\nrig = "head.npz"\n')
+    else:
+        for name, mesh in names.items():
+            write(rig / f"{name}.ply", mesh)
+        chosen = '[character]\nneutral = "neutral.obj"\ntargets = ["*.ply"]\n'
+        (rig / ("hero.toml" if kind == "files" else "elastomorph.toml")).write_text(chosen)
+    assert run("doctor", rig if kind == "folder" else rig / "hero.toml", "--json") == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [Path(target).stem for target in document["targets"]] == list(names)
+    found = {(each["name"], Path(each["file"]).stem) for each in document["findings"]}
+    assert ("does-nothing", "nothing") in found
+
+
 def test_findings_at_the_severity_asked_for_exit_with_1(rig: Path) -> None:
     write(rig / "nothing.obj", head())
     assert run("doctor", rig) == 0

@@ -6,58 +6,56 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from elastomorph.character import find_settings, read_settings
-from elastomorph.character.sources import find_sources
 from elastomorph.doctor.examination import Examination, unreadable_neutral
 from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import ElastomorphError, FormatError, ParameterError
-from elastomorph.io import read, read_rig
+from elastomorph.io import read
 from elastomorph.io.atomic import read_bytes
-from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes
+from elastomorph.io.registry import (
+    BUILT_IN,
+    MESH_FORMATS,
+    RIG_FORMATS,
+    known_suffixes,
+    rig_as_stored,
+)
 from elastomorph.io.rig_folder import find_rig_files
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
-__all__ = ["BUILT_IN", "examine_files", "read_seeds", "rig_paths"]
+__all__ = ["examine_files", "read_seeds", "rig_paths"]
 
-BUILT_IN = "built-in"
-"""In place of a file: the built-in head with its shapes and expressions."""
+_MESHES, _RIGS = known_suffixes(MESH_FORMATS), known_suffixes(RIG_FORMATS)
 
 
 def rig_paths(paths: Sequence[str | Path]) -> tuple[Path, ...]:
     """The neutral, then the targets.
 
     Args:
-        paths: A folder with a neutral and its targets, settings of a character that is made of
-            meshes, or a neutral and its targets.
+        paths: A folder with a neutral and its targets, a rig, or a neutral and its targets.
 
     Raises:
         FileError: No such folder, no neutral in it or several, no targets.
-        FormatError: Settings that cannot be understood.
-        ParameterError: A folder, settings or a rig beside other paths, or a file twice.
+        ParameterError: A folder or a rig beside other paths, a file twice, or settings, which only
+            say which files to examine.
     """
-    files = [Path(path) for path in paths]
-    if len(files) == 1:
-        folder = files[0].is_dir()
-        own = find_settings(files[0]) if folder else files[0] if _is_settings(files[0]) else None
-        sources = None if own is None else find_sources(read_settings(own))
-        if sources is not None and sources.rig is not None:
-            return (sources.rig,)
-        if sources is not None:
-            return (sources.main, *sources.targets.values())
-        return find_rig_files(files[0]).all if folder else tuple(files)
-    rigs = set(known_suffixes(RIG_FORMATS)) - set(known_suffixes(MESH_FORMATS))
+    files = tuple(Path(path) for path in paths)
     for file in files:
-        what = "a folder" if file.is_dir() else "a settings file" if _is_settings(file) else ""
-        if file.suffix.lower() in rigs or str(file) == BUILT_IN:
+        suffix = file.suffix.lower()
+        what = "a folder" if file.is_dir() else "a settings file" if suffix == ".toml" else ""
+        if (suffix in _RIGS and suffix not in _MESHES) or str(file) == BUILT_IN:
             what = "a rig"
-        if what:
+        if what and len(files) > 1:
             raise ParameterError(f"{file} is {what}: name it alone, or name mesh files")
+        if what == "a settings file":
+            raise ParameterError(
+                f"{file} is a settings file: examine the rig that it describes with "
+                "examine_rig(rig_from_settings(read_settings(…)))"
+            )
     twice = next((file for i, file in enumerate(files) if file in files[:i]), None)
     if twice is not None:
         raise ParameterError(f"{twice} is named twice")
-    return tuple(files)
+    return find_rig_files(files[0]).all if len(files) == 1 and files[0].is_dir() else files
 
 
 def examine_files(
@@ -71,7 +69,7 @@ def examine_files(
     A mesh file that cannot be read is a finding; the others are examined all the same.
 
     Args:
-        paths: A folder, a rig file, settings, ``built-in``, or mesh files, the neutral first.
+        paths: A folder, a rig file, ``built-in``, or mesh files, the neutral first.
         settings: What is known beforehand.
         say: Told what is being done.
 
@@ -93,32 +91,24 @@ def examine_files(
     return examine(mesh, _read_each(targets), settings, file=str(neutral), say=say)
 
 
-def _is_settings(path: Path) -> bool:
-    return path.suffix.lower() == ".toml"
-
-
 def _rig(path: Path) -> Rig | None:
     """The rig in a file; None for a mesh."""
-    if str(path) == BUILT_IN:
-        from elastomorph.paths import prepare
-        from elastomorph.samples import expressions, head, shapes
-
-        to = prepare(head(), "linear")
-        return Rig(head(), {name: to(m) for name, m in {**shapes(), **expressions()}.items()})
     suffix = path.suffix.lower()
-    known = {*known_suffixes(MESH_FORMATS), *known_suffixes(RIG_FORMATS)}
-    if suffix not in known and path.is_file():
+    if str(path) == BUILT_IN:
+        return rig_as_stored(path)
+    if suffix not in (*_MESHES, *_RIGS) and path.is_file():
         found = f"unknown suffix {suffix!r}" if suffix else "the name has no suffix"
-        raise FormatError(path, f"{found}; expected one of {', '.join(sorted(known))}")
-    if suffix not in known_suffixes(RIG_FORMATS):
+        raise FormatError(path, f"{found}; expected one of {', '.join(sorted({*_MESHES, *_RIGS}))}")
+    if suffix not in _RIGS:
         return None
-    if suffix not in known_suffixes(MESH_FORMATS):
-        return read_rig(path)
-    try:
-        read(path)
-    except FormatError:
-        return read_rig(path)
-    return None
+    if suffix in _MESHES:
+        try:
+            read(path)
+        except FormatError:
+            pass
+        else:
+            return None
+    return rig_as_stored(path)
 
 
 def _read_each(files: Sequence[Path]) -> Iterator[tuple[str, Mesh | ElastomorphError]]:
@@ -140,7 +130,6 @@ def read_seeds(text: str) -> tuple[tuple[int, int], ...]:
         FormatError: The file holds no pairs.
         ParameterError: The text holds no pairs, or a vertex is in two of them.
     """
-    expected = "expected pairs such as 12=40,13=41, the vertex of the neutral first"
     if text.lower().endswith(".json"):
         try:
             content = json.loads(read_bytes(text))
@@ -150,11 +139,13 @@ def read_seeds(text: str) -> tuple[tuple[int, int], ...]:
             raise FormatError(text, "expected a list of pairs such as [[12, 40], [13, 41]]")
         pairs = tuple((int(a), int(b)) for a, b in content)
     else:
-        parts = [part.partition("=") for part in text.split(",")]
-        words = [word.strip() for a, _, b in parts for word in (a, b)]
-        if not all(word.isdecimal() and word.isascii() and len(word) < 10 for word in words):
-            raise ParameterError(f"--seeds {text!r}: {expected}")
-        pairs = tuple((int(a), int(b)) for a, _, b in parts)
+        words = [[word.strip() for word in part.partition("=")[::2]] for part in text.split(",")]
+        if not all(w.isdecimal() and w.isascii() and len(w) < 10 for pair in words for w in pair):
+            raise ParameterError(
+                f"--seeds {text!r}: expected pairs such as 12=40,13=41, the vertex of the neutral "
+                "first"
+            )
+        pairs = tuple((int(a), int(b)) for a, b in words)
     for side in zip(*pairs, strict=True):
         if len(set(side)) < len(side):
             raise ParameterError(f"--seeds {text!r}: a vertex is in two pairs")
