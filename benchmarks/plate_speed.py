@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
-from elastomorph.paths import plate
 from elastomorph.paths.method import Method
 from elastomorph.samples import expressions, head
 from measuring import data_folder
@@ -69,7 +68,7 @@ def main() -> None:
     middles = {}
     for label, method, options in kinds:
         moments = [time.perf_counter()]
-        to = plate.prepare(neutral, method, **options)
+        to = method.prepare(neutral, **options)
         moments.append(time.perf_counter())
         path = to(first)
         moments.append(time.perf_counter())

@@ -26,7 +26,6 @@ from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.model.geometry import fit_rigid
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Choice, Morph
-from elastomorph.paths import arc, auto, linear, rotation
 from elastomorph.paths.method import Method
 from measuring import data_folder
 
@@ -130,9 +129,8 @@ def main() -> None:
     names = options.only or sorted(p.stem for p in rig.glob("*.obj") if p.stem != NEUTRAL)
     # Targets share the polygons of the neutral, so that comparing them costs nothing.
     targets = {name: neutral.with_vertices(read(rig / f"{name}.obj").vertices) for name in names}
-    method = Method("linear")
-    for name, module in (("linear", linear), ("arc", arc), ("rotation", rotation), ("auto", auto)):
-        measure(name, lambda module=module: module.prepare(neutral, method), targets)
+    for name in ("linear", "arc", "rotation", "auto"):
+        measure(name, lambda name=name: Method(name).prepare(neutral), targets)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(f"peak memory, all targets loaded: {peak:.2f} GiB")
     load(rig)

@@ -82,7 +82,7 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("Load.power", lambda: EM.Load.power("2"), "order R"),
     ("Material", lambda: EM.Material("1"), "mass must be"),
     ("Method", lambda: EM.Method(3), "method must be one of"),
-    ("Method with a load", lambda: EM.Method(load=[1, 2]), "load must be a Load"),
+    ("Method with a load", lambda: EM.Method("beam", load=[1, 2]), "load must be a Load"),
     ("Method.parse", lambda: EM.Method.parse(None), "a method is a text such"),
     ("Rig of a text", lambda: EM.Rig("x", {}), "neutral of a rig must be a Mesh"),
     ("Rig of a list", lambda: EM.Rig(MESH, [MORPH]), "mapping from names"),

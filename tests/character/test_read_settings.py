@@ -11,11 +11,10 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from elastomorph.character import Settings, find_settings, read_settings, rig_from_settings
-from elastomorph.character.schema import FREE
-from elastomorph.character.schema import TABLES as SCHEMA
+from elastomorph.character.schema import FREE, tables
 from elastomorph.errors import ElastomorphError, FileError, FormatError
 
-TOP = {name.partition(".")[0] for name in (*SCHEMA, *FREE)} - {"material"}
+TOP = {name.partition(".")[0] for name in (*tables(), *FREE)} - {"material"}
 
 FULL = """\
 # A character
@@ -174,7 +173,7 @@ def assert_settings_or_refused(path: Path) -> None:
     assert str(path) in said if said else isinstance(found, Settings)
 
 
-KNOWN = [(table, key) for table, keys in SCHEMA.items() for key in keys]
+KNOWN = [(table, key) for table, keys in tables().items() for key in keys]
 
 
 @settings(
@@ -198,7 +197,7 @@ def test_every_misspelled_name_is_refused_with_a_known_one(
             ]
         )
     )
-    known = set(SCHEMA[table]) if table else TOP
+    known = set(tables()[table]) if table else TOP
     assume(wrong and wrong not in known and not wrong.isdecimal())
     where = {"material": "method.material"}.get(table, table.replace("*", "left"))
     beside = {"regions.left": 'vertices = "0-3"\n', "inbetweens.left": '"0.5" = "brow_30.obj"\n'}

@@ -11,14 +11,14 @@ from characters import TABLES, changed, write_settings_file
 
 from elastomorph.character import read_settings, rig_from_settings, settings_tables
 from elastomorph.character.export import export_options
-from elastomorph.character.schema import FREE
-from elastomorph.character.schema import TABLES as SCHEMA
+from elastomorph.character.schema import FREE, tables
 from elastomorph.io.rig_npz import rig_arrays
 from elastomorph.rig import Rig
 
 pytestmark = pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
 
 METHOD: dict[str, tuple[dict[str, Any], Any]] = {
+    "order": ({}, 4),
     "closure": ({}, "rest"),
     "load": ({"name": "beam"}, [0.2, 0.1, 0.7]),
     "basis": ({}, "fourier"),
@@ -35,7 +35,7 @@ def method_cases(place: str, text: str) -> dict[str, tuple[dict[str, Any], dict[
     """The tables before and after each key of a method at one place."""
     cases = {}
     for key, (beside, value) in METHOD.items():
-        before = {text: beside.get("name", "beam:3")}
+        before = {text: beside.get("name", "beam" if key == "order" else "beam:3")}
         before |= {name: own for name, own in beside.items() if name != "name"}
         with_place = changed(BASE, **{f"{place}__{own}": given for own, given in before.items()})
         cases[key] = (with_place, changed(with_place, **{f"{place}__{key}": value}))
@@ -118,7 +118,7 @@ def same(one: Rig, other: Rig) -> bool:
 
 def test_every_key_of_the_schema_is_tried() -> None:
     """A key that is added without a test of what it does fails here."""
-    keys = {f"{table}.{key}" for table, own in SCHEMA.items() for key in own}
+    keys = {f"{table}.{key}" for table, own in tables().items() for key in own}
     assert keys == {*RIG, *EXPORT, "character.name"}
     assert set(LISTS) == set(FREE)
 
@@ -133,9 +133,9 @@ def test_a_key_of_the_paths_changes_the_rig(character: Path, key: str) -> None:
 
 @pytest.mark.parametrize("key", EXPORT)
 def test_a_key_of_the_export_reaches_the_writer_and_no_path(character: Path, key: str) -> None:
-    tables, file = EXPORT[key]
+    after, file = EXPORT[key]
     plain = read_settings(write_settings_file(character, TABLES, "before.toml"))
-    settings = read_settings(write_settings_file(character, tables, "after.toml"))
+    settings = read_settings(write_settings_file(character, after, "after.toml"))
     options = [export_options(own, file) for own in (plain, settings)]
     for own in options:
         own.pop("settings")
@@ -158,8 +158,8 @@ def test_the_tables_kept_in_outputs_read_back_as_the_same_settings(
     character: Path, key: str
 ) -> None:
     """What an output says of its settings, written as a file, makes the same rig and output."""
-    tables = EXPORT[key][0] if key in EXPORT else {**RIG, **LISTS}[key][1]
-    settings = read_settings(write_settings_file(character, tables, "after.toml"))
+    after = EXPORT[key][0] if key in EXPORT else {**RIG, **LISTS}[key][1]
+    settings = read_settings(write_settings_file(character, after, "after.toml"))
     kept = settings_tables(settings)
     kept.pop("made_with")
     again = read_settings(write_settings_file(character, kept, "again.toml"))

@@ -87,17 +87,20 @@ def test_a_target_keeps_what_it_does_not_say(folder: Path) -> None:
     assert (method.name, method.order, method.closure) == ("plate", 2, "compatible")
     assert method.material == em.Material(1.0, 0.5, 0.1)
     assert settings.choice_for("brow").method() == em.Method(
-        "beam", 3, em.Material(rigidity=0.1), "compatible"
+        "beam", order=3, material=em.Material(rigidity=0.1), closure="compatible"
     )
 
 
 def test_a_name_brings_its_order_or_load() -> None:
     general = MethodChoice.of("beam", load=(0.2, 0.8), closure="rest")
     assert MethodChoice.of("ease").over(general).method() == em.Method("ease")
-    assert MethodChoice(damping=2.0).over(general).method().load == em.Load([0.2, 0.8])
-    assert MethodChoice(load=(1.0,)).over(MethodChoice.of("beam:3")).method().order == 2
+    assert MethodChoice.of(damping=2.0).over(general).method().load == em.Load([0.2, 0.8])
+    assert MethodChoice.of(load=(1.0,)).over(MethodChoice.of("beam:3")).method().order == 2
+    assert MethodChoice.of(order=3).over(general).method() == em.Method(
+        "beam", order=3, closure="rest"
+    )
     assert not MethodChoice()
-    assert MethodChoice(mass=1.0)
+    assert MethodChoice.of(mass=1.0)
 
 
 def test_artists_curves_are_followed(folder: Path) -> None:
@@ -380,7 +383,7 @@ def test_a_choice_of_the_command_line_counts_everywhere(folder: Path) -> None:
     )
     settings = read(folder, tables).with_choice(MethodChoice.of("beam:2"))
     assert settings.choice_for("smile").method() == em.Method(
-        "beam", 2, em.Material(damping=2), "compatible"
+        "beam", order=2, material=em.Material(damping=2), closure="compatible"
     )
     assert settings.choice_for("jawOpen").method() == em.Method("beam", 2, closure="compatible")
     over = settings.regions["left"].choice.over(settings.choice_for("jawOpen")).method()

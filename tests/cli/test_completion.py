@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from elastomorph.cli import app
 from elastomorph.cli.completion import answered, asked, joined
-from elastomorph.paths import METHODS
+from elastomorph.paths import Method
 
 SLIDERS = {"jawOpen", "smile"}
 
@@ -45,7 +45,9 @@ def offered(files: Path, monkeypatch: pytest.MonkeyPatch, *words: str) -> set[st
 
 @pytest.mark.parametrize("verb", ["export", "animate", "view", "blend", "bench", "interpolate"])
 def test_methods(files: Path, monkeypatch: pytest.MonkeyPatch, verb: str) -> None:
-    assert set(METHODS) <= offered(files, monkeypatch, verb, "face", "--method", "")
+    assert {kind.name for kind in Method.known} <= offered(
+        files, monkeypatch, verb, "face", "--method", ""
+    )
     assert offered(files, monkeypatch, verb, "face", "--method", "be") == {
         "beam",
         "beam:2",

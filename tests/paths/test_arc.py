@@ -17,11 +17,10 @@ from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.model.geometry import fit_rigid
 from elastomorph.paths import arc
-from elastomorph.paths.method import Method
 from elastomorph.samples import head, shapes
 
 TIMES = (0.0, 0.2, 0.5, 0.7, 1.0)
-METHOD = Method("linear")
+METHOD = arc.Arc()
 
 
 def rigid(points: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -60,7 +59,7 @@ def test_a_rigid_copy_follows_the_true_arc(seed: int, degrees: float) -> None:
 @pytest.mark.parametrize("degrees", [30.0, 170.0, 180.0])
 def test_a_rigid_head_is_stored_within_the_tolerance(face: em.Mesh, degrees: float) -> None:
     vector = np.radians(degrees) * np.array([0.36, 0.48, 0.8])
-    morph = arc.prepare(face, METHOD)(face.with_vertices(rigid(face.vertices, vector)))
+    morph = METHOD.prepare(face)(face.with_vertices(rigid(face.vertices, vector)))
     assert morph.bake_error <= 1e-4
     for t in TIMES:
         turned = fit_rigid(face.vertices, morph.at(t))[1]
@@ -103,7 +102,7 @@ def test_without_turn_the_path_is_straight(face: em.Mesh) -> None:
 
 def test_both_ends_are_exact_to_the_last_bit(face: em.Mesh) -> None:
     target = shapes()["jawOpen"]
-    path, morph = arc.arc_path(face, target), arc.prepare(face, METHOD)(target)
+    path, morph = arc.arc_path(face, target), METHOD.prepare(face)(target)
     for at in (path, morph.at):
         assert at(0.0).tobytes() == face.vertices.tobytes()
         assert at(1.0).tobytes() == target.vertices.tobytes()
@@ -114,13 +113,13 @@ def test_vertices_that_do_not_move_stay(face: em.Mesh) -> None:
     still = (target.vertices == face.vertices).all(axis=1)
     assert still.any()
     np.testing.assert_array_equal(arc.arc_path(face, target)(0.4)[still], face.vertices[still])
-    morph = arc.prepare(face, METHOD)(target)
+    morph = METHOD.prepare(face)(target)
     assert not morph.bends[:, still].any()
 
 
 def test_shapes_of_the_head_do_not_fold(face: em.Mesh) -> None:
     """No polygon turns over that does not on the straight line."""
-    to = arc.prepare(face, METHOD)
+    to = METHOD.prepare(face)
     for name in ("jawOpen", "eyeBlink_L", "mouthFunnel", "mouthPucker", "mouthSmile_L"):
         target = shapes()[name]
         morph = to(target)
@@ -143,7 +142,7 @@ def test_any_polygons_have_a_path(seed: int) -> None:
     mesh = em.Mesh(points, faces)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", em.ElastomorphWarning)
-        morph = arc.prepare(mesh, METHOD)(mesh.with_vertices(end))
+        morph = METHOD.prepare(mesh)(mesh.with_vertices(end))
     assert np.isfinite(morph.at(TIMES)).all()
     assert morph.at(1.0).tobytes() == end.tobytes()
 
@@ -152,7 +151,7 @@ def test_markers_without_edges_go_straight_and_say_so() -> None:
     markers = em.Mesh(np.random.default_rng(0).normal(size=(6, 3)))
     target = markers.with_vertices(rigid(markers.vertices, np.array([0.0, 0.0, 1.0])))
     with pytest.warns(em.ElastomorphWarning, match="6 moving vertices .* first is 0"):
-        morph = arc.prepare(markers, METHOD)(target)
+        morph = METHOD.prepare(markers)(target)
     assert len(morph.bends) == 0
 
 
@@ -163,7 +162,7 @@ def test_markers_on_curves_turn_with_them() -> None:
     curves = CurveNetwork((Curve(np.arange(12), True),), 12)
     vector = np.array([1.0, 0.5, 0.0])
     target = markers.with_vertices(rigid(markers.vertices, vector))
-    morph = arc.prepare(markers, METHOD, curves)(target)
+    morph = METHOD.prepare(markers, curves)(target)
     true = rigid(markers.vertices, 0.5 * vector)
     assert np.abs(morph.at(0.5) - true).max() < 1e-4 * markers.diameter
 
@@ -180,7 +179,7 @@ def test_the_jaw_swings_about_its_hinge(data_dir: Path) -> None:
     """Teeth within 0.08 % and gums within 0.25 % of D of the true arc; linear is 0.67 % off."""
     neutral = em.read(data_dir / "ict-facekit" / "generic_neutral_mesh.obj")
     target = em.read(data_dir / "ict-facekit" / "jawOpen.obj")
-    morph = arc.prepare(neutral, METHOD)(target)
+    morph = METHOD.prepare(neutral)(target)
     start, end = neutral.vertices, target.vertices
     teeth = 17039 + np.flatnonzero((start != end)[17039:21451].any(axis=1))
     screw, residual = fit_rigid(start[teeth], end[teeth])

@@ -10,8 +10,7 @@ import pytest
 import elastomorph as em
 from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.model.surface import surface_operators
-from elastomorph.paths import ease, linear, plate
-from elastomorph.paths.method import Method
+from elastomorph.paths import Method
 from elastomorph.physics import CLOSURES
 from elastomorph.samples import expressions, head
 
@@ -30,7 +29,7 @@ def bends(path: em.Morph) -> np.ndarray:
 @pytest.mark.parametrize("order", [2, 3])
 @pytest.mark.parametrize("closure", CLOSURES)
 def test_end_shapes_are_exact_to_the_last_bit(order: int, closure: str) -> None:
-    path = plate.prepare(FACE, Method("plate", order=order, closure=closure, material=SOFT))(GRIN)
+    path = Method("plate", order=order, closure=closure, material=SOFT).prepare(FACE)(GRIN)
     assert path.at(0).tobytes() == FACE.vertices.tobytes()
     assert path.at(1).tobytes() == GRIN.vertices.tobytes()
     assert not np.allclose(path.at(0.5), (FACE.vertices + GRIN.vertices) / 2, atol=1e-3)
@@ -38,8 +37,8 @@ def test_end_shapes_are_exact_to_the_last_bit(order: int, closure: str) -> None:
 
 @pytest.mark.parametrize("closure", ["limit", "linear", "compatible"])
 def test_a_linear_load_is_linear_interpolation(closure: str) -> None:
-    path = plate.prepare(FACE, Method("plate", order=1, closure=closure, material=SOFT))(GRIN)
-    straight = linear.prepare(FACE, Method("linear"))(GRIN)
+    path = Method("plate", order=1, closure=closure, material=SOFT).prepare(FACE)(GRIN)
+    straight = Method("linear").prepare(FACE)(GRIN)
     assert len(path.bends) == 0
     assert np.array_equal(path.at([0.2, 0.7]), straight.at([0.2, 0.7]))
 
@@ -47,11 +46,11 @@ def test_a_linear_load_is_linear_interpolation(closure: str) -> None:
 @pytest.mark.parametrize("order", [2, 3, 8])
 def test_a_stiff_plate_is_the_ease(order: int) -> None:
     """B → ∞ leaves p(t)/p(1), each further factor of rigidity a factor nearer."""
-    eased = ease.prepare(FACE, Method("ease", order=order))(GRIN).at(0.5)
+    eased = Method("ease", order=order).prepare(FACE)(GRIN).at(0.5)
     gaps = []
     for rigidity in (1e2, 1e4):
         method = Method("plate", order=order, material=em.Material(1, 1, rigidity))
-        path = plate.prepare(FACE, method)(GRIN)
+        path = method.prepare(FACE)(GRIN)
         gaps.append(np.abs(path.at(0.5) - eased).max() / FACE.diameter)
     assert gaps[0] < 1e-3
     assert gaps[1] == pytest.approx(gaps[0] / 100, rel=0.2)
@@ -60,12 +59,12 @@ def test_a_stiff_plate_is_the_ease(order: int) -> None:
 @pytest.mark.parametrize("order", [2, 3])
 def test_nothing_depends_on_place_size_or_numbering(order: int) -> None:
     method = Method("plate", order=order, closure="rest", material=SOFT)
-    expected = bends(plate.prepare(FACE, method)(GRIN))
+    expected = bends(method.prepare(FACE)(GRIN))
     random = np.random.default_rng(order)
     turn = np.linalg.qr(random.standard_normal((3, 3)))[0]
     neutral = FACE.with_vertices(7 * FACE.vertices @ turn.T + [1, 2, 3])
     target = neutral.with_vertices(7 * GRIN.vertices @ turn.T + [1, 2, 3])
-    moved = bends(plate.prepare(neutral, method)(target))
+    moved = bends(method.prepare(neutral)(target))
     largest = np.abs(expected).max()
     assert np.abs(moved / 7 @ turn - expected).max() < 1e-9 * largest
 
@@ -73,26 +72,26 @@ def test_nothing_depends_on_place_size_or_numbering(order: int) -> None:
     place = np.argsort(order_of)
     faces = [np.roll(place[face], 1) for face in FACE.faces][::-1]
     renamed = em.Mesh(vertices=FACE.vertices[order_of], faces=faces)
-    again = plate.prepare(renamed, method)(renamed.with_vertices(GRIN.vertices[order_of]))
+    again = method.prepare(renamed)(renamed.with_vertices(GRIN.vertices[order_of]))
     assert np.abs(bends(again) - expected[:, order_of]).max() < 1e-9 * largest
 
 
 def test_one_preparation_serves_every_target() -> None:
-    to = plate.prepare(FACE, Method("plate", order=3, material=SOFT))
+    to = Method("plate", order=3, material=SOFT).prepare(FACE)
     for target in expressions().values():
-        alone = plate.prepare(FACE, Method("plate", order=3, material=SOFT))(target)
+        alone = Method("plate", order=3, material=SOFT).prepare(FACE)(target)
         assert np.array_equal(to(target).bends, alone.bends)
 
 
 def test_rigidity_is_a_factor_of_that_of_the_material() -> None:
     count = len(FACE.vertices)
     stiffer = em.Material(SOFT.mass, SOFT.damping, 3 * SOFT.rigidity)
-    expected = bends(plate.prepare(FACE, Method("plate", material=stiffer))(GRIN))
+    expected = bends(Method("plate", material=stiffer).prepare(FACE)(GRIN))
     for rigidity in (3, 3.0, np.full(count, 3.0)):
-        path = plate.prepare(FACE, Method("plate", material=SOFT), rigidity=rigidity)(GRIN)
+        path = Method("plate", material=SOFT).prepare(FACE, rigidity=rigidity)(GRIN)
         assert np.array_equal(path.bends, expected)
     nearly = 3 * (1 + 1e-13 * np.arange(count))
-    path = plate.prepare(FACE, Method("plate", material=SOFT), rigidity=nearly)(GRIN)
+    path = Method("plate", material=SOFT).prepare(FACE, rigidity=nearly)(GRIN)
     assert path.bends == pytest.approx(expected, abs=1e-9 * FACE.diameter)
 
 
@@ -102,8 +101,8 @@ def test_pinned_vertices_follow_the_limit_law(as_mask: bool) -> None:
     mask = np.zeros(len(FACE.vertices), dtype=bool)
     mask[chosen] = True
     method = Method("plate", order=2, material=SOFT)
-    path = plate.prepare(FACE, method, pinned=mask if as_mask else chosen)(GRIN)
-    eased = ease.prepare(FACE, Method("ease", order=2))(GRIN)
+    path = method.prepare(FACE, pinned=mask if as_mask else chosen)(GRIN)
+    eased = Method("ease", order=2).prepare(FACE)(GRIN)
     off = np.abs(path.at(0.5) - eased.at(0.5)).max(axis=1)
     assert off[chosen].max() < 1e-13 * FACE.diameter
     assert off.max() > 1e-6 * FACE.diameter
@@ -113,9 +112,9 @@ def test_vertices_on_no_polygon_follow_the_limit_law() -> None:
     neutral = em.Mesh(vertices=np.r_[FACE.vertices, [[0, 0, 9.0]]], faces=FACE.faces)
     target = neutral.with_vertices(np.r_[GRIN.vertices, [[0, 8.0, 9]]])
     method = Method("plate", order=2, closure="rest", material=SOFT)
-    path = plate.prepare(neutral, method)(target)
+    path = method.prepare(neutral)(target)
     assert path.at(0.5)[-1] == pytest.approx([0, 2, 9])
-    without = plate.prepare(FACE, method)(GRIN)
+    without = method.prepare(FACE)(GRIN)
     assert path.at(0.5)[:-1] == pytest.approx(without.at(0.5), abs=1e-9)
 
 
@@ -132,12 +131,12 @@ def test_vertices_on_no_polygon_follow_the_limit_law() -> None:
 )
 def test_options_out_of_range_are_named(options: dict[str, object], message: str) -> None:
     with pytest.raises(em.ElastomorphError, match=message):
-        plate.prepare(FACE, Method(), **options)
+        Method("plate").prepare(FACE, **options)
 
 
 def test_a_neutral_without_surface_is_refused() -> None:
     with pytest.raises(em.ElastomorphError, match="no surface"):
-        plate.prepare(em.Mesh(vertices=FACE.vertices, faces=[]), Method())
+        Method("plate").prepare(em.Mesh(vertices=FACE.vertices, faces=[]))
 
 
 def test_collapsed_polygons_do_no_harm() -> None:
@@ -148,7 +147,7 @@ def test_collapsed_polygons_do_no_harm() -> None:
     faces = [*FACE.faces, FACE.faces[7], FACE.faces[8][[0, 1, 0]]]
     neutral = em.Mesh(vertices=vertices, faces=faces)
     target = neutral.with_vertices(vertices + GRIN.vertices - FACE.vertices)
-    path = plate.prepare(neutral, Method("plate", order=3, material=SOFT))(target)
+    path = Method("plate", order=3, material=SOFT).prepare(neutral)(target)
     largest = np.abs(path.delta).max()
     assert np.isfinite(path.bends).all()
     assert np.abs(path.bends).max() < 10 * largest
@@ -161,10 +160,10 @@ def test_no_seam_opens_in_a_production_face(data_dir: Path) -> None:
     neutral, target = em.read(rig / "generic_neutral_mesh.obj"), em.read(rig / "jawOpen.obj")
     each = np.arange(len(neutral.vertices))  # a curve of its own: every edge counts
     probe = ShapeProbe.of(neutral, target, each)
-    line = linear.prepare(neutral, Method("linear"))(target)
+    line = Method("linear").prepare(neutral)(target)
     straight = probe.at(line, 0.25, line.at(0.25))  # where the limit law t² is at t = 0.5
     for closure in CLOSURES:
-        path = plate.prepare(neutral, Method("plate", order=2, closure=closure))(target)
+        path = Method("plate", order=2, closure=closure).prepare(neutral)(target)
         shape = probe.at(path, 0.5, path.at(0.5))
         assert shape.seam < straight.seam + 1e-5
         assert shape.flips <= straight.flips
@@ -177,7 +176,7 @@ def test_every_piece_of_a_production_face_has_its_own_mean(data_dir: Path) -> No
     rig = data_dir / "ict-facekit"
     neutral, target = em.read(rig / "generic_neutral_mesh.obj"), em.read(rig / "jawOpen.obj")
     surface = surface_operators(neutral)
-    path = plate.prepare(neutral, Method("plate", order=2, closure="rest"))(target)
+    path = Method("plate", order=2, closure="rest").prepare(neutral)(target)
     law = 1.5 * 0.5**2 - 0.5 * 0.5**3
     weights = surface.mass[:, None]
     for piece in range(surface.component_of.max() + 1):

@@ -16,11 +16,10 @@ import elastomorph as em
 from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.model.geometry import fit_rigid
 from elastomorph.paths import rotation
-from elastomorph.paths.method import Method
 from elastomorph.samples import head, shapes
 
 TIMES = (0.0, 0.2, 0.5, 0.7, 1.0)
-METHOD = Method("linear")
+METHOD = rotation.Rotation()
 
 
 def rigid(points: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -71,7 +70,7 @@ def test_a_rigid_copy_follows_the_true_arc(seed: int, degrees: float) -> None:
 @pytest.mark.parametrize("degrees", [30.0, 170.0, 180.0])
 def test_a_rigid_head_is_stored_within_the_tolerance(face: em.Mesh, degrees: float) -> None:
     vector = np.radians(degrees) * np.array([0.36, 0.48, 0.8])
-    morph = rotation.prepare(face, METHOD)(face.with_vertices(rigid(face.vertices, vector)))
+    morph = METHOD.prepare(face)(face.with_vertices(rigid(face.vertices, vector)))
     assert morph.bake_error <= 1e-4
     for t in TIMES:
         turned = fit_rigid(face.vertices, morph.at(t))[1]
@@ -144,7 +143,7 @@ def test_without_turn_the_path_is_straight(face: em.Mesh) -> None:
 
 def test_both_ends_are_exact_to_the_last_bit(face: em.Mesh) -> None:
     target = shapes()["jawOpen"]
-    path, morph = rotation.rotation_path(face, target), rotation.prepare(face, METHOD)(target)
+    path, morph = rotation.rotation_path(face, target), METHOD.prepare(face)(target)
     for at in (path, morph.at):
         assert at(0.0).tobytes() == face.vertices.tobytes()
         assert at(1.0).tobytes() == target.vertices.tobytes()
@@ -156,12 +155,12 @@ def test_vertices_that_do_not_move_stay(face: em.Mesh) -> None:
     assert still.any()
     path = rotation.rotation_path(face, target)
     np.testing.assert_array_equal(path(0.4)[still], face.vertices[still])
-    assert not rotation.prepare(face, METHOD)(target).bends[:, still].any()
+    assert not METHOD.prepare(face)(target).bends[:, still].any()
 
 
 def test_shapes_of_the_head_do_not_fold(face: em.Mesh) -> None:
     """No polygon turns over that does not on the straight line."""
-    to = rotation.prepare(face, METHOD)
+    to = METHOD.prepare(face)
     for name in ("jawOpen", "eyeBlink_L", "mouthFunnel", "mouthPucker", "mouthSmile_L"):
         target = shapes()[name]
         morph = to(target)
@@ -184,7 +183,7 @@ def test_any_polygons_with_an_area_have_a_path(seed: int) -> None:
     mesh = em.Mesh(points, faces)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", em.ElastomorphWarning)
-        morph = rotation.prepare(mesh, METHOD)(mesh.with_vertices(end))
+        morph = METHOD.prepare(mesh)(mesh.with_vertices(end))
     assert np.isfinite(morph.at(TIMES)).all()
     assert morph.at(1.0).tobytes() == end.tobytes()
     assert np.linalg.norm(morph.at(0.5) - (points + end) / 2, axis=1).max() < 3 * mesh.diameter
@@ -219,7 +218,7 @@ def test_loose_vertices_go_straight_and_are_named() -> None:
 
 def test_meshes_without_surface_are_refused_and_so_are_bad_arguments(face: em.Mesh) -> None:
     with pytest.raises(em.MeshError, match="has no surface"):
-        rotation.prepare(em.Mesh(np.eye(3)), METHOD)
+        METHOD.prepare(em.Mesh(np.eye(3)))
     with pytest.raises(em.ParameterError, match="rings"):
         rotation.rotation_path(face, face, rings=-1)
     with pytest.raises(em.TopologyError):
@@ -240,7 +239,7 @@ def neutral(rig: Path) -> em.Mesh:
 def test_the_jaw_swings_about_its_hinge(rig: Path, neutral: em.Mesh) -> None:
     """Teeth and gums within 0.08 % of D of the true arc; linear is 0.67 % off."""
     target = em.read(rig / "jawOpen.obj")
-    morph = rotation.prepare(neutral, METHOD)(target)
+    morph = METHOD.prepare(neutral)(target)
     start, end = neutral.vertices, target.vertices
     teeth = 17039 + np.flatnonzero((start != end)[17039:21451].any(axis=1))
     screw, residual = fit_rigid(start[teeth], end[teeth])
@@ -257,7 +256,7 @@ def test_the_jaw_swings_about_its_hinge(rig: Path, neutral: em.Mesh) -> None:
 @pytest.mark.realdata
 @pytest.mark.slow
 def test_hard_shapes_do_not_fold(rig: Path, neutral: em.Mesh) -> None:
-    to = rotation.prepare(neutral, METHOD)
+    to = METHOD.prepare(neutral)
     for name in ("mouthClose", "mouthFunnel", "mouthPucker", "mouthLeft", "jawOpen"):
         target = em.read(rig / f"{name}.obj")
         morph = to(target)
@@ -285,7 +284,7 @@ def test_lids_slide_around_the_eyeball(rig: Path, neutral: em.Mesh) -> None:
         return max(float((ends - away(morph.at(t)))[lids].max()) for t in (0.25, 0.5, 0.75))
 
     straight = sunk(em.interpolate(neutral, target, "linear"))
-    turned = sunk(rotation.prepare(neutral, METHOD)(target))
+    turned = sunk(METHOD.prepare(neutral)(target))
     assert straight > 0.05
     assert turned < straight / 3
 

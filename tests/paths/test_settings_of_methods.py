@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import copy
+import inspect
+import pickle
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.paths.method import METHODS, SETTINGS
+from elastomorph import paths
 
 pytestmark = pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
 
@@ -42,17 +47,16 @@ ROWS = [em.Curve(np.arange(5 * j, 5 * j + 5), False) for j in range(4)]
 CURVES = em.CurveNetwork([*ROWS, em.Curve([20, 21, 22], False)], 25)
 
 
-def test_every_field_of_a_method_is_somebodys() -> None:
-    fields = {name for name in em.Method.__dataclass_fields__ if name != "name"}
-    assert {setting for settings in SETTINGS.values() for setting in settings} == fields
-    assert set(VALUES) == fields
+def test_every_option_is_tried() -> None:
+    assert set(VALUES) == set(em.Method.every_option())
 
 
 @pytest.mark.parametrize("setting", VALUES)
-@pytest.mark.parametrize("method", METHODS)
-def test_has_an_effect_or_is_refused(method: str, setting: str) -> None:
+@pytest.mark.parametrize("kind", em.Method.known)
+def test_has_an_effect_or_is_refused(kind: type[em.Method], setting: str) -> None:
     given = {setting: VALUES[setting]}
-    if setting not in SETTINGS[method]:
+    method = kind.name
+    if not kind.has(setting):
         with pytest.raises(em.ParameterError, match=f"{method} has no {setting}; it has"):
             em.interpolate(SHEET, BENT, method, curves=CURVES, **given)
         return
@@ -63,19 +67,53 @@ def test_has_an_effect_or_is_refused(method: str, setting: str) -> None:
 
 
 @pytest.mark.parametrize("setting", VALUES)
-@pytest.mark.parametrize("method", METHODS)
-def test_a_method_made_directly_has_the_same_settings(method: str, setting: str) -> None:
+@pytest.mark.parametrize("kind", em.Method.known)
+def test_a_method_made_directly_has_the_same_options(kind: type[em.Method], setting: str) -> None:
+    """By its class and by its name."""
     given = {setting: VALUES[setting]}
-    if setting in SETTINGS[method]:
-        assert getattr(em.Method(method, **given), setting) == VALUES[setting]
-    else:
-        with pytest.raises(em.ParameterError, match=f"method '{method}': {method} has no "):
-            em.Method(method, **given)
-    default = {setting: getattr(em.Method(), setting)}
-    assert em.Method(method, **default) == em.Method(method)
+    for made in (kind, lambda **options: em.Method(kind.name, **options)):
+        if kind.has(setting):
+            assert made(**given) == replace(kind(), **given)  # type: ignore[call-arg]
+            assert getattr(made(**given), setting) == VALUES[setting]
+        else:
+            refusal = f"method '{kind.name}': {kind.name} has no {setting}; it has"
+            with pytest.raises(em.ParameterError, match=refusal):
+                made(**given)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("kind", em.Method.known)
+def test_a_name_and_a_class_are_the_same_method(kind: type[em.Method]) -> None:
+    method = em.Method(kind.name)
+    assert type(method) is kind
+    assert method == kind() == em.Method.parse(kind.name) == em.Method.of(kind.name)
+    assert method != next(other() for other in em.Method.known if other is not kind)
+    assert pickle.loads(pickle.dumps(method)) == copy.deepcopy(method) == method
+    assert {method: 1}[kind()] == 1
+    assert list(inspect.signature(kind).parameters) == [own.name for own in fields(kind)]  # type: ignore[arg-type]
+
+
+def test_old_spellings_work_until_they_go() -> None:
+    """Every method once had every option, where it had no meaning with its default."""
+    with pytest.warns(DeprecationWarning, match=r"linear has no order; this is let pass until"):
+        assert em.Method("linear", order=2) == em.Method("linear")
+    with pytest.warns(DeprecationWarning, match="auto has no closure"):
+        assert em.Method().closure == "limit"
+    with pytest.warns(DeprecationWarning, match="go by their names"):
+        given = em.Method("beam", 3, em.Material(2, 1, 1), "rest")
+    assert given == em.Method("beam", order=3, material=em.Material(2, 1, 1), closure="rest")
+    with pytest.warns(DeprecationWarning, match=r"METHODS is now Method\.known"):
+        assert tuple(kind.name for kind in em.Method.known) == paths.METHODS
+    with pytest.raises(AttributeError, match="'Auto' object has no attribute 'ordre'"):
+        em.Method().ordre  # noqa: B018
+
+
+def test_what_one_call_takes_is_refused_where_it_has_no_use() -> None:
+    for given, takers in (("rigidity", "plate"), ("pinned", "plate"), ("extent", "auto")):
+        with pytest.raises(em.ParameterError, match=f"only {takers} takes {given}, not beam"):
+            em.prepare(SHEET, "beam:2", **{given: 1})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("method", [kind.name for kind in em.Method.known])
 def test_what_is_no_network_is_refused_by_every_method(method: str) -> None:
     for curves in ("nonsense", [[0, 1, 2]], 3):
         with pytest.raises(em.CurveError, match="curves must be a CurveNetwork, as"):
@@ -105,7 +143,7 @@ def test_whole_numbers_are_numbers() -> None:
         with pytest.raises(em.ParameterError, match="straight_within must be a number ≥ 0"):
             em.Method(straight_within=within)  # type: ignore[arg-type]
     with pytest.raises(em.ParameterError, match="harmonics must be a whole number"):
-        em.Method(harmonics=True)
+        em.Method("beam", harmonics=True)
 
 
 def test_a_material_is_only_given_to_methods_that_have_one() -> None:

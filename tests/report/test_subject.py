@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elastomorph.io import write
-from elastomorph.paths import auto
+from elastomorph.paths.auto import Auto
 from elastomorph.report.subject import rig_subject
 from scenes import ball
 
@@ -25,7 +25,7 @@ def test_a_rig_is_read_without_looking_for_its_paths(
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("no path is wanted here")
 
-    monkeypatch.setattr(auto, "prepare", refused)
+    monkeypatch.setattr(Auto, "prepare", refused)
     subject = rig_subject(tmp_path)
     assert subject.jaw == "jawOpen"
     assert list(subject.targets) == ["jawOpen"]

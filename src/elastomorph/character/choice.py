@@ -7,150 +7,135 @@ is said again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from elastomorph.errors import ParameterError
 from elastomorph.paths import Method
-from elastomorph.paths.method import SETTINGS
-from elastomorph.physics import CLOSURES, Load, Material
+from elastomorph.paths.options import options_of
+from elastomorph.physics import Material
 
-__all__ = ["OF_NAME", "MethodChoice"]
-
-_MATERIAL = ("mass", "damping", "rigidity")
-OF_NAME = ("name", "order", "load")
-"""What a name of a method brings with it."""
+__all__ = ["MethodChoice"]
 
 
 @dataclass(frozen=True)
 class MethodChoice:
-    """The part of a `Method` that one place of the settings states; None is not stated.
+    """The part of a method that one place of the settings states.
 
     Attributes:
-        name: As in `Method`.
-        order: As in `Method`.
-        closure: As in `Method`.
-        load: p₁, p₂, … of a polynomial load.
-        basis: As in `Method`.
-        stiffness: As in `Method`.
-        harmonics: As in `Method`.
-        tolerance: As in `Method`.
-        straight_within: As in `Method`.
-        mass: m of the material.
-        damping: c of the material.
-        rigidity: k of the material.
+        name: Of the method; None where it is not stated.
+        stated: What is stated of its options, as a settings file holds them, and of the constants
+            of its material (``mass``, ``damping``, ``rigidity``).
 
     Raises:
         ParameterError: No method can be made of it.
     """
 
     name: str | None = None
-    order: int | None = None
-    closure: str | None = None
-    load: tuple[float, ...] | None = None
-    basis: str | None = None
-    stiffness: str | None = None
-    harmonics: int | None = None
-    tolerance: float | None = None
-    straight_within: float | None = None
-    mass: float | None = None
-    damping: float | None = None
-    rigidity: float | None = None
+    stated: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.name is not None:
-            Method(self.name)
-        for setting, value in self._settings.items():
-            somebody = next(name for name, own in SETTINGS.items() if setting in own)
-            Method(somebody, **{setting: value})
+            Method.named(self.name)
+        for name, value in _fields(self.stated).items():
+            Method.every_option()[name].check(value, name)
 
     @classmethod
-    def of(cls, text: str | None, **stated: Any) -> MethodChoice:
-        """A choice from a text such as ``beam:3`` and from single fields.
+    def of(cls, text: str | None = None, **stated: Any) -> MethodChoice:
+        """A choice from a text such as ``beam:3`` and from options; None leaves one open.
 
         Raises:
-            ParameterError: The text or a field is not understood, or both state the same.
+            ParameterError: The text or an option is not understood, or both state the same.
         """
+        given = {name: value for name, value in stated.items() if value is not None}
+        alike = [f"'{name}'" for name in given if _with_name(name)]
+        if len(alike) > 1:
+            raise ParameterError(f"{' and '.join(alike)} state the same; leave one of them out")
         if text is None:
-            return cls(**stated)
-        named = Method.parse(text)
-        options = text.strip().split(":")[1:]
-        if named.name == "auto" and options:
-            if stated.get("straight_within") is not None:
+            return cls(None, given)
+        kind, found = Method.read(text)
+        for name in given:
+            instead = name not in found and _with_name(name) and any(map(_with_name, found))
+            if name in found or instead:
                 raise ParameterError(
-                    f"{text!r} and 'straight_within' state the same; leave one of them out"
+                    f"{text!r} and '{name}' state the same; leave one of them out"
+                    + (" (a load takes the place of the order)" if instead else "")
                 )
-            return cls(**{**stated, "name": "auto", "straight_within": named.straight_within})
-        closures = [option for option in options if option in CLOSURES]
-        order = named.order if len(options) > len(closures) else None
-        for what, twice in (
-            ("closure", closures and stated.get("closure") is not None),
-            ("load", order is not None and stated.get("load") is not None),
-        ):
-            if twice:
-                raise ParameterError(
-                    f"{text!r} and '{what}' state the same; leave one of them out"
-                    + (" (a load takes the place of the order)" if what == "load" else "")
-                )
-        if closures:
-            stated["closure"] = closures[0]
-        return cls(name=named.name, order=order, **stated)
+        kind(**found)
+        return cls(kind.name, found | given)
 
     def __bool__(self) -> bool:
         """Whether anything is stated."""
-        return any(value is not None for value in self.stated.values())
-
-    @property
-    def stated(self) -> dict[str, Any]:
-        """Every field by name; None where nothing is stated."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        return self.name is not None or bool(self.stated)
 
     @property
     def idle(self) -> dict[str, tuple[str, ...]]:
         """What is stated that its method has no use for, and the methods that have."""
         method = self.method()
-        settings = {
-            field: "material" if field in _MATERIAL else field
-            for field, value in self.stated.items()
-            if value is not None and field != "name"
-        }
         return {
-            field: tuple(name for name, own in SETTINGS.items() if setting in own)
-            for field, setting in settings.items()
-            if not method.has(setting)
+            name: Method.with_option(own)
+            for name in self.stated
+            if not method.has(own := _option_of(name))
         }
 
     def over(self, general: MethodChoice) -> MethodChoice:
         """This choice where it states something, a more general one where it does not."""
-        kept = {name: value for name, value in self.stated.items() if value is not None}
-        if self.name is not None:
-            kept |= {name: getattr(self, name) for name in OF_NAME}
-        elif self.load is not None:
-            kept["order"] = None
-        return replace(general, **kept)
+        kept = general.without(self)
+        name = kept.name if self.name is None else self.name
+        return MethodChoice(name, {**kept.stated, **self.stated})
+
+    def without(self, said: MethodChoice) -> MethodChoice:
+        """What is left of this choice where another one has the say."""
+        anew = said.name is not None or any(map(_with_name, said.stated))
+        kept = {
+            name: value
+            for name, value in self.stated.items()
+            if name not in said.stated and not (anew and _with_name(name))
+        }
+        return MethodChoice(None if said.name is not None else self.name, kept)
 
     def method(self) -> Method:
         """The method, with the program's defaults for what is not stated; without what is idle."""
-        name = Method().name if self.name is None else self.name
-        has = SETTINGS[name]
-        return Method(name, **{key: value for key, value in self._settings.items() if key in has})
+        kind = type(Method()) if self.name is None else Method.named(self.name)
+        given = _fields(self.stated)
+        return kind(**{name: value for name, value in given.items() if kind.has(name)})
+
+    def values(self) -> dict[str, Any]:
+        """The options of the method, defaults too, as a settings file holds them."""
+        method = self.method()
+        found: dict[str, Any] = {}
+        for name, its in options_of(method).items():
+            value = getattr(method, name)
+            if value is not None:
+                found |= {part: getattr(value, part) for part in its.parts} or {name: value}
+        return found
 
     @property
     def material(self) -> Material:
         """The material, with the program's defaults for what is not stated."""
-        stated = {name: getattr(self, name) for name in _MATERIAL}
-        return Material(**{name: value for name, value in stated.items() if value is not None})
+        found: Material = _fields(self.stated).get("material", Material())
+        return found
 
-    @property
-    def _settings(self) -> dict[str, Any]:
-        """Fields of `Method` as far as they are stated, without the name."""
-        stated = {name: value for name, value in self.stated.items() if value is not None}
-        given = {key: value for key, value in stated.items() if key not in ("name", *_MATERIAL)}
-        if stated.keys() & set(_MATERIAL):
-            given["material"] = self.material
-        if "load" in given:
-            given["load"] = Load(given["load"])
-        for name in ("tolerance", "straight_within"):
-            if name in given:
-                given[name] = float(given[name])
-        return given
+
+def _option_of(name: str) -> str:
+    """The option that a name stands for: its own, or that of the table it is a part of."""
+    every = Method.every_option()
+    return next((own for own, its in every.items() if name in its.parts), name)
+
+
+def _with_name(name: str) -> bool:
+    its = Method.every_option().get(name)
+    return its is not None and its.with_name
+
+
+def _fields(stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of methods, made of what is stated."""
+    found: dict[str, Any] = {}
+    for name, its in Method.every_option().items():
+        parts = {part: stated[part] for part in its.parts if part in stated}
+        if parts:
+            found[name] = its.made(parts)
+        elif name in stated:
+            found[name] = its.made(stated[name])
+    return found

@@ -101,7 +101,7 @@ class PathMaker:
         morph = start
         for region, (_, settings) in self._regions.items():
             method = settings.choice.over(choice).method()
-            if morph is start and below is not None and _same_path(method, below):
+            if morph is start and below is not None and method == below:
                 continue
             over = self._made(method, region)(target)
             label = f"{morph.method}, {region}: {over.method}"
@@ -127,13 +127,13 @@ class PathMaker:
         """A method on the whole face, or on the curves inside a region."""
         if (method, region) not in self._prepared:
             curves = None
-            if method.name == "beam" or not len(self._neutral.faces):
+            if method.on_curves or not len(self._neutral.faces):
                 curves = self.network
                 if region:
                     curves = curves.restricted(self._regions[region][0])
                 if self._part is not None:
                     curves = curves.restricted(self._part.vertices)
-            extent = self._extent if method.name == "auto" else None
+            extent = self._extent if "extent" in method.inputs() else None
             self._prepared[method, region] = prepare(
                 self._neutral, method, curves=curves, extent=extent
             )
@@ -158,8 +158,3 @@ class PathMaker:
                 f"{count - 1:,}",
             )
         return vertices
-
-
-def _same_path(one: Method, other: Method) -> bool:
-    """Whether two methods differ at most in what neither of them uses."""
-    return one.label == other.label and one.tolerance == other.tolerance

@@ -8,7 +8,7 @@ from typing import Any
 
 from elastomorph.character.choice import MethodChoice
 from elastomorph.character.document import Document, Where, nearest, open_document
-from elastomorph.character.schema import FREE, TABLES, Key
+from elastomorph.character.schema import FREE, Key, tables
 from elastomorph.character.settings import (
     UNITS,
     Character,
@@ -21,15 +21,15 @@ from elastomorph.errors import FileError
 from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.gltf.writer import require_glb_settings
 from elastomorph.io.usd.writer import require_usd_settings
+from elastomorph.paths import Method
 from elastomorph.paths.through import law_for
 from elastomorph.rig.timing import by_name
 
 __all__ = ["FILE_NAME", "find_settings", "read_settings"]
 
 FILE_NAME = "elastomorph.toml"
-_FILE = Key("file", "a shape on the way", '"jawOpen_30.obj"')
-_NAMES = Key("texts", "names of targets", '["jawOpen", "mouthClose"]')
-_TOP = tuple(dict.fromkeys(name.partition(".")[0] for name in (*TABLES, *FREE)))
+_FILE = Key("file", '"jawOpen_30.obj"')
+_NAMES = Key("texts", '["jawOpen", "mouthClose"]')
 
 
 def find_settings(folder: str | Path) -> Path | None:
@@ -63,11 +63,12 @@ def read_settings(path: str | Path) -> Settings:
             )
         file = found
     document = open_document(file)
-    document.require_known((), [name for name in _TOP if name != "material"])
+    top = dict.fromkeys(name.partition(".")[0] for name in (*tables(), *FREE))
+    document.require_known((), [name for name in top if name != "material"])
     for table in ("export", "methods", "regions", "inbetweens"):
         document.table((table,))
     document.require_known(("export",), ["glb", "usd"])
-    timing = document.values(("timing",), TABLES["timing"]).get("default")
+    timing = document.values(("timing",), tables()["timing"]).get("default")
     if timing is not None:
         with document.naming(("timing", "default")):
             by_name(timing)
@@ -83,7 +84,7 @@ def read_settings(path: str | Path) -> Settings:
     settings = Settings(
         path=file,
         character=_character(document),
-        method=_choice(document, ("method",), TABLES["method"], text="default"),
+        method=_choice(document, ("method",), tables()["method"], text="default"),
         methods=methods,
         regions={name: _region(document, name) for name in document.table(("regions",))},
         inbetweens=inbetweens,
@@ -111,10 +112,10 @@ def _warn_of_idle(document: Document, settings: Settings) -> None:
             own = [region.choice.over(below) for below in targets]
             places.append((("regions", name), region.choice, own))
     for where, choice, used in places:
-        for field, value in choice.stated.items():
-            if value is None or not all(field in one.idle for one in used):
+        for field in choice.stated:
+            if not all(field in one.idle for one in used):
                 continue
-            inner = ("material", field) if field in TABLES["material"] else (field,)
+            inner = ("material", field) if field in tables()["material"] else (field,)
             document.warn(
                 (*where, *inner),
                 f"'{field}' has no effect: it is for {', '.join(used[0].idle[field])}, and here "
@@ -123,7 +124,7 @@ def _warn_of_idle(document: Document, settings: Settings) -> None:
 
 
 def _character(document: Document) -> Character:
-    found = document.values(("character",), TABLES["character"])
+    found = document.values(("character",), tables()["character"])
     both = [key for key in ("neutral", "targets") if key in found and "rig" in found]
     if both:
         document.refuse(
@@ -150,14 +151,14 @@ def _choice(
 ) -> MethodChoice:
     """The method that a table states; other keys of the table are left alone."""
     stated = document.values(where, keys)
-    own = {key: stated[key] for key in TABLES["methods.*"] if key in stated and key != "method"}
+    own = {key: stated[key] for key in Method.every_option() if key in stated}
     own.pop("material", None)
-    own |= document.values((*where, "material"), TABLES["material"])
+    own |= document.values((*where, "material"), tables()["material"])
     # One by one, so that the complaint names the line that is to blame.
     for key, value in own.items():
-        place = (*where, "material", key) if key in TABLES["material"] else (*where, key)
+        place = (*where, "material", key) if key in tables()["material"] else (*where, key)
         with document.naming(place):
-            MethodChoice(**{key: value})
+            MethodChoice.of(None, **{key: value})
     with document.naming((*where, text) if text in stated else where):
         return MethodChoice.of(stated.get(text), **own)
 
@@ -169,14 +170,14 @@ def _method_of(document: Document, name: str) -> MethodChoice:
         with document.naming(where):
             return MethodChoice.of(given)
     if not isinstance(given, dict):
-        key = Key("text", "a method", '"rotation" or { method = "beam:3", closure = "rest" }')
+        key = Key("text", '"rotation" or { method = "beam:3", closure = "rest" }')
         document.value(where, key, given)
-    return _choice(document, where, TABLES["methods.*"])
+    return _choice(document, where, tables()["methods.*"])
 
 
 def _region(document: Document, name: str) -> Region:
     where = ("regions", name)
-    stated = document.values(where, TABLES["regions.*"])
+    stated = document.values(where, tables()["regions.*"])
     if "vertices" not in stated:
         document.refuse(where, f"the region {name!r} has no 'vertices': name a file or ranges")
     vertices = stated["vertices"]
@@ -191,7 +192,7 @@ def _region(document: Document, name: str) -> Region:
     falloff = float(stated.get("falloff", 3.0))
     if falloff < 0:
         document.refuse((*where, "falloff"), f"falloff must be from 0, found {falloff:g}")
-    choice = _choice(document, where, TABLES["regions.*"])
+    choice = _choice(document, where, tables()["regions.*"])
     if not choice:
         document.refuse(
             where,
@@ -207,7 +208,7 @@ def _inbetweens(document: Document, name: str) -> Inbetweens:
     method: str | None = None
     for key, value in _flat(document.table(where)):
         if key == "method":
-            method = document.value((*where, key), TABLES["inbetweens.*"]["method"], value)
+            method = document.value((*where, key), tables()["inbetweens.*"]["method"], value)
             with document.naming((*where, key)):
                 law_for(method, 0)
             continue
@@ -255,7 +256,7 @@ def _lists(document: Document, table: str) -> dict[str, tuple[str, ...]]:
 
 def _export(document: Document, format_: str, require: Any) -> dict[str, Any]:
     where = ("export", format_)
-    found = document.values(where, TABLES[f"export.{format_}"])
+    found = document.values(where, tables()[f"export.{format_}"])
     for key, value in found.items():
         with document.naming((*where, key)):
             require(**{key: value})

@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from elastomorph.character.choice import OF_NAME, MethodChoice
+from elastomorph.character.choice import MethodChoice
 from elastomorph.character.document import nearest
 from elastomorph.errors import FormatError
 
@@ -190,19 +190,16 @@ class Settings:
         Args:
             choice: What the command line says of the method.
         """
-        said = [name for name, value in choice.stated.items() if value is not None]
-        taken = dict.fromkeys([*said, *(OF_NAME if choice.name is not None else ())])
-        if choice.load is not None:
-            taken["order"] = None
+        named = [] if choice.name is None else ["method"]
         return replace(
             self,
             method=choice.over(self.method),
-            methods={name: replace(own, **taken) for name, own in self.methods.items()},
+            methods={name: own.without(choice) for name, own in self.methods.items()},
             regions={
-                name: replace(own, choice=replace(own.choice, **taken))
+                name: replace(own, choice=own.choice.without(choice))
                 for name, own in self.regions.items()
             },
-            overridden=self._noted(*("method" if name in OF_NAME else name for name in said)),
+            overridden=self._noted(*named, *(name for name in choice.stated if name != "order")),
         )
 
     def with_curves(self, file: Path) -> Settings:

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from elastomorph.character.choice import MethodChoice
+from elastomorph.character.schema import tables
 from elastomorph.character.settings import Settings
 
 __all__ = ["settings_tables"]
-
-_MATERIAL = ("mass", "damping", "rigidity")
 
 
 def settings_tables(settings: Settings) -> dict[str, Any]:
@@ -22,7 +21,7 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
     names are as the settings have them, so that nothing of the machine gets into outputs.
     """
     character = settings.character
-    tables: dict[str, Any] = {
+    found: dict[str, Any] = {
         "made_with": {
             "elastomorph": _version(),
             "settings": settings.path.name,
@@ -58,7 +57,7 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
         "timing": {"default": settings.timing},
         "export": {"glb": dict(settings.glb), "usd": dict(settings.usd)},
     }
-    return _without_nothing(tables)
+    return _without_nothing(found)
 
 
 def _file(name: str | None) -> str | None:
@@ -69,31 +68,20 @@ def _file(name: str | None) -> str | None:
 def _complete(choice: MethodChoice) -> dict[str, Any]:
     """What is stated, and the defaults of all else that the method has a use for."""
     method = choice.method()
-    default = f"{method.name}:{method.order}" if method.name in _ORDERED else method.name
-    names = (*_MATERIAL, "closure", "basis", "stiffness", "tolerance", "straight_within")
-    values = {name: getattr(method, name, None) for name in names}
-    values |= {name: getattr(method.material, name) for name in _MATERIAL}
-    idle = MethodChoice(name=method.name, **values).idle
-    used = {name: value for name, value in values.items() if name not in idle}
-    material = {name: used.pop(name) for name in _MATERIAL if name in used}
-    stated = _stated(choice, "default")
-    return stated | {
-        "default": default if choice.load is None else method.name,
-        **used,
-        "material": material or stated["material"],
-    }
-
-
-_ORDERED = ("ease", "beam", "plate")
+    own = choice.values()
+    if choice.stated.get("load") is not None:
+        own.pop("order", None)
+    return _stated(MethodChoice(method.name, {**own, **choice.stated}), "default")
 
 
 def _stated(choice: MethodChoice, text: str) -> dict[str, Any]:
-    given = {name: value for name, value in choice.stated.items() if value is not None}
-    material = {name: given.pop(name) for name in _MATERIAL if name in given}
-    name, order = given.pop("name", None), given.pop("order", None)
-    found: dict[str, Any] = {text: name if order is None else f"{name}:{order}"}
-    found |= {key: list(own) if isinstance(own, tuple) else own for key, own in given.items()}
-    return found | {"material": material}
+    given = {
+        key: list(own) if isinstance(own, tuple) else own for key, own in choice.stated.items()
+    }
+    material = {name: given.pop(name) for name in tables()["material"] if name in given}
+    order = given.pop("order", None) if choice.name is not None else None
+    name = choice.name if order is None else f"{choice.name}:{order}"
+    return {text: name, **given, "material": material}
 
 
 def _without_nothing(tables: dict[str, Any]) -> dict[str, Any]:

@@ -23,17 +23,23 @@ import typer
 
 __all__ = ["Expressions", "answered", "asked", "joined", "methods", "poses", "sliders", "views"]
 
-_OF_ORDER = ("ease", "beam", "plate")
 _WEIGHTS = ("0.25", "0.5", "0.75", "1")
 _BREAKS = frozenset("=:")
 
 
 def methods(incomplete: str) -> list[str]:
-    """The methods, those of an order with some."""
-    from elastomorph.paths import METHODS
+    """The methods, and some with an option behind the name."""
+    from elastomorph.paths import Method
+    from elastomorph.paths.options import options_of
 
-    names = [f"{name}:{order}" for name in _OF_ORDER for order in (2, 3)]
-    return _beginning([*METHODS, *names], incomplete)
+    longer = [
+        f"{kind.name}:{word}"
+        for kind in Method.known
+        for its in options_of(kind).values()
+        if its.word is not None
+        for word in its.word.examples
+    ]
+    return _beginning([*(kind.name for kind in Method.known), *longer], incomplete)
 
 
 def views(incomplete: str) -> list[str]:

@@ -92,7 +92,7 @@ def evaluate(
         raise ParameterError("--edge is for --movements: it says where they begin and end")
     if unit and output is None and report is None:
         raise ParameterError("--unit is for pictures and pages: add --report or --output")
-    said = MethodChoice(mass=mass, damping=damping, rigidity=stiff)
+    said = MethodChoice.of(mass=mass, damping=damping, rigidity=stiff)
     if said and not every:
         _require_elastic(method or [])
     if report is not None:

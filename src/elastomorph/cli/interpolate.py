@@ -137,7 +137,7 @@ def _require_effect(said: MethodChoice, whole: MethodChoice) -> None:
     from elastomorph.errors import ParameterError
 
     for name, methods in whole.idle.items():
-        if said.stated[name] is not None:
+        if name in said.stated:
             raise ParameterError(
                 f"--{name} is for {', '.join(methods)}; {whole.method().name} has none: "
                 f"add --method {methods[0]}"

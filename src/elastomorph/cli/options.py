@@ -95,7 +95,7 @@ def material(
     """The material that the options describe, and where they do not, settings or the program."""
     from elastomorph.character.choice import MethodChoice
 
-    said = MethodChoice(mass=mass, damping=damping, rigidity=rigidity)
+    said = MethodChoice.of(mass=mass, damping=damping, rigidity=rigidity)
     return (said if settings is None else said.over(settings.method)).material
 
 

@@ -17,9 +17,8 @@ from elastomorph.io.registry import (
     MESH_FORMATS,
     RIG_FORMATS,
     known_suffixes,
-    rig_as_stored,
 )
-from elastomorph.io.rig_folder import find_rig_files
+from elastomorph.io.rig_folder import find_rig_files, rig_as_stored
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -152,7 +153,7 @@ def _labelled(
     pairs: list[tuple[str | None, AnyMethod]] = (
         list(methods.items())
         if isinstance(methods, Mapping)
-        else [(None, method) for method in methods]
+        else [(None, method) for method in cast("Iterable[AnyMethod]", methods)]
     )
     if not pairs:
         raise ParameterError("there is no method to evaluate")

@@ -14,7 +14,7 @@ from elastomorph.errors import TimeLawWarning
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons, polygon_normals
-from elastomorph.paths import interpolate
+from elastomorph.paths.interpolate import interpolate
 from elastomorph.physics import CLOSURES, Material
 
 __all__ = ["ClosureSeam", "Shape", "ShapeProbe", "closure_seams"]

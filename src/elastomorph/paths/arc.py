@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
-from elastomorph.paths.method import Method
+from elastomorph.paths.method import Method, Path
 from elastomorph.paths.region import curve_edges
 from elastomorph.paths.rotations import (
     ArcBend,
@@ -31,44 +32,53 @@ from elastomorph.paths.rotations import (
 from elastomorph.paths.rotations.folds import without_folds
 
 __all__ = [
+    "Arc",
     "Arcs",
-    "Path",
+    "Positions",
     "arc_path",
     "bent_path",
     "local_rotations",
     "neighbourhoods",
-    "prepare",
     "stored",
     "warn_of_loose",
 ]
 
 _RINGS = 12
 
-Path = Callable[[float], NDArray[np.float64]]
+Positions = Callable[[float], NDArray[np.float64]]
 
 
-def prepare(
-    neutral: Mesh, method: Method, curves: CurveNetwork | None = None
-) -> Callable[[Mesh], Morph]:
-    """A function from target to path, stored as bends within the tolerance of the method.
+@dataclass(frozen=True)
+class Arc(Method):
+    """Circular arcs; where polygons would turn over, and do not on the straight line, eased.
 
-    Where polygons would turn over in between, and do not on the straight line, bends are eased.
-
-    Args:
-        neutral: The mesh at t = 0.
-        method: Gives its name; the arc has no settings.
-        curves: They stand in for edges on a neutral without polygons.
-
-    Raises:
-        BakeError: A turn is too sharp to be stored.
+    Attributes:
+        tolerance: How closely the bends hold the path, as a fraction of D; smaller ones cost more
+            bends.
     """
-    around = neighbourhoods(neutral, curves)
 
-    def to(target: Mesh) -> Morph:
-        warn_of_loose(neutral, target, around)
-        return Arcs.of(neutral, target, around).stored(method)
+    name = "arc"
+    path = "circular arcs of the local rotation"
 
-    return to
+    tolerance: float = options.tolerance()
+
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+        """A function from target to path.
+
+        Args:
+            neutral: The mesh at t = 0.
+            curves: They stand in for edges on a neutral without polygons.
+
+        Raises:
+            BakeError: A turn is too sharp to be stored.
+        """
+        around = neighbourhoods(neutral, curves)
+
+        def to(target: Mesh) -> Morph:
+            warn_of_loose(neutral, target, around)
+            return Arcs.of(neutral, target, around).stored(self.tolerance, self.label)
+
+        return to
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,23 +128,26 @@ class Arcs:
         offsets[self.moving] = self.bend.at(t)
         return offsets
 
-    def stored(self, method: Method) -> Morph:
-        """The path as bends within the tolerance of a method."""
+    def stored(self, tolerance: float, label: str) -> Morph:
+        """The path as bends within a tolerance."""
         count = moments_needed(2.0 * float(self.bend.half.max(initial=0.0)))
         bend = PolynomialBend.through(self.bend.at, count, self.moving)
-        return stored(bend, self.neutral, self.target, method, self.around, self.rotations)
+        return stored(
+            bend, self.neutral, self.target, tolerance, label, self.around, self.rotations
+        )
 
 
 def stored(
     bend: PolynomialBend,
     neutral: Mesh,
     target: Mesh,
-    method: Method,
+    tolerance: float,
+    label: str,
     around: Neighbourhoods,
     rotations: VertexRotations,
 ) -> Morph:
     """A path as few bends, eased where polygons would turn over."""
-    morph = bend.baked(neutral, target, tolerance=method.tolerance, method=method.label)
+    morph = bend.baked(neutral, target, tolerance=tolerance, method=label)
     return without_folds(morph, around.adjacency, rotations.whole)
 
 
@@ -144,7 +157,7 @@ def arc_path(
     *,
     rings: int = _RINGS,
     around: Neighbourhoods | None = None,
-) -> Path:
+) -> Positions:
     """The path on which every vertex turns by its local rotation, on a circular arc.
 
         V(t) = V₀ + t d∥ + sin(tθ/2)/sin(θ/2) · Rot(a, (t - 1)θ/2) d⊥,   d = V₁ - V₀ = d∥ + d⊥
@@ -191,7 +204,7 @@ def local_rotations(
     )
 
 
-def bent_path(neutral: Mesh, target: Mesh, bend: Path) -> Path:
+def bent_path(neutral: Mesh, target: Mesh, bend: Positions) -> Positions:
     """V₀ + tΔ and a bend, counted from the nearer end so that both ends are exact."""
     start, end = neutral.vertices, target.vertices
     chords = end - start

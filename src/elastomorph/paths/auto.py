@@ -6,76 +6,104 @@ of a face hardly turn anything, and a straight line costs nothing to store or pl
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import MeshError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Choice, Morph
-from elastomorph.paths import linear
+from elastomorph.numbers import as_number
 from elastomorph.paths.arc import Arcs, neighbourhoods
-from elastomorph.paths.method import Method
+from elastomorph.paths.linear import Linear
+from elastomorph.paths.method import Method, Path
 from elastomorph.paths.rotation import Turning
 from elastomorph.paths.rotations import SurfaceEdges
 
-__all__ = ["INBETWEEN_PAYS", "prepare"]
+__all__ = ["INBETWEEN_PAYS", "Auto"]
 
 INBETWEEN_PAYS = 2.5e-3
 """Where the straight and the turning path part by more halfway, as a fraction of D, only a scanned
 or sculpted in-between can say which of them is right."""
 
 
-def prepare(
-    neutral: Mesh,
-    method: Method,
-    curves: CurveNetwork | None = None,
-    *,
-    extent: float | None = None,
-) -> Callable[[Mesh], Morph]:
-    """A function from target to path, which says what it chose and why in `Morph.choice`.
+@dataclass(frozen=True)
+class Auto(Method):
+    """The straight line where the path of ``rotation`` stays close to it, else that path.
 
-    The path of ``rotation`` is compared with the straight line halfway: by a bound where that is
-    enough, else by the one solve that the moment takes. A neutral without a surface, of markers,
-    has no such path: those of its curves that turn, such as a chin, follow ``arc``.
-
-    Args:
-        neutral: The mesh at t = 0.
-        method: ``straight_within`` decides, ``tolerance`` is that of bends.
-        curves: What joins the vertices of a neutral without polygons; they go straight otherwise.
-        extent: D, which ``straight_within`` is a fraction of; ``neutral.diameter`` by default.
-
-    Raises:
-        BakeError: A turn is too sharp to be stored.
+    Attributes:
+        tolerance: How closely the bends hold the path, as a fraction of D; smaller ones cost more
+            bends.
+        straight_within: How far from the straight line the path of ``rotation`` may be, halfway
+            and as a fraction of D, and is still replaced by it.
     """
-    scale = (neutral.diameter if extent is None else extent) or 1.0
-    straight = linear.prepare(neutral, Method("linear"))
-    around = neighbourhoods(neutral, curves)
-    surface = _surface(neutral)
-    bent = Method("arc" if surface is None else "rotation", tolerance=method.tolerance)
 
-    def to(target: Mesh) -> Morph:
-        found: Arcs | Turning
-        if surface is None:
-            found = Arcs.of(neutral, target, around).where_edges_turn()
-            choice = Choice(_longest(found.at(0.5)) / scale, method.straight_within)
-        else:
-            found = Turning.of(neutral, target, around, surface)
-            choice = _choice(found, method.straight_within, scale)
-        if choice.straight:
-            return replace(straight(target), choice=choice)
-        path = found.stored(bent)
-        middle = (neutral.vertices + target.vertices) / 2.0
-        left = _longest(path.at(0.5) - middle) / scale
-        if left < choice.distance - path.bake_error * neutral.diameter / scale:
-            # Closer than rounding to bends explains: they were eased where the face would fold.
-            choice = Choice(left, method.straight_within)
-        return replace(straight(target) if choice.straight else path, choice=choice)
+    name = "auto"
+    path = "the straight line where rotation hardly differs from it, else rotation"
 
-    return to
+    tolerance: float = options.tolerance()
+    straight_within: float = options.number(
+        5e-4,
+        "how close to straight a turn goes straight, of D",
+        "1e-3",
+        least=0,
+        label=lambda within: f"{within:g}",
+        word=options.Word(
+            options.as_float,
+            "distance",
+            "number; auto takes the distance within which it goes straight, as a fraction of D, "
+            "as in auto:0.001",
+        ),
+    )
+
+    def prepare(
+        self, neutral: Mesh, curves: CurveNetwork | None = None, *, extent: float | None = None
+    ) -> Path:
+        """A function from target to path, which says what it chose and why in `Morph.choice`.
+
+        The path of ``rotation`` is compared with the straight line halfway: by a bound where that
+        is enough, else by the one solve that the moment takes. A neutral without a surface, of
+        markers, has no such path: those of its curves that turn, such as a chin, follow ``arc``.
+
+        Args:
+            neutral: The mesh at t = 0.
+            curves: What joins the vertices of a neutral without polygons; they go straight
+                otherwise.
+            extent: D, which ``straight_within`` is a fraction of; ``neutral.diameter`` by default.
+
+        Raises:
+            BakeError: A turn is too sharp to be stored.
+        """
+        if extent is not None:
+            extent = as_number(extent, "extent", least=0)
+        scale = (neutral.diameter if extent is None else extent) or 1.0
+        straight = Linear().prepare(neutral)
+        around = neighbourhoods(neutral, curves)
+        surface = _surface(neutral)
+        within = self.straight_within
+
+        def to(target: Mesh) -> Morph:
+            found: Arcs | Turning
+            if surface is None:
+                found = Arcs.of(neutral, target, around).where_edges_turn()
+                choice = Choice(_longest(found.at(0.5)) / scale, within)
+            else:
+                found = Turning.of(neutral, target, around, surface)
+                choice = _choice(found, within, scale)
+            if choice.straight:
+                return replace(straight(target), choice=choice)
+            path = found.stored(self.tolerance, "arc" if surface is None else "rotation")
+            middle = (neutral.vertices + target.vertices) / 2.0
+            left = _longest(path.at(0.5) - middle) / scale
+            if left < choice.distance - path.bake_error * neutral.diameter / scale:
+                # Closer than rounding to bends explains: eased where the face would fold.
+                choice = Choice(left, within)
+            return replace(straight(target) if choice.straight else path, choice=choice)
+
+        return to
 
 
 def _choice(turning: Turning, allowed: float, scale: float) -> Choice:

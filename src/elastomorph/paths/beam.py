@@ -2,66 +2,74 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
-from elastomorph.model.bend_curve import BendCurve
+import elastomorph.paths.options as options
+from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.model.mesh import Mesh
-from elastomorph.model.morph import Morph
-from elastomorph.paths.ease import law_bend
-from elastomorph.paths.method import Method
-from elastomorph.physics import BeamModes
+from elastomorph.paths.ease import Loaded, modal_path
+from elastomorph.paths.method import Path
+from elastomorph.physics import BASES, STIFFNESSES, BeamModes, Material
 
-__all__ = ["prepare"]
-
-# A bend below this part of the displacement is rounding noise of the transforms.
-_NOISE = 1e-13
+__all__ = ["Beam"]
 
 
-def prepare(
-    neutral: Mesh, method: Method, curves: CurveNetwork | None = None
-) -> Callable[[Mesh], Morph]:
-    """A function from target to path; one bend for each power t², …, t^R (t^(R+1) for some means).
+@dataclass(frozen=True)
+class Beam(Loaded):
+    """Every curve is an elastic beam (Eqs. 31-33, for a load of any order).
 
-    Args:
-        neutral: The mesh at t = 0.
-        method: Load, material, closure and options of the beams.
-        curves: The curves of the neutral; found by `extract_curves` by default. Vertices on no
-            curve follow the limit law.
-
-    Raises:
-        CurveError: The curves belong to a mesh with another number of vertices.
-        ResonanceError: The material is singular for this load.
+    Attributes:
+        order: R of the load t^R, from 1 to 20.
+        load: Any polynomial load instead of t^R.
+        closure: Time law of the mean of a curve, see `elastomorph.physics.mean_response`.
+        basis: Modes of open curves, ``cosine`` or the paper's ``fourier``.
+        stiffness: ``uniform``: u from 0 to 1 along every curve. ``length``: short curves are
+            stiffer, B_n over (L/D)⁴.
+        harmonics: Modes above this number follow the limit law; all are solved by default.
+        material: m, c, k.
     """
-    if curves is None:
-        curves = extract_curves(neutral)
-    require_curves_of(curves, len(neutral.vertices), neutral.name)
-    load = method.external_load
-    modes = BeamModes.prepare(
-        [(curve.vertices, curve.closed) for curve in curves],
-        method.material,
-        load,
-        closure=method.closure,
-        basis=method.basis,
-        harmonics=method.harmonics,
-        lengths=_lengths(neutral, curves) if method.stiffness == "length" else None,
+
+    name = "beam"
+    path = "each curve an elastic beam between the two shapes (Eqs. 31–33)"
+    on_curves = True
+
+    closure: str = options.closure()
+    basis: str = options.choice("cosine", BASES, "modes of open curves: cosine or fourier")
+    stiffness: str = options.choice(
+        "uniform",
+        STIFFNESSES,
+        "uniform, or length: short curves are stiffer",
+        label=lambda by: f"by {by}",
     )
-    limit = law_bend(load)
+    harmonics: int | None = options.harmonics()
+    material: Material = options.material()
 
-    def to(target: Mesh) -> Morph:
-        delta = target.vertices - neutral.vertices
-        bends = modes.bends(delta)
-        noise = _NOISE * float(np.abs(delta).max(initial=0.0))
-        kept = [power for power, bend in enumerate(bends) if np.abs(bend).max() > noise]
-        if len(kept) < len(bends):
-            bends = bends[kept]
-        powers = tuple(BendCurve.power(power + 2) for power in kept)
-        return Morph(neutral, target, bends, powers, method=method.label, limit_law=limit)
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+        """A function from target to path.
 
-    return to
+        Args:
+            neutral: The mesh at t = 0.
+            curves: The curves of the neutral; found by `extract_curves` by default. Vertices on no
+                curve follow the limit law.
+
+        Raises:
+            ResonanceError: The material is singular for this load.
+        """
+        if curves is None:
+            curves = extract_curves(neutral)
+        modes = BeamModes.prepare(
+            [(curve.vertices, curve.closed) for curve in curves],
+            self.material,
+            self.external_load,
+            closure=self.closure,
+            basis=self.basis,
+            harmonics=self.harmonics,
+            lengths=_lengths(neutral, curves) if self.stiffness == "length" else None,
+        )
+        return modal_path(neutral, self, modes.bends)
 
 
 def _lengths(neutral: Mesh, curves: CurveNetwork) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 from math import factorial, pi
 
 import numpy as np
@@ -10,21 +10,25 @@ import numpy as np
 from elastomorph.curves import CurveNetwork
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
-from elastomorph.model.morph import Morph
 from elastomorph.paths.ease import straight_path
-from elastomorph.paths.method import Method
+from elastomorph.paths.method import Method, Path
 
-__all__ = ["cosine_bend", "prepare"]
+__all__ = ["Cosine", "cosine_bend"]
 
 # The Taylor series of the cosine on [0, π] is exact to double precision from here on.
 _DEGREE = 30
 
 
-def prepare(
-    neutral: Mesh, method: Method, curves: CurveNetwork | None = None
-) -> Callable[[Mesh], Morph]:
-    """A function from target to path; one bend, Δ itself."""
-    return straight_path(neutral, cosine_bend(), method.label)
+@dataclass(frozen=True)
+class Cosine(Method):
+    """The straight line with a slow start and stop; one bend, Δ itself."""
+
+    name = "cosine"
+    path = "straight line, slow start and slow stop, (1 − cos πt)/2"
+
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+        """A function from target to path."""
+        return straight_path(neutral, cosine_bend(), self.label)
 
 
 def cosine_bend() -> BendCurve:

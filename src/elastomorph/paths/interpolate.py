@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from importlib import import_module
-from typing import Any, cast
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -13,13 +11,10 @@ from elastomorph.curves import CurveNetwork, extract_curves, region_of, require_
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
-from elastomorph.numbers import as_number
-from elastomorph.paths.method import Method
+from elastomorph.paths.method import Method, Path
 from elastomorph.paths.region import blend_into_rest, weights_inside
 
 __all__ = ["interpolate", "prepare"]
-
-Path = Callable[[Mesh], Morph]
 
 
 def interpolate(
@@ -54,7 +49,7 @@ def interpolate(
         extent: The length D that ``straight_within`` of ``auto`` is a fraction of, in the unit of
             the vertices: for a rig the size of what its targets move, see
             `moved_extent`. ``neutral.diameter`` by default. Only for ``auto``.
-        **settings: What the method named has, as fields of `Method`: ``order``, ``material``,
+        **settings: What the method named has, its fields: ``order``, ``material``,
             ``closure``, ``load``, ``basis``, ``stiffness``, ``harmonics``, ``tolerance``,
             ``straight_within``.
 
@@ -108,24 +103,20 @@ def prepare(
     chosen = _method(method, settings)
     if curves is not None:
         require_curves_of(curves, count, neutral.name)
-    own = _given(rigidity=rigidity, pinned=pinned)
-    if own and chosen.name != "plate":
-        raise ParameterError(f"only a plate takes {' and '.join(own)}, not {chosen.name}")
-    if extent is not None:
-        if chosen.name != "auto":
-            raise ParameterError(f"only auto takes extent, not {chosen.name}")
-        own["extent"] = as_number(extent, "extent", least=0)
+    own = _given(rigidity=rigidity, pinned=pinned, extent=extent)
+    for name in own:
+        if name not in chosen.inputs():
+            takers = ", ".join(each.name for each in Method.known if name in each.inputs())
+            raise ParameterError(f"only {takers} takes {name}, not {chosen.name}")
     border = _given(falloff=falloff, rest=rest)
     if region is None and border:
         raise ParameterError(f"{' and '.join(border)} without a region: name one as region=…")
-    # One file a method, imported when it is first used: some need large parts of SciPy.
-    make = import_module(f"elastomorph.paths.{chosen.name}").prepare
     if region is None:
-        return one_blas_thread()(cast(Path, make(neutral, chosen, curves, **own)))
+        return one_blas_thread()(chosen.prepare(neutral, curves, **own))
     network = extract_curves(neutral) if curves is None else curves
     region = region_of(neutral, region)
     weights = weights_inside(neutral, network, region, border.get("falloff", 3))
-    prepared = make(neutral, chosen, network.restricted(region), **own)
+    prepared = chosen.prepare(neutral, network.restricted(region), **own)
     return one_blas_thread()(blend_into_rest(prepared, weights, border.get("rest", "linear")))
 
 

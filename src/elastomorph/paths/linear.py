@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
-from elastomorph.paths.method import Method
+from elastomorph.paths.method import Method, Path
 
-__all__ = ["prepare"]
+__all__ = ["Linear"]
 
 
-def prepare(
-    neutral: Mesh, method: Method, curves: CurveNetwork | None = None
-) -> Callable[[Mesh], Morph]:
-    """A function from target to path; no bends."""
-    none = np.zeros((0, *neutral.vertices.shape))
-    return lambda target: Morph(neutral, target, none, (), method=method.label)
+@dataclass(frozen=True)
+class Linear(Method):
+    """The straight line at an even pace; no bends."""
+
+    name = "linear"
+    path = "straight line at an even pace (Eq. 34)"
+
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+        """A function from target to path."""
+        none = np.zeros((0, *neutral.vertices.shape))
+        return lambda target: Morph(neutral, target, none, (), method=self.label)

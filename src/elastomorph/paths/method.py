@@ -1,130 +1,123 @@
-"""A method of interpolation with its settings: what a table's row or a command's option names."""
+"""A method of interpolation: a class, whose fields are the options it has."""
 
 from __future__ import annotations
 
-from dataclasses import MISSING, dataclass, field, fields, replace
+import inspect
+import warnings
+from collections.abc import Callable, Iterable
+from dataclasses import MISSING, dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from elastomorph.errors import ParameterError
-from elastomorph.numbers import as_number
-from elastomorph.physics import BASES, CLOSURES, STIFFNESSES, Load, Material
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.paths.options import Option, options_of
+from elastomorph.physics import Material
 
-__all__ = ["METHODS", "SETTINGS", "Method"]
+if TYPE_CHECKING:
+    from elastomorph.curves import CurveNetwork
 
-_PLATE = ("order", "load", "material", "closure", "harmonics")
+__all__ = ["Method", "Path"]
 
-SETTINGS: dict[str, tuple[str, ...]] = {
-    "linear": (),
-    "cosine": (),
-    "ease": ("order", "load"),
-    "beam": (*_PLATE, "basis", "stiffness"),
-    "plate": _PLATE,
-    "arc": ("tolerance",),
-    "rotation": ("tolerance",),
-    "auto": ("tolerance", "straight_within"),
-}
-"""The settings that each method has."""
+Path = Callable[[Mesh], Morph]
+"""From a target to the path that leads there."""
 
-METHODS = tuple(SETTINGS)
+_POSITIONAL = ("order", "material", "closure", "load", "basis", "stiffness", "harmonics")
 
 
-@dataclass(frozen=True)
-class Method:
-    """How the path from neutral to target is made.
+class _ByName(type):
+    """Lets ``Method("beam", order=3)`` make a `Beam`, and refuses options a method has not."""
 
-    Attributes:
-        name: ``linear`` (Eq. 34), ``cosine`` ((1 - cos πt)/2), ``ease`` (p(t)/p(1) on the straight
-            line), ``beam`` (Eqs. 31-33 for any order), ``plate`` (the same on the surface), ``arc``
-            (circular arcs of the local rotation), ``rotation`` (least distortion), ``auto`` (the
-            straight line where ``rotation`` stays close to it, else ``rotation``).
-        order: R of the load t^R, from 1 to 20.
-        material: m, c, k of ``beam`` and ``plate``.
-        closure: Time law of the mean of a curve, or of a piece of the surface, see
-            `elastomorph.physics.mean_response`.
-        load: Any polynomial load instead of t^R.
-        basis: Modes of open curves, ``cosine`` or the paper's ``fourier``.
-        stiffness: ``uniform``: u from 0 to 1 along every curve. ``length``: short curves are
-            stiffer, B_n over (L/D)⁴.
-        harmonics: Modes above this number follow the limit law; all are solved by default.
-        tolerance: How closely the bends of ``arc`` and ``rotation`` hold their path, as a fraction
-            of D; smaller ones cost more bends.
-        straight_within: How far from the straight line ``auto`` lets the path of ``rotation`` be,
-            halfway and as a fraction of D, and still goes straight.
-
-    Raises:
-        ParameterError: A setting is unknown or out of range, or differs from its default although
-            the method has no such setting.
-    """
-
-    name: str = "auto"
-    order: int = 2
-    material: Material = field(default_factory=Material)
-    closure: str = "limit"
-    load: Load | None = None
-    basis: str = "cosine"
-    stiffness: str = "uniform"
-    harmonics: int | None = None
-    tolerance: float = 1e-4
-    straight_within: float = 5e-4
-
-    def __post_init__(self) -> None:
-        for value, allowed, what in (
-            (self.name, METHODS, "method"),
-            (self.closure, CLOSURES, "closure"),
-            (self.basis, BASES, "basis"),
-            (self.stiffness, STIFFNESSES, "stiffness"),
-        ):
-            if value not in allowed:
-                raise ParameterError(f"{what} must be one of {', '.join(allowed)}, found {value!r}")
-        if not isinstance(self.material, Material):
-            raise ParameterError(f"material must be a Material, found {self.material!r}")
-        if self.load is None:
-            Load.power(self.order)
-        elif not isinstance(self.load, Load):
-            raise ParameterError(f"load must be a Load, such as Load([0, 1]), found {self.load!r}")
-        tolerance = as_number(self.tolerance, "tolerance", above=0)
-        within = as_number(self.straight_within, "straight_within", least=0)
-        object.__setattr__(self, "tolerance", tolerance)
-        object.__setattr__(self, "straight_within", within)
-        whole = isinstance(self.harmonics, int) and not isinstance(self.harmonics, bool)
-        if self.harmonics is not None and not (whole and self.harmonics >= 0):
-            raise ParameterError(f"harmonics must be a whole number ≥ 0, found {self.harmonics!r}")
-        for setting, usual in _USUAL.items():
-            if getattr(self, setting) != usual:
-                _require_setting(self.name, setting, repr(self.name))
-
-    def has(self, setting: str) -> bool:
-        """Whether a setting changes what this method does."""
-        return setting in SETTINGS[self.name]
+    def __call__(cls, *positional: Any, **options: Any) -> Any:
+        if cls is Method:
+            return _by_name(*positional, **options)
+        cls._require(options, repr(cls.name))  # type: ignore[attr-defined]
+        return super().__call__(*positional, **options)
 
     @property
-    def external_load(self) -> Load:
-        """p(t): the load given, or t^R."""
-        return Load.power(self.order) if self.load is None else self.load
+    def __signature__(cls) -> inspect.Signature:
+        own = inspect.signature(cls.__init__)  # type: ignore[misc]
+        return own.replace(parameters=list(own.parameters.values())[1:])
+
+
+@dataclass(frozen=True, init=False)
+class Method(metaclass=_ByName):
+    """How the path from neutral to target is made.
+
+    Every method is a class of its own in `elastomorph.paths`, with its options as fields:
+    ``Linear``, ``Cosine``, ``Ease``, ``Beam``, ``Plate``, ``Arc``, ``Rotation``, ``Auto`` (and
+    ``Through``, for shapes on the way). ``Method("beam", order=3)`` is ``Beam(order=3)``.
+
+    Attributes:
+        name: What texts and tables call it.
+        path: What its path is, in a few words.
+        known: The classes that names stand for, in the order in which lists show them.
+        on_surfaces: Whether it needs polygons.
+        on_curves: Whether it needs curves, of a surface too.
+
+    Raises:
+        ParameterError: The name or an option is unknown, or a value is out of its range.
+    """
+
+    name: ClassVar[str]
+    path: ClassVar[str]
+    known: ClassVar[tuple[type[Method], ...]] = ()
+    on_surfaces: ClassVar[bool] = False
+    on_curves: ClassVar[bool] = False
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *positional: Any, **options: Any) -> None: ...
+
+    def __post_init__(self) -> None:
+        for name, its in options_of(self).items():
+            object.__setattr__(self, name, its.check(getattr(self, name), name))
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in self.every_option():
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        _warn_of(f"{self.name} has no {name}")
+        return _default_anywhere(name)
+
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+        """A function from target to path, for many targets of one neutral.
+
+        What a method takes beside curves for one call, such as painted rigidity, its own
+        ``prepare`` has as keywords.
+
+        Args:
+            neutral: The mesh at t = 0, of three vertices or more.
+            curves: The curves of the neutral, where they are known.
+        """
+        raise NotImplementedError
+
+    @classmethod
+    def inputs(cls) -> tuple[str, ...]:
+        """What ``prepare`` takes beside the neutral and curves."""
+        return tuple(inspect.signature(cls.prepare).parameters)[3:]
+
+    @classmethod
+    def has(cls, option: str) -> bool:
+        """Whether this method has an option."""
+        return option in options_of(cls)
 
     @property
     def label(self) -> str:
-        """A short name for tables, with the settings that differ from the usual ones."""
-        words = [self.name]
-        if self.has("order"):
-            if self.load is None:
-                words.append(f"R={self.order}")
-            else:
-                words.append(f"load {','.join(f'{p:g}' for p in self.load.coefficients)}")
-        usual = Method()
-        for setting in ("closure", "basis"):
-            value = getattr(self, setting)
-            if self.has(setting) and value != getattr(usual, setting):
-                words.append(value)
-        if self.has("stiffness") and self.stiffness != usual.stiffness:
-            words.append(f"by {self.stiffness}")
-        if self.has("harmonics") and self.harmonics is not None:
-            words.append(f"N={self.harmonics}")
-        if self.has("material") and self.material != usual.material:
-            m = self.material
-            words.append(f"m={m.mass:g} c={m.damping:g} k={m.rigidity:g}")
-        if self.has("straight_within") and self.straight_within != usual.straight_within:
-            words.append(f"{self.straight_within:g}")
-        return " ".join(words)
+        """A short name for tables, with the options that differ from the usual ones."""
+        return " ".join([self.name, *self._differences])
+
+    @property
+    def _differences(self) -> list[str]:
+        said = [
+            each.metadata["option"].label(getattr(self, each.name))
+            for each in fields(self)
+            if getattr(self, each.name) != each.default
+        ]
+        return [words for words in said if words]
+
+    def with_material(self, material: Material) -> Method:
+        """The same method for another material, where it has one."""
+        return replace(self, material=material) if self.has("material") else self  # type: ignore[call-arg]
 
     @classmethod
     def of(cls, method: str | Method) -> Method:
@@ -136,74 +129,133 @@ class Method:
         return method if isinstance(method, Method) else cls.parse(method)
 
     @classmethod
-    def parse(cls, text: str, **settings: object) -> Method:
+    def parse(cls, text: str, **options: object) -> Method:
         """A method from ``name``, ``name:order``, ``beam:order:closure`` or ``auto:distance``.
 
         Args:
             text: For example ``linear``, ``ease:2``, ``beam:3:unforced``, or ``auto:0.001`` with
                 ``straight_within``.
-            **settings: Other fields that this method has; None leaves one open.
+            **options: Other fields that this method has; None leaves one open.
 
         Raises:
-            ParameterError: The text or a setting is not understood, the method has no such
-                setting, or it is given twice.
+            ParameterError: The text or an option is not understood, the method has no such
+                option, or it is given twice.
+        """
+        kind, found = cls.read(text)
+        stated = {name: value for name, value in options.items() if value is not None}
+        kind._require(stated, repr(text))
+        for name in stated:
+            if name in found or (name == "load" and "order" in {*found, *stated}):
+                raise ParameterError(
+                    f"method {text!r}: the {name} is given twice; leave one of them out"
+                    + (" (the order R stands for the load t^R)" if name == "load" else "")
+                )
+        return kind(**found, **stated)
+
+    @classmethod
+    def read(cls, text: str) -> tuple[type[Method], dict[str, Any]]:
+        """The class that a text names and the options it states.
+
+        Raises:
+            ParameterError: As `parse`.
         """
         if not isinstance(text, str):
             raise ParameterError(
                 f"a method is a text such as 'beam:2' or a Method, found {type(text).__name__}"
             )
-        name, *options = text.strip().split(":")
-        found: dict[str, object] = {"name": name}
+        name, *words = text.strip().split(":")
+        kind = cls.named(name)
+        found: dict[str, Any] = {}
+        for word in words:
+            option, value = _read_word(kind, word, text)
+            if option in found:
+                raise ParameterError(f"method {text!r} names an option twice")
+            found[option] = value
+        return kind, found
+
+    @classmethod
+    def named(cls, name: str) -> type[Method]:
+        """The class that a name stands for.
+
+        Raises:
+            ParameterError: It stands for none.
+        """
+        for each in cls.known:
+            if each.name == name:
+                return each
+        names = ", ".join(each.name for each in cls.known)
+        raise ParameterError(f"method must be one of {names}, found {name!r}")
+
+    @classmethod
+    def every_option(cls) -> dict[str, Option]:
+        """The options of all methods by name."""
+        return {name: its for each in cls.known for name, its in options_of(each).items()}
+
+    @classmethod
+    def with_option(cls, name: str) -> tuple[str, ...]:
+        """The names of the methods that have an option."""
+        return tuple(each.name for each in cls.known if each.has(name))
+
+    @classmethod
+    def pattern(cls) -> str:
+        """How a text names this method, as ``beam:R[:closure]``."""
+        words = [its.word for its in options_of(cls).values() if its.word is not None]
+        return cls.name + "".join(
+            f":{word.shown}" if word.needed else f"[:{word.shown}]" for word in words
+        )
+
+    @classmethod
+    def _require(cls, options: Iterable[str], text: str) -> None:
         for option in options:
-            if name == "auto":
-                found["straight_within"] = _distance(text, option)
-            elif option.isascii() and option.isdigit():
-                found["order"] = int(option)
-            elif option in CLOSURES:
-                found["closure"] = option
-            else:
-                raise ParameterError(
-                    f"method {text!r}: {option!r} is neither an order (a whole number) nor a "
-                    f"closure ({', '.join(CLOSURES)}); examples: linear, ease:2, beam:3:unforced"
-                )
-        if len(options) != len(found) - 1:
-            raise ParameterError(f"method {text!r} names an option twice")
-        stated = [key for key, value in settings.items() if value is not None]
-        for key in [*found, *stated] if name in METHODS else []:
-            if key != "name":
-                _require_setting(name, key, repr(text))
-        for key in stated:
-            if key in found or (key == "load" and "order" in {*found, *stated}):
-                raise ParameterError(
-                    f"method {text!r}: the {key} is given twice; leave one of them out"
-                    + (" (the order R stands for the load t^R)" if key == "load" else "")
-                )
-        return cls(**{**found, **{key: settings[key] for key in stated}})  # type: ignore[arg-type]
-
-    def with_material(self, material: Material) -> Method:
-        """The same method for another material, where it has one."""
-        return replace(self, material=material) if self.has("material") else self
+            if not cls.has(option):
+                has = ", ".join(options_of(cls)) or "no settings"
+                raise ParameterError(f"method {text}: {cls.name} has no {option}; it has {has}")
 
 
-_USUAL: dict[str, object] = {
-    each.name: each.default if each.default_factory is MISSING else each.default_factory()
-    for each in fields(Method)
-    if each.name != "name"
-}
-"""The default of each setting."""
+def _by_name(name: str = "auto", *positional: Any, **options: Any) -> Method:
+    kind = Method.named(name)
+    if len(positional) > 1:
+        _warn_of("options behind the order go by their names")
+    options |= dict(zip(_POSITIONAL, positional, strict=False))
+    every = Method.every_option()
+    idle = [own for own in options if own in every and not kind.has(own)]
+    for option in idle:
+        if options[option] == _default_anywhere(option):
+            _warn_of(f"{name} has no {option}")
+            del options[option]
+    kind._require(options, repr(name))
+    return kind(**options)
 
 
-def _require_setting(name: str, setting: str, text: str) -> None:
-    if setting not in SETTINGS[name]:
-        has = ", ".join(SETTINGS[name]) or "no settings"
-        raise ParameterError(f"method {text}: {name} has no {setting}; it has {has}")
+def _default_anywhere(option: str) -> Any:
+    """The default of an option, of whichever method has it."""
+    return next(
+        each.default
+        for kind in Method.known
+        for each in fields(kind)
+        if each.name == option and each.default is not MISSING
+    )
 
 
-def _distance(text: str, option: str) -> float:
-    try:
-        return float(option)
-    except ValueError:
-        raise ParameterError(
-            f"method {text!r}: {option!r} is no number; auto takes the distance within which it "
-            "goes straight, as a fraction of D, as in auto:0.001"
-        ) from None
+def _warn_of(problem: str) -> None:
+    message = f"{problem}; this is let pass until elastomorph 0.3"
+    warnings.warn(message, DeprecationWarning, stacklevel=4)
+
+
+def _read_word(kind: type[Method], text: str, whole: str) -> tuple[str, Any]:
+    """The option that a word behind a name states, and its value."""
+    for own in (kind, *Method.known):
+        for name, its in options_of(own).items():
+            value = None if its.word is None else its.word.read(text)
+            # A number that another method would take says little about what was meant.
+            if value is not None and (own is kind or not isinstance(value, float)):
+                kind._require([name], repr(whole))
+                return name, value
+    kinds = [its.word.kind for its in options_of(kind).values() if its.word is not None]
+    if len(kinds) == 1:
+        raise ParameterError(f"method {whole!r}: {text!r} is no {kinds[0]}")
+    among = " nor ".join(f"an {own}" if own[0] in "aeiou" else f"a {own}" for own in kinds)
+    problem = f"is neither {among}" if kinds else f"is nothing that {kind.name} has"
+    raise ParameterError(
+        f"method {whole!r}: {text!r} {problem}; examples: linear, ease:2, beam:3:unforced"
+    )

@@ -2,80 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
-from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
-from elastomorph.model.morph import Morph
 from elastomorph.model.surface import surface_operators
-from elastomorph.paths.ease import law_bend
-from elastomorph.paths.method import Method
+from elastomorph.paths.ease import Loaded, modal_path
+from elastomorph.paths.method import Path
+from elastomorph.physics import Material
 from elastomorph.physics.plate import PlateModes
 
-__all__ = ["prepare"]
-
-# A bend below this part of the displacement is rounding noise of the solves.
-_NOISE = 1e-13
+__all__ = ["Plate"]
 
 
-def prepare(
-    neutral: Mesh,
-    method: Method,
-    curves: CurveNetwork | None = None,
-    *,
-    rigidity: ArrayLike | None = None,
-    pinned: ArrayLike | None = None,
-) -> Callable[[Mesh], Morph]:
-    """A function from target to path; one bend for each power t², …, t^R (t^(R+1) for some means).
+@dataclass(frozen=True)
+class Plate(Loaded):
+    """The whole surface is an elastic plate.
 
-    The operators of the neutral are factored once. Lengths are in √area of the neutral, so m, c
-    and k mean the same at any scale. Each connected piece (a tooth, an eye) has its own mean,
-    which follows the closure.
-
-    Args:
-        neutral: The mesh at t = 0, with polygons.
-        method: Load, material, closure and harmonics of the plate.
-        curves: Not used; a plate needs none.
-        rigidity: A factor of ``method.material.rigidity`` everywhere, or (V,) painted for each
-            vertex; above 0, within a ratio of a million.
-        pinned: Vertex indices, or (V,) bool: these follow the limit law p(t)/p(1) exactly, and so
-            do vertices on no polygon. A piece with a pinned vertex has no mean of its own.
-
-    Raises:
-        MeshError: The neutral has no polygon with an area.
-        ParameterError: A rigidity or a pinned vertex is out of range.
-        ResonanceError: The material is singular for this load.
+    Attributes:
+        order: R of the load t^R, from 1 to 20.
+        load: Any polynomial load instead of t^R.
+        closure: Time law of the mean of a connected piece (a tooth, an eye).
+        harmonics: Modes above this number follow the limit law; all are solved by default.
+        material: m, c, k. Lengths are in √area of the neutral, so that they mean the same at any
+            scale.
     """
-    count = len(neutral.vertices)
-    surface = surface_operators(neutral)
-    load = method.external_load
-    modes = PlateModes.prepare(
-        surface.stiffness,
-        surface.mass,
-        surface.component_of,
-        method.material,
-        load,
-        closure=method.closure,
-        rigidity=_painted(rigidity, count),
-        pinned=_pinned(pinned, count),
-        harmonics=method.harmonics,
-    )
-    limit = law_bend(load)
 
-    def to(target: Mesh) -> Morph:
-        delta = target.vertices - neutral.vertices
-        bends = modes.bends(delta)
-        noise = _NOISE * float(np.abs(delta).max(initial=0.0))
-        kept = [power for power, bend in enumerate(bends) if np.abs(bend).max() > noise]
-        powers = tuple(BendCurve.power(power + 2) for power in kept)
-        return Morph(neutral, target, bends[kept], powers, method=method.label, limit_law=limit)
+    name = "plate"
+    path = "the whole surface an elastic plate between the two shapes"
+    on_surfaces = True
 
-    return to
+    closure: str = options.closure()
+    harmonics: int | None = options.harmonics()
+    material: Material = options.material()
+
+    def prepare(
+        self,
+        neutral: Mesh,
+        curves: CurveNetwork | None = None,
+        *,
+        rigidity: ArrayLike | None = None,
+        pinned: ArrayLike | None = None,
+    ) -> Path:
+        """A function from target to path; the operators of the neutral are factored once.
+
+        Args:
+            neutral: The mesh at t = 0, with polygons.
+            curves: Not used; a plate needs none.
+            rigidity: A factor of ``material.rigidity`` everywhere, or (V,) painted for each
+                vertex; above 0, within a ratio of a million.
+            pinned: Vertex indices, or (V,) bool: these follow the limit law p(t)/p(1) exactly, and
+                so do vertices on no polygon. A piece with a pinned vertex has no mean of its own.
+
+        Raises:
+            MeshError: The neutral has no polygon with an area.
+            ParameterError: A rigidity or a pinned vertex is out of range.
+            ResonanceError: The material is singular for this load.
+        """
+        count = len(neutral.vertices)
+        surface = surface_operators(neutral)
+        modes = PlateModes.prepare(
+            surface.stiffness,
+            surface.mass,
+            surface.component_of,
+            self.material,
+            self.external_load,
+            closure=self.closure,
+            rigidity=_painted(rigidity, count),
+            pinned=_pinned(pinned, count),
+            harmonics=self.harmonics,
+        )
+        return modal_path(neutral, self, modes.bends)
 
 
 def _painted(rigidity: ArrayLike | None, count: int) -> NDArray[np.float64] | None:

@@ -6,21 +6,21 @@ that do not move stay, and components that move rigidly follow their screw, both
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
+import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths.arc import (
-    Path,
+    Positions,
     bent_path,
     local_rotations,
     neighbourhoods,
     stored,
     warn_of_loose,
 )
-from elastomorph.paths.method import Method
+from elastomorph.paths.method import Method, Path
 from elastomorph.paths.rotations import (
     LeastDistortion,
     Neighbourhoods,
@@ -28,35 +28,46 @@ from elastomorph.paths.rotations import (
     VertexRotations,
 )
 
-__all__ = ["Turning", "prepare", "rotation_path"]
+__all__ = ["Rotation", "Turning", "rotation_path"]
 
 # Fewer than for arcs: the equation that joins the edges smooths by itself.
 _RINGS = 2
 
 
-def prepare(
-    neutral: Mesh, method: Method, curves: CurveNetwork | None = None
-) -> Callable[[Mesh], Morph]:
-    """A function from target to path, stored as bends within the tolerance of the method.
+@dataclass(frozen=True)
+class Rotation(Method):
+    """Least distortion; where polygons would turn over, and do not on the straight line, eased.
 
-    Where polygons would turn over in between, and do not on the straight line, bends are eased.
-
-    Args:
-        neutral: The mesh at t = 0.
-        method: Gives its name; the path follows from the two shapes alone.
-        curves: Not used: the path follows the surface.
-
-    Raises:
-        MeshError: The neutral has no polygon with an area.
-        BakeError: A turn is too sharp to be stored.
+    Attributes:
+        tolerance: How closely the bends hold the path, as a fraction of D; smaller ones cost more
+            bends.
     """
-    around, surface = neighbourhoods(neutral), SurfaceEdges.of(neutral)
 
-    def to(target: Mesh) -> Morph:
-        warn_of_loose(neutral, target, around)
-        return Turning.of(neutral, target, around, surface).stored(method)
+    name = "rotation"
+    path = "least distortion of the surface: parts that turn are turned"
+    on_surfaces = True
 
-    return to
+    tolerance: float = options.tolerance()
+
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+        """A function from target to path.
+
+        Args:
+            neutral: The mesh at t = 0.
+            curves: Not used: the path follows the surface.
+
+        Raises:
+            MeshError: The neutral has no polygon with an area.
+            BakeError: A turn is too sharp to be stored.
+        """
+        around, surface = neighbourhoods(neutral), SurfaceEdges.of(neutral)
+
+        def to(target: Mesh) -> Morph:
+            warn_of_loose(neutral, target, around)
+            turning = Turning.of(neutral, target, around, surface)
+            return turning.stored(self.tolerance, self.label)
+
+        return to
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +102,12 @@ class Turning:
         equation = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
         return cls(neutral, target, around, rotations, equation)
 
-    def stored(self, method: Method) -> Morph:
-        """The path as bends within the tolerance of a method."""
+    def stored(self, tolerance: float, label: str) -> Morph:
+        """The path as bends within a tolerance."""
         bend = self.equation.bend()
-        return stored(bend, self.neutral, self.target, method, self.around, self.rotations)
+        return stored(
+            bend, self.neutral, self.target, tolerance, label, self.around, self.rotations
+        )
 
 
 def rotation_path(
@@ -104,7 +117,7 @@ def rotation_path(
     rings: int = _RINGS,
     around: Neighbourhoods | None = None,
     surface: SurfaceEdges | None = None,
-) -> Path:
+) -> Positions:
     """The path on which edges turn with their neighbourhoods, as nearly as all together can.
 
     See `elastomorph.paths.rotations.least_distortion` for what is minimised.

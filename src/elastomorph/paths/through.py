@@ -19,17 +19,29 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import elastomorph.paths.options as options
+from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
+from elastomorph.paths.method import Method, Path
 
-__all__ = ["LAWS", "OVERSHOOT", "cardinal_curves", "inner_curvatures", "law_for", "through"]
+__all__ = [
+    "LAWS",
+    "OVERSHOOT",
+    "Through",
+    "cardinal_curves",
+    "inner_curvatures",
+    "law_for",
+    "through",
+]
 
 LAWS = ("smooth", "spline", "piecewise")
 
@@ -42,6 +54,62 @@ _SAME_TIME = 1e-9
 OVERSHOOT = 1.2
 # A bend below this part of the largest coordinate is rounding of the straight path.
 _NOISE = 8 * float(np.finfo(np.float64).eps)
+
+
+def _law(value: str | None, _: str) -> str | None:
+    return None if value is None else law_for(value, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Through(Method):
+    """A path through shapes at given times, each reached to rounding, both ends to the last bit.
+
+    Attributes:
+        inbetweens: Meshes of the same topology by their times, each within (0, 1).
+        law: How the path runs between them, one of `LAWS`; ``smooth`` by default through one
+            in-between and ``spline`` through more.
+    """
+
+    name = "through"
+    path = "through shapes on the way"
+
+    inbetweens: Mapping[float, Mesh]
+    law: str | None = options.option(
+        None, "text", "smooth, spline, or piecewise from shape to shape", '"spline"', _law
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "inbetweens", dict(_in_order(self.inbetweens)))
+
+    @property
+    def label(self) -> str:
+        """``through``, the times, and the law where it is not the usual one."""
+        if not self.inbetweens:
+            return "linear"
+        label = f"through {','.join(f'{time:.3g}' for time in self.inbetweens)}"
+        usual = law_for(None, len(self.inbetweens))
+        return label if self.law in (None, usual) else f"{label} {self.law}"
+
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+        """A function from target to path, with one bend for each in-between."""
+        for time, mesh in self.inbetweens.items():
+            require_mesh(mesh, f"the in-between at t = {time:g}")
+            require_same_topology(neutral, mesh)
+        times = tuple(self.inbetweens)
+        laws = cardinal_curves(times, law_for(self.law, len(times)))
+
+        def to(target: Mesh) -> Morph:
+            straight = Morph(neutral, target, np.zeros((0, *neutral.vertices.shape)), ())
+            bends = np.empty((len(times), *neutral.vertices.shape))
+            for bend, curve, (time, mesh) in zip(bends, laws, self.inbetweens.items(), strict=True):
+                np.subtract(mesh.vertices, straight.at(time), out=bend)
+                bend[np.abs(bend).max(axis=1) <= _NOISE * np.abs(mesh.vertices).max()] = 0.0
+                if bend.any():
+                    _warn_of_overshoot(time, curve)
+            return Morph(neutral, target, bends, laws, method=self.label)
+
+        return to
 
 
 def through(
@@ -77,23 +145,8 @@ def through(
     Warns:
         ElastomorphWarning: A weight exceeds 1.2, so that the path goes farther than the in-between.
     """
-    law = law_for(method, len(inbetweens) if isinstance(inbetweens, Mapping) else 0)
     require_same_topology(neutral, target)
-    shapes = _in_order(inbetweens)
-    for time, mesh in shapes:
-        require_mesh(mesh, f"the in-between at t = {time:g}")
-        require_same_topology(neutral, mesh)
-    straight = Morph(neutral, target, np.zeros((0, *neutral.vertices.shape)), ())
-    bends = np.empty((len(shapes), *neutral.vertices.shape))
-    for bend, (time, mesh) in zip(bends, shapes, strict=True):
-        np.subtract(mesh.vertices, straight.at(time), out=bend)
-        bend[np.abs(bend).max(axis=1) <= _NOISE * np.abs(mesh.vertices).max()] = 0.0
-    times = [time for time, _ in shapes]
-    curves = cardinal_curves(times, law)
-    for time, bend, curve in zip(times, bends, curves, strict=True):
-        if bend.any():
-            _warn_of_overshoot(time, curve)
-    return Morph(neutral, target, bends, curves, method=_label(times, law))
+    return Through(inbetweens, method).prepare(neutral)(target)
 
 
 def law_for(method: str | None, count: int) -> str:
@@ -212,12 +265,5 @@ def _warn_of_overshoot(time: float, curve: BendCurve) -> None:
             f"the path overshoots: at t = {when:.3g} the in-between at t = {time:g} has the "
             f"weight {weight:.2f}; with method='smooth' none leaves the range from 0 to 1",
             ElastomorphWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
-
-
-def _label(times: Sequence[float], law: str) -> str:
-    if not times:
-        return "linear"
-    when = ",".join(f"{time:.3g}" for time in times)
-    return f"through {when}" if law == law_for(None, len(times)) else f"through {when} {law}"

@@ -16,7 +16,7 @@ from elastomorph.evaluation.words import percent
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
-from elastomorph.paths.method import SETTINGS
+from elastomorph.paths.options import options_of
 from elastomorph.physics import CLOSURES
 from elastomorph.physics.equation import HIGHEST_ORDER
 from elastomorph.report.about import About
@@ -33,16 +33,11 @@ _PACKAGES = {
     "pillow": "Pillow",
 }
 _POWERS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-_WORDS = {
-    "linear": "straight line at an even pace (Eq. 34)",
-    "cosine": "straight line, slow start and slow stop, (1 − cos πt)/2",
-    "ease": "straight line at the pace p(t)/p(1): the timing of the beam without its physics",
-    "beam": "each curve an elastic beam between the two shapes (Eqs. 31–33)",
-    "plate": "the whole surface an elastic plate between the two shapes",
-    "arc": "circular arcs of the local rotation",
-    "rotation": "least distortion of the surface: parts that turn are turned",
-    "auto": "the straight line where rotation hardly differs from it, else rotation",
-}
+_SAID = (
+    *("order", "load", "material", "closure", "harmonics", "basis", "stiffness"),
+    *("tolerance", "straight_within"),
+)
+"""Options that have words of their own."""
 
 
 def recipe(
@@ -108,11 +103,11 @@ def _named(morph: Morph) -> Method | Morph:
     """The method whose label a path carries: a label leaves no setting unsaid but the tolerance."""
     if morph.choice is not None:
         return Method("auto", straight_within=morph.choice.allowed)
-    for name, has in SETTINGS.items():
+    for kind in Method.known:
         for order in range(1, HIGHEST_ORDER + 1):
             for closure in CLOSURES:
                 stated: dict[str, Any] = {"order": order, "closure": closure}
-                method = Method(name, **{key: stated[key] for key in stated if key in has})
+                method = kind(**{key: stated[key] for key in stated if kind.has(key)})
                 if method.label == morph.method:
                     return method
     return morph
@@ -130,9 +125,9 @@ def _method_words(method: Method | Morph) -> tuple[str, str]:
             return "through frames of this recording", f"at t = {', '.join(inner)}"
         return f"a finished path, made by {method.method}", ""
     settings = []
-    if method.name in ("ease", "beam", "plate"):
+    if method.has("load"):
         settings.append(f"p(t) = {_polynomial(method.external_load.coefficients)}")
-    if method.name in ("beam", "plate"):
+    if method.has("material"):
         material = method.material
         settings += [
             f"m = {material.mass:g}",
@@ -141,13 +136,15 @@ def _method_words(method: Method | Morph) -> tuple[str, str]:
             f"closure {method.closure}",
             "all modes" if method.harmonics is None else f"{method.harmonics} modes",
         ]
-    if method.name == "beam":
+    if method.has("basis"):
         settings += [f"basis {method.basis} on open curves", f"stiffness {method.stiffness}"]
-    if method.name in ("arc", "rotation", "auto"):
+    if method.has("tolerance"):
         settings.append(f"tolerance {percent(method.tolerance)}")
-    if method.name == "auto":
+    if method.has("straight_within"):
         settings.append(f"straight within {percent(method.straight_within)}")
-    return _WORDS[method.name], ", ".join(settings)
+    others = (name for name in options_of(method) if name not in _SAID)
+    settings += [f"{name.replace('_', ' ')} {getattr(method, name)}" for name in others]
+    return method.path, ", ".join(settings)
 
 
 def _polynomial(coefficients: Sequence[float]) -> str:

@@ -65,7 +65,7 @@ def with_paths(
         ElastomorphError: As `elastomorph.prepare`.
     """
     anew = any(value is not None for value in (method, extent, *settings.values()))
-    method = Method().name if method is None else method
+    method = "auto" if method is None else method
     missing = [
         name
         for name, morph in rig.morphs.items()
@@ -73,7 +73,7 @@ def with_paths(
     ]
     if not missing:
         return rig
-    if extent is None and Method.of(method).name == "auto":
+    if extent is None and "extent" in Method.of(method).inputs():
         extent = extent_of(rig)
     to = prepare(rig.neutral, method, curves=curves, extent=extent, **settings)  # type: ignore[arg-type]
     made = each_path(to, {name: rig.morphs[name].target for name in missing}, say)

@@ -60,7 +60,7 @@ def paths_to(
 
     chosen = Method() if method is None else Method.of(method)
     extent = None
-    if chosen.name == "auto":
+    if "extent" in chosen.inputs():
         ends = [m.target if isinstance(m, Morph) else m for m in morphs.values()]
         extent = moved_extent(neutral.vertices, [end.vertices for end in ends])
     made = each_path(prepare(neutral, chosen, extent=extent), targets)

@@ -1,0 +1,217 @@
+"""What is to be known of one option of a method: stated once, where the method has it as a field.
+
+Short texts (``beam:3``), labels, settings files, the command line, messages and the documentation
+are made from this. Options that several methods have are the functions at the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal
+
+from elastomorph.errors import ParameterError
+from elastomorph.numbers import as_number
+from elastomorph.physics import CLOSURES, Load, Material
+
+__all__ = ["Kind", "Option", "Word", "choice", "number", "option", "options_of", "whole_number"]
+
+Kind = Literal["text", "number", "whole", "numbers", "table"]
+Check = Callable[[Any, str], Any]
+
+
+@dataclass(frozen=True)
+class Word:
+    """How an option stands behind the name in a short text, as the 3 of ``beam:3``.
+
+    Attributes:
+        read: The value that a word stands for; None where it is no such word.
+        shown: What stands for it in a pattern, as the R of ``beam:R``.
+        kind: What such a word is, without an article, for messages.
+        examples: Words that the tab key offers.
+        needed: Whether patterns show it as usual, without brackets.
+    """
+
+    read: Callable[[str], Any]
+    shown: str
+    kind: str
+    examples: tuple[str, ...] = ()
+    needed: bool = False
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option of a method, beside its name, type and default.
+
+    Attributes:
+        kind: What a settings file holds for it.
+        means: What it is for, in a few words.
+        example: A value as TOML.
+        check: The value as it is kept, from a value and what it is called; a ParameterError says
+            what is wrong with it.
+        label: What a value other than the default adds to the label.
+        word: How it stands in a short text, if it does.
+        with_name: Whether naming a method brings it along: there is one such at a time, and what
+            was said of them before is unsaid.
+        made: The value of a field from that of a settings file.
+        parts: What each key means of an option that is a table.
+    """
+
+    kind: Kind
+    means: str
+    example: str
+    check: Check
+    label: Callable[[Any], str] = lambda _: ""
+    word: Word | None = None
+    with_name: bool = False
+    made: Callable[[Any], Any] = lambda value: value
+    parts: Mapping[str, str] = field(default_factory=dict)
+
+
+def option(default: Any, kind: Kind, means: str, example: str, check: Check, **more: Any) -> Any:
+    """A field of a method; ``more`` are further attributes of `Option`."""
+    return field(default=default, metadata={"option": Option(kind, means, example, check, **more)})
+
+
+def options_of(method: Any) -> dict[str, Option]:
+    """The options of a method, or of a class of methods, by name."""
+    return {own.name: own.metadata["option"] for own in fields(method) if "option" in own.metadata}
+
+
+def number(
+    default: float, means: str, example: str, *, above: float | None = None,
+    least: float | None = None, **more: Any,
+) -> Any:  # fmt: skip
+    """A field that holds a number within bounds."""
+    return option(
+        default,
+        "number",
+        means,
+        example,
+        lambda value, what: as_number(value, what, above=above, least=least),
+        **more,
+    )
+
+
+def whole_number(default: int | None, means: str, example: str, least: int, **more: Any) -> Any:
+    """A field that holds a whole number, or None where that is the default."""
+
+    def check(value: Any, what: str) -> int | None:
+        if value is None and default is None:
+            return None
+        if not isinstance(value, int) or isinstance(value, bool) or value < least:
+            raise ParameterError(f"{what} must be a whole number ≥ {least}, found {value!r}")
+        return value
+
+    return option(default, "whole", means, example, check, **more)
+
+
+def choice(default: str, among: Sequence[str], means: str, **more: Any) -> Any:
+    """A field that holds one of a few texts."""
+
+    def check(value: Any, what: str) -> Any:
+        if value not in among:
+            raise ParameterError(f"{what} must be one of {', '.join(among)}, found {value!r}")
+        return value
+
+    example = f'"{next(text for text in among if text != default)}"'
+    more.setdefault("label", str)
+    return option(default, "text", means, example, check, **more)
+
+
+def order() -> Any:
+    """R of the load t^R."""
+
+    def check(value: Any, _: str) -> int:
+        return Load.power(value).order
+
+    return option(
+        2,
+        "whole",
+        "R of the load t^R",
+        "3",
+        check,
+        word=Word(_digits, "R", "order (a whole number)", ("2", "3"), needed=True),
+        with_name=True,
+    )
+
+
+def load() -> Any:
+    """A polynomial load in place of t^R."""
+
+    def check(value: Any, what: str) -> Load | None:
+        if value is not None and not isinstance(value, Load):
+            raise ParameterError(f"{what} must be a Load, such as Load([0, 1]), found {value!r}")
+        return value
+
+    return option(
+        None,
+        "numbers",
+        "p₁, p₂, … of a polynomial load, in place of an order",
+        "[0.2, 0.8]",
+        check,
+        with_name=True,
+        made=Load,
+    )
+
+
+def closure() -> Any:
+    """The time law of a mean."""
+    return choice(
+        "limit",
+        CLOSURES,
+        f"time law of the mean of a curve: {', '.join(CLOSURES)}",
+        word=Word(
+            lambda text: text if text in CLOSURES else None,
+            "closure",
+            f"closure ({', '.join(CLOSURES)})",
+        ),
+    )
+
+
+def harmonics() -> Any:
+    """How many modes are solved."""
+    return whole_number(
+        None, "modes above this number follow the limit law", "8", 0, label=lambda n: f"N={n}"
+    )
+
+
+def material() -> Any:
+    """m, c and k."""
+
+    def check(value: Any, what: str) -> Material:
+        if not isinstance(value, Material):
+            raise ParameterError(f"{what} must be a Material, found {value!r}")
+        return value
+
+    return option(
+        Material(),
+        "table",
+        "mass, damping and rigidity of what moves",
+        "{ damping = 2.0 }",
+        check,
+        label=lambda m: f"m={m.mass:g} c={m.damping:g} k={m.rigidity:g}",
+        made=lambda constants: Material(**constants),
+        parts={
+            "mass": "m of the material, above 0",
+            "damping": "c of the material, above 0",
+            "rigidity": "k = EI of the material, above 0",
+        },
+    )
+
+
+def tolerance() -> Any:
+    """How closely bends hold a path."""
+    return number(1e-4, "how closely bends hold their path, of D", "1e-5", above=0)
+
+
+def as_float(text: str) -> float | None:
+    """The number that a word is, None where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _digits(text: str) -> int | None:
+    return int(text) if text.isascii() and text.isdigit() else None
