@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from elastomorph.io.fbx import read_fbx
+from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
+from elastomorph.io.rig_cache import content_digests
 from elastomorph.io.rig_folder import find_rig_files, read_rig_folder
-from elastomorph.io.rig_key import content_digests
-from elastomorph.io.rig_npz import read_rig_npz, write_rig_npz
 from measuring import best_seconds, data_folder
 
 

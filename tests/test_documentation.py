@@ -29,7 +29,7 @@ import elastomorph as em
 from elastomorph import errors
 from elastomorph.cli import main
 from elastomorph.doctor import KINDS
-from elastomorph.io.performance_csv import write_performance_csv
+from elastomorph.io.performance import write_performance_csv
 from elastomorph.rig.performance import Performance
 from elastomorph.samples import expressions, head, recorded_motion, shapes
 from needs import MODULES, extra, node

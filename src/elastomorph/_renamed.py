@@ -24,6 +24,7 @@ _NEW_NAMES = {
     **{f"elastomorph.report.{name}": f"elastomorph.draw.{name}" for name in _DRAW.split()},
     **{f"elastomorph.{name}": "elastomorph.model.geometry" for name in _GEOMETRY.split()},
     "elastomorph.baking": "elastomorph.paths.bake",
+    "elastomorph.io.performance_csv": "elastomorph.io.performance",
     "elastomorph.performance": "elastomorph.rig.performance",
     "elastomorph.polygon_normals": "elastomorph.model.polygons",
     "elastomorph.report.page": "elastomorph.report",

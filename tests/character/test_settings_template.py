@@ -22,7 +22,7 @@ from elastomorph.character.suggestions import (
 from elastomorph.character.survey import survey
 from elastomorph.character.template import settings_text, write_settings
 from elastomorph.errors import FileError
-from elastomorph.io.performance_csv import write_performance_csv
+from elastomorph.io.performance import write_performance_csv
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig.performance import Performance
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
-from elastomorph.io.performance_csv import write_performance_csv
+from elastomorph.io.performance import write_performance_csv
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig.performance import Performance
 from foreign_files import write_foreign_glb

@@ -11,8 +11,8 @@ from calls import status_of as run
 
 import elastomorph as em
 from elastomorph.character import read_settings, rig_from_settings
+from elastomorph.io.npz.rig import rig_arrays
 from elastomorph.io.rig_folder import read_rig_folder
-from elastomorph.io.rig_npz import rig_arrays
 from elastomorph.samples import head, shapes
 
 

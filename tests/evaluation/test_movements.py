@@ -15,7 +15,7 @@ from elastomorph.evaluation import Movement, find_movements, resting_pose
 from elastomorph.evaluation.every_method import every_method
 from elastomorph.evaluation.movements import activity, evaluate_movements, mean_lines
 from elastomorph.io.curve_file import read_curves
-from elastomorph.io.marker_take import read_marker_take
+from elastomorph.io.npz.markers import read_marker_take
 
 PLAIN = {"smoothing": 0.0}
 

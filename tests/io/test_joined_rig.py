@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.io.joined_rig import RigPart, joined_rig, turned_corners
-from elastomorph.io.placing import Placing
+from elastomorph.io.joined_rig import Placing, RigPart, joined_rig, turned_corners
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh, UVMap
 from elastomorph.model.morph import Morph

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
-from elastomorph.io.performance_csv import (
+from elastomorph.io.performance import (
     read_performance,
     read_performance_csv,
     write_performance_csv,

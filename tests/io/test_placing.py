@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from elastomorph.errors import MeshError
 from elastomorph.io.fbx.part import FbxPart, mesh_of
-from elastomorph.io.joined_rig import RigPart, joined_rig
-from elastomorph.io.placing import placings
+from elastomorph.io.joined_rig import RigPart, joined_rig, placings
 
 Y_UP = np.eye(3)
 Z_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])

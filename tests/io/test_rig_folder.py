@@ -15,10 +15,9 @@ from test_rig_npz import assert_same_rig
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.errors import FileError, FormatError, ParameterError, TopologyError
-from elastomorph.io import rig_cache, rig_key
-from elastomorph.io.rig_cache import CACHE_SUFFIX, user_cache_folder
+from elastomorph.io import rig_cache
+from elastomorph.io.rig_cache import CACHE_SUFFIX, settings_digest, user_cache_folder
 from elastomorph.io.rig_folder import find_rig_files, read_rig_folder
-from elastomorph.io.rig_key import settings_digest
 from elastomorph.paths import Method
 from elastomorph.physics import Load, Material
 from elastomorph.rig import Rig
@@ -422,18 +421,20 @@ def test_without_a_home_there_is_no_cache_and_no_error(
 
 
 def test_the_code_is_named_by_its_sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    rig_key.code_version.cache_clear()
-    before = rig_key.code_version()
+    rig_cache.code_version.cache_clear()
+    before = rig_cache.code_version()
     for content in ("a = 1", "a = 2"):
         (tmp_path / "package" / "io").mkdir(parents=True, exist_ok=True)
-        (tmp_path / "package" / "io" / "rig_key.py").write_text(content)
-        monkeypatch.setattr(rig_key, "__file__", str(tmp_path / "package" / "io" / "rig_key.py"))
-        rig_key.code_version.cache_clear()
-        after = rig_key.code_version()
+        (tmp_path / "package" / "io" / "rig_cache.py").write_text(content)
+        monkeypatch.setattr(
+            rig_cache, "__file__", str(tmp_path / "package" / "io" / "rig_cache.py")
+        )
+        rig_cache.code_version.cache_clear()
+        after = rig_cache.code_version()
         assert after != before
         before = after
     monkeypatch.undo()
-    rig_key.code_version.cache_clear()
+    rig_cache.code_version.cache_clear()
 
 
 @pytest.mark.realdata

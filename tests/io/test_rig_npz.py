@@ -15,7 +15,7 @@ from mesh_samples import assert_same_mesh, house, meshes, same_bits
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.npz import write_npz
-from elastomorph.io.rig_npz import read_rig_npz, write_rig_npz
+from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph

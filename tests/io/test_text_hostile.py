@@ -12,7 +12,7 @@ import pytest
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.obj import read_obj
-from elastomorph.io.performance_csv import read_performance
+from elastomorph.io.performance import read_performance
 from elastomorph.io.ply import read_ply
 from elastomorph.io.region_file import read_region
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elastomorph.io.timecode import BASES, Timecode, TimecodeClock, parse_timecode
+from elastomorph.io.performance.timecode import BASES, Timecode, TimecodeClock, parse_timecode
 
 DROP_30 = TimecodeClock(30, True, 30000 / 1001)
 DROP_60 = TimecodeClock(60, True, 60000 / 1001)

@@ -10,9 +10,8 @@ from elastomorph.character.paths import PathMaker
 from elastomorph.character.settings import Settings
 from elastomorph.character.sources import Sources, find_sources
 from elastomorph.io.registry import read
-from elastomorph.io.rig_cache import RigCache
+from elastomorph.io.rig_cache import RigCache, content_digests
 from elastomorph.io.rig_folder import read_targets, rig_as_stored
-from elastomorph.io.rig_key import content_digests
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from elastomorph.rig.remade import bare_rig, extent_of

@@ -12,8 +12,8 @@ from typing import Any
 from elastomorph.errors import ElastomorphError, FileError
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.curve_file import read_curves
-from elastomorph.io.npz_members import open_npz
-from elastomorph.io.performance_csv import read_performance
+from elastomorph.io.npz.members import open_npz
+from elastomorph.io.performance import read_performance
 from elastomorph.io.region_file import read_region
 from elastomorph.io.registry import (
     MESH_FORMATS,

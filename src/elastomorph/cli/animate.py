@@ -59,8 +59,8 @@ def animate(
     """
     from elastomorph.character.export import export_options
     from elastomorph.errors import ParameterError
-    from elastomorph.io.performance_csv import read_performance
-    from elastomorph.io.takes import holds_positions, write_take
+    from elastomorph.io.performance import read_performance
+    from elastomorph.io.sequences.takes import holds_positions, write_take
     from elastomorph.rig.performance import match
 
     if output is None and picture is None and not only_list:

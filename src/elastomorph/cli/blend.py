@@ -125,8 +125,8 @@ def _all(
     sheet: Path | None,
     say: Callable[[str], None],
 ) -> dict[str, object]:
-    from elastomorph.io.face_array import write_face_array
-    from elastomorph.io.face_files import write_face_files
+    from elastomorph.io.npz.streamed import write_face_array
+    from elastomorph.io.sequences.meshes import write_face_files
     from elastomorph.rig.sliders import spread_rows, weight_combinations
 
     rows = weight_combinations(len(rig.names), levels)

@@ -97,7 +97,7 @@ def _slider_names(context: typer.Context) -> list[str]:
 
 
 def _names_in(path: Path | None) -> list[str]:
-    from elastomorph.io.npz_members import open_npz
+    from elastomorph.io.npz.members import open_npz
 
     if path is None:
         from elastomorph.samples import expressions, shapes

@@ -155,7 +155,7 @@ def _require_elastic(texts: Sequence[str]) -> None:
 
 def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
     from elastomorph.io import read_sequence
-    from elastomorph.io.marker_take import holds_markers, read_marker_take
+    from elastomorph.io.npz.markers import holds_markers, read_marker_take
 
     if holds_markers(truth):
         take = read_marker_take(truth)

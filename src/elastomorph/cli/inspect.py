@@ -106,7 +106,7 @@ def _path_of(morph: Morph) -> str:
 
 def _rig(file: Path, mesh: list[str] | None, say: Callable[[str], None]) -> Rig | None:
     """The rig in a file, a folder or settings, or our own; None where it is a mesh."""
-    from elastomorph.io.npz_members import open_npz
+    from elastomorph.io.npz.members import open_npz
     from elastomorph.io.registry import MESH_FORMATS, known_suffixes
 
     suffix = file.suffix.lower()

@@ -16,7 +16,7 @@ import numpy as np
 from elastomorph.draw.pictures import SUFFIXES, Image, as_pillow, write_picture
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import replacing
-from elastomorph.io.frame_names import frame_pattern
+from elastomorph.io.sequences.numbering import frame_pattern
 
 __all__ = ["CLIP_SUFFIXES", "WIDEST_WEBP", "check_clip", "frame_durations", "is_clip", "write_clip"]
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import opened
-from elastomorph.io.npz_members import NpzMembers, open_npz, pack_arrays
+from elastomorph.io.npz.members import NpzMembers, open_npz, pack_arrays
 from elastomorph.io.untrusted import MemoryBudget, allowed_memory
 
 __all__ = ["IsolatedReader", "RefusedError", "allow_for", "extracted", "serve"]

@@ -85,7 +85,7 @@ def _npz() -> tuple[Reader[Mesh], Writer]:
 
 
 def _npz_rig() -> tuple[Reader[Rig], Writer]:
-    from elastomorph.io.rig_npz import read_rig_npz, write_rig_npz
+    from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
 
     return read_rig_npz, write_rig_npz
 

@@ -23,8 +23,7 @@ from elastomorph.io.registry import (
     read,
     require_there,
 )
-from elastomorph.io.rig_cache import RigCache
-from elastomorph.io.rig_key import content_digests
+from elastomorph.io.rig_cache import RigCache, content_digests
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.paths import Method
 from elastomorph.rig import Rig

@@ -8,7 +8,7 @@ from typing import Any
 
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.gltf.container import open_gltf
-from elastomorph.io.npz_members import open_npz
+from elastomorph.io.npz.members import open_npz
 
 __all__ = ["settings_used"]
 

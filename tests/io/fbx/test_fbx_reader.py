@@ -19,7 +19,7 @@ from elastomorph.errors import (
 )
 from elastomorph.io.fbx import read_fbx
 from elastomorph.io.fbx.part import FbxPart, read_parts
-from elastomorph.io.npz_members import open_npz
+from elastomorph.io.npz.members import open_npz
 from elastomorph.rig import Rig
 from needs import installed
 

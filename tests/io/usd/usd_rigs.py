@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 from elastomorph.errors import FormatError
 from elastomorph.io.blend_shapes import hats
 from elastomorph.io.isolated import RefusedError
-from elastomorph.io.npz_members import open_npz, write_arrays
+from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import reader, worker
 from elastomorph.io.usd.scene import Scene

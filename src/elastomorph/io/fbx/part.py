@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.blend_shapes import different_names
-from elastomorph.io.npz_members import NpzMembers
+from elastomorph.io.npz.members import NpzMembers
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 

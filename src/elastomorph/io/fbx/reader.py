@@ -7,7 +7,7 @@ What a technical animator would otherwise do by hand:
   ``jawOpen`` of head and teeth, is one slider. Meshes without shapes are part of the neutral;
 - a channel with in-between shapes becomes a path through them, straight from one to the next as in
   the program it comes from;
-- positions are those stored, turned upright (see `elastomorph.io.placing`). Skinning, poses and
+- positions are those stored, turned upright (see `elastomorph.io.joined_rig`). Skinning, poses and
   animation are not applied.
 """
 
@@ -31,9 +31,8 @@ from elastomorph.io.blend_shapes import hats
 from elastomorph.io.fbx.part import Channel, FbxPart, mesh_of, read_axes, read_parts
 from elastomorph.io.fbx.worker import ADVICE
 from elastomorph.io.isolated import IsolatedReader, extracted
-from elastomorph.io.joined_rig import RigPart, joined_rig
+from elastomorph.io.joined_rig import Placing, RigPart, joined_rig, placings
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
-from elastomorph.io.placing import Placing, placings
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph

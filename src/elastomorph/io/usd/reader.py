@@ -23,9 +23,8 @@ from elastomorph.errors import ElastomorphWarning, FormatError, MissingExtraErro
 from elastomorph.io.atomic import opened
 from elastomorph.io.blend_shapes import different_names, hats
 from elastomorph.io.isolated import IsolatedReader, extracted
-from elastomorph.io.joined_rig import RigPart, joined_rig
+from elastomorph.io.joined_rig import RigPart, joined_rig, placings
 from elastomorph.io.mesh_choice import wanted_names
-from elastomorph.io.placing import placings
 from elastomorph.io.untrusted import naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json
 from elastomorph.io.usd.library import prim_names

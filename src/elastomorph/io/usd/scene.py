@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.joined_rig import turned_corners
-from elastomorph.io.npz_members import NpzMembers
+from elastomorph.io.npz.members import NpzMembers
 from elastomorph.io.untrusted import naming_file
 from elastomorph.io.usd.exact import checksum
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.choices import choice_from_json
-from elastomorph.io.npz_members import NpzMembers
+from elastomorph.io.npz.members import NpzMembers
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Choice

@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import is_folder
-from elastomorph.io.frame_names import frame_pattern
+from elastomorph.io.npz.streamed import write_npz_take
+from elastomorph.io.point_cache import write_mdd, write_pc2
+from elastomorph.io.sequences.meshes import write_face_files
+from elastomorph.io.sequences.numbering import frame_pattern
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Match, Performance, play, slider_weights
 
@@ -103,12 +106,8 @@ def write_take(
     if in_files:
         _write_files(path, rig, frames, len(performance))
     elif suffix == ".npz":
-        from elastomorph.io.take_npz import write_npz_take
-
         write_npz_take(path, rig.neutral, frames, seconds)
     else:
-        from elastomorph.io.point_cache import write_mdd, write_pc2
-
         if suffix == ".mdd":
             write_mdd(path, frames, count=len(performance), rate=performance.rate)
         else:
@@ -118,8 +117,6 @@ def write_take(
 def _write_files(
     path: str | Path, rig: Rig, frames: Iterable[NDArray[np.floating]], count: int
 ) -> None:
-    from elastomorph.io.face_files import write_face_files
-
     pattern = Path(path)
     if _is_folder(path):
         try:
@@ -130,14 +127,7 @@ def _write_files(
             ) from error
         pattern /= f"frame.{'#' * max(_LEAST_DIGITS, len(str(count)))}.obj"
     named = frame_pattern(pattern)
-    if named.folder.is_dir():
-        others = set(named.existing()) - {named.file(number) for number in range(1, count + 1)}
-        if others:
-            raise FileError(
-                path,
-                f"{min(others).name} is already there and not among the {count:,} frames to write "
-                f"({len(others):,} such files); delete them or choose another name",
-            )
+    named.require_only([named.file(number) for number in range(1, count + 1)])
     write_face_files(pattern, rig.neutral, (frame[None] for frame in frames))
 
 

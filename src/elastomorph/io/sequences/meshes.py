@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -10,14 +11,14 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import is_file, replacing_path, require_name, size_of
-from elastomorph.io.frame_names import find_frames, frame_pattern
-from elastomorph.io.npz import read_npz_sequence, write_npz_sequence
+from elastomorph.io.npz.mesh import read_npz_sequence, write_npz_sequence
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read, writer_of
+from elastomorph.io.sequences.numbering import find_frames, frame_pattern
 from elastomorph.io.untrusted import MemoryBudget, naming_file
-from elastomorph.model.mesh import require_same_topology
+from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["read_sequence", "write_sequence"]
+__all__ = ["read_sequence", "write_face_files", "write_sequence"]
 
 _FINEST_GRID = 10_000
 
@@ -85,17 +86,40 @@ def write_sequence(pattern: str | Path, sequence: MeshSequence) -> None:
     frames = frame_pattern(pattern)
     write = writer_of(pattern, MESH_FORMATS)
     files = [frames.file(number) for number in _frame_numbers(sequence.times)]
-    if frames.folder.is_dir():
-        others = sorted(set(frames.existing()) - set(files))
-        if others:
-            raise FileError(
-                pattern,
-                f"{others[0].name} is already there and not among the {len(files)} frames to "
-                f"write ({len(others)} such files); delete them or choose another name",
-            )
+    frames.require_only(files)
     with ExitStack() as renames:
         for file, mesh in zip(files, sequence, strict=True):
             write(renames.enter_context(replacing_path(file)), mesh)
+
+
+def write_face_files(
+    pattern: str | Path, mesh: Mesh, blocks: Iterable[NDArray[np.floating]], *, first: int = 1
+) -> int:
+    """Write each face of a stream into a file of its own, each file whole or not at all.
+
+    Args:
+        pattern: ``face.####.obj``; the folder must exist.
+        mesh: The polygons and labels of all faces.
+        blocks: (s, V, 3) arrays of positions.
+        first: Number of the first face.
+
+    Returns:
+        How many files were written.
+
+    Raises:
+        FileError: The name has no run of #, or a file cannot be written.
+        FormatError: The suffix is unknown.
+    """
+    frames = frame_pattern(pattern)
+    write = writer_of(pattern, MESH_FORMATS)
+    if not frames.folder.is_dir():
+        raise FileError(pattern, f"the folder {frames.folder} does not exist; make it first")
+    number = first
+    for block in blocks:
+        for positions in block:
+            write(frames.file(number), mesh.with_vertices(positions))
+            number += 1
+    return number - first
 
 
 def _frame_numbers(times: NDArray[np.float64]) -> list[int]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import is_file
-from elastomorph.io.npz_members import open_npz
+from elastomorph.io.npz.members import open_npz
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence

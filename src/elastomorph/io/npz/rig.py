@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.io.choices import choice_to_json
-from elastomorph.io.npz import mesh_of, surface_arrays
-from elastomorph.io.npz_members import NpzMembers, open_npz, write_arrays
-from elastomorph.io.rig_npz_tables import (
+from elastomorph.io.npz.members import NpzMembers, open_npz, write_arrays
+from elastomorph.io.npz.mesh import mesh_of, surface_arrays
+from elastomorph.io.npz.rig_tables import (
     CurveTable,
     as_text,
     as_whole,

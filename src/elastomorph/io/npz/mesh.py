@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
-from elastomorph.io.npz_members import NpzMembers, open_npz, write_arrays
+from elastomorph.io.npz.members import NpzMembers, open_npz, write_arrays
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons

@@ -10,8 +10,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from elastomorph.errors import FormatError
-from elastomorph.io.csv_table import CsvTable, numbers, read_table
-from elastomorph.io.timecode import Timecode, TimingError, parse_timecode, take_timing
+from elastomorph.io.performance.table import CsvTable, numbers, read_table
+from elastomorph.io.performance.timecode import Timecode, TimingError, parse_timecode, take_timing
 from elastomorph.rig.performance import Performance
 
 __all__ = ["is_livelink", "livelink_performance", "read_livelink"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import gcd
@@ -24,12 +24,14 @@ class FramePattern:
     """A file name with a run of # in place of the frame number, as in ``scan.####.obj``.
 
     Attributes:
+        pattern: The path as the user gave it.
         folder: Where the files are.
         before: The name up to the number.
         width: Digits that a number written by us is filled up to with zeros.
         after: The name after the number.
     """
 
+    pattern: str | Path
     folder: Path
     before: str
     width: int
@@ -47,6 +49,20 @@ class FramePattern:
             for found in map(name.fullmatch, _names_in(self.folder))
             if found
         }
+
+    def require_only(self, files: Collection[Path]) -> None:
+        """Refuse to write frames beside those of another motion, with which they would mix.
+
+        Raises:
+            FileError: Other files match the pattern than the ones to write.
+        """
+        others = set(self.existing()) - set(files) if self.folder.is_dir() else set()
+        if others:
+            raise FileError(
+                self.pattern,
+                f"{min(others).name} is already there and not among the {len(files):,} frames to "
+                f"write ({len(others):,} such files); delete them or choose another name",
+            )
 
 
 @dataclass(frozen=True)
@@ -79,7 +95,7 @@ def frame_pattern(pattern: str | Path) -> FramePattern:
             "'scan.####.obj'",
         )
     before, _, after = path.name.partition(runs[0])
-    return FramePattern(path.parent, before, len(runs[0]), after)
+    return FramePattern(pattern, path.parent, before, len(runs[0]), after)
 
 
 def find_frames(pattern: str | Path, suffixes: Sequence[str]) -> FrameFiles:

@@ -1,0 +1,116 @@
+"""Many faces in one file, written block by block: .npy, or .npz with what belongs to them."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import replacing, replacing_path
+from elastomorph.io.npz.mesh import write_npz
+from elastomorph.model.mesh import Mesh
+
+__all__ = ["write_face_array", "write_npz_take"]
+
+Blocks = Iterable[NDArray[np.floating]]
+
+
+def write_face_array(
+    path: str | Path,
+    blocks: Blocks,
+    shape: tuple[int, int, int],
+    *,
+    beside: Mapping[str, NDArray[np.generic]] | None = None,
+) -> None:
+    """Write (S, V, 3) float32 faces that come in blocks; memory holds one block at a time.
+
+    Args:
+        path: ``.npy``: the faces alone. ``.npz``: the faces as ``vertices``, not compressed, and
+            what comes beside them.
+        blocks: (s, V, 3) arrays, S faces in all.
+        shape: (S, V, 3).
+        beside: Further arrays for ``.npz`` by name, such as the weights.
+
+    Raises:
+        FormatError: Another suffix, or the blocks do not make up S faces.
+        FileError: The file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == ".npy":
+        with replacing(path) as file:
+            _write_npy(path, file, blocks, shape)
+    elif suffix == ".npz":
+        with replacing(path) as file, zipfile.ZipFile(file, "w") as archive:
+            for name, array in (beside or {}).items():
+                with archive.open(f"{name}.npy", "w") as member:
+                    npy.write_array(member, np.asarray(array), allow_pickle=False)
+            with archive.open("vertices.npy", "w", force_zip64=True) as member:
+                _write_npy(path, member, blocks, shape)
+    else:
+        raise FormatError(path, f"many faces go into .npy or .npz, not into '{suffix}'")
+
+
+def _write_npy(
+    path: str | Path, file: IO[bytes], blocks: Blocks, shape: tuple[int, int, int]
+) -> None:
+    npy.write_array_header_2_0(file, _header(shape))
+    written = 0
+    for block in blocks:
+        if block.shape[1:] != shape[1:]:
+            raise FormatError(path, f"a block has shape {block.shape}, expected (…, {shape[1]}, 3)")
+        file.write(np.ascontiguousarray(block, dtype="<f4").data)
+        written += len(block)
+    if written != shape[0]:
+        raise FormatError(path, f"{written:,} faces came, {shape[0]:,} were expected")
+
+
+def write_npz_take(path: str | Path, mesh: Mesh, frames: Blocks, times: ArrayLike) -> None:
+    """Write a take, whole or not at all, in the memory of one frame.
+
+    The archive is a mesh file of the neutral with ``frames`` (T, V, 3) float32 and ``times`` (T,)
+    beside it: `read_sequence` reads the take, `read` the neutral.
+
+    Args:
+        path: The file; its folder must exist.
+        mesh: The neutral, with the polygons of all frames.
+        frames: T positions (V, 3); each is used before the next is asked for.
+        times: (T,) seconds.
+
+    Raises:
+        FileError: The file cannot be written.
+        ParameterError: There are more or fewer frames than times, or one has another shape.
+    """
+    when = np.asarray(times, dtype=np.float64)
+    shape = mesh.vertices.shape
+    with replacing_path(path) as temporary:
+        write_npz(temporary, mesh)
+        with temporary.open("r+b") as file:
+            with zipfile.ZipFile(file, "a") as archive:
+                with archive.open(zipfile.ZipInfo("times.npy"), "w") as member:
+                    npy.write_array(member, when, allow_pickle=False)
+                info = zipfile.ZipInfo("frames.npy")  # of itself dated 1980
+                with archive.open(info, "w", force_zip64=True) as member:
+                    npy.write_array_header_1_0(member, _header((len(when), *shape)))
+                    count = 0
+                    for frame in frames:
+                        if frame.shape != shape:
+                            raise ParameterError(
+                                f"frame {count} has the shape {frame.shape}, expected {shape}"
+                            )
+                        member.write(np.ascontiguousarray(frame, dtype="<f4").tobytes())
+                        count += 1
+            file.flush()
+            os.fsync(file.fileno())
+        if count != len(when):
+            raise ParameterError(f"expected {len(when):,} frames, one a time, found {count:,}")
+
+
+def _header(shape: tuple[int, ...]) -> dict[str, object]:
+    return {"descr": "<f4", "fortran_order": False, "shape": shape}
