@@ -115,7 +115,7 @@ class RigCache:
         quiet = suppress(ElastomorphError, OSError, MemoryError)
         with quiet, unnoted(), open_npz(self.file) as members:
             if str(members.array("cache_key", "U", ())) == self._key(contents):
-                rig = rig_of_members(self.file, members, source)
+                rig = rig_of_members(members, source)
                 with suppress(OSError):  # the time of last use decides which caches go first
                     os.utime(self.file)
                 return rig

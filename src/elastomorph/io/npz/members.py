@@ -36,12 +36,13 @@ class NpzMembers:
     """An open archive whose arrays are read one by one, each only as the kind it must be.
 
     Attributes:
+        path: The archive as the user named it.
         names: Names of the arrays.
         budget: Memory that the file may still take.
     """
 
     def __init__(self, path: str | Path, archive: zipfile.ZipFile, budget: MemoryBudget) -> None:
-        self._path = path
+        self.path = path
         self._archive = archive
         self.budget = budget
         self.names = frozenset(
@@ -60,13 +61,13 @@ class NpzMembers:
             FormatError: It is missing, damaged, too large, or of another kind or shape.
         """
         if name not in self.names:
-            raise FormatError(self._path, f"there is no array '{name}'; found {self.listed()}")
+            raise FormatError(self.path, f"there is no array '{name}'; found {self.listed()}")
         info = self._archive.getinfo(f"{name}.npy")
         if info.compress_type not in _PACKED_AS:
             raise FormatError(
-                self._path, f"the array '{name}' is packed in a way that NumPy does not write"
+                self.path, f"the array '{name}' is packed in a way that NumPy does not write"
             )
-        with _naming_damage(self._path), self._archive.open(info) as member:
+        with _naming_damage(self.path), self._archive.open(info) as member:
             found, kind, start = _array_header(member)
         if (
             kind.kind not in kinds
@@ -83,11 +84,47 @@ class NpzMembers:
         if count < 0 or count * kind.itemsize != info.file_size - start:
             self._refuse(name, "is shorter or longer than its header says")
         self.budget.spend(info.file_size + count * _COPIES.get(kind.kind, _COPIES_OF_NUMBERS))
-        with _naming_damage(self._path), self._archive.open(info) as member:
+        with _naming_damage(self.path), self._archive.open(info) as member:
             array: NDArray[Any] = np.lib.format.read_array(member, allow_pickle=False)
         if kind.kind == "U" and not _is_text(array):
             self._refuse(name, "holds text with characters that do not exist")
         return array
+
+    def whole(
+        self, name: str, shape: tuple[int | None, ...], lowest: int = 0, highest: int | None = None
+    ) -> NDArray[Any]:
+        """A member of whole numbers, such as indices or counts.
+
+        Args:
+            name: Its name.
+            shape: As for `array`.
+            lowest: The smallest number it may hold.
+            highest: The largest; None where any is fine.
+
+        Raises:
+            FormatError: As `array`, or a number is out of range.
+        """
+        values = self.array(name, "iu", shape)
+        if values.size:
+            least, most = int(values.min()), int(values.max())
+            if least < lowest or (highest is not None and most > highest):
+                expected = (
+                    f"{lowest:,} and more" if highest is None else f"{lowest:,} to {highest:,}"
+                )
+                self._refuse(
+                    name,
+                    f"goes from {least:,} to {most:,}, expected {expected}; the file is damaged",
+                )
+        return values
+
+    def texts(self, name: str, count: int | None = None) -> list[str]:
+        """A member of texts, one after another; ``count`` of them, or any number.
+
+        Raises:
+            FormatError: As `array`.
+        """
+        found: list[str] = self.array(name, "U", (count,)).tolist()
+        return found
 
     def listed(self) -> str:
         """Some of the names, each short, as a damaged archive may have any."""
@@ -99,7 +136,7 @@ class NpzMembers:
         return ", ".join(shown) or "nothing"
 
     def _refuse(self, name: str, problem: str) -> NoReturn:
-        raise FormatError(self._path, f"the array '{name}' {problem}")
+        raise FormatError(self.path, f"the array '{name}' {problem}")
 
 
 @contextmanager

@@ -39,7 +39,7 @@ def read_npz(path: str | Path) -> Mesh:
                 path, "this holds a recorded motion, not one mesh; read it with read_sequence"
             )
         vertices = members.array("vertices", "fiu", (None, 3))
-        return mesh_of(path, members, vertices)
+        return mesh_of(members, vertices)
 
 
 def write_npz(path: str | Path, mesh: Mesh) -> None:
@@ -70,9 +70,9 @@ def read_npz_sequence(path: str | Path) -> MeshSequence:
         if count < 2:
             raise FormatError(path, f"a motion needs at least 2 frames, found {count}")
         times = members.array("times", "fiu", (count,)) if "times" in members.names else None
-        names = _names(members, "names", count) if "names" in members.names else []
-        missing = _names(members, "missing", None) if "missing" in members.names else []
-        mesh = mesh_of(path, members, frames[0])
+        names = members.texts("names", count) if "names" in members.names else []
+        missing = members.texts("missing") if "missing" in members.names else []
+        mesh = mesh_of(members, frames[0])
     with naming_file(path):
         if times is not None and not np.isfinite(float(times[-1]) - float(times[0])):
             raise FormatError(path, "its times are not finite numbers, or too far apart")
@@ -117,68 +117,54 @@ def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def mesh_of(path: str | Path, members: NpzMembers, vertices: NDArray[Any]) -> Mesh:
+def mesh_of(members: NpzMembers, vertices: NDArray[Any], source: str | Path | None = None) -> Mesh:
     """The mesh of these positions and the polygons and labels of an archive.
+
+    Args:
+        members: The arrays of the archive.
+        vertices: (V, 3) positions.
+        source: The file that the mesh is said to come from; the archive by default.
 
     Raises:
         FormatError: An array is missing or does not fit the others.
     """
+    path, names = members.path, members.names
     faces = Polygons([], [0])
-    if "face_indices" in members.names or "face_offsets" in members.names:
-        indices = members.array("face_indices", "iu", (None,))
-        offsets = members.array("face_offsets", "iu", (None,))
-        _require_between(path, "face_indices", indices, 0, len(vertices) - 1)
-        _require_between(path, "face_offsets", offsets, 0, len(indices))
+    if "face_indices" in names or "face_offsets" in names:
+        indices = members.whole("face_indices", (None,), 0, len(vertices) - 1)
+        offsets = members.whole("face_offsets", (None,), 0, len(indices))
         with naming_file(path):
             faces = Polygons(indices, offsets)
     uv = None
-    if "uv_coordinates" in members.names or "uv_corners" in members.names:
-        corners = members.array("uv_corners", "iu", (len(faces.indices),))
+    if "uv_coordinates" in names or "uv_corners" in names:
         coordinates = members.array("uv_coordinates", "fiu", (None, None))
         if coordinates.shape[1] not in (2, 3) or not np.isfinite(coordinates).all():
             raise FormatError(
                 path, "the array 'uv_coordinates' must be (T, 2) or (T, 3) finite numbers"
             )
-        _require_between(path, "uv_corners", corners, -1, len(coordinates) - 1)
+        corners = members.whole("uv_corners", (len(faces.indices),), -1, len(coordinates) - 1)
         uv = UVMap(coordinates.astype(np.float64), corners.astype(np.int32))
     library = None
-    if "material_library" in members.names:
+    if "material_library" in names:
         library = str(members.array("material_library", "U", ()))
     encoding: Literal["utf-8", "latin-1"] = "utf-8"
-    if "name_encoding" in members.names and members.array("name_encoding", "U", ()) == "latin-1":
+    if "name_encoding" in names and members.array("name_encoding", "U", ()) == "latin-1":
         encoding = "latin-1"
     with naming_file(path):
         return Mesh(
             vertices,
             faces,
             uv=uv,
-            materials=_labels(path, members, "material", len(faces)),
-            groups=_labels(path, members, "group", len(faces)),
+            materials=_labels(members, "material", len(faces)),
+            groups=_labels(members, "group", len(faces)),
             material_library=library,
-            source=Source(str(path), encoding=encoding),
+            source=Source(str(source or path), encoding=encoding),
         )
 
 
-def _labels(path: str | Path, members: NpzMembers, kind: str, faces: int) -> FaceLabels | None:
+def _labels(members: NpzMembers, kind: str, faces: int) -> FaceLabels | None:
     if f"{kind}_of_face" not in members.names:
         return None
-    names = _names(members, f"{kind}_names", None)
-    of_face = members.array(f"{kind}_of_face", "iu", (faces,))
-    _require_between(path, f"{kind}_of_face", of_face, -1, len(names) - 1)
+    names = members.texts(f"{kind}_names")
+    of_face = members.whole(f"{kind}_of_face", (faces,), -1, len(names) - 1)
     return FaceLabels(tuple(names), of_face.astype(np.int32))
-
-
-def _names(members: NpzMembers, name: str, count: int | None) -> list[str]:
-    names: list[str] = members.array(name, "U", (count,)).tolist()
-    return names
-
-
-def _require_between(
-    path: str | Path, name: str, values: NDArray[Any], lowest: int, highest: int
-) -> None:
-    if values.size and (int(values.min()) < lowest or int(values.max()) > highest):
-        raise FormatError(
-            path,
-            f"the array '{name}' goes from {int(values.min()):,} to {int(values.max()):,}, "
-            f"expected {lowest:,} to {highest:,}",
-        )

@@ -19,7 +19,8 @@ an archive holds, for J morphs with K bends in all:
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -27,28 +28,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
-from elastomorph.io.choices import choice_to_json
+from elastomorph.io.choices import choice_from_json, choice_to_json
 from elastomorph.io.npz.members import NpzMembers, open_npz, write_arrays
 from elastomorph.io.npz.mesh import mesh_of, surface_arrays
-from elastomorph.io.npz.rig_tables import (
-    CurveTable,
-    as_text,
-    as_whole,
-    list_arrays,
-    read_choices,
-    read_counts,
-    read_curves,
-    read_indices,
-    read_lists,
-)
 from elastomorph.io.untrusted import naming_file
-from elastomorph.model.mesh import Mesh, Source
-from elastomorph.model.morph import Morph
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Choice, Morph
 from elastomorph.rig import Rig
 
 __all__ = ["read_rig_npz", "rig_arrays", "rig_of_members", "write_rig_npz"]
 
 _VERSION = 1
+_MOST_TERMS = 256
 
 
 def read_rig_npz(path: str | Path) -> Rig:
@@ -59,7 +50,7 @@ def read_rig_npz(path: str | Path) -> Rig:
         FormatError: It is no archive, or its arrays are not those of a rig.
     """
     with open_npz(path) as members:
-        return rig_of_members(path, members)
+        return rig_of_members(members)
 
 
 def write_rig_npz(path: str | Path, rig: Rig, *, settings: Mapping[str, Any] | None = None) -> None:
@@ -84,86 +75,83 @@ def write_rig_npz(path: str | Path, rig: Rig, *, settings: Mapping[str, Any] | N
 
 def rig_arrays(rig: Rig) -> dict[str, NDArray[Any]]:
     """The arrays of a rig's archive."""
-    curves = CurveTable()
-    fields: list[tuple[NDArray[np.int32], NDArray[np.float64]]] = []
-    curve_of_bend: list[int] = []
-    curve_of_limit_law: list[int] = []
-    nowhere = np.zeros_like(rig.neutral.vertices)
-    for morph in rig.morphs.values():
-        fields.append(_changed(rig.neutral.vertices, morph.target.vertices))
-        fields.extend(_changed(nowhere, bend) for bend in morph.bends)
-        curve_of_bend += [curves.number(curve) for curve in morph.bend_curves]
-        curve_of_limit_law.append(curves.number(morph.limit_law))
     morphs = list(rig.morphs.values())
+    curves: dict[object, BendCurve] = {}
+    number: dict[object, int] = {}
+
+    def numbered(curve: BendCurve) -> int:
+        """The number of a curve in the table; most morphs of a rig share theirs."""
+        key = (curve.breaks.tobytes(), curve.coefficients.tobytes(), curve.coefficients.shape)
+        curves.setdefault(key, curve)
+        return number.setdefault(key, len(number))
+
+    nowhere = np.zeros_like(rig.neutral.vertices)
+    fields: list[tuple[NDArray[np.int32], NDArray[np.float64]]] = []
+    of_bend: list[int] = []
+    of_limit_law: list[int] = []
+    for morph in morphs:
+        fields.append(_changed(rig.neutral.vertices, morph.target.vertices))
+        fields += [_changed(nowhere, bend) for bend in morph.bends]
+        of_bend += map(numbered, morph.bend_curves)
+        of_limit_law.append(numbered(morph.limit_law))
+    choices = [json.dumps(choice_to_json(m.choice)) if m.choice else "" for m in morphs]
+    shapes = [curve.coefficients.shape for curve in curves.values()]
     arrays: dict[str, NDArray[Any]] = {
         "neutral": rig.neutral.vertices,
         **surface_arrays(rig.neutral),
-        "morph_names": as_text(rig.morphs),
-        "methods": as_text([morph.method for morph in morphs]),
+        "morph_names": np.array(list(rig.morphs), dtype=np.str_),
+        "methods": np.array([morph.method for morph in morphs], dtype=np.str_),
         "bake_errors": np.array([morph.bake_error for morph in morphs], dtype=np.float64),
-        "choices": as_text(
-            [json.dumps(choice_to_json(m.choice)) if m.choice else "" for m in morphs]
-        ),
-        "bend_counts": as_whole([len(morph.bends) for morph in morphs]),
-        "field_sizes": as_whole([len(vertices) for vertices, _ in fields]),
+        "choices": np.array(choices, dtype=np.str_),
+        "bend_counts": np.array([len(morph.bends) for morph in morphs], dtype=np.int64),
+        "field_sizes": np.array([len(vertices) for vertices, _ in fields], dtype=np.int64),
         "field_vertices": np.concatenate([np.empty(0, np.int32), *(v for v, _ in fields)]),
         "field_values": np.concatenate([np.empty((0, 3)), *(values for _, values in fields)]),
-        "curve_of_bend": as_whole(curve_of_bend),
-        "curve_of_limit_law": as_whole(curve_of_limit_law),
-        **curves.arrays(),
-        **list_arrays("corrective", "drivers", rig.sliders.correctives),
-        **list_arrays("slider_group", "members", rig.sliders.groups),
+        "curve_of_bend": np.array(of_bend, dtype=np.int64),
+        "curve_of_limit_law": np.array(of_limit_law, dtype=np.int64),
+        "curve_shapes": np.array(shapes, dtype=np.int64).reshape(-1, 2),
+        "curve_breaks": _joined(curve.breaks for curve in curves.values()),
+        "curve_coefficients": _joined(curve.coefficients.ravel() for curve in curves.values()),
+        **_list_arrays("corrective", "drivers", rig.sliders.correctives),
+        **_list_arrays("slider_group", "members", rig.sliders.groups),
     }
-    return {"rig_version": np.array(_VERSION), "rig_members": as_text(arrays), **arrays}
+    names = np.array(list(arrays), dtype=np.str_)
+    return {"rig_version": np.array(_VERSION), "rig_members": names, **arrays}
 
 
-def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | None = None) -> Rig:
+def rig_of_members(members: NpzMembers, source: str | Path | None = None) -> Rig:
     """The rig in an open archive.
 
     Args:
-        path: The archive, for messages and for its size.
         members: Its arrays.
         source: The file that the neutral is said to come from; the archive by default.
 
     Raises:
         FormatError: The arrays are not those of a rig.
     """
-    if "rig_version" not in members.names:
-        raise FormatError(
-            path,
-            "this archive holds no rig; expected one written by write_rig_npz, with the array "
-            f"'rig_version' (found {members.listed()})",
-        )
-    version = int(members.array("rig_version", "iu", ()))
-    if version != _VERSION:
-        raise FormatError(
-            path, f"this rig has version {version}, expected {_VERSION}; update elastomorph"
-        )
-    # Some arrays may be absent, but none that was written: damage to a name must not go unseen.
-    lost = set(members.array("rig_members", "U", (None,)).tolist()) - members.names
-    if lost:
-        raise FormatError(path, f"the array '{min(lost)[:60]}' is missing; the file is damaged")
-    neutral = mesh_of(path, members, members.array("neutral", "fiu", (None, 3)))
-    if source is not None:
-        neutral = _said_to_come_from(neutral, source)
-    names = [str(name) for name in members.array("morph_names", "U", (None,))]
+    path = members.path
+    _require_version(members)
+    neutral = mesh_of(members, members.array("neutral", "fiu", (None, 3)), source)
+    vertices = len(neutral.vertices)
+    names = members.texts("morph_names")
     if len(set(names)) < len(names):
         raise FormatError(path, "two morphs have the same name; the file is damaged")
     count = len(names)
-    methods = members.array("methods", "U", (count,)).tolist()
+    methods = members.texts("methods", count)
     bake_errors = members.array("bake_errors", "f", (count,)).tolist()
     if not all(0 <= error < np.inf for error in bake_errors):
         raise FormatError(path, "a bake error is no number from 0; the file is damaged")
-    choices = read_choices(path, members, count)
-    bend_counts = read_counts(path, members, "bend_counts", count)
-    curves = read_curves(path, members)
-    curve_of_bend = read_indices(path, members, "curve_of_bend", sum(bend_counts), len(curves))
-    limit_laws = read_indices(path, members, "curve_of_limit_law", count, len(curves))
+    choices = _choices(members, count)
+    bend_counts = members.whole("bend_counts", (count,)).tolist()
+    bends = sum(bend_counts)
+    curves = _curves(members)
+    of_bend = members.whole("curve_of_bend", (bends,), 0, len(curves) - 1).tolist()
+    limit_laws = members.whole("curve_of_limit_law", (count,), 0, len(curves) - 1).tolist()
     # Fields that move nothing take no room in a file, but a morph holds them in full.
-    members.budget.spend_fields(len(neutral.vertices), count + sum(bend_counts))
-    fields = _Fields(path, members, count + sum(bend_counts), len(neutral.vertices))
-    correctives = read_lists(path, members, "corrective", "drivers")
-    groups = read_lists(path, members, "slider_group", "members")
+    members.budget.spend_fields(vertices, count + bends)
+    put = _fields(members, count + bends, vertices)
+    correctives = _lists(members, "corrective", "drivers")
+    groups = _lists(members, "slider_group", "members")
     entries = sum(map(len, (*correctives.values(), *groups.values())))
     members.budget.spend_lookups(entries, count)
     morphs: dict[str, Morph] = {}
@@ -173,15 +161,15 @@ def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | N
             first, field = bend, bend + number
             bend += bend_counts[number]
             positions = neutral.vertices.copy()
-            fields.put(field, positions)
-            bends = np.zeros((bend_counts[number], *neutral.vertices.shape))
-            for place, values in enumerate(bends):
-                fields.put(field + 1 + place, values)
+            put(field, positions)
+            own = np.zeros((bend_counts[number], vertices, 3))
+            for place, values in enumerate(own, start=field + 1):
+                put(place, values)
             morphs[name] = Morph(
                 neutral,
                 neutral.with_vertices(positions),
-                bends,
-                tuple(curves[curve] for curve in curve_of_bend[first:bend]),
+                own,
+                tuple(curves[curve] for curve in of_bend[first:bend]),
                 method=methods[number],
                 limit_law=curves[limit_laws[number]],
                 bake_error=bake_errors[number],
@@ -190,30 +178,49 @@ def rig_of_members(path: str | Path, members: NpzMembers, source: str | Path | N
         return Rig(neutral, morphs, correctives=correctives, groups=groups)
 
 
-class _Fields:
-    """The targets and bends of an archive, each on the vertices it moves."""
+def _require_version(members: NpzMembers) -> None:
+    if "rig_version" not in members.names:
+        raise FormatError(
+            members.path,
+            "this archive holds no rig; expected one written by write_rig_npz, with the array "
+            f"'rig_version' (found {members.listed()})",
+        )
+    version = int(members.array("rig_version", "iu", ()))
+    if version != _VERSION:
+        raise FormatError(
+            members.path, f"this rig has version {version}, expected {_VERSION}; update elastomorph"
+        )
+    # Some arrays may be absent, but none that was written: damage to a name must not go unseen.
+    lost = set(members.texts("rig_members")) - members.names
+    if lost:
+        raise FormatError(
+            members.path, f"the array '{min(lost)[:60]}' is missing; the file is damaged"
+        )
 
-    def __init__(self, path: str | Path, members: NpzMembers, count: int, vertices: int) -> None:
-        sizes = read_counts(path, members, "field_sizes", count)
-        total = sum(sizes)
-        self._vertices = members.array("field_vertices", "iu", (total,)).astype(np.int64)
-        self._values = members.array("field_values", "f", (total, 3))
-        self._starts = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
-        steps = np.diff(self._vertices)
-        steps[self._starts[(self._starts > 0) & (self._starts < total)] - 1] = 1
-        if total and (
-            self._vertices.min() < 0 or self._vertices.max() >= vertices or (steps <= 0).any()
-        ):
-            raise FormatError(
-                path,
-                "the array 'field_vertices' must hold, for each field, vertices that rise and "
-                f"exist (0 to {vertices - 1:,}); the file is damaged",
-            )
 
-    def put(self, field: int, positions: NDArray[np.float64]) -> None:
-        """Write the values of a field into (V, 3) numbers."""
-        own = slice(self._starts[field], self._starts[field + 1])
-        positions[self._vertices[own]] = self._values[own]
+def _fields(
+    members: NpzMembers, count: int, vertex_count: int
+) -> Callable[[int, NDArray[np.float64]], None]:
+    """Writes the values of a field, by its number, into (V, 3) numbers."""
+    sizes = members.whole("field_sizes", (count,)).tolist()
+    total = sum(sizes)
+    vertices = members.array("field_vertices", "iu", (total,)).astype(np.int64)
+    values = members.array("field_values", "f", (total, 3))
+    starts = _starts(sizes)
+    steps = np.diff(vertices)
+    steps[starts[(starts > 0) & (starts < total)] - 1] = 1
+    if total and (vertices.min() < 0 or vertices.max() >= vertex_count or (steps <= 0).any()):
+        raise FormatError(
+            members.path,
+            "the array 'field_vertices' must hold, for each field, vertices that rise and "
+            f"exist (0 to {vertex_count - 1:,}); the file is damaged",
+        )
+
+    def put(field: int, positions: NDArray[np.float64]) -> None:
+        own = slice(starts[field], starts[field + 1])
+        positions[vertices[own]] = values[own]
+
+    return put
 
 
 def _changed(
@@ -226,13 +233,68 @@ def _changed(
     return vertices, after[vertices]
 
 
-def _said_to_come_from(mesh: Mesh, source: str | Path) -> Mesh:
-    return Mesh(
-        mesh.vertices,
-        mesh.faces,
-        uv=mesh.uv,
-        materials=mesh.materials,
-        groups=mesh.groups,
-        material_library=mesh.material_library,
-        source=Source(str(source), encoding=mesh.source.encoding if mesh.source else "utf-8"),
-    )
+def _curves(members: NpzMembers) -> list[BendCurve]:
+    """The different bend curves of an archive."""
+    shapes = members.array("curve_shapes", "iu", (None, 2)).tolist()
+    if any(pieces < 1 or terms < 1 for pieces, terms in shapes):
+        raise FormatError(members.path, "a bend curve has no pieces or no coefficients")
+    if any(terms > _MOST_TERMS for _, terms in shapes):
+        raise FormatError(
+            members.path, f"a bend curve has more than {_MOST_TERMS} coefficients a piece"
+        )
+    members.budget.spend_objects(len(shapes))
+    breaks = members.array("curve_breaks", "f", (sum(pieces + 1 for pieces, _ in shapes),))
+    flat = members.array("curve_coefficients", "f", (sum(p * n for p, n in shapes),))
+    curves = []
+    a = b = 0
+    with naming_file(members.path):
+        for pieces, terms in shapes:
+            rows = flat[b : b + pieces * terms].reshape(pieces, terms)
+            curves.append(BendCurve(breaks[a : a + pieces + 1], rows))
+            a, b = a + pieces + 1, b + pieces * terms
+    return curves
+
+
+def _choices(members: NpzMembers, count: int) -> list[Choice | None]:
+    """Why each path was chosen; nothing of all in archives written before that was kept."""
+    if "choices" not in members.names:
+        return [None] * count
+    try:
+        texts = members.texts("choices", count)
+        return [choice_from_json(json.loads(text)) if text else None for text in texts]
+    except (ValueError, RecursionError):
+        raise FormatError(members.path, "the array 'choices' is damaged") from None
+
+
+def _list_arrays(
+    kind: str, what: str, lists: Mapping[str, Sequence[str]]
+) -> dict[str, NDArray[Any]]:
+    """The arrays of named lists of names; none where there are no lists."""
+    if not lists:
+        return {}
+    entries = [entry for own in lists.values() for entry in own]
+    return {
+        f"{kind}_names": np.array(list(lists), dtype=np.str_),
+        f"{kind}_counts": np.array([len(own) for own in lists.values()], dtype=np.int64),
+        f"{kind}_{what}": np.array(entries, dtype=np.str_),
+    }
+
+
+def _lists(members: NpzMembers, kind: str, what: str) -> dict[str, list[str]]:
+    """The named lists of names; none where the archive has no such arrays."""
+    if f"{kind}_names" not in members.names:
+        return {}
+    names = members.texts(f"{kind}_names")
+    counts = members.whole(f"{kind}_counts", (len(names),)).tolist()
+    entries = members.texts(f"{kind}_{what}", sum(counts))
+    ends = pairwise(_starts(counts).tolist())
+    return {name: entries[start:stop] for name, (start, stop) in zip(names, ends, strict=True)}
+
+
+def _joined(arrays: Iterable[NDArray[np.float64]]) -> NDArray[np.float64]:
+    return np.concatenate([np.empty(0), *arrays])
+
+
+def _starts(sizes: list[int]) -> NDArray[np.int64]:
+    """Where each of some runs begins, and where the last one ends."""
+    return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])

@@ -19,7 +19,14 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ElastomorphWarning, FormatError
 from elastomorph.io.atomic import read_bytes
-from elastomorph.io.obj.statements import Rows, Statements, encoding_of, plain_text, shown
+from elastomorph.io.obj.statements import (
+    Rows,
+    StatementError,
+    Statements,
+    encoding_of,
+    plain_text,
+    shown,
+)
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
@@ -62,7 +69,7 @@ def read_obj(path: str | Path) -> Mesh:
         FormatError: The content is not OBJ text; the message names the line.
     """
     found = Statements(plain_text(path, read_bytes(path)))
-    problems = [] if found.unknown is None else [_unknown(*found.unknown)]
+    problems = found.problems
     read = []
     for rows, columns, expected in (
         (found.vertices, _VERTEX_COLUMNS, _VERTEX),
@@ -70,12 +77,12 @@ def read_obj(path: str | Path) -> Mesh:
     ):
         try:
             read.append(_table(rows, columns, expected))
-        except _StatementError as problem:
+        except StatementError as problem:
             problems.append(problem)
     faces = _Faces(found)
     try:
         faces.read()
-    except _StatementError as problem:
+    except StatementError as problem:
         problems.append(problem)
     if problems:
         first = min(problems, key=lambda problem: problem.line)
@@ -86,14 +93,6 @@ def read_obj(path: str | Path) -> Mesh:
     faces.require_existing(path)
     _warn(path, found, faces)
     return _mesh(path, found, vertices, texture, faces)
-
-
-class _StatementError(ValueError):
-    """What is wrong with the statement on a line."""
-
-    def __init__(self, line: int, problem: str) -> None:
-        super().__init__(problem)
-        self.line = line
 
 
 def _table(rows: Rows, columns: Sequence[int], expected: str) -> NDArray[np.float64]:
@@ -111,7 +110,7 @@ def _table(rows: Rows, columns: Sequence[int], expected: str) -> NDArray[np.floa
     for row, line, body in zip(table, rows.lines, bodies, strict=True):
         own = body.split()
         if len(own) not in columns:
-            raise _StatementError(line, expected.format(len(own)))
+            raise StatementError(line, expected.format(len(own)))
         row[: len(own)] = [_number(line, word) for word in own]
     return table
 
@@ -121,12 +120,12 @@ def _number(line: int, word: bytes) -> float:
         advice = ""
         if b"," in word and _NUMBER.fullmatch(word.replace(b",", b".")):
             advice = "; write decimals with a point"
-        raise _StatementError(
+        raise StatementError(
             line, f"expected a finite decimal number, found '{shown(word)}'{advice}"
         )
     value = float(word)
     if not math.isfinite(value):
-        raise _StatementError(
+        raise StatementError(
             line, f"the number '{shown(word)}' is larger than a 64-bit float can hold"
         )
     return value
@@ -153,7 +152,7 @@ class _Faces:
         """Read the statements.
 
         Raises:
-            _StatementError: One is not what the format allows.
+            StatementError: One is not what the format allows.
         """
         bodies = self._rows.without_comments()
         self.lines = self._rows.lines
@@ -206,7 +205,7 @@ class _Faces:
                 self.two_corners.append(line)
                 continue
             if len(corners) < 3:
-                raise _StatementError(
+                raise StatementError(
                     line,
                     f"a polygon needs at least 3 vertices, found {len(corners)}; complete or "
                     "delete it",
@@ -250,7 +249,7 @@ def _corner(line: int, word: bytes, vertices: int, coordinates: int | None) -> t
     parts = word.split(b"/")
     well_formed = 1 <= len(parts) <= 3 and _INDEX.fullmatch(parts[0])
     if not well_formed or not all(not part or _INDEX.fullmatch(part) for part in parts[1:]):
-        raise _StatementError(
+        raise StatementError(
             line,
             "expected the corners of a polygon as 'v', 'v/vt', 'v//vn' or 'v/vt/vn' with whole "
             f"numbers, found '{shown(word)}'",
@@ -265,34 +264,21 @@ def _index(line: int, word: bytes, so_far: int, what: str) -> int:
     # Python refuses to read very many digits, even zeros.
     digits = word.lstrip(b"+-").lstrip(b"0") or b"0"
     if len(digits) > 10 or int(digits) > _LARGEST_INDEX:
-        raise _StatementError(
+        raise StatementError(
             line, f"the index '{shown(word)}' is far beyond the {what} of any file"
         )
     number = -int(digits) if word.startswith(b"-") else int(digits)
     if number == 0:
-        raise _StatementError(line, f"the index 0 is not allowed: {what} are counted from 1")
+        raise StatementError(line, f"the index 0 is not allowed: {what} are counted from 1")
     if number > 0:
         return number - 1
     if -number > so_far:
-        raise _StatementError(
+        raise StatementError(
             line,
             f"the relative index {number} counts back beyond the first of the {so_far:,} {what} "
             "above this line",
         )
     return so_far + number
-
-
-def _unknown(line: int, keyword: bytes) -> _StatementError:
-    if keyword in (b"call", b"csh"):
-        return _StatementError(
-            line,
-            f"'{shown(keyword)}' draws in other files, which is not supported; merge them first",
-        )
-    return _StatementError(
-        line,
-        f"unknown keyword '{shown(keyword)}'; expected v, vt, vn, f, g, o, s, usemtl, mtllib, "
-        "another keyword of the OBJ format, or # before a comment",
-    )
 
 
 def _warn(path: str | Path, found: Statements, faces: _Faces) -> None:

@@ -11,6 +11,7 @@ from elastomorph.errors import FormatError
 
 __all__ = [
     "Rows",
+    "StatementError",
     "Statements",
     "encoding_of",
     "is_continued",
@@ -36,6 +37,14 @@ _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 _STRAY = (b"t", b"vw")
 _COMMENT_AFTER_NAME = re.compile(rb"(?:^|(?<=[ \t]))#(?=[ \t]|$)")
+
+
+class StatementError(ValueError):
+    """What is wrong with the statement on a line."""
+
+    def __init__(self, line: int, problem: str) -> None:
+        super().__init__(problem)
+        self.line = line
 
 
 class Rows:
@@ -67,7 +76,7 @@ class Statements:
         names: ``(line, name)`` of each ``usemtl``, ``g``, ``o`` and ``mtllib`` by keyword; the
             name holds from its line on, and is empty for none.
         stray: Lines of statements that are no part of the format but common in files.
-        unknown: ``(line, keyword)`` of the first statement that is not understood.
+        problems: What is wrong with the first statement whose keyword is unknown, if any is.
     """
 
     def __init__(self, text: bytes) -> None:
@@ -75,7 +84,7 @@ class Statements:
         self.vertices, self.texture, self.faces = Rows(), Rows(), Rows()
         self.names: dict[bytes, list[tuple[int, bytes]]] = {keyword: [] for keyword in NAMING}
         self.stray: dict[bytes, list[int]] = {keyword: [] for keyword in _STRAY}
-        self.unknown: tuple[int, bytes] | None = None
+        self.problems: list[StatementError] = []
         rows = {b"v": self.vertices, b"vt": self.texture, b"f": self.faces, b"fo": self.faces}
         takers = {key: (own.lines.append, own.bodies.append) for key, own in rows.items()}
         lines = text.split(b"\n")
@@ -104,8 +113,17 @@ class Statements:
             self.names[keyword].append((number, name_in(without_comment(line, keyword))))
         elif keyword in _STRAY:
             self.stray[keyword].append(number)
-        elif keyword not in IGNORED and self.unknown is None:
-            self.unknown = (number, keyword)
+        elif keyword not in IGNORED and not self.problems:
+            problem = (
+                f"unknown keyword '{shown(keyword)}'; expected v, vt, vn, f, g, o, s, usemtl, "
+                "mtllib, another keyword of the OBJ format, or # before a comment"
+            )
+            if keyword in (b"call", b"csh"):
+                problem = (
+                    f"'{shown(keyword)}' draws in other files, which is not supported; merge them "
+                    "first"
+                )
+            self.problems.append(StatementError(number, problem))
 
 
 def plain_text(path: str | Path, content: bytes) -> bytes:

@@ -18,6 +18,7 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.npz.streamed import write_npz_take
 from elastomorph.io.point_cache import write_mdd, write_pc2
+from elastomorph.io.registry import write
 from elastomorph.io.sequences.meshes import write_face_files
 from elastomorph.io.sequences.numbering import frame_pattern
 from elastomorph.rig import Rig
@@ -86,19 +87,14 @@ def write_take(
         MissingExtraError: The format needs a package that is not installed.
     """
     suffix = Path(path).suffix.lower()
-    name = Path(performance.source).stem or "take"
     seconds = performance.times - performance.times[0]
     if not holds_positions(path):
         weights = slider_weights(rig, performance, by, clip=clip)
-        options = {**(export or {}), "animation": (seconds, weights, name)}
-        if suffix == ".glb":
-            from elastomorph.io.gltf import write_glb
-
-            write_glb(path, rig, **options)
-        else:
-            from elastomorph.io.usd import write_usd
-
-            write_usd(path, rig, **{**options, "fps": performance.rate})
+        options = dict(export or {})
+        options["animation"] = (seconds, weights, Path(performance.source).stem or "take")
+        if suffix != ".glb":
+            options["fps"] = performance.rate
+        write(path, rig, **options)
         return
     in_files = _is_folder(path) or "#" in Path(path).name
     kind = np.float64 if in_files else np.float32
@@ -107,11 +103,10 @@ def write_take(
         _write_files(path, rig, frames, len(performance))
     elif suffix == ".npz":
         write_npz_take(path, rig.neutral, frames, seconds)
+    elif suffix == ".mdd":
+        write_mdd(path, frames, count=len(performance), rate=performance.rate)
     else:
-        if suffix == ".mdd":
-            write_mdd(path, frames, count=len(performance), rate=performance.rate)
-        else:
-            write_pc2(path, frames, count=len(performance))  # it counts frames, not seconds
+        write_pc2(path, frames, count=len(performance))  # it counts frames, not seconds
 
 
 def _write_files(
