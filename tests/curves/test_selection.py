@@ -9,8 +9,7 @@ from slow_selection import slow_choice
 from topologies import anything, figure_eight, grid, patiently, together
 
 from elastomorph.curves.chains import ordered_chains
-from elastomorph.curves.connectivity import edge_ends
-from elastomorph.curves.loops import trace_loops
+from elastomorph.curves.loops import edge_ends, trace_loops
 from elastomorph.curves.selection import choose_runs
 from elastomorph.model.mesh import Mesh
 
@@ -49,12 +48,12 @@ def test_rounds_over_arrays_take_the_runs_of_the_definition(mesh, share, random)
 def test_runs_are_disjoint_have_three_vertices_and_leave_no_loop_with_three_free_in_a_row(mesh):
     taken = np.zeros(len(mesh.vertices), dtype=bool)
     loops = trace_loops(edge_ends(mesh.faces, len(mesh.vertices)))
-    threads = choose_runs(loops, taken)
-    runs = ordered_chains(threads.links)
+    growing = choose_runs(loops, taken)
+    runs = ordered_chains(growing.links)
     size = np.repeat(runs.lengths, runs.lengths)
     assert set(runs.items[size >= 3].tolist()) == set(np.flatnonzero(taken).tolist())
     assert (size[~taken[runs.items]] == 1).all()
-    assert np.array_equal(threads.on_ring[runs.items], np.repeat(runs.closed, runs.lengths))
+    assert np.array_equal(growing.is_closed[runs.items], np.repeat(runs.closed, runs.lengths))
     for items, closed in zip(loops.arrays(), loops.closed.tolist(), strict=True):
         items = np.concatenate([items, items[: 2 * closed]])
         free = ~taken[items]

@@ -1,6 +1,6 @@
-"""A face mesh as curves: edge loops traced, chosen and mended until each vertex is on one."""
+"""A face mesh as curves: edge loops traced, chosen and joined until each vertex is on one."""
 
-from elastomorph.curves.cover import extract_curves
+from elastomorph.curves.extraction import extract_curves
 from elastomorph.curves.loops import edge_loops
 from elastomorph.curves.network import Curve, CurveNetwork, require_curves_of
 from elastomorph.curves.region import region_of, region_weights

@@ -38,6 +38,18 @@ class Chains:
         """(N,) the place of each entry within its sequence, from 0."""
         return np.arange(len(self.items)) - np.repeat(self.offsets[:-1], self.lengths)
 
+    def previous_visits(self) -> NDArray[np.int64]:
+        """(N,) the last earlier entry of the same sequence and item, -1 for none."""
+        count = len(self.items)
+        item, entry = np.divmod(
+            np.sort(self.items.astype(np.int64) * count + np.arange(count)), max(count, 1)
+        )
+        owner = self.owners()[entry]
+        again = np.flatnonzero((item[1:] == item[:-1]) & (owner[1:] == owner[:-1])) + 1
+        previous = np.full(count, -1, dtype=np.int64)
+        previous[entry[again]] = entry[again - 1]
+        return previous
+
     def arrays(self) -> list[NDArray[np.int32]]:
         """The sequences as separate views of ``items``."""
         return [self.items[start:stop] for start, stop in pairwise(self.offsets.tolist())]

@@ -1,4 +1,4 @@
-"""Choose among crossing edge loops, best first, until only scraps of the mesh are left."""
+"""Choose among crossing edge loops, best first, until no run of three vertices is left."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves.chains import Chains
-from elastomorph.curves.loops import previous_visits
 
-__all__ = ["Threads", "choose_runs"]
+__all__ = ["SHORTEST", "GrowingCurves", "choose_runs"]
 
-_SHORTEST = 3
+SHORTEST = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Threads:
+class GrowingCurves:
     """Curves under construction: which vertices follow each other.
 
     Attributes:
         links: (V, 2) int32, the neighbours of each vertex along its curve, -1 for none.
-        on_ring: (V,) bool, whether its curve is closed.
+        is_closed: (V,) bool, whether its curve is closed.
     """
 
     links: NDArray[np.int32]
-    on_ring: NDArray[np.bool_]
+    is_closed: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +74,7 @@ class _Runs:
         return entries
 
 
-def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> Threads:
+def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> GrowingCurves:
     """Choose vertex-disjoint runs of loops, best first.
 
     Closed loops come before open runs: they are what modellers lay around eyes and mouth, and the
@@ -95,7 +94,7 @@ def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> Threads:
     Returns:
         The chosen runs, each of at least three vertices.
     """
-    threads = Threads(
+    growing = GrowingCurves(
         np.full((len(taken), 2), -1, dtype=np.int32), np.zeros(len(taken), dtype=np.bool_)
     )
     strongest = np.empty(len(taken), dtype=np.int32)
@@ -103,9 +102,9 @@ def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> Threads:
     while True:
         visits = _free(visits, taken)
         runs = _candidates(visits)
-        runs = runs.only(runs.length >= _SHORTEST)
+        runs = runs.only(runs.length >= SHORTEST)
         if len(runs.start) == 0:
-            return threads
+            return growing
         vertex = visits.vertex[runs.entries()]
         rank = _ranks(runs, vertex, len(taken))
         claims = np.repeat(rank, runs.length)
@@ -113,7 +112,7 @@ def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> Threads:
         np.minimum.at(strongest, vertex, claims)
         first = np.cumsum(runs.length) - runs.length
         chosen = runs.only(np.logical_and.reduceat(strongest[vertex] == claims, first))
-        _thread(threads, visits.vertex[chosen.entries()], chosen)
+        _enter(growing, visits.vertex[chosen.entries()], chosen)
         taken[visits.vertex[chosen.entries()]] = True
 
 
@@ -137,7 +136,7 @@ def _ranks(runs: _Runs, vertex: NDArray[np.int32], vertex_count: int) -> NDArray
 
 
 def _as_visits(loops: Chains) -> _Visits:
-    previous = previous_visits(loops)
+    previous = loops.previous_visits()
     items = loops.items
     owner = loops.owners()
     simple = np.ones(len(loops.closed), dtype=np.bool_)
@@ -149,7 +148,7 @@ def _as_visits(loops: Chains) -> _Visits:
         for loop in crossing.tolist():
             part = slice(loops.offsets[loop], loops.offsets[loop + 1])
             items[part] = np.roll(items[part], -_longest_simple_start(items[part]))
-        previous = previous_visits(Chains(items, loops.offsets, loops.closed))
+        previous = Chains(items, loops.offsets, loops.closed).previous_visits()
     return _Visits(items, owner, np.arange(len(items)), previous, loops.closed, simple)
 
 
@@ -157,7 +156,7 @@ def _longest_simple_start(vertices: NDArray[np.int32]) -> int:
     """Where the longest cyclic part without a repeated vertex starts."""
     twice = np.concatenate([vertices, vertices])
     span = Chains(twice, np.array([0, len(twice)]), np.zeros(1, np.bool_))
-    first = np.maximum.accumulate(previous_visits(span) + 1)
+    first = np.maximum.accumulate(span.previous_visits() + 1)
     return int(first[np.argmax(np.arange(len(twice)) - first)]) % len(vertices)
 
 
@@ -198,7 +197,7 @@ def _started_at_cuts(visits: _Visits, hit: NDArray[np.bool_], gone: NDArray[np.b
     vertex[inside] = visits.vertex[source]
     if not visits.simple[hit].all():
         turned = Chains(vertex[inside], np.append(first, len(loop)), np.ones(len(first), np.bool_))
-        before = previous_visits(turned)
+        before = turned.previous_visits()
         previous[inside] = np.where(before < 0, -1, visits.place[inside[before]])
     return replace(visits, vertex=vertex, previous=previous)
 
@@ -226,12 +225,12 @@ def _candidates(visits: _Visits) -> _Runs:
     return _Runs(start, length, closed)
 
 
-def _thread(threads: Threads, vertex: NDArray[np.int32], runs: _Runs) -> None:
+def _enter(growing: GrowingCurves, vertex: NDArray[np.int32], runs: _Runs) -> None:
     """Enter runs whose vertices lie one after another."""
     stop = np.cumsum(runs.length)
     start = stop - runs.length
     before, after = np.roll(vertex, 1), np.roll(vertex, -1)
     before[start] = np.where(runs.closed, vertex[stop - 1], -1)
     after[stop - 1] = np.where(runs.closed, vertex[start], -1)
-    threads.links[vertex, 0], threads.links[vertex, 1] = before, after
-    threads.on_ring[vertex] = np.repeat(runs.closed, runs.length)
+    growing.links[vertex, 0], growing.links[vertex, 1] = before, after
+    growing.is_closed[vertex] = np.repeat(runs.closed, runs.length)

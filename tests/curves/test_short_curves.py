@@ -1,4 +1,4 @@
-"""Scraps: each kind of repair on the smallest case that calls for it."""
+"""Short curves: each kind of join on the smallest case that calls for it."""
 
 from __future__ import annotations
 
@@ -6,37 +6,37 @@ import numpy as np
 from topologies import fan, grid
 
 from elastomorph.curves.chains import ordered_chains
-from elastomorph.curves.scraps import mend_scraps
-from elastomorph.curves.selection import Threads
+from elastomorph.curves.extraction import join_short_curves
+from elastomorph.curves.selection import GrowingCurves
 from elastomorph.model.mesh import Mesh
 
 
 def mended(
     mesh: Mesh, curves: list[tuple[list[int], bool]], fixed: tuple[int, ...] = ()
 ) -> list[tuple[list[int], bool]]:
-    """The curves after the repair, scraps that stay among them."""
+    """The curves after joining, short ones that stay among them."""
     count = len(mesh.vertices)
-    threads = Threads(np.full((count, 2), -1, dtype=np.int32), np.zeros(count, dtype=bool))
+    growing = GrowingCurves(np.full((count, 2), -1, dtype=np.int32), np.zeros(count, dtype=bool))
     for vertices, closed in curves:
         for place, vertex in enumerate(vertices):
-            threads.on_ring[vertex] = closed
+            growing.is_closed[vertex] = closed
             if place or closed:
-                threads.links[vertex, 0] = vertices[place - 1]
+                growing.links[vertex, 0] = vertices[place - 1]
             if closed or place + 1 < len(vertices):
-                threads.links[vertex, 1] = vertices[(place + 1) % len(vertices)]
-    held = np.zeros(count, dtype=bool)
-    held[list(fixed)] = True
-    mend_scraps(threads, held, mesh.edges, mesh.vertices)
-    chains = ordered_chains(threads.links)
+                growing.links[vertex, 1] = vertices[(place + 1) % len(vertices)]
+    fixed_mask = np.zeros(count, dtype=bool)
+    fixed_mask[list(fixed)] = True
+    join_short_curves(growing, fixed_mask, mesh.edges, mesh.vertices)
+    chains = ordered_chains(growing.links)
     rings = np.repeat(chains.closed, chains.lengths)
-    assert np.array_equal(threads.on_ring[chains.items], rings)
+    assert np.array_equal(growing.is_closed[chains.items], rings)
     return [
         (items.tolist(), closed)
         for items, closed in zip(chains.arrays(), chains.closed.tolist(), strict=True)
     ]
 
 
-def test_a_scrap_is_appended_to_the_end_that_it_continues_most_straight():
+def test_a_short_curve_is_appended_to_the_end_that_it_continues_most_straight():
     # 0 1 2 3
     # 4 5 6 7   7 is left: 4 5 6 goes straight on to it, 1 2 3 would have to turn
     # 8 9 . .
@@ -47,14 +47,14 @@ def test_a_scrap_is_appended_to_the_end_that_it_continues_most_straight():
     assert ([1, 2, 3], False) in after
 
 
-def test_a_scrap_between_two_consecutive_vertices_is_inserted_there_and_the_ring_stays_closed():
+def test_between_two_consecutive_vertices_it_is_inserted_and_the_ring_stays_closed():
     after = mended(fan(5), [([1, 2, 3, 4, 5], True)])
     assert len(after) == 1
     assert after[0][1]
     assert sorted(after[0][0]) == [0, 1, 2, 3, 4, 5]
 
 
-def test_two_scraps_side_by_side_are_inserted_between_two_vertices_of_a_ring():
+def test_two_short_curves_side_by_side_are_inserted_between_two_vertices_of_a_ring():
     # a ring of ten around the two inner vertices 5 and 6 of a 3 × 4 grid
     ring = [0, 1, 2, 3, 7, 11, 10, 9, 8, 4]
     after = mended(grid(3, 4), [(ring, True)])
@@ -99,7 +99,7 @@ def test_curves_that_are_fixed_are_left_as_they_are():
     assert sum(closed for _, closed in after) == 1
 
 
-def test_scraps_are_joined_with_each_other():
+def test_short_curves_are_joined_with_each_other():
     after = mended(grid(2, 2), [])
     assert [sorted(items) for items, _ in after] == [[0, 1, 2, 3]]
 

@@ -1,4 +1,4 @@
-"""The cover: every vertex on one curve, along edges, with no scrap that could be avoided."""
+"""The cover: every vertex on one curve, along edges, with no short curve that could be avoided."""
 
 from __future__ import annotations
 
@@ -36,16 +36,18 @@ def assert_covers(mesh: Mesh, curves: CurveNetwork) -> None:
     assert all(tuple(edge) in edges for curve in curves for edge in curve.edges.tolist())
 
 
-def avoidable_scraps(mesh: Mesh, curves: CurveNetwork, kept: int = 0) -> list[tuple[int, str]]:
+def avoidable_short_curves(
+    mesh: Mesh, curves: CurveNetwork, kept: int = 0
+) -> list[tuple[int, str]]:
     """Curves of one or two vertices that a curve beside them could take, and how."""
     around: dict[int, set[int]] = {vertex: set() for vertex in range(len(mesh.vertices))}
     for a, b in edge_pairs(mesh):
         around[a].add(b)
     found = []
-    for number, scrap in enumerate(curves):
-        if number < kept or len(scrap) > 2:
+    for number, short in enumerate(curves):
+        if number < kept or len(short) > 2:
             continue
-        first, last = int(scrap.vertices[0]), int(scrap.vertices[-1])
+        first, last = int(short.vertices[0]), int(short.vertices[-1])
         for other_number, other in enumerate(curves):
             if other_number < kept or other_number == number:
                 continue
@@ -58,7 +60,7 @@ def avoidable_scraps(mesh: Mesh, curves: CurveNetwork, kept: int = 0) -> list[tu
                     found.append((number, "append"))
                 if any(a in around[end] and b in around[far] for a, b in pairwise(vertices)):
                     found.append((number, "insert"))
-                # one part takes the scrap and the vertex beside it, the other keeps three
+                # one part takes the short curve and the vertex beside it, the other keeps three
                 if any(max(place, len(vertices) - 1 - place) >= 3 for place in beside):
                     found.append((number, "cut"))
     return found
@@ -87,7 +89,7 @@ def test_a_fan_is_one_closed_curve():
     assert kinds(extract_curves(fan(6))) == {(7, True): 1}
 
 
-def test_a_cube_has_no_loops_to_choose_from_but_is_covered_without_scraps():
+def test_a_cube_has_no_loops_to_choose_from_but_is_covered_without_short_curves():
     curves = extract_curves(cube())
     assert_covers(cube(), curves)
     assert min(len(curve) for curve in curves) >= 3
@@ -120,8 +122,8 @@ def test_every_vertex_lies_on_one_curve_along_edges(mesh):
 
 @patiently
 @given(anything)
-def test_no_scrap_is_left_that_a_curve_beside_it_could_take(mesh):
-    assert avoidable_scraps(mesh, extract_curves(mesh)) == []
+def test_no_short_curve_is_left_that_a_curve_beside_it_could_take(mesh):
+    assert avoidable_short_curves(mesh, extract_curves(mesh)) == []
 
 
 @patiently
@@ -140,7 +142,7 @@ def test_kept_curves_stay_as_they_are_and_the_rest_is_filled_in(mesh, data):
     edges = edge_pairs(mesh)
     filled = curves[len(kept) :]
     assert all(tuple(edge) in edges for curve in filled for edge in curve.edges.tolist())
-    assert avoidable_scraps(mesh, curves, kept=len(kept)) == []
+    assert avoidable_short_curves(mesh, curves, kept=len(kept)) == []
 
 
 def test_keeping_all_curves_gives_them_back():
@@ -167,7 +169,7 @@ def test_kept_curves_that_do_not_fit_are_refused():
 
 @pytest.mark.realdata
 @pytest.mark.parametrize("triangles", [False, True])
-def test_the_face_is_covered_without_scraps(data_dir: Path, triangles: bool):
+def test_the_face_is_covered_without_short_curves(data_dir: Path, triangles: bool):
     mesh = read(data_dir / "ict-facekit" / "generic_neutral_mesh.obj")
     mesh = triangulated(mesh) if triangles else mesh
     curves = extract_curves(mesh)
