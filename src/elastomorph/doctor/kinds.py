@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple, get_args
 __all__ = ["KINDS", "SEVERITIES", "Kind", "Severity"]
 
 Severity = Literal["error", "warning", "note"]
-SEVERITIES: tuple[str, ...] = get_args(Severity)
+SEVERITIES: tuple[Severity, ...] = get_args(Severity)
 """From the gravest: the files are no rig; animators will see it; worth knowing."""
 
 

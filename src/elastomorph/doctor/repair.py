@@ -6,7 +6,6 @@ A repair that does not take away what it was made for, or brings something new, 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,8 +62,33 @@ def repair(examination: Examination, folder: str | Path) -> Repair:
             beyond repair, or there is nothing to repair in a rig.
     """
     place = Path(folder)
-    files = (examination.neutral, *examination.targets)
     names = _names(examination, place)
+    _require_repairable(examination)
+    neutral = _as_it_should_be(examination, examination.neutral)
+    if not place.is_dir():
+        try:
+            place.mkdir()
+        except OSError as error:
+            raise FileError(place, f"the folder cannot be made: {error.strerror}") from error
+    repaired, copied, refused = [], [], []
+    for file, name in names.items():
+        mended = examination.repaired.get(file)
+        if file in examination.beyond_repair:
+            continue
+        if mended is None:
+            _copy(examination, file, place / name)
+            copied.append(file)
+            continue
+        why_not = _written(mended.mesh, place / name, neutral, examination, file)
+        if why_not:
+            refused.append((file, why_not))
+        else:
+            repaired.append((file, mended.done))
+    left_out = examination.beyond_repair
+    return Repair(str(place), tuple(repaired), tuple(copied), left_out, tuple(refused))
+
+
+def _require_repairable(examination: Examination) -> None:
     if examination.neutral in examination.beyond_repair:
         raise ParameterError(
             f"{examination.neutral} does not fit its targets and cannot be repaired, so there is "
@@ -74,50 +98,25 @@ def repair(examination: Examination, folder: str | Path) -> Repair:
         raise ParameterError(
             f"there is nothing to repair in {examination.neutral}, so nothing is written"
         )
-    neutral = _as_it_should_be(examination, examination.neutral)
-    if not place.is_dir():
-        try:
-            place.mkdir()
-        except OSError as error:
-            raise FileError(place, f"the folder cannot be made: {error.strerror}") from error
-    repaired, copied, refused = [], [], []
-    for file in files:
-        if file in examination.beyond_repair:
-            continue
-        goes_to, mended = place / names[file], examination.repaired.get(file)
-        if mended is None:
-            _copy(examination, file, goes_to)
-            copied.append(file)
-            continue
-        is_neutral = file == examination.neutral
-        why_not = _written(mended.mesh, goes_to, None if is_neutral else neutral, examination, file)
-        if why_not:
-            refused.append((file, why_not))
-        else:
-            repaired.append((file, mended.done))
-    return Repair(
-        str(place), tuple(repaired), tuple(copied), examination.beyond_repair, tuple(refused)
-    )
 
 
 def _names(examination: Examination, place: Path) -> dict[str, str]:
     """What each file is called in the new folder."""
     files = (examination.neutral, *examination.targets)
+    names = [Path(file).name for file in files]
     if examination.meshes:
-        names = ["neutral" + _SUFFIX, *(f"{name}{_SUFFIX}" for name in examination.targets)]
+        names = [f"{name}{_SUFFIX}" for name in ("neutral", *examination.targets)]
         bad = next((name for name in names if Path(name).name != name or "\0" in name), None)
         if bad is not None:
             raise ParameterError(
                 f"the target {bad.removesuffix(_SUFFIX)!r} of {examination.neutral} cannot be the "
                 "name of a file; rename it in the rig"
             )
-    else:
-        names = [Path(file).name for file in files]
     twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
     if twice is not None:
         raise ParameterError(f"two files are called {twice}; they cannot both go to {place}")
-    for file in files if not examination.meshes else ():
-        if place.exists() and place.resolve() == Path(file).resolve().parent:
+    for file in files if place.exists() and not examination.meshes else ():
+        if place.resolve() == Path(file).resolve().parent:
             raise ParameterError(
                 f"--repair {place} is the folder of {file}; name another, so that nothing is lost"
             )
@@ -138,9 +137,7 @@ def _copy(examination: Examination, file: str, goes_to: Path) -> None:
         copy.write(read_bytes(file))
 
 
-def _written(
-    mesh: Mesh, goes_to: Path, neutral: Mesh | None, examination: Examination, file: str
-) -> str:
+def _written(mesh: Mesh, goes_to: Path, neutral: Mesh, examination: Examination, file: str) -> str:
     """Write a mesh if what is read back is sound; otherwise say why not."""
     trial = temporary_name(goes_to)
     try:
@@ -148,7 +145,7 @@ def _written(
         again = read(trial)
         if not np.array_equal(again.vertices, mesh.vertices) or again.faces != mesh.faces:
             raise FileError(goes_to, "the file does not read back as it was written")
-        if neutral is not None:
+        if file != examination.neutral:
             settings = ExaminationSettings(thresholds=examination.settings.thresholds)
             found = examine(neutral, [(file, again)], settings).findings
             worse = _worse([f for f in found if f.file == file], examination, file)
@@ -156,8 +153,7 @@ def _written(
                 return f"it would still be found to have {worse.title} ({worse.message})"
         trial.replace(goes_to)
     finally:
-        with suppress(FileNotFoundError):
-            trial.unlink()
+        trial.unlink(missing_ok=True)
     return ""
 
 

@@ -21,16 +21,14 @@ _FILES_SHOWN = 12
 
 def as_text(examination: Examination, repair: Repair | None = None) -> str:
     """What a rigger reads: the gravest first, each kind once, one line a file."""
-    short = _short_names(examination)
-    lines = [
-        f"{examination.neutral} and {counted(examination.targets, 'target', 'targets')}"
-        if examination.targets
-        else examination.neutral
-    ]
+    targets = examination.targets
+    and_targets = f" and {counted(targets, 'target', 'targets')}" if targets else ""
+    lines = [f"{examination.neutral}{and_targets}"]
     if examination.facts is not None:
-        lines += [f"  {text}" for text in _fact_lines(examination.facts)]
+        lines += _fact_lines(examination.facts)
     if examination.symmetric is False:
         lines.append("  no plane of symmetry, so left and right targets were not compared")
+    short = _short_names(examination)
     for (severity, _), group in groupby(examination.findings, key=lambda f: (f.severity, f.name)):
         found = list(group)
         lines += ["", f"{severity.upper()}  {found[0].title}  [{found[0].name}]"]
@@ -38,10 +36,11 @@ def as_text(examination: Examination, repair: Repair | None = None) -> str:
         for one in found[:_FILES_SHOWN]:
             place = f", line {one.line:,}" if one.line is not None else ""
             lines.append(f"  {short[one.file]:<{width}}  {one.message}{place}")
-        if len(found) > _FILES_SHOWN:
-            lines.append(f"  and {len(found) - _FILES_SHOWN} more; --json lists all")
+        lines += _more(len(found))
         lines.append(f"  → {found[0].remedy}  ({found[0].link})")
-    lines += ["", _verdict(examination)]
+    counts = ((severity, examination.count(severity)) for severity in SEVERITIES)
+    verdict = ", ".join(counted(count, one, f"{one}s") for one, count in counts if count)
+    lines += ["", verdict or "nothing found: these files are one rig"]
     if repair is not None:
         lines += ["", *_repair_lines(repair)]
     return "\n".join(lines)
@@ -60,7 +59,7 @@ def as_document(examination: Examination, repair: Repair | None = None) -> dict[
             "poles_by_valence": facts.poles_by_valence,
         },
         "symmetric": examination.symmetric,
-        "counts": {severity: examination.count(severity) for severity in SEVERITIES},  # type: ignore[arg-type]
+        "counts": {severity: examination.count(severity) for severity in SEVERITIES},
         "findings": [_entry(found) for found in examination.findings],
         "repair": repair
         and {
@@ -74,23 +73,15 @@ def as_document(examination: Examination, repair: Repair | None = None) -> dict[
 
 
 def _entry(found: Finding) -> dict[str, Any]:
-    return {
-        "name": found.name,
-        "severity": found.severity,
-        "file": found.file,
-        "line": found.line,
-        "vertices": list(found.vertices),
-        "message": found.message,
-        "remedy": found.remedy,
-        "link": found.link,
-    }
+    names = ("name", "severity", "file", "line", "vertices", "message", "remedy", "link")
+    return {name: getattr(found, name) for name in names} | {"vertices": list(found.vertices)}
 
 
 def _fact_lines(facts: SurfaceFacts) -> Iterator[str]:
     counts = facts.counts
     polygons = sum(counts.polygons.values())
     yield (
-        f"{counts.vertices:,} vertices, {polygons:,} polygons, "
+        f"  {counts.vertices:,} vertices, {polygons:,} polygons, "
         f"{counted(counts.components, 'piece', 'pieces')}, D = {counts.diameter:.6g}"
     )
     if not polygons:
@@ -102,20 +93,9 @@ def _fact_lines(facts: SurfaceFacts) -> Iterator[str]:
         usual.append(f"{many:,} of 7 to {valences[-1][0]}")
     poles = f"poles: {', '.join(usual)}" if usual else "no poles"
     yield (
-        f"{counted(counts.border_edges, 'border edge', 'border edges')} in "
+        f"  {counted(counts.border_edges, 'border edge', 'border edges')} in "
         f"{counted(facts.borders, 'border', 'borders')}; {poles}"
     )
-
-
-def _verdict(examination: Examination) -> str:
-    counts = [
-        counted(examination.count(severity), severity, f"{severity}s")  # type: ignore[arg-type]
-        for severity in SEVERITIES
-        if examination.count(severity)  # type: ignore[arg-type]
-    ]
-    if not counts:
-        return "nothing found: these files are one rig"
-    return ", ".join(counts)
 
 
 def _repair_lines(repair: Repair) -> Iterator[str]:
@@ -125,13 +105,17 @@ def _repair_lines(repair: Repair) -> Iterator[str]:
     )
     for file, done in repair.repaired[:_FILES_SHOWN]:
         yield f"  {Path(file).name}: {', '.join(done)}"
-    if len(repair.repaired) > _FILES_SHOWN:
-        yield f"  and {len(repair.repaired) - _FILES_SHOWN} more; --json lists all"
+    yield from _more(len(repair.repaired))
     for file, why in repair.refused:
         yield f"  {Path(file).name} was not written: {why}"
     if repair.left_out:
         names = ", ".join(Path(file).name for file in repair.left_out)
         yield f"  left out, as they could not be repaired: {names}"
+
+
+def _more(count: int) -> list[str]:
+    left = count - _FILES_SHOWN
+    return [f"  and {left} more; --json lists all"] if left > 0 else []
 
 
 def _short_names(examination: Examination) -> dict[str, str]:

@@ -134,19 +134,23 @@ class Screw:
 
 
 def fit_rigid(
-    start: NDArray[np.float64], end: NDArray[np.float64]
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    weights: NDArray[np.float64] | None = None,
 ) -> tuple[Screw, NDArray[np.float64]]:
     """The rigid motion nearest to a motion of points in least squares (Kabsch, Chasles).
 
     Args:
         start: (N, 3) positions before, not all on one line.
         end: (N, 3) positions after.
+        weights: (N,) of the squared distances; all alike by default.
 
     Returns:
         The screw, and (N,) the distance of each end point from where the screw leads.
     """
-    start_mean, end_mean = start.mean(axis=0), end.mean(axis=0)
-    left, _, right = np.linalg.svd((start - start_mean).T @ (end - end_mean))
+    start_mean, end_mean = (np.average(points, axis=0, weights=weights) for points in (start, end))
+    arms = (start - start_mean).T * (1.0 if weights is None else weights)
+    left, _, right = np.linalg.svd(arms @ (end - end_mean))
     mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
     rotation = (left @ mirror @ right).T
     screw = _screw(rotation, end_mean - rotation @ start_mean, start_mean)

@@ -9,9 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks.vertex_counts import rejoined
-from elastomorph.doctor.checks.winding import reversed_finding
-from elastomorph.doctor.findings import Outcome, finding
+from elastomorph.doctor.checks.winding import reordered, reversed_finding
+from elastomorph.doctor.findings import Outcome, counted, finding, listed
 from elastomorph.doctor.isomorphism import (
     Mismatch,
     Parts,
@@ -25,12 +24,14 @@ from elastomorph.doctor.isomorphism import (
     reversed_polygons,
     triangles_of,
 )
-from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["NeutralOrder"]
 
 # If at most this part of the polygons differs, naming the first helps more than anything else.
 _FEW = 0.1
+
+Corners = NDArray[np.int32]
 
 _BACKWARDS = (
     "vertices are in another order, and every polygon runs the other way round; no order of "
@@ -72,7 +73,7 @@ class NeutralOrder:
                 return Outcome(target)
             found = self._triangulated(target, file) or self._same_numbers(target, file)
         else:
-            found = rejoined(neutral, target, file, 1e-6 * target.diameter)
+            found = _rejoined(neutral, target, file, 1e-6 * target.diameter)
         if found is not None:
             return found
         if len(target.vertices) != len(neutral.vertices) or len(target.faces) != len(neutral.faces):
@@ -112,7 +113,7 @@ class NeutralOrder:
             found.append(finding("polygon-order", file, message, line=line))
             repairs.append("polygons reordered")
             wrong = None
-        mesh = _reordered(self.neutral, target, np.arange(len(target.vertices)), corners)
+        mesh = reordered(self.neutral, target, np.arange(len(target.vertices)), corners)
         return Outcome(mesh, tuple(found), ", ".join(repairs), wrong)
 
     def _relabelled(self, target: Mesh, file: str) -> Outcome:
@@ -184,7 +185,7 @@ class NeutralOrder:
         findings = [finding("vertex-order", file, message)]
         if wrong is not None:
             findings.append(reversed_finding(target, file, np.flatnonzero(wrong)))
-        mesh = _reordered(self.neutral, target, found.new_index, found.corners)
+        mesh = reordered(self.neutral, target, found.new_index, found.corners)
         return Outcome(mesh, tuple(findings), "vertices reordered")
 
     def _search(
@@ -247,38 +248,74 @@ class NeutralOrder:
         return None
 
 
-def _reordered(
-    neutral: Mesh, target: Mesh, new_index: NDArray[np.int64], corners: NDArray[np.int64]
-) -> Mesh:
-    """The target in the order of the neutral, with labels and texture of its own.
+def _rejoined(neutral: Mesh, target: Mesh, file: str, near: float) -> Outcome | None:
+    """Look for vertices that were split or welded while the polygons stayed in their order.
 
-    ``new_index`` (V,) is the number in the neutral of each vertex of the target, ``corners`` (C,)
-    the corner of the target for each corner of the neutral.
+    Args:
+        neutral: The neutral.
+        target: A target with another number of vertices.
+        file: Its file.
+        near: Distance up to which positions are one.
+
+    Returns:
+        The target with the vertices of the neutral, or without a mesh where positions were lost;
+        None where the polygons do not tell.
     """
-    vertices = np.empty_like(target.vertices)
-    vertices[new_index] = target.vertices
-    faces = target.faces.corner_faces[corners[neutral.faces.offsets[:-1]]]
-    source = target.source
-    if source is not None and source.face_lines is not None:
-        source = replace(source, face_lines=source.face_lines[faces])
-    return Mesh(
-        vertices,
-        neutral.faces,
-        uv=target.uv and UVMap(target.uv.coordinates, target.uv.corners[corners]),
-        materials=_moved(target.materials, faces),
-        groups=_moved(target.groups, faces),
-        material_library=target.material_library,
-        source=source,
-    )
+    ours, theirs = neutral.faces.indices, target.faces.indices
+    if not np.array_equal(neutral.faces.offsets, target.faces.offsets):
+        triangles = neutral.faces.triangles()
+        if len(target.faces) != len(triangles) or (target.faces.sizes != 3).any():
+            return None
+        ours = triangles.ravel()
+    joined = _split if len(target.vertices) > len(neutral.vertices) else _welded
+    return joined(neutral, target, ours, theirs, file, near)
 
 
-def _moved(labels: FaceLabels | None, faces: NDArray[np.int32]) -> FaceLabels | None:
-    """Labels in another order of polygons; their names stay in order of first use."""
-    if labels is None:
+def _image(start: Corners, end: Corners, count: int) -> NDArray[np.int64] | None:
+    """For each of ``count`` vertices the one it always meets; None where it meets two, or none."""
+    image = np.full(count, -1, dtype=np.int64)
+    image[start] = end
+    return image if np.array_equal(image[start], end) and (image >= 0).all() else None
+
+
+def _split(
+    neutral: Mesh, target: Mesh, ours: Corners, theirs: Corners, file: str, near: float
+) -> Outcome | None:
+    origin = _image(theirs, ours, len(target.vertices))
+    if origin is None:
         return None
-    of_face = labels.of_face[faces]
-    used, firsts = np.unique(of_face[of_face >= 0], return_index=True)
-    order = used[np.argsort(firsts)]
-    number = np.full(len(labels.names) + 1, -1, dtype=np.int32)
-    number[order] = np.arange(len(order), dtype=np.int32)
-    return FaceLabels(tuple(labels.names[i] for i in order.tolist()), number[of_face])
+    copies = np.bincount(origin, minlength=len(neutral.vertices))
+    if not copies.all():
+        return None
+    points = np.empty_like(neutral.vertices)
+    points[origin] = target.vertices
+    if (np.abs(points[origin] - target.vertices) > near).any():
+        return None
+    split = np.flatnonzero(copies > 1)
+    message = (
+        f"{len(target.vertices):,} vertices instead of {len(neutral.vertices):,}: "
+        f"{counted(split, 'vertex is', 'vertices are')} there more than once, at seams: "
+        f"{listed(split)}"
+    )
+    found = finding("split-vertices", file, message, vertices=split)
+    return Outcome(neutral.with_vertices(points), (found,), "split vertices joined")
+
+
+def _welded(
+    neutral: Mesh, target: Mesh, ours: Corners, theirs: Corners, file: str, near: float
+) -> Outcome | None:
+    now = _image(ours, theirs, len(neutral.vertices))
+    if now is None or len(np.unique(now)) != len(target.vertices):
+        return None
+    welded = np.flatnonzero(np.bincount(now)[now] > 1)
+    message = (
+        f"{len(target.vertices):,} vertices instead of {len(neutral.vertices):,}: "
+        f"{len(welded):,} of the neutral were welded into {len(np.unique(now[welded])):,}: "
+        f"{listed(welded)}"
+    )
+    found = finding("welded-vertices", file, message, vertices=welded)
+    # Those at one place in the neutral were put together because they were at one place here too.
+    first = np.unique(now, return_index=True)[1]
+    if (np.abs(neutral.vertices[first[now]] - neutral.vertices) > near).any():
+        return Outcome(None, (found,))
+    return Outcome(neutral.with_vertices(target.vertices[now]), (found,), "welded vertices parted")

@@ -163,26 +163,11 @@ def _most_common_motion(before: Positions, after: Positions, noise: float) -> Sc
     """
     step = -(-len(before) // _SAMPLE)
     before, after = before[::step], after[::step]
-    rotation, offset = _weighted_fit(before, after, np.ones(len(before)))
-    left = np.linalg.norm(before @ rotation.T + offset - after, axis=1)
+    motion, left = fit_rigid(before, after)
     soft = max(float(np.median(left)), noise)
     for _ in range(_ROUNDS):
-        weights = (left**2 + soft**2) ** -0.75
-        rotation, offset = _weighted_fit(before, after, weights / weights.max())
-        left = np.linalg.norm(before @ rotation.T + offset - after, axis=1)
+        motion, left = fit_rigid(before, after, (left**2 + soft**2) ** -0.75)
         if soft == noise:
             break
         soft = max(_FALL * soft, noise)
-    return fit_rigid(before, before @ rotation.T + offset)[0]
-
-
-def _weighted_fit(
-    before: Positions, after: Positions, weights: NDArray[np.float64]
-) -> tuple[Positions, Positions]:
-    """Rotation and offset of the nearest rigid motion in weighted least squares (Kabsch)."""
-    weights = weights / weights.sum()
-    mine, their = weights @ before, weights @ after
-    left, _, right = np.linalg.svd((before - mine).T @ ((after - their) * weights[:, None]))
-    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-    rotation = (left @ mirror @ right).T
-    return rotation, their - rotation @ mine
+    return motion

@@ -1,9 +1,10 @@
-"""Which way round polygons run: against their neighbours, the rest of the rig, or the inside."""
+"""Meshes with polygons in another order, or wound otherwise than neighbours, rig and inside say."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from elastomorph.doctor.connectivity import HalfEdges
 from elastomorph.doctor.findings import Finding, counted, finding, listed, polygon_finding
 from elastomorph.doctor.isomorphism import reversed_corners
 from elastomorph.model.geometry import component_of
-from elastomorph.model.mesh import Mesh, UVMap
+from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.polygons import Polygons
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "inconsistent_winding",
     "inside_out",
     "inside_out_finding",
+    "reordered",
     "reversed_finding",
     "with_reversed",
 ]
@@ -42,6 +44,43 @@ def with_reversed(mesh: Mesh, which: NDArray[np.bool_]) -> Mesh:
         material_library=mesh.material_library,
         source=mesh.source,
     )
+
+
+def reordered(
+    neutral: Mesh, target: Mesh, new_index: NDArray[np.int64], corners: NDArray[np.int64]
+) -> Mesh:
+    """The target in the order of the neutral, with labels and texture of its own.
+
+    ``new_index`` (V,) is the number in the neutral of each vertex of the target, ``corners`` (C,)
+    the corner of the target for each corner of the neutral.
+    """
+    vertices = np.empty_like(target.vertices)
+    vertices[new_index] = target.vertices
+    faces = target.faces.corner_faces[corners[neutral.faces.offsets[:-1]]]
+    source = target.source
+    if source is not None and source.face_lines is not None:
+        source = replace(source, face_lines=source.face_lines[faces])
+    return Mesh(
+        vertices,
+        neutral.faces,
+        uv=target.uv and UVMap(target.uv.coordinates, target.uv.corners[corners]),
+        materials=_moved(target.materials, faces),
+        groups=_moved(target.groups, faces),
+        material_library=target.material_library,
+        source=source,
+    )
+
+
+def _moved(labels: FaceLabels | None, faces: NDArray[np.int32]) -> FaceLabels | None:
+    """Labels in another order of polygons; their names stay in order of first use."""
+    if labels is None:
+        return None
+    of_face = labels.of_face[faces]
+    used, firsts = np.unique(of_face[of_face >= 0], return_index=True)
+    order = used[np.argsort(firsts)]
+    number = np.full(len(labels.names) + 1, -1, dtype=np.int32)
+    number[order] = np.arange(len(order), dtype=np.int32)
+    return FaceLabels(tuple(labels.names[i] for i in order.tolist()), number[of_face])
 
 
 def inconsistent_winding(neutral: Neutral, file: str) -> list[Finding]:
