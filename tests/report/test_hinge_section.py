@@ -16,7 +16,7 @@ from elastomorph.draw.sheet import text_size_for
 from elastomorph.evaluation.rigid_bodies import Hinge, find_hinge, find_rigid_parts, hinge_errors
 from elastomorph.model.mesh import FaceLabels
 from elastomorph.model.morph import Morph
-from elastomorph.report.hinge import hinge_section
+from elastomorph.report.hinge import Jaw, hinge_section
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -43,7 +43,7 @@ def section(hinge: tuple[Hinge, dict[str, Morph]]) -> Element:
     found, morphs = hinge
     grey = np.full((4, 4, 3), 128, dtype=np.uint8)
     errors = hinge_errors(found, morphs)
-    return shown(hinge_section(found, "jawOpen", errors, morphs, grey, "cm"))
+    return shown(hinge_section(Jaw(found, morphs, errors, grey), "jawOpen", "cm"))
 
 
 def test_it_says_what_turns(section: Element) -> None:
@@ -71,7 +71,7 @@ def test_what_vanishes_has_a_length_too(hinge: tuple[Hinge, dict[str, Morph]]) -
     found, morphs = hinge
     errors = [replace(error, parts=0.0, along=0.0) for error in hinge_errors(found, morphs)]
     grey = np.full((4, 4, 3), 128, dtype=np.uint8)
-    page = shown(hinge_section(found, "jawOpen", errors, morphs, grey, "cm"))
+    page = shown(hinge_section(Jaw(found, morphs, errors, grey), "jawOpen", "cm"))
     least = f"<\u00a0{1e-5 * found.neutral.diameter:#.3g}\u00a0cm"
     for row in page.one("tbody").all("tr"):
         assert [cell.text for cell in row.all("td")] == ["0.000", least]

@@ -90,7 +90,7 @@ def _facts(found: Walkthrough, seconds: float) -> dict[str, object]:
 def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
     from rich.console import Console
 
-    from elastomorph.report.walkthrough_report import beam_words, motion_words
+    from elastomorph.report.walkthrough_page import beam_words, motion_words
 
     console = Console()
     subject = found.subject

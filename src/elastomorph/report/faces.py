@@ -1,4 +1,4 @@
-"""The pictures of faces in a report, each with words that say what it shows."""
+"""The pictures of a comparison, each with words that say what it shows."""
 
 from __future__ import annotations
 
@@ -7,26 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.comparisons import contact_sheet, error_strip, side_by_side
-from elastomorph.draw.pictures import Image
+from elastomorph.draw.comparisons import error_strip, side_by_side
 from elastomorph.draw.strips import TRUTH, face_strip
 from elastomorph.evaluation import Evaluation, MethodResult
-from elastomorph.evaluation.shape import ClosureSeam
 from elastomorph.evaluation.words import Lengths, listed, percent
-from elastomorph.model.morph import Morph
 from elastomorph.report.images import Picture
-from elastomorph.rig import Rig
-from elastomorph.rig.sliders import spread_rows, weight_combinations
 
-__all__ = [
-    "closures_picture",
-    "evaluation_pictures",
-    "expressions_picture",
-    "jaw_picture",
-    "look_alikes",
-    "sheet_picture",
-    "telling_frame",
-]
+__all__ = ["evaluation_pictures", "look_alikes", "telling_frame"]
 
 _COLUMNS = 6
 _ALIKE = 2.5e-3
@@ -35,8 +22,6 @@ _SAME_WAY = 1e-3
 """As a fraction of D: what nobody could call another way."""
 _NOTHING = 1e-5
 """As a fraction of D: the last digit of a table."""
-_SHEET_FACES = 50
-_LEVELS = 6
 
 
 def evaluation_pictures(
@@ -106,17 +91,21 @@ def _telling_methods(evaluation: Evaluation, informed: Sequence[str]) -> list[Me
 
 
 def look_alikes(evaluation: Evaluation) -> dict[str, list[str]]:
-    """Methods whose faces nobody could tell apart in a strip, by the first of them.
-
-    Two are alike where no vertex is farther apart than `_ALIKE` at any time shown.
-    """
+    """Methods whose faces nobody could tell apart in a strip, by the first of them."""
     times = _shown_times(evaluation)
+    return _grouped(evaluation, lambda result: result.morph.at(times), _ALIKE)
+
+
+def _grouped(
+    evaluation: Evaluation, pose: Callable[[MethodResult], NDArray[np.float64]], within: float
+) -> dict[str, list[str]]:
+    """Methods none of whose vertices is farther than a fraction of D from the first of them."""
     found: dict[str, list[str]] = {}
     poses: dict[str, NDArray[np.float64]] = {}
     for result in evaluation.results:
-        own = result.morph.at(times)
+        own = pose(result)
         for label, other in poses.items():
-            if np.linalg.norm(own - other, axis=2).max() <= _ALIKE * evaluation.diameter:
+            if np.linalg.norm(own - other, axis=-1).max() <= within * evaluation.diameter:
                 found[label].append(result.label)
                 break
         else:
@@ -125,8 +114,7 @@ def look_alikes(evaluation: Evaluation) -> dict[str, list[str]]:
 
 
 def _shown_times(evaluation: Evaluation) -> NDArray[np.float64]:
-    times = evaluation.truth.times
-    return times[_shown_frames(len(times))]
+    return evaluation.truth.times[_shown_frames(len(evaluation.truth))]
 
 
 def _shown_frames(count: int) -> NDArray[np.intp]:
@@ -166,14 +154,13 @@ def _heat_map(
     evaluation: Evaluation, frame: int, alike: Mapping[str, Sequence[str]], unit: str
 ) -> Picture:
     time = float(evaluation.truth.times[frame])
-    shown = [evaluation[label] for label in alike]
-    worst = max(shown, key=lambda result: float(result.maximum[:, frame].max()))
-    best = min(shown, key=lambda result: float(result.maximum[:, frame].max()))
+    off = {label: float(evaluation[label].maximum[:, frame].max()) for label in alike}
+    worst, best = max(off, key=off.__getitem__), min(off, key=off.__getitem__)
     image = error_strip(
         evaluation,
         labels=list(alike),
         time=time,
-        columns=min(4, len(shown)),
+        columns=min(4, len(alike)),
         face=(280, 350),
         unit=unit,
         names={label: ", ".join(group) for label, group in alike.items()},
@@ -182,9 +169,8 @@ def _heat_map(
         "Where each method errs",
         image,
         f"One face a method at t = {time:.2g}, pale where it meets the recorded face and dark "
-        f"where it is farthest off. {worst.label} is darkest, up to "
-        f"{percent(float(worst.maximum[:, frame].max()))}; {best.label} is palest, up to "
-        f"{percent(float(best.maximum[:, frame].max()))}.",
+        f"where it is farthest off. {worst} is darkest, up to {percent(off[worst])}; {best} is "
+        f"palest, up to {percent(off[best])}.",
         "Distance of each vertex from the recorded one, on one scale for all methods. Two methods "
         "with the same pattern in other strengths differ in timing; another pattern is another "
         f"path.{_sharing(alike, 'face')}",
@@ -197,18 +183,10 @@ def _path_heat_map(evaluation: Evaluation, unit: str) -> Picture:
 
     Of methods on the same way, such as linear, cosine and ease, one is shown.
     """
-    yardstick = _yardstick(evaluation)
-    frame = int(yardstick.path_maximum.max(axis=0).argmax())
-    alike: dict[str, list[str]] = {}
-    poses: dict[str, NDArray[np.float64]] = {}
-    for result in evaluation.results:
-        own = result.morph.at(float(result.path_times[frame]))
-        for label, other in poses.items():
-            if np.linalg.norm(own - other, axis=1).max() <= _SAME_WAY * evaluation.diameter:
-                alike[label].append(result.label)
-                break
-        else:
-            alike[result.label], poses[result.label] = [result.label], own
+    frame = int(_yardstick(evaluation).path_maximum.max(axis=0).argmax())
+    alike = _grouped(
+        evaluation, lambda result: result.morph.at(float(result.path_times[frame])), _SAME_WAY
+    )
     time = float(evaluation.truth.times[frame])
     off = {label: float(evaluation[label].path_maximum[:, frame].max()) for label in alike}
     worst, best = max(off, key=off.__getitem__), min(off, key=off.__getitem__)
@@ -240,67 +218,3 @@ def _path_heat_map(evaluation: Evaluation, unit: str) -> Picture:
 def _names(group: Sequence[str]) -> str:
     """The labels of a group, in as few words as say which they are."""
     return group[0] if len(group) == 1 else ", ".join(group[:2]) + (", …" if group[2:] else "")
-
-
-def expressions_picture(image: Image, morphs: Mapping[str, Morph]) -> Picture:
-    """Expressions growing out of the neutral (Fig. 9), drawn already."""
-    names = list(morphs)
-    return Picture(
-        "Expressions",
-        image,
-        f"{len(names)} rows of faces, {listed(names)}, growing from the neutral face at t = 0 on "
-        "the left to the whole expression at t = 1 on the right.",
-        "As in the paper's Figure 9, at an even pace: each expression on the way that the method "
-        "auto chose for it. (The paper's quadratic beam takes the straight way at the pace t².) "
-        "Look for lips that cross, lids that cut the eye and skin that creases on the way.",
-    )
-
-
-def jaw_picture(image: Image, target: str, labels: Sequence[str]) -> Picture:
-    """One target on every method where there is no recording to compare with, drawn already."""
-    return Picture(
-        f"In-betweens of {target}",
-        image,
-        f"{len(labels)} rows of faces, {listed(list(labels))}, from the neutral on the left to "
-        f"{target} on the right.",
-        "As in the paper's Figure 6, without a recorded row. All rows share their ends. What "
-        "differs in between is mostly how early the mouth opens.",
-    )
-
-
-def sheet_picture(morphs: Mapping[str, Morph]) -> Picture:
-    """Faces blended from expressions, chosen evenly from all combinations of weights (Fig. 10).
-
-    Raises:
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
-    """
-    rig = Rig(next(iter(morphs.values())).neutral, dict(morphs))
-    rows = weight_combinations(len(rig.names), _LEVELS)
-    chosen = rows[spread_rows(len(rows), _SHEET_FACES)]
-    names = ", ".join(rig.names)
-    return Picture(
-        "Blended faces",
-        contact_sheet(rig, chosen, title=names),
-        f"{len(chosen)} small faces in rows of ten, each a different mixture of {names}.",
-        f"As in the paper's Figure 10: {len(chosen)} of the {len(rows):,} combinations of "
-        f"{_LEVELS} weights of each expression, spread evenly, at t = 1. Below each face its "
-        f"weights of {names}. Weights that sum to more than 1 exaggerate: that is what the "
-        "paper's grid asks for.",
-    )
-
-
-def closures_picture(image: Image, target: str, seams: Sequence[ClosureSeam]) -> Picture:
-    """What the closure of the mean does to a face, drawn already."""
-    by_name = {seam.closure: seam.shape.seam for seam in seams}
-    worst, best = max(by_name, key=by_name.__getitem__), min(by_name, key=by_name.__getitem__)
-    return Picture(
-        "What the closure does",
-        image,
-        f"{target} halfway, twice, and its mouth close up: whole on the left under the closure "
-        "limit, on the right under unforced.",
-        "The paper leaves open how the mean of a curve moves. Neighbouring curves have different "
-        "means, so a bad choice tears the face between them: seams of up to "
-        f"{percent(by_name[worst])} under {worst}, {percent(by_name[best])} under {best}. All "
-        "methods of this report use limit unless they say otherwise.",
-        wide=False,
-    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from elastomorph.draw.hinge import hinge_graph, looks_of
 from elastomorph.draw.pictures import Image
@@ -13,7 +14,7 @@ from elastomorph.model.morph import Morph
 from elastomorph.report.document import Section
 from elastomorph.report.images import Graph, Picture
 
-__all__ = ["hinge_section"]
+__all__ = ["Jaw", "hinge_section"]
 
 _ALIKE = 1.05
 """Times the smallest distance: no more than that apart, methods do equally well."""
@@ -22,40 +23,48 @@ _LAST_DIGIT = 1e-5
 _LEAST = "0.001"
 
 
-def hinge_section(
-    hinge: Hinge,
-    target: str,
-    errors: Sequence[HingeError],
-    morphs: Mapping[str, Morph],
-    image: Image,
-    unit: str = "",
-) -> Section:
+@dataclass(frozen=True, eq=False)
+class Jaw:
+    """The jaw on its hinge.
+
+    Attributes:
+        hinge: What turns.
+        morphs: Its paths, by the labels of their methods.
+        errors: How far each method leaves the arc.
+        image: What turns, coloured by its distance from the arc, drawn already.
+    """
+
+    hinge: Hinge
+    morphs: Mapping[str, Morph]
+    errors: list[HingeError]
+    image: Image
+
+
+def hinge_section(jaw: Jaw, target: str, unit: str = "") -> Section:
     """The numbers, the picture and the graph of a jaw on its hinge.
 
     Args:
-        hinge: What turns.
+        jaw: What was measured and drawn.
         target: The target that opens the jaw.
-        errors: How far each method leaves the arc.
-        morphs: The paths, by the labels of their methods.
-        image: What turns, coloured by its distance from the arc, drawn already.
         unit: Unit of the coordinates, or an empty string.
 
     Raises:
         MissingExtraError: matplotlib or Pillow is not installed.
     """
+    hinge, errors = jaw.hinge, jaw.errors
     lengths = Lengths(hinge.neutral.diameter, unit)
     worst = max(errors, key=lambda error: error.parts)
     best = min(errors, key=lambda error: error.parts)
     picture = Picture(
         "On the hinge",
-        image,
+        jaw.image,
         f"{counted(len(errors), 'picture')} of what turns with {target}, halfway: "
         f"{worst.label} is darkest, up to {lengths(worst.parts)} off the arc.",
         "Pale is on the arc, dark is off it, on one scale for all. A straight line cuts the corner "
         "of every arc, most of all where the way is longest.",
     )
     graph = Graph.drawn(
-        lambda file: hinge_graph(hinge, morphs, file, unit),
+        lambda file: hinge_graph(hinge, jaw.morphs, file, unit),
         "hinge",
         "The way of the jaw",
         f"Left the way of one vertex, right the distance from the arc over time. {worst.label} "

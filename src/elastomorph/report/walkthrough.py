@@ -12,8 +12,6 @@ from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.draw.comparisons import closure_comparison
 from elastomorph.draw.curves_picture import curves_picture
 from elastomorph.draw.hinge import hinge_faces, hinge_graph
-from elastomorph.draw.pictures import write_picture
-from elastomorph.draw.strips import expression_strip
 from elastomorph.draw.time_laws import time_law_graph
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate, every_method
 from elastomorph.evaluation.rigid_bodies import HingeError, find_hinge, hinge_errors
@@ -24,38 +22,25 @@ from elastomorph.evaluation.words import Lengths
 from elastomorph.io import write
 from elastomorph.io.atomic import made_folder
 from elastomorph.io.curve_file import write_curves
-from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
 from elastomorph.report.evaluation_files import write_evaluation, write_text
-from elastomorph.report.faces import (
+from elastomorph.report.faces import evaluation_pictures
+from elastomorph.report.hinge import Jaw
+from elastomorph.report.images import Picture
+from elastomorph.report.subject import Subject
+from elastomorph.report.walkthrough_page import BeamTiming, write_walkthrough_report
+from elastomorph.report.walkthrough_pictures import (
     closures_picture,
-    evaluation_pictures,
     expressions_picture,
     jaw_picture,
     sheet_picture,
 )
-from elastomorph.report.images import Picture
-from elastomorph.report.subject import Subject
-from elastomorph.report.walkthrough_report import Jaw, write_walkthrough_report
 
-__all__ = ["BeamTiming", "Walkthrough", "walk_through"]
+__all__ = ["Walkthrough", "walk_through"]
 
 _JAW_METHODS = ("linear", "arc", "rotation", "auto")
 _IN_BETWEEN_TIMES = (0.25, 0.5, 0.75)
-
-
-@dataclass(frozen=True)
-class BeamTiming:
-    """How far the quadratic beam takes another way than the ease t², at t = 0.5.
-
-    Attributes:
-        name: The target on which they part most.
-        distance: By how much, as a fraction of D.
-    """
-
-    name: str
-    distance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,46 +87,62 @@ def walk_through(
         FileError: A file cannot be written.
         MissingExtraError: matplotlib or vtk is not installed.
     """
-    place = Path(folder)
-    for part in (place, place / "in-betweens"):
-        made_folder(part)
+    place = _Folder(Path(folder))
     neutral, jaw = subject.neutral, subject.targets[subject.jaw]
     say("tracing curves")
     curves = extract_curves(neutral)
-    written = [place / "curves.json", place / "curves.png"]
-    write_curves(written[0], curves)
-    curves_picture(neutral, curves, written[1])
+    write_curves(place.file("curves.json"), curves)
+    curves_picture(neutral, curves, place.file("curves.png"))
     paths = target_paths(neutral, subject.targets, progress=say)
-    written.append(write_text(place / "targets.csv", _targets_csv(paths)))
+    write_text(place.file("targets.csv"), _targets_csv(paths))
 
     say(f"interpolating {subject.jaw} by every method")
     morphs = _every_morph(subject, curves)
     evaluation = _compared(subject, curves, morphs, say)
     pictures: list[Picture] = []
     if evaluation is not None:
-        pictures = _draw_evaluation(subject, evaluation, say)
-        written += write_evaluation(evaluation, place, faces=pictures, say=say)
+        if subject.motion is not None:  # the parts of a rig alone are no face to look at
+            lengths = Lengths(evaluation.diameter, subject.unit)
+            pictures = evaluation_pictures(evaluation, lengths, informed_methods(evaluation), say)
+        place.written += write_evaluation(evaluation, place.path, faces=pictures, say=say)
         morphs = morphs or {result.label: result.morph for result in evaluation.results}
     say("writing in-betweens")
-    written += _write_in_betweens(neutral, morphs, place / "in-betweens")
+    for label, morph in morphs.items():
+        for time in _IN_BETWEEN_TIMES:
+            file = place.file(f"in-betweens/{label} t={time:g}.obj")
+            write(file, neutral.with_vertices(morph.at(time)))
 
-    turning = _jaw_on_its_hinge(subject, morphs, place, written, say)
+    turning = _jaw_on_its_hinge(subject, morphs, place, say)
     if subject.motion is None:
-        pictures.append(_draw_jaw(subject, morphs, place, written, say))
-    pictures += _draw_expressions(subject, place, written, say)
+        say(f"drawing {subject.jaw}")
+        shown = {label: morphs[label] for label in ("linear", "beam R=2", "auto")}
+        pictures.append(jaw_picture(shown, subject.jaw, place.file("in-betweens.png")))
+    pictures += _expressions(subject, place, say)
     say("comparing closures")
     seams = closure_seams(neutral, jaw, curves)
-    written.append(place / "closures.png")
-    image = closure_comparison(neutral, jaw, written[-1], curves=curves)
+    image = closure_comparison(neutral, jaw, place.file("closures.png"), curves=curves)
     pictures.append(closures_picture(image, subject.jaw, seams))
     beam = _beam_timing(subject, curves)
-
-    written.append(place / "report.html")
+    page = place.file("report.html")
     write_walkthrough_report(
-        subject, paths, evaluation, turning, beam, pictures, written[-1], call=call, say=say
+        subject, paths, evaluation, turning, beam, pictures, page, call=call, say=say
     )
     errors = [] if turning is None else turning.errors
-    return Walkthrough(subject, curves, paths, errors, evaluation, seams, beam, written)
+    return Walkthrough(subject, curves, paths, errors, evaluation, seams, beam, place.written)
+
+
+class _Folder:
+    """Where a walkthrough writes, and what it has written."""
+
+    def __init__(self, path: Path) -> None:
+        for folder in (path, path / "in-betweens"):
+            made_folder(folder)
+        self.path = path
+        self.written: list[Path] = []
+
+    def file(self, name: str) -> Path:
+        self.written.append(self.path / name)
+        return self.written[-1]
 
 
 def _every_morph(subject: Subject, curves: CurveNetwork) -> dict[str, Morph]:
@@ -176,36 +177,8 @@ def _compared(
     )
 
 
-def _draw_evaluation(
-    subject: Subject, evaluation: Evaluation, say: Callable[[str], None]
-) -> list[Picture]:
-    """Pictures of a recorded motion; the parts of a rig alone are no face to look at."""
-    if subject.motion is None:
-        return []
-    lengths = Lengths(evaluation.diameter, subject.unit)
-    return evaluation_pictures(evaluation, lengths, informed_methods(evaluation), say)
-
-
-def _draw_jaw(
-    subject: Subject,
-    morphs: Mapping[str, Morph],
-    place: Path,
-    written: list[Path],
-    say: Callable[[str], None],
-) -> Picture:
-    say(f"drawing {subject.jaw}")
-    written.append(place / "in-betweens.png")
-    shown = {label: morphs[label] for label in ("linear", "beam R=2", "auto")}
-    image = expression_strip(shown, written[-1], title=subject.jaw)
-    return jaw_picture(image, subject.jaw, list(shown))
-
-
 def _jaw_on_its_hinge(
-    subject: Subject,
-    known: Mapping[str, Morph],
-    place: Path,
-    written: list[Path],
-    say: Callable[[str], None],
+    subject: Subject, known: Mapping[str, Morph], place: _Folder, say: Callable[[str], None]
 ) -> Jaw | None:
     parts = subject.rigid_parts
     if parts is None:
@@ -217,36 +190,19 @@ def _jaw_on_its_hinge(
         morphs = {name: known[name] for name in _JAW_METHODS}
     else:
         morphs = {name: interpolate(neutral, jaw, name) for name in _JAW_METHODS}
-    written += [place / "hinge.png", place / "hinge-graph.png"]
-    image = hinge_faces(hinge, morphs, written[-2])
-    hinge_graph(hinge, morphs, written[-1], subject.unit)
+    image = hinge_faces(hinge, morphs, place.file("hinge.png"))
+    hinge_graph(hinge, morphs, place.file("hinge-graph.png"), subject.unit)
     return Jaw(hinge, morphs, hinge_errors(hinge, morphs), image)
 
 
-def _draw_expressions(
-    subject: Subject, place: Path, written: list[Path], say: Callable[[str], None]
-) -> list[Picture]:
+def _expressions(subject: Subject, place: _Folder, say: Callable[[str], None]) -> list[Picture]:
     say("drawing expressions")
     to = prepare(subject.neutral, "auto")
-    expressions = {name: to(mesh) for name, mesh in subject.expressions.items()}
-    written += [place / "expressions.png", place / "time-laws.png"]
-    image = expression_strip(expressions, written[-2], face=(200, 250))
-    time_law_graph(written[-1])
+    morphs = {name: to(mesh) for name, mesh in subject.expressions.items()}
+    growing = expressions_picture(morphs, place.file("expressions.png"))
+    time_law_graph(place.file("time-laws.png"))
     say("drawing blended faces")
-    sheet = sheet_picture(expressions)
-    written.append(place / "blended-faces.png")
-    write_picture(sheet.image, written[-1])
-    return [expressions_picture(image, expressions), sheet]
-
-
-def _write_in_betweens(neutral: Mesh, morphs: Mapping[str, Morph], folder: Path) -> list[Path]:
-    written = []
-    for label, morph in morphs.items():
-        for time in _IN_BETWEEN_TIMES:
-            file = folder / f"{label} t={time:g}.obj"
-            write(file, neutral.with_vertices(morph.at(time)))
-            written.append(file)
-    return written
+    return [growing, sheet_picture(morphs, place.file("blended-faces.png"))]
 
 
 def _beam_timing(subject: Subject, curves: CurveNetwork) -> BeamTiming:

@@ -3,39 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from elastomorph.draw.pictures import Image
 from elastomorph.evaluation import Evaluation, suggest_inbetweens
-from elastomorph.evaluation.rigid_bodies import Hinge, HingeError
 from elastomorph.evaluation.target_paths import TargetPaths
 from elastomorph.evaluation.words import SPACE, counted, percent, significant
-from elastomorph.model.morph import Morph
 from elastomorph.paths.auto import INBETWEEN_PAYS
 from elastomorph.report import About, Picture, write_report
 from elastomorph.report.document import Section, document, write_page
-from elastomorph.report.hinge import hinge_section
+from elastomorph.report.hinge import Jaw, hinge_section
+from elastomorph.report.subject import Subject
 
-if TYPE_CHECKING:
-    from elastomorph.report.subject import Subject
-    from elastomorph.report.walkthrough import BeamTiming
-
-__all__ = ["Jaw", "beam_words", "motion_words", "write_walkthrough_report"]
+__all__ = ["BeamTiming", "beam_words", "motion_words", "write_walkthrough_report"]
 
 _MOST_INBETWEENS = 3
 
 
-@dataclass(frozen=True, eq=False)
-class Jaw:
-    """The jaw on its hinge: what turns, by which paths, how far off the arc, and drawn."""
+@dataclass(frozen=True)
+class BeamTiming:
+    """How far the quadratic beam takes another way than the ease t², at t = 0.5.
 
-    hinge: Hinge
-    morphs: Mapping[str, Morph]
-    errors: list[HingeError]
-    image: Image
+    Attributes:
+        name: The target on which they part most.
+        distance: By how much, as a fraction of D.
+    """
+
+    name: str
+    distance: float
 
 
 def write_walkthrough_report(
@@ -69,9 +65,7 @@ def write_walkthrough_report(
     """
     first = [_targets(paths, subject.unit)]
     if jaw is not None:
-        first.append(
-            hinge_section(jaw.hinge, subject.jaw, jaw.errors, jaw.morphs, jaw.image, subject.unit)
-        )
+        first.append(hinge_section(jaw, subject.jaw, subject.unit))
     if evaluation is None:
         faces = Section("faces", "Faces", {"pictures": pictures})
         sections = [*first, *([faces] if pictures else [])]
@@ -83,7 +77,14 @@ def write_walkthrough_report(
         suggestions = suggest_inbetweens(
             evaluation.truth, _MOST_INBETWEENS, curves=evaluation.curves
         )
-    about = _about(subject, beam, call)
+    about = About(
+        subject.name,
+        source=motion_words(subject),
+        unit=subject.unit,
+        call=call,
+        timing_known=subject.motion is not None,
+        remarks=(beam_words(beam, len(subject.targets)),),
+    )
     write_report(
         evaluation,
         path,
@@ -112,17 +113,6 @@ def _targets(paths: TargetPaths, unit: str) -> Section:
         ),
     }
     return Section("targets", "What each target needs", content)
-
-
-def _about(subject: Subject, beam: BeamTiming, call: str) -> About:
-    return About(
-        subject.name,
-        source=motion_words(subject),
-        unit=subject.unit,
-        call=call,
-        timing_known=subject.motion is not None,
-        remarks=(beam_words(beam, len(subject.targets)),),
-    )
 
 
 def motion_words(subject: Subject) -> str:

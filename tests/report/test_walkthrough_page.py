@@ -16,8 +16,7 @@ from elastomorph.evaluation.target_paths import TargetPath, TargetPaths
 from elastomorph.model.morph import Choice
 from elastomorph.report import Picture
 from elastomorph.report.subject import Subject, built_in_subject
-from elastomorph.report.walkthrough import BeamTiming
-from elastomorph.report.walkthrough_report import beam_words, write_walkthrough_report
+from elastomorph.report.walkthrough_page import BeamTiming, beam_words, write_walkthrough_report
 from elastomorph.viewer.page import shipped_page
 
 BEAM = BeamTiming("sneer", 0.0002)
