@@ -1,6 +1,6 @@
 """Interpolation judged against real faces: onsets and offsets of two optical marker takes.
 
-    python benchmarks/real_capture.py [--data FOLDER] [--each]
+    python benchmarks/real_capture.py [--data FOLDER] [--each] [--inbetweens N] [--cuts EDGE …]
 
 Reads ``animface/jaw.npz`` and ``animface/eyebrows.npz`` (41 named markers at 60 frames a second)
 from the folder of real data: ``--data``, or ``ELASTOMORPH_DATA``, or ``../shared/data`` beside
@@ -76,6 +76,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--data", type=Path, default=data_folder(), help="folder of the real data")
     parser.add_argument("--each", action="store_true", help="print the full table of each movement")
+    parser.add_argument("--inbetweens", type=int, default=MOST_INBETWEENS, help="at most so many")
+    parser.add_argument("--cuts", type=float, nargs="+", default=EDGES, help="shares left out")
     options = parser.parse_args()
     folder = options.data
     missing = [take for take in TAKES if not (folder / "animface" / f"{take}.npz").is_file()]
@@ -95,8 +97,10 @@ def main() -> int:
         judged = [one for take in takes for one in judge(take, methods=methods)]
         scan = evaluate(recorded_motion(), (*METHODS, *ON_SURFACES))
         cuts = {
-            edge: [one for take in takes for one in judge(take, edge, CUT_METHODS)]
-            for edge in EDGES
+            edge: judged
+            if edge == EDGE
+            else [one for take in takes for one in judge(take, edge, CUT_METHODS)]
+            for edge in options.cuts
         }
     for message in dict.fromkeys(str(warning.message) for warning in caught):
         console.print(Text(f"Warning: {message}", style="yellow"))
@@ -120,7 +124,7 @@ def main() -> int:
         means = mean_summaries([one.evaluation for one in group])
         console.print(method_table(means, f"Mean over {len(group)} {kind}", shape=False))
     console.print(cut_table(cuts))
-    console.print(law_table(judged))
+    console.print(law_table(judged, options.inbetweens))
     console.print(path_table(judged, scan, reasons))
     console.print(Text(conclusion(kinds)))
     console.print(Text(what_auto_did(cuts)))
@@ -205,7 +209,7 @@ def cut_table(cuts: Mapping[float, Sequence[Judged]]) -> Table:
     return table
 
 
-def law_table(judged: Sequence[Judged]) -> Table:
+def law_table(judged: Sequence[Judged], most: int) -> Table:
     """How many times smaller the mean LME is with in-betweens than without, by number and law."""
     table = Table(
         title=f"Mean LME of linear over that with the best in-betweens, {len(judged)} movements",
@@ -216,37 +220,35 @@ def law_table(judged: Sequence[Judged]) -> Table:
     )
     for header in ("in-betweens", *LAWS, "better", "evenly"):
         table.add_column(header, justify="right")
-    columns = [best_errors(judged, law) for law in (*LAWS, None)]
-    columns.append(evenly_errors(judged))
-    for number in range(1, MOST_INBETWEENS + 1):
+    by_law = {law: best_errors(judged, law, most) for law in LAWS}
+    better = np.minimum(by_law["smooth"], by_law["spline"])
+    columns = [*by_law.values(), better, evenly_errors(judged, most)]
+    for number in range(1, most + 1):
         ratios = [np.mean(errors[:, 0]) / np.mean(errors[:, number]) for errors in columns]
         table.add_row(str(number), *(f"{ratio:.2f}" for ratio in ratios))
     return table
 
 
-def best_errors(judged: Sequence[Judged], law: str | None) -> NDArray[np.float64]:
-    """(movements, 1 + MOST_INBETWEENS) LME with none, one, two, … best placed in-betweens."""
+def best_errors(judged: Sequence[Judged], law: str, most: int) -> NDArray[np.float64]:
+    """(movements, 1 + most) LME with none, one, two, … best placed in-betweens."""
     truths: list[tuple[MeshSequence, CurveNetwork]]
     truths = [(one.evaluation.truth, one.evaluation.curves) for one in judged]
     return np.array(
         [
-            [
-                each.lme
-                for each in suggest_inbetweens(truth, MOST_INBETWEENS, curves=curves, method=law)
-            ]
+            [each.lme for each in suggest_inbetweens(truth, most, curves=curves, method=law)]
             for truth, curves in truths
         ]
     )
 
 
-def evenly_errors(judged: Sequence[Judged]) -> NDArray[np.float64]:
+def evenly_errors(judged: Sequence[Judged], most: int) -> NDArray[np.float64]:
     """The same at evenly spaced frames, by the law that is the default."""
     found = []
     for one in judged:
         truth = one.evaluation.truth
         along = CurveVertices.of(one.evaluation.curves, len(truth.mesh.vertices))
         found.append([one.evaluation["linear"].lme])
-        for number in range(1, MOST_INBETWEENS + 1):
+        for number in range(1, most + 1):
             keys = np.linspace(0, len(truth) - 1, number + 2).round().astype(int)[1:-1]
             shapes = {float(truth.times[key]): truth[key] for key in keys}
             path = through(truth.mesh, truth.target, shapes).at(truth.times)

@@ -42,7 +42,10 @@ def test_a_production_rig(data_dir: Path) -> None:
 def test_the_benchmark_of_real_captures(data_dir: Path) -> None:
     """It finds movements in both takes, prints every table and draws its conclusions."""
     ran = subprocess.run(
-        [sys.executable, str(BENCHMARK), "--data", str(data_dir)],
+        [
+            *(sys.executable, str(BENCHMARK), "--data", str(data_dir)),
+            *("--inbetweens", "1", "--cuts", "0.05", "0.2"),
+        ],
         capture_output=True,
         text=True,
         encoding="utf-8",
