@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,37 +18,43 @@ if TYPE_CHECKING:
 __all__ = ["animate"]
 
 
+Take = Annotated[
+    Path,
+    typer.Argument(help="A take of Live Link Face (.csv), or columns time,jawOpen,… (.csv)."),
+]
+Output = Annotated[
+    str | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="take.glb, .usd (weights); .mdd, .pc2, .npz, folder/, frame.####.obj (positions).",
+    ),
+]
+Rate = Annotated[
+    float | None,
+    typer.Option(help="Frames a second; as recorded by default, made even for positions."),
+]
+TimecodeRate = Annotated[
+    float | None,
+    typer.Option(help="What the timecodes count, such as 29.97, if they do not show it."),
+]
+OnlyList = Annotated[
+    bool, typer.Option("--list", help="Only say which weights drive which sliders.")
+]
+Picture = Annotated[Path | None, typer.Option(help="A picture (PNG) of five frames of the take.")]
+
+
 def animate(
     rig: options.RigName,
-    performance: Annotated[
-        Path,
-        typer.Argument(help="A take of Live Link Face (.csv), or columns time,jawOpen,… (.csv)."),
-    ],
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="take.glb, .usd (weights); .mdd, .pc2, .npz, folder/, frame.####.obj (positions).",
-        ),
-    ] = None,
-    rate: Annotated[
-        float | None,
-        typer.Option(help="Frames a second; as recorded by default, made even for positions."),
-    ] = None,
+    performance: Take,
+    output: Output = None,
+    rate: Rate = None,
     start: Annotated[float | None, typer.Option(help="First second of the take.")] = None,
     stop: Annotated[float | None, typer.Option(help="Last second of the take.")] = None,
     clip: Annotated[bool, typer.Option(help="Keep weights within 0 and 1.")] = False,
-    timecode_rate: Annotated[
-        float | None,
-        typer.Option(help="What the timecodes count, such as 29.97, if they do not show it."),
-    ] = None,
-    only_list: Annotated[
-        bool, typer.Option("--list", help="Only say which weights drive which sliders.")
-    ] = False,
-    picture: Annotated[
-        Path | None, typer.Option(help="A picture (PNG) of five frames of the take.")
-    ] = None,
+    timecode_rate: TimecodeRate = None,
+    only_list: OnlyList = False,
+    picture: Picture = None,
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
@@ -61,28 +68,27 @@ def animate(
     from elastomorph.errors import ParameterError
     from elastomorph.io.performance import read_performance
     from elastomorph.io.sequences.takes import holds_positions, write_take
-    from elastomorph.rig.performance import match
+    from elastomorph.rig.performance import match, slider_weights
 
     if output is None and picture is None and not only_list:
         raise ParameterError("say where to write the take (-o take.glb), or ask for --list")
     if rate is not None and output is None and not only_list:
         raise ParameterError("--rate is for what is written: add --output")
     positions = output is not None and holds_positions(output)
+    output = None if only_list else output
     with options.progress(as_json) as say:
         say(f"reading {performance}")
         take = read_performance(performance, timecode_rate)
         if start is not None or stop is not None:
-            take = take.part(
-                float("-inf") if start is None else start, float("inf") if stop is None else stop
-            )
+            take = take.part(-inf if start is None else start, inf if stop is None else stop)
         place = options.named_rig(rig, settings)
-        if output is not None and not only_list:
+        if output is not None:
             _require_apart(place, Path(output))
         chosen = options.settings_of(place, settings, method)
         face_rig = options.full_rig(place, method, say, chosen, mesh=mesh)
         found = match(take.names, face_rig.names)
     written = take
-    if output is not None and not only_list:
+    if output is not None:
         if not found.drives:
             raise ParameterError(
                 f"no weight of {performance} drives a slider of the rig ({len(face_rig.names)} "
@@ -95,16 +101,14 @@ def animate(
             write_take(output, face_rig, written, found, clip=clip, watch=watch, export=export)
     if picture is not None:
         from elastomorph.draw.strips import take_strip
-        from elastomorph.rig.performance import slider_weights
 
         with options.progress(as_json) as say:
             say("drawing")
             take_strip(face_rig, take, slider_weights(face_rig, take, found, clip=clip), picture)
-    facts = _facts(take, written, found, None if only_list else output)
     if as_json:
-        options.print_json(facts)
+        options.print_json(_facts(take, written, found, output))
     else:
-        _tell(take, written, found, facts["written"])
+        _tell(take, written, found, output)
 
 
 def _require_apart(rig: Path | None, output: Path) -> None:

@@ -65,24 +65,13 @@ def _require_packages(parameters: dict[str, Any], verb: str) -> None:
     from elastomorph.errors import MissingExtraError
     from elastomorph.io.registry import RIG_FORMATS
 
-    packages = {
-        suffix: known.package
-        for known in RIG_FORMATS
-        if known.package is not None
-        for suffix in known.suffixes
-    }
-    needed = [
-        packages.get(Path(word).suffix.lower())
-        for name in ("output",)
-        for word in _words(parameters.get(name))
-    ]
-    if any(parameters.get(name) is not None for name in _PICTURES):
+    suffixes = {Path(word).suffix.lower() for word in _words(parameters.get("output"))}
+    needed = [known.package for known in RIG_FORMATS if suffixes.intersection(known.suffixes)]
+    if verb == "demo" or any(parameters.get(name) is not None for name in _PICTURES):
         needed += _DRAWING
     pages = parameters.get("output") is not None or parameters.get("report") is not None
-    if verb == "evaluate" and pages and parameters.get("pictures", True):
+    if verb == "demo" or (verb == "evaluate" and pages and parameters.get("pictures", True)):
         needed += [_GRAPHS]
-    if verb == "demo":
-        needed += [_GRAPHS, *_DRAWING]
     for package in needed:
         if package is not None and find_spec(package[0]) is None:
             raise MissingExtraError(*package[1:])

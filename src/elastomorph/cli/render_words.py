@@ -1,23 +1,37 @@
-"""From what a user names to posed rigs: files, folders, meshes, methods to compare."""
+"""What the words of ``elastomorph render`` stand for: rigs, references, sizes, views, colours."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from elastomorph.cli import options
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from elastomorph.draw.actors import Lines
+    from elastomorph.draw.pose_pictures import Comparison
     from elastomorph.draw.posed import PosedRig
     from elastomorph.model.mesh import Mesh
     from elastomorph.rig import Rig
 
-__all__ = ["posed_rigs", "reference"]
+__all__ = [
+    "background_of",
+    "comparison",
+    "curves_of",
+    "numbers",
+    "picture_size",
+    "posed_rigs",
+    "view_of",
+]
 
+_SMALLEST, _LARGEST = 16, 4096
 Say = Callable[[str], None]
 
 
@@ -31,20 +45,13 @@ def posed_rigs(
 ) -> list[PosedRig]:
     """The rig once, or once for each method.
 
-    Args:
-        named: A rig file, a folder of meshes, a plain mesh, or ``built-in``.
-        methods: Whose paths the rigs have; without any, those of the file.
-        weights: Weights of the sliders.
-        say: Told what is being done.
-        settings: A settings file, where the folder of the rig has not its own.
-        mesh: Names of the meshes meant, in a file with several.
+    Without methods it has the paths of its file. A plain mesh becomes a rig without sliders.
 
     Raises:
         ParameterError: A method or slider is unknown, a method twice, or weights for a plain mesh.
         FileError: The file cannot be read.
     """
     from elastomorph.draw.posed import PosedRig, with_paths
-    from elastomorph.errors import ParameterError
     from elastomorph.paths import Method
 
     parsed = [Method.parse(text) for text in methods]
@@ -61,24 +68,35 @@ def posed_rigs(
     return [PosedRig(m.label, with_paths(rig, m, weights), weights) for m in parsed]
 
 
-def reference(
-    against: str, posed: PosedRig, say: Say
-) -> tuple[str, Callable[[float], NDArray[np.float64]]]:
-    """What distances are measured from: its name, and its positions at each time.
-
-    Args:
-        against: A method, for other paths to the same targets; another rig, under the same
-            weights; or a mesh.
-        posed: The rig whose distance is of interest.
-        say: Told what is being done.
+def comparison(
+    rigs: Sequence[PosedRig],
+    times: Sequence[float],
+    against: str | None,
+    highest: float | None,
+    unit: str,
+    say: Say,
+) -> Comparison | None:
+    """How far the rigs are from what ``--against`` names, or None where it names nothing.
 
     Raises:
         ParameterError: No such method.
         FileError: No such file, or it cannot be read.
         TopologyError: The rig or mesh has other vertices or polygons.
     """
+    from elastomorph.draw.pose_pictures import compare
+
+    if against is None:
+        return None
+    name, at = _reference(against, rigs[0], say)
+    say("measuring distances")
+    return compare(rigs, sorted(set(times)), name, at, highest=highest, unit=unit)
+
+
+def _reference(
+    against: str, posed: PosedRig, say: Say
+) -> tuple[str, Callable[[float], NDArray[np.float64]]]:
+    """The name and the positions, at each time, of a method, another rig or a mesh."""
     from elastomorph.draw.posed import PosedRig, with_paths
-    from elastomorph.errors import ParameterError
     from elastomorph.model.mesh import require_same_topology
     from elastomorph.paths import Method
 
@@ -100,6 +118,16 @@ def reference(
     return name, PosedRig(name, with_paths(rig, None, posed.weights), posed.weights).at
 
 
+def curves_of(posed: PosedRig, say: Say) -> tuple[Lines, ...]:
+    """The curves that beams follow, as lines."""
+    from elastomorph.curves import extract_curves
+    from elastomorph.draw.curves_picture import network_lines
+
+    say("finding curves")
+    mesh = posed.rig.neutral
+    return network_lines(mesh, extract_curves(mesh))
+
+
 def _rig(
     named: str,
     say: Say,
@@ -109,7 +137,7 @@ def _rig(
     as_stored: bool = False,
 ) -> Rig:
     """A rig, paths that no one has chosen left out; a plain mesh becomes one without sliders."""
-    from elastomorph.errors import FormatError, ParameterError
+    from elastomorph.errors import FormatError
     from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_suffixes
     from elastomorph.io.rig_folder import rig_as_stored
     from elastomorph.rig import Rig
@@ -141,3 +169,74 @@ def _mesh(path: Path, no_rig: Exception | None = None) -> Mesh:
         return read(path)
     except FormatError as error:
         raise no_rig or error from error
+
+
+def picture_size(text: str | None, otherwise: tuple[int, int]) -> tuple[int, int]:
+    """Width and height from ``720x900``.
+
+    Raises:
+        ParameterError: The text is not understood, or a side is out of range.
+    """
+    if text is None:
+        return otherwise
+    found = re.fullmatch(r"(\d{1,9})\s*[x×*,]\s*(\d{1,9})", text.strip().lower())
+    if found is None:
+        raise ParameterError(f"--size {text!r}: expected width and height in pixels, as in 720x900")
+    width, height = int(found[1]), int(found[2])
+    if not all(_SMALLEST <= side <= _LARGEST for side in (width, height)):
+        raise ParameterError(
+            f"--size {text!r}: width and height must be from {_SMALLEST} to {_LARGEST} pixels"
+        )
+    return width, height
+
+
+def view_of(text: str) -> str | tuple[float, float]:
+    """A view by name, or degrees to the face's left and up from ``30,10``.
+
+    Raises:
+        ParameterError: Neither.
+    """
+    from elastomorph.draw.camera import VIEWS
+
+    name = text.strip().lower()
+    if name in VIEWS:
+        return name
+    try:
+        left, up = (float(word) for word in name.split(","))
+    except ValueError:
+        left = up = math.nan
+    if not (math.isfinite(left) and abs(up) < 90):
+        raise ParameterError(
+            f"--view {text!r}: expected one of {', '.join(VIEWS)}, or degrees to the face's left "
+            "and up (above -90 and below 90), as in 30,10"
+        )
+    return left, up
+
+
+def numbers(text: str, option: str) -> list[float]:
+    """Finite numbers from ``0,0.5,1``.
+
+    Raises:
+        ParameterError: The text is not understood.
+    """
+    try:
+        found = [float(word) for word in text.split(",")]
+    except ValueError:
+        found = [math.nan]
+    if not all(map(math.isfinite, found)):
+        raise ParameterError(f"{option} {text!r}: expected numbers separated by commas, as 0,0.5,1")
+    return found
+
+
+def background_of(text: str | None) -> tuple[float, float, float] | None:
+    """Red, green, blue from 0 to 1 of a colour's name or #rrggbb; None is transparent.
+
+    Raises:
+        ParameterError: No such colour.
+    """
+    from elastomorph.draw.colours import colour_named
+    from elastomorph.draw.stage import BACKGROUND
+
+    if text is None:
+        return BACKGROUND
+    return None if text.strip().lower() == "transparent" else colour_named(text)
