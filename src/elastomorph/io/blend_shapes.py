@@ -1,4 +1,4 @@
-"""What the formats of blend shapes share: names, curves through in-betweens, curves as JSON."""
+"""What the formats of blend shapes share: names, in-betweens, curves as JSON, animations."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.model.bend_curve import BendCurve
+from elastomorph.rig import Rig
 
-__all__ = ["curve_from_json", "curve_to_json", "different_names", "hats"]
+__all__ = ["curve_from_json", "curve_to_json", "different_names", "driven_weights", "hats"]
 
 _MOST_TERMS = 256
 
@@ -74,3 +75,33 @@ def curve_from_json(stored: Mapping[str, Any] | Any) -> BendCurve:
         return BendCurve(stored["breaks"], stored["coefficients"])
     except (TypeError, LookupError, ValueError, OverflowError):
         raise ParameterError("a bend curve is damaged") from None
+
+
+def driven_weights(
+    rig: Rig, times: ArrayLike, weights: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A recorded performance as times (T,) and what it does to each morph, (T, J).
+
+    Args:
+        rig: The rig.
+        times: (T,) seconds that rise.
+        weights: (T, S) weight of each slider of ``rig.names``, as for `Rig.batch`.
+
+    Raises:
+        ParameterError: The shapes do not fit, or the times do not rise.
+    """
+    table = rig.sliders.drive(rig.sliders.table(weights))
+    try:
+        seconds: NDArray[np.float64] = np.asarray(times, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError("the times of an animation must be numbers, in seconds") from None
+    if seconds.shape != (len(table),) or not len(table):
+        raise ParameterError(
+            f"an animation needs one time for each of its {len(table)} rows of weights, found "
+            f"times of shape {seconds.shape}"
+        )
+    if not np.isfinite(seconds).all() or (np.diff(seconds) <= 0).any():
+        raise ParameterError(
+            "the times of an animation must be finite seconds that rise from row to row"
+        )
+    return seconds, table

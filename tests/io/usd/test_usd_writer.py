@@ -230,13 +230,13 @@ def test_an_animation_plays_slider_weights(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("animation", "words"),
     [
-        (([0, 1], [[0.0] * 6], "a"), "a time in seconds for each of its 1 rows"),
+        (([0, 1], [[0.0] * 6], "a"), "one time for each of its 1 rows"),
         (([0], [[0.0] * 4], "a"), r"weights must have shape \(S, 6\)"),
-        (([0, 0], [[0.0] * 6] * 2, "a"), "must rise"),
-        (([np.nan], [[0.0] * 6], "a"), "a time in seconds for each"),
+        (([0, 0], [[0.0] * 6] * 2, "a"), "rise from row to row"),
+        (([np.nan], [[0.0] * 6], "a"), "finite seconds"),
         (([0], [[np.nan] * 6], "a"), "must be finite"),
         ((["x"], [[0.0] * 6], "a"), "must be numbers"),
-        (([], np.zeros((0, 6)), "a"), "a time in seconds"),
+        (([], np.zeros((0, 6)), "a"), "one time for each"),
     ],
 )
 def test_animations_that_do_not_fit_are_refused(

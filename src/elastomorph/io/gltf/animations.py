@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.io.blend_shapes import driven_weights
 from elastomorph.io.gltf.accessors import AccessorWriter
 from elastomorph.io.gltf.morph_targets import KeptMorph, MorphTargets
 from elastomorph.model.bend_curve import BendCurve
@@ -104,19 +105,12 @@ def performance_clip(
     Raises:
         ParameterError: The shapes do not fit, or the times do not rise in single precision.
     """
-    table = rig.sliders.drive(rig.sliders.table(weights))
-    try:
-        seconds = np.asarray(times, dtype=np.float32)
-    except (TypeError, ValueError):
-        raise ParameterError("the times of an animation must be numbers") from None
-    if seconds.shape != (len(table),) or not len(table):
+    exact, table = driven_weights(rig, times, weights)
+    seconds = exact.astype(np.float32)
+    if seconds[0] < 0 or not np.isfinite(seconds).all() or (np.diff(seconds) <= 0).any():
         raise ParameterError(
-            f"an animation needs one time for each of its {len(table)} rows of weights, "
-            f"found {seconds.shape}"
-        )
-    if not np.isfinite(seconds).all() or seconds[0] < 0 or (np.diff(seconds) <= 0).any():
-        raise ParameterError(
-            "the times of an animation must be seconds from 0 that rise from row to row"
+            "the times of an animation must be seconds from 0 that rise from row to row in single "
+            "precision"
         )
     found = np.zeros((len(table), len(targets.names)), dtype=np.float32)
     for column, (morph, kept) in enumerate(zip(rig.morphs.values(), targets.morphs, strict=True)):

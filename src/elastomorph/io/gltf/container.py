@@ -25,8 +25,7 @@ __all__ = ["GltfFile", "glb_chunks", "open_gltf", "without_empty"]
 
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
-_HALF_CHARACTER = re.compile("[\ud800-\udfff]")
-_AS_ESCAPE = re.compile(rb"\\u[dD][89a-fA-F]")
+_HALF_CHARACTER = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 class GltfFile:
@@ -231,8 +230,12 @@ def _parsed(path: str | Path, text: bytes) -> dict[str, Any]:
     problem = "it is not an object"
     try:
         document = json.loads(text.removeprefix(b"\xef\xbb\xbf"), parse_constant=refuse_constant)
+        if _HALF_CHARACTER.search(text):
+            json.dumps(document, ensure_ascii=False).encode()
     except json.JSONDecodeError as error:
         raise FormatError(path, f"this is no glTF file: {error.msg}", line=error.lineno) from None
+    except UnicodeEncodeError:
+        problem = "a text in it holds half a character"
     except UnicodeDecodeError:
         problem = "the text is not UTF-8"
     except RecursionError:
@@ -240,26 +243,9 @@ def _parsed(path: str | Path, text: bytes) -> dict[str, Any]:
     except ValueError:
         problem = "a number in it has too many digits"
     else:
-        if _AS_ESCAPE.search(text) and not _is_text(document):
-            problem = "a text in it holds half a character"
-        elif isinstance(document, dict):
+        if isinstance(document, dict):
             return document
     raise FormatError(path, f"this is no glTF file: its JSON document cannot be read: {problem}")
-
-
-def _is_text(document: Any) -> bool:
-    """Whether all texts and keys are ones that can be written again."""
-    waiting = [document]
-    while waiting:
-        value = waiting.pop()
-        if isinstance(value, dict):
-            waiting += value.keys()
-            waiting += value.values()
-        elif isinstance(value, list):
-            waiting += value
-        elif isinstance(value, str) and _HALF_CHARACTER.search(value):
-            return False
-    return True
 
 
 def _shown(value: Any) -> str:

@@ -117,8 +117,7 @@ def write_glb(
 
     Raises:
         FileError: The file cannot be written.
-        FormatError: Coordinates are too large for single precision or not finite, or the file
-            would be larger than 4 GiB.
+        FormatError: Coordinates are too large for single precision, or the file for 4 GiB.
         ParameterError: An argument is out of its range.
     """
     require_glb_settings(normals, tolerance, keys_tolerance, fps)

@@ -11,6 +11,7 @@ from typing import Any
 
 from elastomorph.errors import FileError, FormatError, MissingExtraError
 from elastomorph.io.blend_shapes import different_names
+from elastomorph.rig import Rig
 
 __all__ = ["naming_failure", "prim_names", "pxr", "require_storable"]
 
@@ -59,12 +60,13 @@ def prim_names(names: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
     return different_names(valid, first=1, taken=set(taken))
 
 
-def require_storable(path: str | Path, names: Iterable[str]) -> None:
+def require_storable(path: str | Path, rig: Rig) -> None:
     """Check that USD can keep names as text beside the prim names made from them.
 
     Raises:
         FormatError: A name holds a NUL, at which USD would end it, or half a character.
     """
-    for name in names:
+    labels = (rig.neutral.materials, rig.neutral.groups)
+    for name in (*rig.morphs, *(name for own in labels if own is not None for name in own.names)):
         if "\0" in name or name.encode("utf-8", "replace").decode() != name:
             raise FormatError(path, f"the name {name!r} cannot be stored as text; rename it")

@@ -10,15 +10,15 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing_path
+from elastomorph.io.blend_shapes import driven_weights
 from elastomorph.io.usd.exact import SETTINGS, SLIDERS, checksum
 from elastomorph.io.usd.inbetweens import place_inbetweens
 from elastomorph.io.usd.library import naming_failure, prim_names, pxr, require_storable
@@ -109,17 +109,15 @@ def write_usd(
     programs must drive them.
 
     Args:
-        path: .usda is text, .usdc and .usd are binary. Its folder must exist.
+        path: The file: .usda is text, .usdc and .usd are binary.
         rig: The rig.
         tolerance: Distance between the two paths that is small enough, as a fraction of D.
         most_inbetweens: Largest number of in-betweens of a morph.
         animation: Times (T,) in seconds, rising; slider weights (T, S) in the order of
             ``rig.names``, 1 the target; and a name. All weights are 0 where it is left out.
         fps: Time codes in a second.
-        meters_per_unit: Length of a unit in metres. The default is centimetres, what USD takes
-            a file for that states nothing.
-        settings: How the rig was made, as JSON: kept in ``elastomorph:settings`` of the mesh and
-            given back by `elastomorph.io.settings_used.settings_used`.
+        meters_per_unit: Length of a unit in metres; by default that of files that state none.
+        settings: How the rig was made, as JSON; `elastomorph.io.settings_used` gives it back.
 
     Returns:
         The in-betweens and the remaining error of each morph, and the size of the file.
@@ -127,28 +125,27 @@ def write_usd(
     Raises:
         MissingExtraError: usd-core is not installed.
         ParameterError: An argument is out of its range, or not a rig.
-        FormatError: The suffix is another one, a coordinate is too large for float32, or a name
-            is no text.
+        FormatError: Another suffix, a coordinate too large for float32, or a name that is no text.
         FileError: The file cannot be written.
     """
     if not isinstance(rig, Rig):
         raise ParameterError(f"expected a Rig to write, found {type(rig).__name__}")
     require_usd_settings(tolerance, most_inbetweens, fps, meters_per_unit)
-    if Path(path).suffix.lower() not in SUFFIXES:
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
         raise FormatError(path, f"expected a name that ends in {', '.join(SUFFIXES)}")
-    labels = [own.names for own in (rig.neutral.materials, rig.neutral.groups) if own is not None]
-    require_storable(path, [*rig.morphs, *chain.from_iterable(labels)])
-    motion = None if animation is None else _checked_animation(rig, *animation)
+    require_storable(path, rig)
+    motion = None
+    if animation is not None:
+        motion = WeightAnimation(*driven_weights(rig, *animation[:2]), str(animation[2]))
     with replacing_path(path) as temporary, naming_failure(path):
         stage = pxr("Usd").Stage.CreateInMemory()
-        pxr("UsdGeom").SetStageUpAxis(stage, pxr("UsdGeom").Tokens.y)
         pxr("UsdGeom").SetStageMetersPerUnit(stage, meters_per_unit)
         shapes = _author(path, stage, rig, tolerance, most_inbetweens, motion, fps)
         if settings is not None:
             text = json.dumps(settings, ensure_ascii=False, allow_nan=False)
             set_text(stage.GetPrimAtPath(f"{_ROOT}/Mesh"), SETTINGS, text)
-        kind = "usda" if Path(path).suffix.lower() == ".usda" else "usdc"
-        mode = temporary.stat().st_mode
+        kind, mode = ("usda" if suffix == ".usda" else "usdc"), temporary.stat().st_mode
         stage.GetRootLayer().Export(str(temporary), args={"format": kind})
         temporary.chmod(mode)
         size = temporary.stat().st_size
@@ -186,6 +183,7 @@ def _author(
     animation: WeightAnimation | None,
     fps: float,
 ) -> tuple[BlendShapeReport, ...]:
+    pxr("UsdGeom").SetStageUpAxis(stage, pxr("UsdGeom").Tokens.y)
     root = pxr("UsdSkel").Root.Define(stage, _ROOT)
     stage.SetDefaultPrim(root.GetPrim())
     pxr("Usd").ModelAPI(root.GetPrim()).SetKind(pxr("Kind").Tokens.component)
@@ -220,21 +218,3 @@ def _sliders_to_json(rig: Rig) -> str:
             "checksum": checksum([rig.neutral.vertices.astype(np.float32)]),
         }
     )
-
-
-def _checked_animation(
-    rig: Rig, times: ArrayLike, weights: ArrayLike, name: str
-) -> WeightAnimation:
-    table = rig.sliders.table(weights)
-    try:
-        seconds: NDArray[np.float64] = np.asarray(times, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ParameterError("the times of an animation must be numbers, in seconds") from None
-    if seconds.shape != (len(table),) or not len(table) or not np.isfinite(seconds).all():
-        raise ParameterError(
-            f"an animation needs a time in seconds for each of its {len(table)} rows of weights, "
-            f"found times of shape {seconds.shape}"
-        )
-    if (np.diff(seconds) <= 0).any():
-        raise ParameterError("the times of an animation must rise")
-    return WeightAnimation(seconds, rig.sliders.drive(table), str(name))
