@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from pathlib import Path
 
@@ -11,7 +12,8 @@ from calls import status_of as run
 from small_files import write_all
 
 import elastomorph as em
-from elastomorph.cli import app, verb
+from elastomorph.cli import verb
+from elastomorph.cli.app import VERBS, loaded
 from elastomorph.errors import FileError
 from elastomorph.io.atomic import read_bytes, replacing
 from elastomorph.io.kept_inputs import inputs_kept, unnoted
@@ -84,11 +86,15 @@ def test_every_verb_with_an_output_is_tried() -> None:
     """A verb that gains an output without a row above fails here."""
     tried = {words[0] for words, _ in CALLS}
     tried |= {"demo", "doctor"}  # folders of their own, guarded where files are written
-    for command in app.registered_commands:
-        callback = command.callback
-        assert callback is not None
-        if "overwrite" in typer.main.get_params_from_function(callback):
-            assert callback.__name__ in tried
+    for name in VERBS:
+        if "overwrite" in typer.main.get_params_from_function(loaded(name)):
+            assert name in tried
+
+
+def test_what_a_verb_is_for_is_the_start_of_its_words() -> None:
+    """It is listed without the verb being imported."""
+    for name, text in VERBS.items():
+        assert inspect.getdoc(loaded(name)).startswith(text.rstrip(".")), name
 
 
 def test_overwrite_allows_it(here: Path) -> None:

@@ -8,61 +8,89 @@ import signal
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from importlib import import_module
 from inspect import cleandoc
 from itertools import pairwise
 from typing import Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
 from elastomorph.cli import completion
-from elastomorph.cli.animate import animate
-from elastomorph.cli.bench import bench
-from elastomorph.cli.blend import blend
-from elastomorph.cli.curves import curves
-from elastomorph.cli.demo import demo
-from elastomorph.cli.doctor import doctor
-from elastomorph.cli.evaluate import evaluate
-from elastomorph.cli.export import export
-from elastomorph.cli.fit import fit
-from elastomorph.cli.inbetweens import suggest
-from elastomorph.cli.init import init
-from elastomorph.cli.inspect import inspect
-from elastomorph.cli.interpolate import interpolate
-from elastomorph.cli.render import render
-from elastomorph.cli.verb import keeping_inputs
-from elastomorph.cli.view import view
 from elastomorph.errors import ElastomorphError
 
-__all__ = ["app", "main"]
+__all__ = ["VERBS", "app", "loaded", "main"]
 
-app = typer.Typer(
-    name="elastomorph",
-    help="Nonlinear blendshapes that run anywhere linear ones do.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
+VERBS = {
+    "demo": "Show on a face what each target needs, how every method does, and the paper's "
+    "pictures.",
+    "init": "Look at a folder and write elastomorph.toml.",
+    "inspect": "Say what a file holds and how it was made.",
+    "doctor": "Examine the files of a rig.",
+    "curves": "Find curves along edge loops.",
+    "interpolate": "Interpolate between two known shapes, by any method.",
+    "evaluate": "Judge methods by recorded frames.",
+    "fit": "Estimate material and load common to recorded motions.",
+    "blend": "Blend expressions.",
+    "export": "Write a rig for other programs.",
+    "animate": "Play a recorded performance on a rig.",
+    "render": "Draw a face.",
+    "view": "Look at a rig, or compare several, in the browser.",
+    "bench": "Time the paper's experiment.",
+}
+"""Each verb, a function in the file of its name, and what it is for: the start of its own words."""
+
+_INBETWEENS = {"suggest": "Find the recorded frames that pay most as in-betweens."}
+
+
+class _Verbs(TyperGroup):
+    """Imports a verb when it is called, so that no verb waits for the options of all others."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name, command, rest = super().resolve_command(ctx, args)
+        if name is not None and not isinstance(command, TyperGroup):
+            command = _command(name)
+        return name, command, rest
+
+
+def loaded(name: str) -> Callable[..., Any]:
+    """The function of a verb, which keeps its inputs."""
+    from elastomorph.cli.verb import keeping_inputs
+
+    file = "inbetweens" if name in _INBETWEENS else name
+    return keeping_inputs(getattr(import_module(f"elastomorph.cli.{file}"), name))
+
+
+def _command(name: str) -> Any:
+    """A verb with its options; examples stay on lines of their own."""
+    verb = loaded(name)
+    words = re.sub(
+        r"^(Examples?:)\s*", "\b\n\\1\n  ", cleandoc(verb.__doc__ or ""), flags=re.MULTILINE
+    )
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(name, help=words)(verb)
+    return typer.main.get_command(alone)
+
+
+def _group(verbs: dict[str, str], **options: Any) -> typer.Typer:
+    group = typer.Typer(
+        cls=_Verbs,
+        no_args_is_help=True,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        **options,
+    )
+    for name, text in verbs.items():
+        group.command(name, short_help=text)(lambda: None)  # its place is taken by `_command`
+    return group
+
+
+app = _group(
+    VERBS, name="elastomorph", help="Nonlinear blendshapes that run anywhere linear ones do."
 )
-
-
-def _add(verb: Callable[..., Any], verbs: typer.Typer) -> None:
-    """Every verb keeps its inputs; examples stay on lines of their own; short help is uncut."""
-    text = cleandoc(verb.__doc__ or "")
-    verbs.command(
-        help=re.sub(r"^(Examples?:)\s*", "\b\n\\1\n  ", text, flags=re.MULTILINE),
-        short_help=re.split(r"[:;]|\.$", text.partition("\n")[0])[0] + ".",
-    )(keeping_inputs(verb))
-
-
-for each in (
-    *(demo, init, inspect, doctor, curves, interpolate, evaluate, fit),
-    *(blend, export, animate, render, view, bench),
-):
-    _add(each, app)
-_inbetweens = typer.Typer(
-    help="In-betweens: shapes a path passes through.", no_args_is_help=True, rich_markup_mode=None
+app.add_typer(
+    _group(_INBETWEENS, help="In-betweens: shapes a path passes through."), name="inbetweens"
 )
-_add(suggest, _inbetweens)
-app.add_typer(_inbetweens, name="inbetweens")
 
 
 @app.callback(invoke_without_command=True)
