@@ -13,24 +13,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from elastomorph._renamed import accept_old_names
+from elastomorph.errors import *  # noqa: F403
+from elastomorph.errors import __all__ as _errors
 
 if TYPE_CHECKING:
     from elastomorph.curves import Curve as Curve
     from elastomorph.curves import CurveNetwork as CurveNetwork
     from elastomorph.curves import edge_loops as edge_loops
     from elastomorph.curves import extract_curves as extract_curves
-    from elastomorph.errors import BakeError as BakeError
-    from elastomorph.errors import CurveError as CurveError
-    from elastomorph.errors import ElastomorphError as ElastomorphError
-    from elastomorph.errors import ElastomorphWarning as ElastomorphWarning
-    from elastomorph.errors import FileError as FileError
-    from elastomorph.errors import FormatError as FormatError
-    from elastomorph.errors import MeshError as MeshError
-    from elastomorph.errors import MissingExtraError as MissingExtraError
-    from elastomorph.errors import ParameterError as ParameterError
-    from elastomorph.errors import ResonanceError as ResonanceError
-    from elastomorph.errors import TimeLawWarning as TimeLawWarning
-    from elastomorph.errors import TopologyError as TopologyError
     from elastomorph.evaluation import Evaluation as Evaluation
     from elastomorph.evaluation import Suggestion as Suggestion
     from elastomorph.evaluation import evaluate as evaluate
@@ -62,20 +52,6 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "elastomorph.paths.through": ("through",),
     "elastomorph.model.bend_curve": ("BendCurve",),
     "elastomorph.curves": ("Curve", "CurveNetwork", "edge_loops", "extract_curves"),
-    "elastomorph.errors": (
-        "BakeError",
-        "CurveError",
-        "ElastomorphError",
-        "ElastomorphWarning",
-        "FileError",
-        "FormatError",
-        "MeshError",
-        "MissingExtraError",
-        "ParameterError",
-        "ResonanceError",
-        "TimeLawWarning",
-        "TopologyError",
-    ),
     "elastomorph.evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
     "elastomorph.fitting": ("Fit",),
     "elastomorph.fitting.fit": ("fit",),
@@ -87,11 +63,11 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "elastomorph.rig": ("Rig",),
     "elastomorph.model.sequence": ("MeshSequence",),
 }
-"""The module of each public name."""
+"""The module of each public name that is no error."""
 
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
-__all__ = sorted(_HOME)
+__all__ = sorted({*_HOME, *_errors})
 
 accept_old_names()
 
