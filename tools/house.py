@@ -27,7 +27,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from runpy import run_path
 
 import grimp
 import numpy as np
@@ -45,44 +44,6 @@ COMPLEXITY = 15
 RUNS = 7
 LATER = {f"functions over {FUNCTION_LINES} lines"}
 """What `--check` lets pass as long as the house does not keep it."""
-
-# The way of a vertex from a file to a file, told which functions run on it.
-ROUTE = """
-import json, sys
-from pathlib import Path
-package, folder = sys.argv[1:]
-import elastomorph as em
-from elastomorph.samples import expressions, head
-neutral, smile = f"{folder}/neutral.obj", f"{folder}/smile.obj"
-em.write(neutral, head())
-em.write(smile, expressions()["grinning"])
-for name in [name for name in sys.modules if name.partition(".")[0] == package]:
-    del sys.modules[name]
-files, named = set(), []
-def imported(frame):  # runs because a module is being imported
-    while frame:
-        if frame.f_code.co_name == "<module>" and f"{package}/" in frame.f_code.co_filename:
-            return True
-        frame = frame.f_back
-def note(frame, event, argument):
-    if event == "call":
-        file, before = frame.f_code.co_filename, frame.f_back
-        if f"{package}/" in file and file not in files and not imported(frame):
-            files.add(file)
-        if frame.f_code.co_name == "import_module" and f"{package}/" in before.f_code.co_filename:
-            if str(frame.f_locals["name"]).startswith(package):
-                named.append(frame.f_locals["name"])
-sys.setprofile(note)
-import elastomorph as em
-mesh, target = em.read(neutral), em.read(smile)
-curves = em.extract_curves(mesh)
-morph = em.interpolate(mesh, target, method="beam", order=2, curves=curves)
-rig = em.Rig(mesh, {"smile": morph})
-rig.pose({"smile": 0.5})
-em.write(f"{folder}/x.glb", rig)
-sys.setprofile(None)
-print(json.dumps([sorted(files), named]))
-"""
 
 
 @dataclass
@@ -192,18 +153,30 @@ def _contract() -> tuple[dict[str, int], set[tuple[str, ...]]]:
 
 
 HEIGHT, FORWARDS = _contract()
-# Today's name of each module that had another.
-NEW_NAMES = run_path(str(ROOT / "src" / PACKAGE / "_renamed.py"))["_NEW_NAMES"]
+# Where the modules of the first layout stand today, and which of them left `report` for `draw`.
+STOOD = {
+    "character": "settings",
+    "model": "bend_curve components extent inspection mesh morph polygon_normals polygons rigid "
+    "sequence surface",
+    "paths": "baking rotations",
+    "rig": "performance timing",
+    "samples": "paper_expressions",
+}
+MOVED = {module: room for room, modules in STOOD.items() for module in modules.split()}
+DRAWN = """
+    actors camera clips closures contact_sheet curves_picture extras eyes face_strip figure framing
+    gif graphs grid heat inbetween_graph materials method_style method_words movement_graph movie
+    normals pictures portrait pose_pictures posed render stage strips take_strip time_laws turntable
+    vtk_arrays window
+"""
 
 
 def room_of(module: str) -> str:
-    """The room a module stands in, or stood in when it had another name."""
-    for old, new in NEW_NAMES.items():
-        if f"{module}.".startswith(f"{old}."):
-            module = new
-            break
-    parts = module.split(".")
-    return parts[1] if len(parts) > 1 and parts[1] in HEIGHT else "top"
+    """The room that a module stands in, or would stand in today."""
+    _, room, part, *_ = [*module.split("."), "", ""]
+    if room == "report" and part in DRAWN.split():
+        return "draw"
+    return MOVED.get(room, room if room in HEIGHT else "top")
 
 
 def _arrows(root: Path) -> tuple[list[str], list[str]]:
@@ -251,22 +224,21 @@ def _least_seconds(root: Path, code: str) -> float:
     seconds = []
     for _ in range(RUNS):
         start = time.perf_counter()
-        _run(root, code)
+        _run(root, "-c", code)
         seconds.append(time.perf_counter() - start)
     return min(seconds)
 
 
 def _route(root: Path) -> tuple[list[str], int]:
     """Files whose functions run on the way of a vertex, and imports on it by name."""
-    with tempfile.TemporaryDirectory() as folder:
-        files, named = json.loads(_run(root, ROUTE, PACKAGE, folder))
+    files, named = json.loads(_run(root, str(ROOT / "tools" / "route.py")))
     package = f"{root / 'src' / PACKAGE}/"
     return [str(file).replace(package, "") for file in files], len(named)
 
 
-def _run(root: Path, code: str, *words: str) -> str:
+def _run(root: Path, *words: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", code, *words],
+        [sys.executable, "-W", "ignore", *words],
         env=os.environ | {"PYTHONPATH": str(root / "src")},
         capture_output=True,
         check=True,

@@ -1,4 +1,4 @@
-"""What a mesh is made of, and how a target differs from its neutral: facts for people."""
+"""What a mesh is made of, and how a target differs from its neutral."""
 
 from __future__ import annotations
 

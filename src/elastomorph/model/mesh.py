@@ -263,7 +263,7 @@ def _first_difference(neutral: Mesh, target: Mesh) -> str:
 
 
 def _corners_shown(polygon: NDArray[np.int32]) -> str:
-    """The corners of a polygon; of one that is no polygon of people, the first."""
+    """The corners of a polygon, at most the first twelve of them."""
     shown = ", ".join(map(str, polygon[:_MOST_SHOWN].tolist()))
     rest = len(polygon) - _MOST_SHOWN
     return f"[{shown}, and {rest:,} more]" if rest > 0 else f"[{shown}]"

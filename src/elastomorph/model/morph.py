@@ -66,7 +66,7 @@ class Morph:
             fraction of ``neutral.diameter``; 0 where the storage is exact.
         choice: Why ``auto`` chose this path; None where the method was named.
         bare: Whether only the target was known, as in a file of another program: the straight
-            line then stands in for a path that nobody has chosen yet.
+            line then stands for a path that is still to be chosen.
 
     Raises:
         TopologyError: Neutral and target differ in vertices or polygons.
@@ -146,7 +146,7 @@ class Morph:
 
     def _repr_html_(self) -> str:
         """The viewer, for a notebook."""
-        # An upward import, for a notebook asks the thing itself, and nobody else needs a viewer.
+        # One of the imports upward that pyproject.toml names: a notebook asks the object itself.
         from elastomorph.viewer.notebook import notebook_html
 
         return notebook_html(self)

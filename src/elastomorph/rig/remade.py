@@ -1,4 +1,4 @@
-"""The paths of a whole rig: made where nobody has chosen any, or anew by a method."""
+"""The paths of a whole rig: made where only targets are known, or anew by a method."""
 
 from __future__ import annotations
 

@@ -282,7 +282,7 @@ class Rig:
             FileError: The file cannot be written.
             MissingExtraError: The format needs a package that is not installed.
         """
-        # Upward imports, as those of `Evaluation`: a user with a rig in hand looks for them here.
+        # One of the imports upward that pyproject.toml names: users look for it here.
         from elastomorph.io import write
 
         return write(path, self, **options)

@@ -40,7 +40,7 @@ class Sliders:
     Attributes:
         morphs: Names of all morphs, in the order of the rig.
         correctives: Name of each corrective, and its drivers.
-        groups: Names of groups, and the sliders in each, for people and files.
+        groups: Names of groups, and the sliders in each.
 
     Raises:
         ParameterError: A corrective or group names what does not exist, or a corrective drives
