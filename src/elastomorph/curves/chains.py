@@ -50,6 +50,13 @@ class Chains:
         previous[entry[again]] = entry[again - 1]
         return previous
 
+    def only(self, kept: NDArray[np.bool_]) -> Chains:
+        """Some of the sequences, of (K,) bool those to keep."""
+        if kept.all():
+            return self
+        offsets = np.concatenate([[0], np.cumsum(self.lengths[kept])])
+        return Chains(self.items[np.repeat(kept, self.lengths)], offsets, self.closed[kept])
+
     def arrays(self) -> list[NDArray[np.int32]]:
         """The sequences as separate views of ``items``."""
         return [self.items[start:stop] for start, stop in pairwise(self.offsets.tolist())]

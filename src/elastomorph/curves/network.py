@@ -124,7 +124,7 @@ class CurveNetwork(Sequence[Curve]):
     def curve_of(self) -> NDArray[np.int32]:
         """(V,) int32, read-only: the curve that each vertex lies on, -1 for none."""
         lengths = [len(curve) for curve in self.curves]
-        vertices = _joined(curve.vertices for curve in self.curves)
+        vertices = np.concatenate([np.empty(0, np.int32), *(c.vertices for c in self.curves)])
         owner = np.repeat(np.arange(len(self.curves), dtype=np.int32), lengths)
         if vertices.size and int(vertices.max()) >= self.vertex_count:
             entry = int(np.argmax(vertices >= self.vertex_count))
@@ -235,10 +235,6 @@ def require_curves_of(curves: object, vertex_count: int, mesh: str) -> None:
             f"the curves belong to a mesh of {curves.vertex_count:,} vertices, {mesh} has "
             f"{vertex_count:,}: extract them from it"
         )
-
-
-def _joined(arrays: Iterable[NDArray[np.int32]]) -> NDArray[np.int32]:
-    return np.concatenate([np.empty(0, np.int32), *arrays])
 
 
 def _runs(curve: Curve, kept: NDArray[np.bool_]) -> list[NDArray[np.int32]]:

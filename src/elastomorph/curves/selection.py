@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,53 +25,6 @@ class GrowingCurves:
 
     links: NDArray[np.int32]
     is_closed: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class _Visits:
-    """What is left of the loops: one entry for each time a loop passes through a free vertex.
-
-    Attributes:
-        vertex: (N,) the vertex.
-        loop: (N,) the loop.
-        place: (N,) where the loop passes it, counted through all loops, ascending.
-        previous: (N,) ``place`` of the last earlier visit of the same loop to the same vertex.
-        uncut: (L,) bool, loops that are closed and that nothing was taken of yet.
-        simple: (L,) bool, loops that pass through no vertex twice.
-    """
-
-    vertex: NDArray[np.int32]
-    loop: NDArray[np.int32]
-    place: NDArray[np.int64]
-    previous: NDArray[np.int64]
-    uncut: NDArray[np.bool_]
-    simple: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class _Runs:
-    """Candidates for curves: of each free run the longest part without a repeated vertex.
-
-    Attributes:
-        start: (K,) first entry of each in the visits.
-        length: (K,) number of vertices.
-        closed: (K,) bool.
-    """
-
-    start: NDArray[np.int64]
-    length: NDArray[np.int64]
-    closed: NDArray[np.bool_]
-
-    def only(self, kept: NDArray[np.bool_]) -> _Runs:
-        """Some of the candidates."""
-        return _Runs(self.start[kept], self.length[kept], self.closed[kept])
-
-    def entries(self) -> NDArray[np.int64]:
-        """The entries of all candidates, one candidate after another."""
-        stop = np.cumsum(self.length)
-        entries = np.repeat(self.start - (stop - self.length), self.length)
-        entries += np.arange(len(entries))
-        return entries
 
 
 def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> GrowingCurves:
@@ -98,139 +51,104 @@ def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> GrowingCurves:
         np.full((len(taken), 2), -1, dtype=np.int32), np.zeros(len(taken), dtype=np.bool_)
     )
     strongest = np.empty(len(taken), dtype=np.int32)
-    visits = _as_visits(loops)
+    loops, simple = _started_at_longest_part(loops)
     while True:
-        visits = _free(visits, taken)
-        runs = _candidates(visits)
-        runs = runs.only(runs.length >= SHORTEST)
-        if len(runs.start) == 0:
+        loops = _without(loops, taken)
+        runs = loops if simple else _longest_parts(loops)
+        runs = runs.only(runs.lengths >= SHORTEST)
+        if len(runs.closed) == 0:
             return growing
-        vertex = visits.vertex[runs.entries()]
-        rank = _ranks(runs, vertex, len(taken))
-        claims = np.repeat(rank, runs.length)
-        strongest[vertex] = len(rank)
-        np.minimum.at(strongest, vertex, claims)
-        first = np.cumsum(runs.length) - runs.length
-        chosen = runs.only(np.logical_and.reduceat(strongest[vertex] == claims, first))
-        _enter(growing, visits.vertex[chosen.entries()], chosen)
-        taken[visits.vertex[chosen.entries()]] = True
+        rank = _ranks(runs, len(taken))
+        claims = np.repeat(rank, runs.lengths)
+        strongest[runs.items] = len(rank)
+        np.minimum.at(strongest, runs.items, claims)
+        best = strongest[runs.items] == claims
+        chosen = runs.only(np.logical_and.reduceat(best, runs.offsets[:-1]))
+        _enter(growing, chosen)
+        taken[chosen.items] = True
 
 
-def _ranks(runs: _Runs, vertex: NDArray[np.int32], vertex_count: int) -> NDArray[np.int32]:
-    """The rank of each run, 0 for the best.
+def _started_at_longest_part(loops: Chains) -> tuple[Chains, bool]:
+    """Closed loops that pass a vertex twice, started where most is kept; whether none passes two.
 
-    Args:
-        runs: The runs.
-        vertex: Their vertices, one run after another.
-        vertex_count: Number of vertices V.
+    Such a loop cannot be one curve: only its longest part without a repeated vertex can.
     """
-    first = np.cumsum(runs.length) - runs.length
-    own = np.repeat(np.where(runs.closed, runs.length, 0), runs.length)
-    passing = np.bincount(vertex, weights=own, minlength=vertex_count)
-    crossed = np.where(runs.closed, np.add.reduceat(passing[vertex] - own, first), 0.0)
-    lowest = np.minimum.reduceat(vertex, first)
-    order = np.lexsort((lowest, -runs.length, crossed, ~runs.closed))
+    repeated = loops.previous_visits() >= 0
+    if not repeated.any():
+        return loops, True
+    items = loops.items.copy()
+    crossing = np.unique(loops.owners()[repeated])
+    for loop in crossing[loops.closed[crossing]].tolist():
+        part = slice(loops.offsets[loop], loops.offsets[loop + 1])
+        vertices = items[part]
+        twice = np.concatenate([vertices, vertices])
+        span = Chains(twice, np.array([0, len(twice)]), np.zeros(1, np.bool_))
+        first = np.maximum.accumulate(span.previous_visits() + 1)
+        start = int(first[np.argmax(np.arange(len(twice)) - first)]) % len(vertices)
+        items[part] = np.roll(vertices, -start)
+    return Chains(items, loops.offsets, loops.closed), False
+
+
+def _without(loops: Chains, taken: NDArray[np.bool_]) -> Chains:
+    """What is left of loops when vertices are taken: closed ones start after one of these."""
+    items, gone = loops.items, taken[loops.items]
+    lost = np.flatnonzero(gone)
+    if not lost.size:
+        return loops
+    owner = loops.owners()
+    hit = np.zeros(len(loops.closed), dtype=np.bool_)
+    hit[owner[lost]] = True
+    turned = np.flatnonzero((hit & loops.closed)[owner])
+    if turned.size:
+        begin, length = loops.offsets[:-1][owner[turned]], loops.lengths[owner[turned]]
+        shift = np.zeros(len(loops.closed), dtype=np.int64)
+        shift[owner[lost]] = lost + 1  # of several, the last assignment stays
+        source = begin + (turned + shift[owner[turned]] - 2 * begin) % length
+        items = items.copy()
+        items[turned], gone[turned] = items[source], gone[source]
+    begins = np.roll(gone, 1)
+    begins[loops.offsets[:-1]] = True
+    free = np.flatnonzero(~gone)
+    starts = np.flatnonzero(begins[free])
+    closed = (loops.closed & ~hit)[owner[free[starts]]]
+    return Chains(items[free], np.append(starts, len(free)), closed)
+
+
+def _longest_parts(loops: Chains) -> Chains:
+    """Of each loop the longest part without a repeated vertex, closed if that is all of it."""
+    previous = loops.previous_visits()
+    if not len(previous) or previous.max() < 0:
+        return loops
+    owner = loops.owners()
+    start = loops.offsets[:-1]
+    first = np.maximum.accumulate(np.maximum(start[owner], previous + 1))
+    extent = np.arange(len(owner)) - first + 1
+    length = np.maximum.reduceat(extent, start)
+    peak = np.flatnonzero(extent == length[owner])
+    last = peak[np.flatnonzero(np.diff(owner[peak], prepend=-1))]
+    offsets = np.concatenate([[0], np.cumsum(length)])
+    entries = np.repeat(last + 1 - offsets[1:], length) + np.arange(offsets[-1])
+    return Chains(loops.items[entries], offsets, loops.closed & (length == loops.lengths))
+
+
+def _ranks(runs: Chains, vertex_count: int) -> NDArray[np.int32]:
+    """The rank of each run, 0 for the best, on a mesh with so many vertices."""
+    length, first = runs.lengths, runs.offsets[:-1]
+    own = np.repeat(np.where(runs.closed, length, 0), length)
+    passing = np.bincount(runs.items, weights=own, minlength=vertex_count)
+    crossed = np.where(runs.closed, np.add.reduceat(passing[runs.items] - own, first), 0.0)
+    lowest = np.minimum.reduceat(runs.items, first)
+    order = np.lexsort((lowest, -length, crossed, ~runs.closed))
     rank = np.empty(len(order), dtype=np.int32)
     rank[order] = np.arange(len(order))
     return rank
 
 
-def _as_visits(loops: Chains) -> _Visits:
-    previous = loops.previous_visits()
-    items = loops.items
-    owner = loops.owners()
-    simple = np.ones(len(loops.closed), dtype=np.bool_)
-    simple[owner[previous >= 0]] = False
-    crossing = np.flatnonzero(loops.closed & ~simple)
-    if crossing.size:
-        # A closed loop through a vertex twice cannot be one curve: start it where most is kept.
-        items = items.copy()
-        for loop in crossing.tolist():
-            part = slice(loops.offsets[loop], loops.offsets[loop + 1])
-            items[part] = np.roll(items[part], -_longest_simple_start(items[part]))
-        previous = Chains(items, loops.offsets, loops.closed).previous_visits()
-    return _Visits(items, owner, np.arange(len(items)), previous, loops.closed, simple)
-
-
-def _longest_simple_start(vertices: NDArray[np.int32]) -> int:
-    """Where the longest cyclic part without a repeated vertex starts."""
-    twice = np.concatenate([vertices, vertices])
-    span = Chains(twice, np.array([0, len(twice)]), np.zeros(1, np.bool_))
-    first = np.maximum.accumulate(span.previous_visits() + 1)
-    return int(first[np.argmax(np.arange(len(twice)) - first)]) % len(vertices)
-
-
-def _free(visits: _Visits, taken: NDArray[np.bool_]) -> _Visits:
-    """The visits to vertices that are still free."""
-    gone = taken[visits.vertex]
-    if not gone.any():
-        return visits
-    hit = np.zeros(len(visits.uncut), dtype=np.bool_)
-    hit[visits.loop[gone]] = True
-    if (hit & visits.uncut).any():
-        visits = _started_at_cuts(visits, hit & visits.uncut, gone)
-        gone = taken[visits.vertex]
-    free = ~gone
-    return _Visits(
-        visits.vertex[free],
-        visits.loop[free],
-        visits.place[free],
-        visits.previous[free],
-        visits.uncut & ~hit,
-        visits.simple,
-    )
-
-
-def _started_at_cuts(visits: _Visits, hit: NDArray[np.bool_], gone: NDArray[np.bool_]) -> _Visits:
-    """Closed loops turned to start after a vertex that is gone, so that no run wraps around."""
-    inside = np.flatnonzero(hit[visits.loop])
-    loop = visits.loop[inside]
-    begins = np.diff(loop, prepend=-1) != 0
-    first, block = np.flatnonzero(begins), np.cumsum(begins) - 1
-    lengths = np.diff(first, append=len(loop))
-    step = np.arange(len(loop)) - first[block]
-    last_gone = np.zeros(len(first), dtype=np.int64)
-    lost = np.flatnonzero(gone[inside])
-    last_gone[block[lost]] = step[lost]
-    source = inside[first[block] + (step + last_gone[block] + 1) % lengths[block]]
-    vertex, previous = visits.vertex.copy(), visits.previous.copy()
-    vertex[inside] = visits.vertex[source]
-    if not visits.simple[hit].all():
-        turned = Chains(vertex[inside], np.append(first, len(loop)), np.ones(len(first), np.bool_))
-        before = turned.previous_visits()
-        previous[inside] = np.where(before < 0, -1, visits.place[inside[before]])
-    return replace(visits, vertex=vertex, previous=previous)
-
-
-def _candidates(visits: _Visits) -> _Runs:
-    count = len(visits.vertex)
-    if count == 0:
-        nothing = np.empty(0, dtype=np.int64)
-        return _Runs(nothing, nothing, np.empty(0, dtype=np.bool_))
-    begins = np.ones(count, dtype=np.bool_)
-    begins[1:] = (np.diff(visits.place) != 1) | (np.diff(visits.loop) != 0)
-    start = np.flatnonzero(begins)
-    length = np.diff(start, append=count)
-    loop = visits.loop[start]
-    closed = visits.uncut[loop] & visits.simple[loop]
-    if (visits.previous >= 0).any():
-        floor = np.repeat(visits.place[start], length)
-        first = np.maximum.accumulate(np.maximum(floor, visits.previous + 1))
-        extent = visits.place - first + 1
-        longest = np.maximum.reduceat(extent, start)
-        peak = np.flatnonzero(extent == np.repeat(longest, length))
-        run = np.repeat(np.arange(len(start)), length)[peak]
-        last = peak[np.flatnonzero(np.diff(run, prepend=-1))]
-        return _Runs(last - longest + 1, longest, closed)
-    return _Runs(start, length, closed)
-
-
-def _enter(growing: GrowingCurves, vertex: NDArray[np.int32], runs: _Runs) -> None:
-    """Enter runs whose vertices lie one after another."""
-    stop = np.cumsum(runs.length)
-    start = stop - runs.length
-    before, after = np.roll(vertex, 1), np.roll(vertex, -1)
-    before[start] = np.where(runs.closed, vertex[stop - 1], -1)
-    after[stop - 1] = np.where(runs.closed, vertex[start], -1)
-    growing.links[vertex, 0], growing.links[vertex, 1] = before, after
-    growing.is_closed[vertex] = np.repeat(runs.closed, runs.length)
+def _enter(growing: GrowingCurves, runs: Chains) -> None:
+    """Link the vertices of runs."""
+    items, first, last = runs.items, runs.offsets[:-1], runs.offsets[1:] - 1
+    before, after = np.roll(items, 1), np.roll(items, -1)
+    before[first] = np.where(runs.closed, items[last], -1)
+    after[last] = np.where(runs.closed, items[first], -1)
+    growing.links[items, 0], growing.links[items, 1] = before, after
+    growing.is_closed[items] = np.repeat(runs.closed, runs.lengths)

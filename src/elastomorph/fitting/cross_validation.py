@@ -116,12 +116,6 @@ class Repetitions:
         """For laws of t … t^powers."""
         return cls(tuple(LawSums.of(sums, powers) for sums in motions))
 
-    @property
-    def rms_moved(self) -> float:
-        """RMS distance of the motions from their first frames."""
-        total = sum(part.total for part in self.parts)
-        return float(np.sqrt(total / sum(part.count for part in self.parts)))
-
     def solved(
         self, degree: int, closure: str, starts: int, near: Sequence[NDArray[np.float64]] = ()
     ) -> Solution:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -13,6 +14,7 @@ from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import MeshError, ParameterError, TimeLawWarning, TopologyError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.fitting.cross_validation import (
+    Constants,
     Repetitions,
     Solution,
     Validated,
@@ -77,49 +79,75 @@ def fit(
     takes = _one_mesh(motions)
     network = extract_curves(takes[0].mesh) if curves is None else curves
     along = _along(takes, network)
-    diameter = takes[0].mesh.diameter
-
     say("adding up the modes")
-    by_curve = [curve_sums(take, list(network)) for take in takes]
-    degrees = DEGREES if degree is None else (degree,)
-    faces = Repetitions.of([ModalSums.joined(parts) for parts in by_curve], max(degrees) + 1)
-    by_degree: dict[int, Validated] = {}
-    for each in _with_enough_frames(faces, degrees, closure):
-        say(f"fitting loads of degree {each}")
-        by_degree[each] = faces.validated(each, closure, starts)
-    chosen, rms = _best_degree(by_degree, faces.rms_moved)
+    sums = [curve_sums(take, list(network)) for take in takes]
+    found = _by_degree(sums, degree, closure, starts, say)
+    best, rms = _best_degree(found)
+    how = "given" if degree is not None else "leave-one-out" if found[best].folds else "BIC"
     say("finding intervals")
-    known = constants(by_degree[chosen])
-
+    known = constants(found[best])
     say("measuring")
-    folds = by_degree[chosen].folds
+    diameter = takes[0].mesh.diameter
+    alone = fit_curves(sums, network, best, closure, starts, diameter, say) if per_curve else ()
+    settings: dict[str, Any] = {
+        "degree": best,
+        "chosen": how,
+        "degree_rms": rms,
+        "closure": closure,
+    }
+    return _measured(takes, network, along, known, found[best].folds, per_curve=alone, **settings)
+
+
+def _measured(
+    takes: Sequence[MeshSequence],
+    network: CurveNetwork,
+    along: CurveVertices,
+    known: Constants,
+    folds: Sequence[Solution],
+    *,
+    degree_rms: dict[int, float],
+    **rest: Any,
+) -> Fit:
+    """The fit with its errors on the motions, and on each motion without it."""
+    diameter = takes[0].mesh.diameter
     inside = _errors(takes, [known.solution] * len(takes), network, along, diameter)
     outside = _errors(takes, folds, network, along, diameter)
     frames = np.array([len(take) - 2 for take in takes])
-    alone = (
-        fit_curves(by_curve, network, chosen, closure, starts, diameter, say) if per_curve else ()
-    )
     return Fit(
         material=known.material,
         load=known.solution.load,
-        degree=chosen,
-        closure=closure,
         damping=known.damping,
         mass=known.mass,
         load_intervals=known.load_intervals,
-        degree_errors={each: value / diameter for each, value in rms.items()},
-        chosen="given" if degree is not None else "leave-one-out" if folds else "BIC",
+        degree_errors={degree: rms / diameter for degree, rms in degree_rms.items()},
         excursion=known.solution.objective.excursion(known.solution.optimum.point),
         in_sample=_pooled(inside, frames),
         left_out=_pooled(outside, frames) if folds else (),
         left_out_rms=outside[:, :, 0] if folds else np.zeros((0, 3)),
-        per_curve=alone,
         motions=len(takes),
         frames=int(frames.sum()),
         curves=len(network),
         vertices=len(along.indices),
         diameter=diameter,
+        **rest,
     )
+
+
+def _by_degree(
+    sums: Sequence[Sequence[ModalSums]],
+    degree: int | None,
+    closure: str,
+    starts: int,
+    say: Callable[[str], None],
+) -> dict[int, Validated]:
+    """The loads of the degree asked for, or of all, on the sums of each motion's curves."""
+    degrees = DEGREES if degree is None else (degree,)
+    faces = Repetitions.of([ModalSums.joined(parts) for parts in sums], max(degrees) + 1)
+    found = {}
+    for each in _with_enough_frames(faces, degrees, closure):
+        say(f"fitting loads of degree {each}")
+        found[each] = faces.validated(each, closure, starts)
+    return found
 
 
 def _check_settings(degree: int | None, closure: str, starts: int) -> None:
@@ -193,13 +221,14 @@ def _with_enough_frames(
     return enough
 
 
-def _best_degree(by_degree: dict[int, Validated], rms_moved: float) -> tuple[int, dict[int, float]]:
+def _best_degree(by_degree: dict[int, Validated]) -> tuple[int, dict[int, float]]:
     """The degree to take, and the RMS by degree of motions left out (of all, for a single one)."""
+    sums = next(iter(by_degree.values())).whole.objective.sums
     if not any(one.folds for one in by_degree.values()):
         best = min(by_degree, key=lambda r: by_degree[r].whole.bic)
         return best, {r: one.whole.rms for r, one in by_degree.items()}
     rms = {r: one.left_out_rms for r, one in by_degree.items()}
-    alike = (1.0 + _ALIKE) * min(rms.values()) + _EXACT * rms_moved
+    alike = (1.0 + _ALIKE) * min(rms.values()) + _EXACT * math.sqrt(sums.total / sums.count)
     return min(r for r, error in rms.items() if error <= alike), rms
 
 

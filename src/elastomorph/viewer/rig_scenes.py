@@ -58,14 +58,7 @@ def rig_scene(
         ParameterError: The mesh has no polygons.
         FormatError: Coordinates too large for single precision.
     """
-    return Scene(
-        (rig_model(rig, name, "rig"),),
-        name if title is None else title,
-        unit,
-        rig.neutral.diameter,
-        extract_curves(rig.neutral) if curves is None else curves,
-        _HALF_WAY if isinstance(rig, Morph) else {},
-    )
+    return comparison_scene({name: rig}, title=title, unit=unit, curves=curves)
 
 
 def comparison_scene(
