@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[1]
 # Where results are sums and products, and where they are written and read back.
 FOLDERS = (
     *("character", "curves", "evaluation", "fitting", "io", "model", "paths", "physics", "rig"),
-    "samples",
+    *("samples", "tools"),
 )
 # Routines of OpenBLAS, and the feature of the processor without which they cannot run.
 CORES = {"Prescott": "SSE3", "Haswell": "AVX2", "Zen": "AVX2", "SkylakeX": "AVX512F"}

@@ -8,6 +8,7 @@ The file is replaced; `tests/tools/test_sculptor.py` compares it with what is sc
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ def whole_units(positions: NDArray[np.float64]) -> NDArray[np.int32]:
     return np.rint(positions / UNIT).astype(np.int32)
 
 
-def arrays() -> dict[str, NDArray[np.generic]]:
+def arrays() -> dict[str, Any]:
     """What the file holds, by name."""
     mesh = build().mesh
     assert mesh.groups is not None

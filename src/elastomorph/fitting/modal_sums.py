@@ -13,7 +13,7 @@ more than a (K, K) triangle F and K numbers z (one QR factorisation): misfit = â
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,22 +127,16 @@ class LawSums:
         basis = sums.times[:, None] ** np.arange(1, powers + 1)
         rows = root[:, None, None] * basis
         explained = float((wanted**2).sum())
-        return _reduced(
-            sums.stiffness,
-            rows,
-            wanted,
-            max(sums.total - explained, 0.0),
-            sums.total,
-            sums.vertices * len(sums.times),
-            len(sums.times),
-        )
+        rest, count = max(sums.total - explained, 0.0), sums.vertices * len(sums.times)
+        whole = cls(sums.stiffness, rows, wanted, rest, sums.total, count, len(sums.times))
+        return whole._reduced()
 
     @classmethod
     def together(cls, parts: Sequence[LawSums]) -> LawSums:
         """The sums of several motions of the same curves."""
         if len(parts) == 1:
             return parts[0]
-        return _reduced(
+        return cls(
             parts[0].stiffness,
             np.concatenate([part.factors for part in parts], axis=1),
             np.concatenate([part.aims for part in parts], axis=1),
@@ -150,7 +144,17 @@ class LawSums:
             sum(part.total for part in parts),
             sum(part.count for part in parts),
             sum(part.frames for part in parts),
-        )
+        )._reduced()
+
+    def _reduced(self) -> LawSums:
+        """The same with any number of rows for each B turned into at most K."""
+        missing = max(self.factors.shape[2] - self.factors.shape[1], 0)
+        rows = np.pad(self.factors, ((0, 0), (0, missing), (0, 0)))
+        wanted = np.pad(self.aims, ((0, 0), (0, missing)))
+        basis, factors = np.linalg.qr(rows)
+        aims = np.einsum("gij,gi->gj", basis, wanted)
+        beyond = wanted - np.einsum("gij,gj->gi", basis, aims)
+        return replace(self, factors=factors, aims=aims, rest=self.rest + float((beyond**2).sum()))
 
     def residuals(self, laws: NDArray[np.float64]) -> NDArray[np.float64]:
         """(G, K) F Ï† - z for (G, K) coefficients of the laws."""
@@ -159,24 +163,3 @@ class LawSums:
     def misfit(self, laws: NDArray[np.float64]) -> float:
         """Sum of squared distances over vertices and inner frames."""
         return float((self.residuals(laws) ** 2).sum()) + self.rest
-
-
-def _reduced(
-    stiffness: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    wanted: NDArray[np.float64],
-    rest: float,
-    total: float,
-    count: int,
-    frames: int,
-) -> LawSums:
-    """Turn any number of rows for each B into at most K."""
-    powers = rows.shape[2]
-    missing = max(powers - rows.shape[1], 0)
-    rows = np.pad(rows, ((0, 0), (0, missing), (0, 0)))
-    wanted = np.pad(wanted, ((0, 0), (0, missing)))
-    basis, factors = np.linalg.qr(rows)
-    aims = np.einsum("gij,gi->gj", basis, wanted)
-    beyond = wanted - np.einsum("gij,gj->gi", basis, aims)
-    rest += float((beyond**2).sum())
-    return LawSums(stiffness, factors, aims, rest, total, count, frames)
