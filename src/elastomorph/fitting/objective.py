@@ -19,8 +19,8 @@ from elastomorph.physics.guard import excursion
 __all__ = ["EXCURSION", "Objective"]
 
 EXCURSION = 0.1
-# The wall rises a little before the border, so that what leans against it is still inside.
-_WALL = 0.099
+# The penalty begins a little before the border, so that what it stops is still inside.
+_PENALISED = 0.099
 _STEEPNESS = 100.0
 _HUGE = 1e6
 _LARGEST_LOAD = 100.0
@@ -94,16 +94,16 @@ class Objective:
         return float(excursion(self.laws(point)).max())
 
     def misfit(self, point: NDArray[np.float64]) -> float:
-        """Squared distance over that of the first frames; the wall is not in it."""
+        """Squared distance over that of the first frames; the penalty is not in it."""
         return self.sums.misfit(self.laws(point)) / self.sums.total
 
     def residuals(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What to make small: distances over those of the first frames, and the wall."""
+        """What to make small: distances over those of the first frames, and the penalty."""
         laws = self.laws(point)
         own = self.sums.residuals(laws).ravel() / np.sqrt(self.sums.total)
-        wall = _STEEPNESS * np.maximum(np.minimum(excursion(laws), _HUGE) - _WALL, 0.0)
-        return np.concatenate([own, wall])
+        penalty = _STEEPNESS * np.maximum(np.minimum(excursion(laws), _HUGE) - _PENALISED, 0.0)
+        return np.concatenate([own, penalty])
 
     def cost(self, point: NDArray[np.float64]) -> float:
-        """The misfit and the wall."""
+        """The misfit and the penalty."""
         return float((self.residuals(point) ** 2).sum()) + self.sums.rest / self.sums.total

@@ -27,7 +27,7 @@ class Optimum:
 
     Attributes:
         point: (R + 1,) see `elastomorph.fitting.objective`.
-        cost: Misfit and wall there.
+        cost: Misfit and penalty there.
     """
 
     point: NDArray[np.float64]
@@ -129,9 +129,9 @@ def slack(objective: Objective, optimum: Optimum) -> float:
     """
     from scipy.special import fdtri
 
-    spare = _spare(objective)
+    freedom = _degrees_of_freedom(objective)
     misfit = objective.misfit(optimum.point)
-    return max(misfit * float(fdtri(1, spare, CONFIDENCE)) / spare, _PRECISION)
+    return max(misfit * float(fdtri(1, freedom, CONFIDENCE)) / freedom, _PRECISION)
 
 
 def interval(objective: Objective, optimum: Optimum, index: int) -> tuple[float, float]:
@@ -192,9 +192,9 @@ def load_intervals(
         ]
         columns.append((sides[0] - sides[1]).ravel() / (2e-6 * scale))
     _, singular, right = np.linalg.svd(np.stack(columns, axis=1), full_matrices=False)
-    spare = _spare(objective)
-    variance = objective.misfit(optimum.point) / spare
-    reach = float(stdtrit(spare, 0.5 + 0.5 * CONFIDENCE))
+    freedom = _degrees_of_freedom(objective)
+    variance = objective.misfit(optimum.point) / freedom
+    reach = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
     loads = np.zeros((degree, len(chosen)))
     shares = chosen >= 2
     loads[1:, shares] = np.eye(degree - 1)
@@ -207,6 +207,6 @@ def load_intervals(
     return tuple((float(v - h), float(v + h)) for v, h in zip(values, half, strict=True))
 
 
-def _spare(objective: Objective) -> int:
+def _degrees_of_freedom(objective: Objective) -> int:
     """Numbers measured beyond those fitted."""
     return max(3 * objective.sums.count - int(objective.free.sum()), 1)
