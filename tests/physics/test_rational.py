@@ -17,7 +17,7 @@ def evaluated(load: Load, material: Material, stiffness: np.ndarray) -> np.ndarr
     """Σ_j d_rj / Π_{i≤j} (B - β_i) + p_r/p(1), straight from its definition."""
     laws = rational_laws(load, material)
     chain = np.cumprod(1 / (stiffness[:, None] - laws.roots), axis=1)
-    return laws.limit + chain @ laws.weights.T
+    return load.limit_law + chain @ laws.weights.T
 
 
 @settings(max_examples=80, deadline=None)

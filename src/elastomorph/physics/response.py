@@ -154,12 +154,10 @@ class RationalLaws:
     Attributes:
         roots: (R - 1,) complex β; conjugates stand next to each other, upper half plane first.
         weights: (R, R - 1) complex d, for t … t^R.
-        limit: (R,) p_r/p(1).
     """
 
     roots: NDArray[np.complex128]
     weights: NDArray[np.complex128]
-    limit: NDArray[np.float64]
 
 
 def rational_laws(load: Load, material: Material) -> RationalLaws:
@@ -184,7 +182,7 @@ def rational_laws(load: Load, material: Material) -> RationalLaws:
         rest = ((a[r + 1] - limit[r] * denominator) / denominator[-1])[:-1].astype(np.complex128)
         for j in range(order - 2, -1, -1):
             rest, weights[r, j] = _divided(rest, roots[j])
-    return RationalLaws(roots, weights, limit)
+    return RationalLaws(roots, weights)
 
 
 def _divided(
