@@ -12,15 +12,15 @@ from elastomorph.model.polygons import Polygons
 
 def shuffled(mesh: Mesh, seed: int = 0) -> tuple[Mesh, NDArray[np.int64]]:
     """A copy with vertices, polygons and first corners in another order; the new number of each."""
-    random = np.random.default_rng(seed)
-    number = random.permutation(len(mesh.vertices))
-    faces = [
-        np.roll(number[mesh.faces[i]], random.integers(len(mesh.faces[i]))).tolist()
-        for i in random.permutation(len(mesh.faces))
-    ]
+    random, faces = np.random.default_rng(seed), mesh.faces
+    number, order = random.permutation(len(mesh.vertices)), random.permutation(len(faces))
+    sizes = faces.sizes[order]
+    offsets = np.append(0, np.cumsum(sizes))
+    place = np.arange(offsets[-1]) + np.repeat(random.integers(sizes) - offsets[:-1], sizes)
+    corners = np.repeat(faces.offsets[order], sizes) + place % np.repeat(sizes, sizes)
     vertices = np.empty_like(mesh.vertices)
     vertices[number] = mesh.vertices
-    return Mesh(vertices, faces), number
+    return Mesh(vertices, Polygons(number[faces.indices[corners]], offsets)), number
 
 
 def turned_over(mesh: Mesh) -> Mesh:

@@ -35,6 +35,11 @@ def neutral(folder: Path) -> Mesh:
     return read(folder / "generic_neutral_mesh.obj")
 
 
+@pytest.fixture(scope="module")
+def order(neutral: Mesh) -> NeutralOrder:
+    return NeutralOrder(neutral)
+
+
 def moved(folder: Path, neutral: Mesh, name: str) -> np.ndarray:
     return read(folder / f"{name}.obj").vertices - neutral.vertices
 
@@ -132,22 +137,22 @@ def test_the_jaw_is_off_by_the_height_of_its_arc(
 
 
 @pytest.mark.parametrize("name", ["eyeBlink_L", "jawOpen", "PupilDilate_R"])
-def test_a_shuffled_copy_is_repaired_exactly(folder: Path, neutral: Mesh, name: str) -> None:
+def test_a_shuffled_copy_is_repaired_exactly(folder: Path, order: NeutralOrder, name: str) -> None:
     """Twelve lashes alike, eyeballs of 64 and 4 ways to turn, and lids that flip them over."""
     target = read(folder / f"{name}.obj")
     mixed, number = shuffled(target, seed=len(name))
     assert (number != np.arange(len(number))).any()
-    found = NeutralOrder(neutral).examine(mixed, "mixed.obj")
+    found = order.examine(mixed, "mixed.obj")
     assert [f.name for f in found.findings] == ["vertex-order"]
     assert found.mesh is not None
-    assert found.mesh.faces == neutral.faces
+    assert found.mesh.faces == order.neutral.faces
     np.testing.assert_array_equal(found.mesh.vertices, target.vertices)
 
 
-def test_a_shuffled_copy_run_backwards_is_not_repaired(folder: Path, neutral: Mesh) -> None:
+def test_a_shuffled_copy_run_backwards_is_not_repaired(folder: Path, order: NeutralOrder) -> None:
     """The rig's polygons are symmetric, so they fit with left and right exchanged: refused."""
     mixed, _ = shuffled(turned_over(read(folder / "mouthSmile_L.obj")))
-    found = NeutralOrder(neutral).examine(mixed, "mixed.obj")
+    found = order.examine(mixed, "mixed.obj")
     assert [f.name for f in found.findings] == ["reversed-winding"]
     assert found.mesh is None
 
@@ -163,23 +168,21 @@ def test_a_shuffled_target_in_millimetres_and_z_up(folder: Path, neutral: Mesh) 
     np.testing.assert_allclose(mesh.vertices, target.vertices, rtol=1e-14, atol=1e-12)
 
 
-def test_one_reversed_piece_of_a_target_is_wound_again(
-    folder: Path, neutral: Mesh, tmp_path: Path
-) -> None:
+def test_one_reversed_piece_of_a_target_is_wound_again(folder: Path, order: NeutralOrder) -> None:
     """Each of the eight largest pieces; numbers and positions are never touched."""
     target = read(folder / "mouthSmile_L.obj")
     part = component_of(len(target.vertices), target.edges)
     for piece in np.argsort(-np.bincount(part))[:8].tolist():
         inside = part[target.faces.indices[target.faces.offsets[:-1]]] == piece
         over = with_reversed(target, inside)
-        found = NeutralOrder(neutral).examine(over, "over.obj")
+        found = order.examine(over, "over.obj")
         (one,) = found.findings
         assert one.name == "reversed-winding"
         assert one.vertices == tuple(np.flatnonzero(part == piece))
         assert found.mesh is not None
-        assert found.mesh.faces == neutral.faces
+        assert found.mesh.faces == order.neutral.faces
         np.testing.assert_array_equal(found.mesh.vertices, target.vertices)
-        mixed = NeutralOrder(neutral).examine(shuffled(over, piece)[0], "mixed.obj")
+        mixed = order.examine(shuffled(over, piece)[0], "mixed.obj")
         if mixed.mesh is None:
             assert [f.name for f in mixed.findings] == ["different-polygons"]
         else:
@@ -187,10 +190,12 @@ def test_one_reversed_piece_of_a_target_is_wound_again(
 
 
 @pytest.mark.parametrize("expression", ["eyeBlink", "eyeLookDown", "eyeWide"])
-def test_the_lids_alone_do_not_say_which_way_a_face_looks(folder: Path, expression: str) -> None:
+def test_the_lids_alone_do_not_say_which_way_a_face_looks(
+    folder: Path, neutral: Mesh, expression: str
+) -> None:
     """What they move looks up; taken for the front, left and right would be told the wrong way."""
-    files = [folder / f"{expression}_{side}.obj" for side in "LR"]
-    found = examine_files([folder / "generic_neutral_mesh.obj", *files])
+    files = [f"{expression}_{side}.obj" for side in "LR"]
+    found = examine(neutral, [(file, read(folder / file)) for file in files], file="neutral.obj")
     assert "swapped-sides" not in {one.name for one in found.findings}
 
 
