@@ -11,6 +11,7 @@ import numpy as np
 
 import elastomorph as em
 from foreign_files import write_foreign_glb
+from small_meshes import grid
 
 SIDE = 7
 LEFT = [SIDE * row + column for row in range(SIDE) for column in range(4)]
@@ -18,10 +19,7 @@ LEFT = [SIDE * row + column for row in range(SIDE) for column in range(4)]
 
 def sheet() -> em.Mesh:
     """A bent sheet of 6 × 6 quads."""
-    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(SIDE), np.arange(SIDE)))
-    vertices = np.stack([x, y, 0.05 * x * x], axis=1).astype(float)
-    corners = [SIDE * row + column for row in range(SIDE - 1) for column in range(SIDE - 1)]
-    return em.Mesh(vertices, [[c, c + 1, c + SIDE + 1, c + SIDE] for c in corners])
+    return grid(SIDE, SIDE, lambda x, _: 0.05 * x * x)
 
 
 def shapes() -> dict[str, em.Mesh]:

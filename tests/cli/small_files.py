@@ -13,6 +13,7 @@ from elastomorph.io.performance import write_performance_csv
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig.performance import Performance
 from foreign_files import write_foreign_glb
+from small_meshes import grid
 
 __all__ = ["SIDE", "sheet", "turned", "write_all"]
 
@@ -21,10 +22,7 @@ SIDE = 5
 
 def sheet() -> em.Mesh:
     """A bent sheet of quads."""
-    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(SIDE), np.arange(SIDE)))
-    corners = [SIDE * row + column for row in range(SIDE - 1) for column in range(SIDE - 1)]
-    vertices = np.stack([x, y, 0.1 * x * y], axis=1).astype(float)
-    return em.Mesh(vertices, [[c, c + 1, c + SIDE + 1, c + SIDE] for c in corners])
+    return grid(SIDE, SIDE, lambda x, y: 0.1 * x * y)
 
 
 def turned(angle: float) -> em.Mesh:

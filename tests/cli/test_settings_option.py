@@ -16,6 +16,7 @@ from elastomorph.io.settings_used import settings_used
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig.performance import Performance
 from needs import extra
+from small_meshes import grid
 
 SIDE = 5
 SETTINGS = """\
@@ -37,10 +38,7 @@ normals = "none"
 
 
 def sheet() -> em.Mesh:
-    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(SIDE), np.arange(SIDE)))
-    corners = [SIDE * row + column for row in range(SIDE - 1) for column in range(SIDE - 1)]
-    vertices = np.stack([x, y, 0.1 * x * y], axis=1).astype(float)
-    return em.Mesh(vertices, [[c, c + 1, c + SIDE + 1, c + SIDE] for c in corners])
+    return grid(SIDE, SIDE, lambda x, y: 0.1 * x * y)
 
 
 def turned(angle: float) -> em.Mesh:

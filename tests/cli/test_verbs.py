@@ -11,25 +11,16 @@ import pytest
 from calls import status_of as run
 
 import elastomorph as em
+from small_meshes import grid
 
 SIZE = 7
-
-
-def grid() -> em.Mesh:
-    x, y = np.meshgrid(np.arange(SIZE, dtype=float), np.arange(SIZE, dtype=float))
-    faces = [
-        [r * SIZE + c, r * SIZE + c + 1, (r + 1) * SIZE + c + 1, (r + 1) * SIZE + c]
-        for r in range(SIZE - 1)
-        for c in range(SIZE - 1)
-    ]
-    return em.Mesh(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), faces)
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with neutral.obj, target.obj and a motion scan.1.obj … scan.5.obj."""
     monkeypatch.chdir(tmp_path)
-    neutral = grid()
+    neutral = grid(SIZE, SIZE)
     raised = neutral.vertices + [0, 0, 3.0]
     em.write("neutral.obj", neutral)
     em.write("target.obj", neutral.with_vertices(raised))
@@ -108,7 +99,7 @@ class TestVerbs:
         assert "ease R=2" in capsys.readouterr().out
         rows = list(csv.DictReader(Path("out/table.csv").read_text().splitlines()))
         assert [row["label"] for row in rows] == ["linear", "ease R=2"]
-        assert float(rows[0]["lme"]) == pytest.approx(3 / 4 / grid().diameter)
+        assert float(rows[0]["lme"]) == pytest.approx(3 / 4 / grid(SIZE, SIZE).diameter)
         assert float(rows[1]["lme"]) < 1e-12
         assert float(rows[0]["path_lme"]) < 1e-6
         assert json.loads(Path("out/evaluation.json").read_text())["methods"]
@@ -198,7 +189,7 @@ class TestVerbs:
     ) -> None:
         """Exit status 1, one sentence on standard error, nothing written."""
         Path("bad.obj").write_text("v 0 0 0\nv 0 x 0\n")
-        em.write("other.obj", em.Mesh(grid().vertices, list(grid().faces)[1:]))
+        em.write("other.obj", em.Mesh(grid(SIZE, SIZE).vertices, list(grid(SIZE, SIZE).faces)[1:]))
         Path("twice.json").write_text("[[1, 2], [2, 3]]")
         before = sorted(Path().iterdir())
         assert run(*arguments) == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+import small_meshes
 from elastomorph.doctor import Examination, Finding
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
@@ -64,16 +65,12 @@ def welded(mesh: Mesh, kept: int, lost: int) -> Mesh:
 
 
 def grid(columns: int, rows: int, seed: int | None = None) -> Mesh:
-    """A flat grid of quads in the plane z = 0, all wound alike; bent at random with a seed."""
-    x, y = np.meshgrid(np.arange(columns + 1.0), np.arange(rows + 1.0))
-    points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
-    if seed is not None:
-        points += np.random.default_rng(seed).uniform(-0.3, 0.3, points.shape)
-    corner = np.array(
-        [r * (columns + 1) + c for r in range(rows) for c in range(columns)], dtype=np.int64
-    )
-    quads = np.stack([corner, corner + 1, corner + columns + 2, corner + columns + 1], axis=1)
-    return Mesh(points, quads)
+    """Columns × rows flat quads, all wound alike; bent at random with a seed."""
+    mesh = small_meshes.grid(columns + 1, rows + 1)
+    if seed is None:
+        return mesh
+    bent = np.random.default_rng(seed).uniform(-0.3, 0.3, mesh.vertices.shape)
+    return mesh.with_vertices(mesh.vertices + bent)
 
 
 def turn(points: NDArray[np.float64], degrees: float, axis: int = 1) -> NDArray[np.float64]:

@@ -11,13 +11,12 @@ from elastomorph.doctor import Thresholds
 from elastomorph.evaluation.target_paths import TargetPath, TargetPaths, _flips, target_paths
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Choice, Morph
+from small_meshes import grid
 
 
 def sheet() -> em.Mesh:
     """5 by 5 vertices, one apart."""
-    y, x = np.mgrid[0.0:5, 0.0:5]
-    corners = [[i, i + 1, i + 6, i + 5] for r in range(4) for i in range(5 * r, 5 * r + 4)]
-    return em.Mesh(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), corners)
+    return grid(5, 5)
 
 
 @pytest.fixture(scope="module")

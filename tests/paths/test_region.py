@@ -8,23 +8,12 @@ import pytest
 import elastomorph as em
 from elastomorph.evaluation import rigidity
 from elastomorph.model.mesh import FaceLabels
+from small_meshes import grid
 
 SIZE = 25
 
 
-def sheet() -> em.Mesh:
-    """A grid of SIZE × SIZE vertices."""
-    x, y = np.meshgrid(np.arange(SIZE, dtype=float), np.arange(SIZE, dtype=float))
-    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
-    faces = [
-        [r * SIZE + c, r * SIZE + c + 1, (r + 1) * SIZE + c + 1, (r + 1) * SIZE + c]
-        for r in range(SIZE - 1)
-        for c in range(SIZE - 1)
-    ]
-    return em.Mesh(points, faces)
-
-
-NEUTRAL = sheet()
+NEUTRAL = grid(SIZE, SIZE)
 RAISED = NEUTRAL.with_vertices(NEUTRAL.vertices + [0, 0, 10.0])
 INSIDE = np.array([r * SIZE + c for r in range(5, 20) for c in range(5, 20)])
 OUTSIDE = np.setdiff1d(np.arange(SIZE**2), INSIDE)

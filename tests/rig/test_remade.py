@@ -13,19 +13,18 @@ import elastomorph as em
 from elastomorph import blas_threads
 from elastomorph.paths.rotation import Turning
 from elastomorph.rig.remade import bare_rig, extent_of, with_paths
+from small_meshes import grid
 
 SIDE = 5
 
 
 def sheet(scale: float = 1.0) -> em.Mesh:
     """A bent sheet, and far below it a body of one triangle that nothing moves."""
-    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(SIDE), np.arange(SIDE)))
-    corners = [SIDE * row + column for row in range(SIDE - 1) for column in range(SIDE - 1)]
-    quads = [[c, c + 1, c + SIDE + 1, c + SIDE] for c in corners]
-    face = np.stack([x, y, 0.1 * x * y], axis=1).astype(float)
+    face = grid(SIDE, SIDE, lambda x, y: 0.1 * x * y)
     body = np.array([[0.0, -100, 0], [1, -100, 0], [0, -101, 0]])
-    count = len(face)
-    return em.Mesh(scale * np.vstack([face, body]), [*quads, [count, count + 1, count + 2]])
+    count = len(face.vertices)
+    points = scale * np.vstack([face.vertices, body])
+    return em.Mesh(points, [*face.faces, [count, count + 1, count + 2]])
 
 
 def turned(angle: float, scale: float = 1.0) -> em.Mesh:

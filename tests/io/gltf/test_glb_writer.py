@@ -17,6 +17,7 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
+from small_meshes import grid
 
 
 def floats_of(document: dict[str, Any], blob: bytes, number: int) -> np.ndarray:
@@ -149,13 +150,6 @@ def test_a_bend_is_never_called_like_a_morph(tmp_path: Path) -> None:
     assert read_glb(tmp_path / "a.glb").names == ("a", "a.bend1")
 
 
-def grid(count: int) -> Mesh:
-    x, y = np.meshgrid(np.arange(count), np.arange(count))
-    vertices = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
-    first = (np.arange(count - 1)[:, None] * count + np.arange(count - 1)).ravel()
-    return Mesh(vertices, first[:, None] + [0, 1, count + 1, count])
-
-
 def bumps(mesh: Mesh, moved: int) -> Rig:
     up = mesh.vertices.copy()
     up[:moved, 2] += 1 + np.arange(moved) / 7
@@ -165,7 +159,7 @@ def bumps(mesh: Mesh, moved: int) -> Rig:
 
 def test_targets_are_sparse_exactly_where_that_is_smaller(tmp_path: Path) -> None:
     """12 bytes a vertex, against 12 + 2 for a moved one: up to 6/7 of the vertices."""
-    mesh = grid(7)
+    mesh = grid(7, 7)
     for moved, sparse in ((0, True), (41, True), (42, False), (49, False)):
         write_glb(tmp_path / "a.glb", bumps(mesh, moved), normals="none")
         document = chunks_of(tmp_path / "a.glb")[0]
