@@ -7,12 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.isomorphism import (
-    Parts,
-    Relabelling,
-    find_relabelling,
-    reversed_polygons,
-)
+from elastomorph.doctor.isomorphism.parts import Parts
+from elastomorph.doctor.isomorphism.polygons import reversed_polygons
+from elastomorph.doctor.isomorphism.search import Relabelling, find_relabelling
 from elastomorph.model.mesh import Mesh
 
 __all__ = ["Mirror", "find_mirror"]

@@ -11,19 +11,16 @@ from numpy.typing import NDArray
 
 from elastomorph.doctor.checks.winding import reordered, reversed_finding
 from elastomorph.doctor.findings import Outcome, counted, finding, listed
-from elastomorph.doctor.isomorphism import (
-    Mismatch,
-    Parts,
-    Plausibility,
-    Relabelling,
+from elastomorph.doctor.isomorphism.parts import Parts
+from elastomorph.doctor.isomorphism.plausibility import Plausibility, plausibility
+from elastomorph.doctor.isomorphism.polygons import (
     corners_either_way,
     corresponding_corners,
-    find_relabelling,
-    plausibility,
     reversed_corners,
     reversed_polygons,
     triangles_of,
 )
+from elastomorph.doctor.isomorphism.search import Mismatch, Relabelling, find_relabelling
 from elastomorph.model.mesh import Mesh
 
 __all__ = ["NeutralOrder"]

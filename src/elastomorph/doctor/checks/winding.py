@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from elastomorph.doctor.checks import Neutral
 from elastomorph.doctor.connectivity import HalfEdges
 from elastomorph.doctor.findings import Finding, counted, finding, listed, polygon_finding
-from elastomorph.doctor.isomorphism import reversed_corners
+from elastomorph.doctor.isomorphism.polygons import reversed_corners
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.polygons import Polygons
