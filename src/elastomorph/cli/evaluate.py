@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,58 +16,74 @@ from elastomorph.cli.evaluation_page import EvaluationPage
 from elastomorph.cli.output import call_words
 
 if TYPE_CHECKING:
+    from elastomorph.character import Settings
     from elastomorph.curves import CurveNetwork
     from elastomorph.evaluation import Evaluation
     from elastomorph.evaluation.rigid_bodies import Rigidity
+    from elastomorph.model.morph import Morph
     from elastomorph.model.sequence import MeshSequence
+    from elastomorph.paths import Method
+    from elastomorph.physics import Material
 
 __all__ = ["evaluate"]
 
 
+Truth = Annotated[
+    str,
+    typer.Argument(help="Frames: scan.####.obj, a folder, 'scan.*.ply', .npz; a marker take."),
+]
+Output = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="Folder for tables, graphs and pictures."),
+]
+Report = Annotated[
+    Path | None,
+    typer.Option(help="One page with everything found, to read and to pass on: report.html."),
+]
+Unit = Annotated[str, typer.Option(help="Unit of the coordinates, for the report: cm.")]
+Every = Annotated[
+    bool, typer.Option("--all", help="Every method beside those named, not only these.")
+]
+Methods = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="linear, auto, rotation, beam:R[:closure], through:N[:law] (the best N frames as "
+        "in-betweens), …; may be given repeatedly. Without it every method, ranked."
+    ),
+]
+Movements = Annotated[
+    bool, typer.Option(help="Find onsets and offsets in a long take and evaluate each.")
+]
+Edge = Annotated[
+    float | None,
+    typer.Option(help="Share of a movement's rise left out at either end; 0.05 by default."),
+]
+Rigid = Annotated[
+    str | None,
+    typer.Option(help="Vertices known to be rigid: a .json list, or 0-99,120."),
+]
+Pictures = Annotated[
+    bool, typer.Option(help="Draw graphs and faces into the output folder and the report.")
+]
+
+
 def evaluate(
     context: typer.Context,
-    truth: Annotated[
-        str,
-        typer.Argument(help="Frames: scan.####.obj, a folder, 'scan.*.ply', .npz; a marker take."),
-    ],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Folder for tables, graphs and pictures."),
-    ] = None,
-    report: Annotated[
-        Path | None,
-        typer.Option(help="One page with everything found, to read and to pass on: report.html."),
-    ] = None,
-    unit: Annotated[str, typer.Option(help="Unit of the coordinates, for the report: cm.")] = "",
-    every: Annotated[
-        bool, typer.Option("--all", help="Every method beside those named, not only these.")
-    ] = False,
-    method: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="linear, auto, rotation, beam:R[:closure], through:N[:law] (the best N frames as "
-            "in-betweens), …; may be given repeatedly. Without it every method, ranked."
-        ),
-    ] = None,
-    movements: Annotated[
-        bool, typer.Option(help="Find onsets and offsets in a long take and evaluate each.")
-    ] = False,
-    edge: Annotated[
-        float | None,
-        typer.Option(help="Share of a movement's rise left out at either end; 0.05 by default."),
-    ] = None,
-    rigid: Annotated[
-        str | None,
-        typer.Option(help="Vertices known to be rigid: a .json list, or 0-99,120."),
-    ] = None,
+    truth: Truth,
+    output: Output = None,
+    report: Report = None,
+    unit: Unit = "",
+    every: Every = False,
+    method: Methods = None,
+    movements: Movements = False,
+    edge: Edge = None,
+    rigid: Rigid = None,
     mass: options.Mass = None,
     damping: options.Damping = None,
     stiff: options.Rigidity = None,
     keep: options.CurveFile = None,
     settings: options.SettingsFile = None,
-    pictures: Annotated[
-        bool, typer.Option(help="Draw graphs and faces into the output folder and the report.")
-    ] = True,
+    pictures: Pictures = True,
     as_json: options.AsJson = False,
 ) -> None:
     """Judge methods by recorded frames: from the first to the last, against those between.
@@ -76,29 +93,13 @@ def evaluate(
       elastomorph evaluate scan.####.obj -o out --method linear --method beam:2
       elastomorph evaluate take.npz --curves markers.json --movements
     """
-    from elastomorph.character import settings_tables
     from elastomorph.character.choice import MethodChoice
-    from elastomorph.errors import ParameterError
-    from elastomorph.evaluation import evaluate as compare
-    from elastomorph.evaluation import every_method
-    from elastomorph.io.atomic import made_folder
 
-    every = every or not method
-    if movements and (rigid or output):
-        raise ParameterError(
-            "--movements prints tables and writes reports only: leave --rigid and --output out"
-        )
-    if edge is not None and not movements:
-        raise ParameterError("--edge is for --movements: it says where they begin and end")
-    if unit and output is None and report is None:
-        raise ParameterError("--unit is for pictures and pages: add --report or --output")
+    named, every = method or [], every or not method
+    _require_use(movements, edge, rigid, output, report, unit)
     said = MethodChoice.of(mass=mass, damping=damping, rigidity=stiff)
     if said and not every:
-        _require_elastic(method or [])
-    if report is not None:
-        from elastomorph.report.document import require_page_path
-
-        require_page_path(report)
+        _require_elastic(named)
     with options.progress(as_json) as say:
         say("reading")
         character = options.settings_of(None, settings, said)
@@ -107,37 +108,45 @@ def evaluate(
         keep = options.curve_file(keep, settings)
         motion, network = _read(truth, keep)
         material = options.material(mass, damping, stiff, character)
-
-        def methods(part: MeshSequence) -> Any:
-            found = _by_label(method or [], part, network, material, say)
-            if every:
-                return every_method(part, network, material=material, progress=say) | found
-            return found
-
+        methods = partial(_methods, named, every, network, material, say)
         page = EvaluationPage(report, call_words(context), truth, unit, keep, pictures, every)
         if movements:
             edge = 0.05 if edge is None else edge
             _movements(motion, network, methods, every, edge, as_json, page, say)
             return
-        chosen = methods(motion)
-        if output is not None:
-            made_folder(output)
-        result = compare(motion, chosen, network, progress=say)
-        if character is not None:
-            result = replace(result, settings=settings_tables(character))
+        result = _compared(motion, network, methods(motion), character, output, page, say)
         bodies = _bodies(result, motion, rigid)
-        drawn = page.drawn(result, say) if output is not None else None
-        if output is not None:
-            from elastomorph.report.evaluation_files import write_evaluation
-
-            write_evaluation(result, output, graphs=pictures, faces=drawn or (), say=say)
-        page.write(result, chosen, say, drawn)
     if as_json:
-        rigid_parts = {label: asdict(body) for label, body in bodies.items()}
         found = json.loads(result.to_json())
-        options.print_json(found | ({"rigid": rigid_parts} if bodies else {}))
+        bodies_found = {label: asdict(body) for label, body in bodies.items()}
+        options.print_json(found | ({"rigid": bodies_found} if bodies else {}))
     else:
         _tell(result, motion, bodies, every, [f"{output}/"] * bool(output) + page.names)
+
+
+def _require_use(
+    movements: bool,
+    edge: float | None,
+    rigid: str | None,
+    output: Path | None,
+    report: Path | None,
+    unit: str,
+) -> None:
+    """Refuse options that would be passed over, and a page that could not be written."""
+    from elastomorph.errors import ParameterError
+
+    if movements and (rigid or output):
+        raise ParameterError(
+            "--movements prints tables and writes reports only: leave --rigid and --output out"
+        )
+    if edge is not None and not movements:
+        raise ParameterError("--edge is for --movements: it says where they begin and end")
+    if unit and output is None and report is None:
+        raise ParameterError("--unit is for pictures and pages: add --report or --output")
+    if report is not None:
+        from elastomorph.report.document import require_page_path
+
+        require_page_path(report)
 
 
 def _require_elastic(texts: Sequence[str]) -> None:
@@ -164,23 +173,57 @@ def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
     return motion, options.network(motion.mesh, keep)
 
 
-def _by_label(
+def _methods(
     texts: Sequence[str],
-    motion: MeshSequence,
+    every: bool,
     network: CurveNetwork,
-    material: Any,
+    material: Material,
     say: Callable[[str], None],
-) -> dict[str, Any]:
+    motion: MeshSequence,
+) -> dict[str, Method | Morph]:
+    """The methods for one motion by their labels: those named, or all and those named."""
     from elastomorph.errors import ParameterError
+    from elastomorph.evaluation import every_method
     from elastomorph.evaluation.method_texts import method_of
 
-    found: dict[str, Any] = {}
+    found: dict[str, Method | Morph] = {}
     for text in texts:
         label, method = method_of(text, motion, network, material=material, progress=say)
         if label in found:
             raise ParameterError(f"the method {text!r} was given twice")
         found[label] = method
-    return found
+    if not every:
+        return found
+    return every_method(motion, network, material=material, progress=say) | found
+
+
+def _compared(
+    motion: MeshSequence,
+    network: CurveNetwork,
+    methods: Mapping[str, Method | Morph],
+    character: Settings | None,
+    output: Path | None,
+    page: EvaluationPage,
+    say: Callable[[str], None],
+) -> Evaluation:
+    """Compare the methods, and write what was asked for."""
+    from elastomorph.character import settings_tables
+    from elastomorph.evaluation import evaluate as compare
+    from elastomorph.io.atomic import made_folder
+
+    if output is not None:
+        made_folder(output)
+    result = compare(motion, methods, network, progress=say)
+    if character is not None:
+        result = replace(result, settings=settings_tables(character))
+    drawn = None
+    if output is not None:
+        from elastomorph.report.comparison import write_evaluation
+
+        drawn = page.drawn(result, say)
+        write_evaluation(result, output, graphs=page.draw, faces=drawn, say=say)
+    page.write(result, methods, say, drawn)
+    return result
 
 
 def _bodies(result: Evaluation, motion: MeshSequence, rigid: str | None) -> dict[str, Rigidity]:

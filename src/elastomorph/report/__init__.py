@@ -4,8 +4,8 @@ import warnings
 from typing import Any
 
 from elastomorph import draw
-from elastomorph.report.about import About
 from elastomorph.report.comparison import report_page, write_report
+from elastomorph.report.facts import About
 from elastomorph.report.images import Picture
 from elastomorph.report.movements import movements_page, write_movements_report
 

@@ -1,4 +1,4 @@
-"""The report of one comparison: everything found, in one page."""
+"""One comparison: everything found, in one page or as files in one folder."""
 
 from __future__ import annotations
 
@@ -6,20 +6,21 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from elastomorph.draw.graphs import error_graphs, inbetween_graph, time_graphs
+from elastomorph.draw.pictures import write_picture
 from elastomorph.evaluation import Evaluation, Suggestion
 from elastomorph.evaluation.conclusions import reach_verdict
 from elastomorph.evaluation.summary import informed_methods, summaries
 from elastomorph.evaluation.words import Lengths, counted, percent
-from elastomorph.report.about import About
+from elastomorph.io.atomic import replacing
 from elastomorph.report.document import Section, document, require_page_path, write_page
 from elastomorph.report.faces import evaluation_pictures
-from elastomorph.report.facts import compared
+from elastomorph.report.facts import About, compared
 from elastomorph.report.images import Graph, Picture
 from elastomorph.report.live import live_viewer
 from elastomorph.report.outcome import error_table, errors, outcome
 from elastomorph.report.recipe import recipe
 
-__all__ = ["report_page", "write_report"]
+__all__ = ["report_page", "write_evaluation", "write_report", "write_text"]
 
 _ONE_MOTION = (
     "All of this was measured on one motion of one face. On other motions other methods have come "
@@ -192,3 +193,51 @@ def _over_time(evaluation: Evaluation, *, timing_known: bool) -> Graph:
         f"{percent(path_peak)}.",
         caption,
     )
+
+
+def write_evaluation(
+    evaluation: Evaluation,
+    folder: Path,
+    *,
+    graphs: bool = True,
+    faces: Sequence[Picture] = (),
+    say: Callable[[str], None] = lambda _: None,
+) -> list[Path]:
+    """Write the table, the errors and the graphs of an evaluation, and pictures of it.
+
+    Args:
+        evaluation: Methods compared with a recorded motion.
+        folder: Where to write; it must exist.
+        graphs: Draw graphs too, which needs the extra ``demo``.
+        faces: Pictures drawn already, see `evaluation_pictures`; they need the extra too.
+        say: Told what is being done.
+
+    Returns:
+        The files written.
+
+    Raises:
+        FileError: A file cannot be written.
+        MissingExtraError: matplotlib or vtk is not installed.
+    """
+    written = [
+        write_text(folder / "table.csv", evaluation.to_csv()),
+        write_text(folder / "errors.csv", evaluation.to_long_csv()),
+        write_text(folder / "evaluation.json", evaluation.to_json()),
+    ]
+    if graphs:
+        say("drawing graphs")
+        for name, draw in (("errors-by-curve", error_graphs), ("errors-by-time", time_graphs)):
+            for suffix in (".png", ".svg"):
+                written.append(folder / f"{name}{suffix}")
+                draw(evaluation, written[-1])
+    for picture in faces:
+        written.append(folder / f"{picture.name}.png")
+        write_picture(picture.image, written[-1])
+    return written
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a text file, the whole of it or nothing."""
+    with replacing(path) as file:
+        file.write(text.encode())
+    return path

@@ -11,9 +11,8 @@ from elastomorph.evaluation.movements import JudgedMovement, mean_lines
 from elastomorph.evaluation.summary import MethodSummary, informed_methods, places, summaries
 from elastomorph.evaluation.words import Lengths, counted, percent
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.report.about import About
 from elastomorph.report.document import Section, document, require_page_path, write_page
-from elastomorph.report.facts import curve_words, diameter_words, face_words, method_labels
+from elastomorph.report.facts import About, curve_words, diameter_words, face_words, method_labels
 from elastomorph.report.images import Graph
 from elastomorph.report.outcome import error_table, errors, outcome
 from elastomorph.report.recipe import recipe

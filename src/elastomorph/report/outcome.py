@@ -10,8 +10,8 @@ from elastomorph.evaluation.conclusions import Verdict
 from elastomorph.evaluation.summary import MethodSummary, places, same
 from elastomorph.evaluation.table import SHAPE_COLUMNS, number_text
 from elastomorph.evaluation.words import SPACE, Lengths
-from elastomorph.report.about import About
 from elastomorph.report.document import Section
+from elastomorph.report.facts import About
 
 __all__ = ["error_table", "errors", "outcome", "ranked"]
 

@@ -19,8 +19,8 @@ from elastomorph.paths import Method
 from elastomorph.paths.options import options_of
 from elastomorph.physics import CLOSURES
 from elastomorph.physics.equation import HIGHEST_ORDER
-from elastomorph.report.about import About
 from elastomorph.report.document import Section
+from elastomorph.report.facts import About
 
 __all__ = ["recipe"]
 

@@ -24,7 +24,7 @@ from elastomorph.io.atomic import made_folder
 from elastomorph.io.curve_file import write_curves
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
-from elastomorph.report.evaluation_files import write_evaluation, write_text
+from elastomorph.report.comparison import write_evaluation, write_text
 from elastomorph.report.faces import evaluation_pictures
 from elastomorph.report.hinge import Jaw
 from elastomorph.report.images import Picture
