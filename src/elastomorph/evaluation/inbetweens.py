@@ -133,10 +133,8 @@ def suggest_inbetweens(
     along = CurveVertices.of(curves, len(truth.mesh.vertices))
     suggestions = [_measured(truth, along, "linear", Choice((), 0.0, certain=True))]
     say = progress or (lambda _: None)
-    found = [
-        best_frames(_judge(truth, along, measure, law), count, effort=effort, progress=say)
-        for law in laws
-    ]
+    judges = [_judge(truth, along, measure, law) for law in laws]
+    found = [best_frames(judge, count, effort=effort, progress=say) for judge in judges]
     for choices in zip(*found, strict=True):
         law, best = min(zip(laws, choices, strict=True), key=lambda pair: pair[1].error)
         suggestions.append(_measured(truth, along, law, best))

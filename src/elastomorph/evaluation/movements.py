@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -126,6 +126,25 @@ def find_movements(
         MeshError: Frames are not finite (T, N, 3) numbers.
         ParameterError: A setting is out of its range.
     """
+    _require_settings(least_rise, edge, turn, smoothing, reach, shortest)
+    moving = _as_take(frames)
+    level = activity(moving, resting_pose(moving) if rest is None else rest)
+    if smoothing > 0:
+        from scipy.ndimage import gaussian_filter1d
+
+        level = gaussian_filter1d(level, smoothing, mode="nearest")
+    found = [
+        _trimmed(level, *part, edge)
+        for stretch in _stretches(level, least_rise, reach)
+        for part in _one_way(level, stretch, turn)
+        if abs(level[part[1]] - level[part[0]]) >= least_rise
+    ]
+    return [move for move in found if move.stop - move.start + 1 >= shortest]
+
+
+def _require_settings(
+    least_rise: float, edge: float, turn: float, smoothing: float, reach: int, shortest: int
+) -> None:
     for name, value, allowed, expected in (
         ("least_rise", least_rise, least_rise > 0, "above 0"),
         ("edge", edge, 0 <= edge < 0.5, "from 0 to below 0.5"),
@@ -136,31 +155,23 @@ def find_movements(
     ):
         if not allowed:
             raise ParameterError(f"{name} must be {expected}, found {value}")
-    moving = _as_take(frames)
-    level = activity(moving, resting_pose(moving) if rest is None else rest)
-    if smoothing > 0:
-        from scipy.ndimage import gaussian_filter1d
 
-        level = gaussian_filter1d(level, smoothing, mode="nearest")
+
+def _stretches(
+    level: NDArray[np.float64], least_rise: float, reach: int
+) -> Iterator[tuple[int, int]]:
+    """From the quietest frame near an excursion to its peak, and from there to the next such."""
     rest_level = float(np.median(level[level <= np.median(level)]))
     excursions = _runs(level > rest_level + least_rise)
-    count = len(level)
-    found: list[Movement] = []
     for number, (first, stop) in enumerate(excursions):
         quiet_from = max(first - reach, excursions[number - 1][1] if number else 0)
-        following = excursions[number + 1][0] if number + 1 < len(excursions) else count
+        following = excursions[number + 1][0] if number + 1 < len(excursions) else len(level)
         quiet_to = min(stop + reach, following)
         peak = first + int(np.argmax(level[first:stop]))
-        stretches = []
         if first > quiet_from:
-            stretches.append((quiet_from + int(np.argmin(level[quiet_from:first])), peak))
+            yield quiet_from + int(np.argmin(level[quiet_from:first])), peak
         if stop < quiet_to:
-            stretches.append((peak, stop + int(np.argmin(level[stop:quiet_to]))))
-        for stretch in stretches:
-            for part in _one_way(level, stretch, turn):
-                if abs(level[part[1]] - level[part[0]]) >= least_rise:
-                    found.append(_trimmed(level, *part, edge))
-    return [move for move in found if move.stop - move.start + 1 >= shortest]
+            yield peak, stop + int(np.argmin(level[stop:quiet_to]))
 
 
 def _one_way(

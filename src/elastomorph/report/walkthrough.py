@@ -108,10 +108,10 @@ def walk_through(
         morphs = morphs or {result.label: result.morph for result in evaluation.results}
     say("writing in-betweens")
     for label, morph in morphs.items():
-        for time in _IN_BETWEEN_TIMES:
-            file = place.file(f"in-betweens/{label} t={time:g}.obj")
-            write(file, neutral.with_vertices(morph.at(time)))
-
+        for t in _IN_BETWEEN_TIMES:
+            write(
+                place.file(f"in-betweens/{label} t={t:g}.obj"), neutral.with_vertices(morph.at(t))
+            )
     turning = _jaw_on_its_hinge(subject, morphs, place, say)
     if subject.motion is None:
         say(f"drawing {subject.jaw}")
@@ -123,12 +123,10 @@ def walk_through(
     image = closure_comparison(neutral, jaw, place.file("closures.png"), curves=curves)
     pictures.append(closures_picture(image, subject.jaw, seams))
     beam = _beam_timing(subject, curves)
-    page = place.file("report.html")
-    write_walkthrough_report(
-        subject, paths, evaluation, turning, beam, pictures, page, call=call, say=say
-    )
-    errors = [] if turning is None else turning.errors
-    return Walkthrough(subject, curves, paths, errors, evaluation, seams, beam, place.written)
+    found = (subject, paths, evaluation, turning, beam, pictures)
+    write_walkthrough_report(*found, place.file("report.html"), call=call, say=say)
+    hinge = [] if turning is None else turning.errors
+    return Walkthrough(subject, curves, paths, hinge, evaluation, seams, beam, place.written)
 
 
 class _Folder:

@@ -74,9 +74,7 @@ def write_walkthrough_report(
     suggestions = []
     if subject.motion is not None:
         say("looking for the best in-betweens")
-        suggestions = suggest_inbetweens(
-            evaluation.truth, _MOST_INBETWEENS, curves=evaluation.curves
-        )
+        suggestions = suggest_inbetweens(subject.motion, _MOST_INBETWEENS, curves=evaluation.curves)
     about = About(
         subject.name,
         source=motion_words(subject),
