@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 __all__ = ["data_frame", "evaluation_json", "long_csv", "summary_csv"]
 
 
-_TABLES = (
-    "path_times",
-    "path_average_times",
+_MEASURED = (
     "average",
     "maximum",
+    "path_times",
+    "path_average_times",
     "path_average",
     "path_maximum",
 )
+"""Of a method in each frame, and but for times on each curve."""
 
 
 def summary_csv(evaluation: Evaluation) -> str:
@@ -65,37 +66,17 @@ def _summary_rows(evaluation: Evaluation) -> list[list[Any]]:
 
 
 def _long_rows(evaluation: Evaluation) -> list[list[Any]]:
-    header = [
-        "method",
-        "curve",
-        "frame",
-        "time",
-        "average",
-        "maximum",
-        "path_time",
-        "path_average_time",
-        "path_average",
-        "path_maximum",
-    ]
+    header = [name.replace("times", "time") for name in _MEASURED]
+    rows: list[list[Any]] = [["method", "curve", "frame", "time", *header]]
     truth = evaluation.truth
-    times = truth.times.tolist()
-    rows: list[list[Any]] = [header]
     for result in evaluation.results:
-        path_times = result.path_times.tolist()
-        path_average_times = result.path_average_times.tolist()
-        for number, name in enumerate(_curve_names(evaluation)):
-            columns = zip(
-                truth.names,
-                times,
-                result.average[number].tolist(),
-                result.maximum[number].tolist(),
-                path_times,
-                path_average_times,
-                result.path_average[number].tolist(),
-                result.path_maximum[number].tolist(),
-                strict=True,
-            )
-            rows += [[result.label, name, *values] for values in columns]
+        measured = [getattr(result, name) for name in _MEASURED]
+        for number, curve in enumerate(_curve_names(evaluation)):
+            own = [each if each.ndim == 1 else each[number] for each in measured]
+            columns = (each.tolist() for each in (truth.times, *own))
+            rows += [
+                [result.label, curve, *values] for values in zip(truth.names, *columns, strict=True)
+            ]
     return rows
 
 
@@ -113,7 +94,7 @@ def evaluation_json(evaluation: Evaluation) -> str:
             name: value if isinstance(value, str) or math.isfinite(value) else None
             for name, value in asdict(line).items()
         }
-        for name in _TABLES:
+        for name in sorted(_MEASURED, key=lambda name: "times" not in name):
             entry[name] = getattr(result, name).tolist()
         methods.append(entry)
     page = {

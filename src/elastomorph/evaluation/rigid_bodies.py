@@ -29,6 +29,13 @@ __all__ = [
 
 TIMES = (0.25, 0.5, 0.75)
 """Moments at which paths are compared with the arc of a hinge."""
+_RIGID = 1e-3
+"""Largest distance of a part from a rigid motion, as a fraction of D."""
+_LEAST_TURN = 5.0
+"""Smallest angle of interest, in degrees."""
+_FRAMES = 11
+_CARRIED = 1e-6
+"""What is carried along ends as near to the motion as the parts do, or within this part of D."""
 _MOST_IN_PAIRS = 1500
 
 
@@ -65,22 +72,12 @@ class RigidParts:
         )
 
 
-def find_rigid_parts(
-    neutral: Mesh,
-    target: Mesh,
-    *,
-    tolerance: float = 1e-3,
-    least_turn: float = 5.0,
-    frames: int = 11,
-) -> RigidParts | None:
+def find_rigid_parts(neutral: Mesh, target: Mesh) -> RigidParts | None:
     """Find the components that turn rigidly, together.
 
     Args:
         neutral: The mesh at t = 0.
         target: The mesh at t = 1.
-        tolerance: Largest distance from a rigid motion, as a fraction of D.
-        least_turn: Smallest angle of interest, in degrees.
-        frames: Frames of the truth.
 
     Returns:
         The largest set of components with one common motion, or none.
@@ -94,14 +91,13 @@ def find_rigid_parts(
     for vertices in connected_parts(len(neutral.vertices), neutral.edges):
         if len(vertices) >= 4:
             screw, residual = fit_rigid(neutral.vertices[vertices], target.vertices[vertices])
-            turns = np.degrees(screw.angle) >= least_turn
-            if turns and residual.max() <= tolerance * scale:
+            if np.degrees(screw.angle) >= _LEAST_TURN and residual.max() <= _RIGID * scale:
                 rigid.append(vertices)
     if not rigid:
         return None
     together = np.sort(np.concatenate(rigid))
     screw, residual = fit_rigid(neutral.vertices[together], target.vertices[together])
-    if residual.max() > 2 * tolerance * scale:
+    if residual.max() > 2 * _RIGID * scale:
         largest = max(rigid, key=len)
         rigid, together = [largest], np.sort(largest)
         screw, residual = fit_rigid(neutral.vertices[together], target.vertices[together])
@@ -110,20 +106,18 @@ def find_rigid_parts(
         len(rigid),
         screw,
         float(residual.max()) / scale,
-        _truth(neutral, target, together, screw, frames),
+        _truth(neutral, target, together, screw),
     )
 
 
-def _truth(
-    neutral: Mesh, target: Mesh, vertices: NDArray[np.int64], screw: Screw, frames: int
-) -> MeshSequence:
+def _truth(neutral: Mesh, target: Mesh, vertices: NDArray[np.int64], screw: Screw) -> MeshSequence:
     new_index = np.full(len(neutral.vertices), -1)
     new_index[vertices] = np.arange(len(vertices))
     kept = [number for number, face in enumerate(neutral.faces) if (new_index[face] >= 0).all()]
     faces = [new_index[neutral.faces[number]] for number in kept]
     start, end = neutral.vertices[vertices], target.vertices[vertices]
     left_over = end - screw.at(1.0, start)
-    times = np.linspace(0.0, 1.0, frames)
+    times = np.linspace(0.0, 1.0, _FRAMES)
     positions = np.stack([screw.at(float(t), start) + t * left_over for t in times])
     positions[-1] = end
     materials, groups = (_of(labels, kept) for labels in (neutral.materials, neutral.groups))
@@ -182,20 +176,18 @@ class HingeError:
     along: float
 
 
-def find_hinge(neutral: Mesh, target: Mesh, parts: RigidParts, *, tolerance: float = 1e-6) -> Hinge:
+def find_hinge(neutral: Mesh, target: Mesh, parts: RigidParts) -> Hinge:
     """The hinge of rigid parts, and what else it carries.
 
     Args:
         neutral: The face at rest.
         target: The face with its jaw open.
         parts: What `find_rigid_parts` found between the two.
-        tolerance: What else is carried ends within this fraction of D of the motion, or as near
-            to it as the parts do.
     """
     start, end = neutral.vertices, target.vertices
     screw, residual = fit_rigid(start[parts.vertices], end[parts.vertices])
     left_over = np.linalg.norm(screw.at(1.0, start) - end, axis=1)
-    allowed = max(float(residual.max()), tolerance * neutral.diameter)
+    allowed = max(float(residual.max()), _CARRIED * neutral.diameter)
     carried = (left_over <= allowed) & (start != end).any(axis=1)
     carried[parts.vertices] = False
     along = np.zeros_like(carried)
