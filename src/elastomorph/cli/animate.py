@@ -13,6 +13,10 @@ import typer
 from elastomorph.cli import options
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from elastomorph.rig import Rig
     from elastomorph.rig.performance import Match, Performance
 
 __all__ = ["animate"]
@@ -100,15 +104,18 @@ def animate(
             export = {} if chosen is None else export_options(chosen, output)
             write_take(output, face_rig, written, found, clip=clip, watch=watch, export=export)
     if picture is not None:
-        from elastomorph.draw.strips import take_strip
+        _draw(picture, face_rig, take, slider_weights(face_rig, take, found, clip=clip), as_json)
+    _tell(take, written, found, output, as_json)
 
-        with options.progress(as_json) as say:
-            say("drawing")
-            take_strip(face_rig, take, slider_weights(face_rig, take, found, clip=clip), picture)
-    if as_json:
-        options.print_json(_facts(take, written, found, output))
-    else:
-        _tell(take, written, found, output)
+
+def _draw(
+    path: Path, rig: Rig, take: Performance, weights: NDArray[np.float64], quiet: bool
+) -> None:
+    from elastomorph.draw.strips import take_strip
+
+    with options.progress(quiet) as say:
+        say("drawing")
+        take_strip(rig, take, weights, path)
 
 
 def _require_apart(rig: Path | None, output: Path) -> None:
@@ -164,7 +171,12 @@ def _facts(
     }
 
 
-def _tell(take: Performance, written: Performance, found: Match, output: str | None) -> None:
+def _tell(
+    take: Performance, written: Performance, found: Match, output: str | None, as_json: bool
+) -> None:
+    if as_json:
+        options.print_json(_facts(take, written, found, output))
+        return
     typer.echo(f"{take.source}: {len(take):,} frames at {take.rate:.5g} fps, {take.duration:.2f} s")
     for what, names in (("dropped", take.dropped), ("came twice", take.duplicates)):
         if names:

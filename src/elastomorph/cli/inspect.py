@@ -79,12 +79,20 @@ def inspect(
         print_facts(_lines(facts), 20)
     for line in _made_with(used, first):
         typer.echo(line)
+    _tell(changes, morphs)
+
+
+def _tell(changes: Mapping[str, Displacement], morphs: Mapping[str, Morph]) -> None:
     if changes:
         typer.echo("\n  moved vertices   largest   mean of moved   target  (% of D)")
     for name, change in changes.items():
+        way = ""
+        if name in morphs:
+            morph = morphs[name]
+            way = f"  ({morph.method if morph.choice is None else morph.choice.text})"
         typer.echo(
-            f"{change.moved:>16,} {change.largest:>9.3%} {change.mean_of_moved:>15.3%}   {name}"
-            + (f"  ({_path_of(morphs[name])})" if name in morphs else "")
+            f"{change.moved:>16,} {change.largest:>9.3%} {change.mean_of_moved:>15.3%}   "
+            f"{name}{way}"
         )
 
 
@@ -98,10 +106,6 @@ def _targets(
         choice = choice_to_json(morph.choice)
         targets[name] |= {"method": morph.method, "bends": len(morph.bends), "choice": choice}
     return targets
-
-
-def _path_of(morph: Morph) -> str:
-    return morph.method if morph.choice is None else morph.choice.text
 
 
 def _rig(file: Path, mesh: list[str] | None, say: Callable[[str], None]) -> Rig | None:

@@ -142,9 +142,8 @@ def render(
     from elastomorph.draw.sheet import Style
     from elastomorph.errors import ParameterError
 
-    weights = options.named_numbers(
-        [part.strip() for text in pose or () for part in text.split(",")], "--pose"
-    )
+    parts = [part.strip() for text in pose or () for part in text.split(",")]
+    weights = options.named_numbers(parts, "--pose")
     colour = said.background_of(background)
     shot = _Shot(output, t, strip, turntable, degrees, animate, timing, frames, fps)
     _require_sense(shot, weights, method or [], against, transparent=colour is None)
@@ -164,12 +163,7 @@ def render(
     if not shot.moving:
         facts["times"] = times
     if compared is not None:
-        facts["distance"] = {
-            "from": against,
-            "largest": compared.largest,
-            "mean": compared.mean,
-            "diameter": rigs[0].rig.neutral.diameter,
-        }
+        facts["distance"] = {"from": against, **compared.facts}
     options.print_json(facts) if as_json else _tell(facts)
 
 

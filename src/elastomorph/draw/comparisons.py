@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.draw.colours import COLOUR_MAP, ColourScale, round_up
+from elastomorph.draw.camera import Camera
+from elastomorph.draw.colours import COLOUR_MAP
 from elastomorph.draw.framing import View, camera_for
 from elastomorph.draw.pictures import Image, written
-from elastomorph.draw.sheet import Face, face_sheet, in_rows, stack
+from elastomorph.draw.sheet import Face, face_sheet, in_rows, scale_of, stack
 from elastomorph.draw.strips import TRUTH, method_words
 from elastomorph.errors import ParameterError
-from elastomorph.evaluation import Evaluation
-from elastomorph.evaluation.shape import closure_seams
+from elastomorph.evaluation import Evaluation, MethodResult
+from elastomorph.evaluation.shape import ClosureSeam, closure_seams
 from elastomorph.model.mesh import Mesh
 from elastomorph.physics import Material
 from elastomorph.rig import Rig
@@ -64,7 +65,7 @@ def side_by_side(
     return face_sheet(
         truth.mesh,
         [faces],
-        camera_for(truth.mesh, view, poses=truth.frames, size=face),
+        _camera(evaluation, view, face),
         face,
         path,
         column_labels=[TRUTH, *(result.label for result in chosen)],
@@ -118,33 +119,37 @@ def error_strip(
     """
     results = evaluation.results if labels is None else [evaluation[label] for label in labels]
     truth, frame = evaluation.truth, _nearest_frame(evaluation, time)
-    faces, largest = [], 0.0
-    for result in results:
-        times = result.path_times if free_timing else truth.times
-        pose = result.morph.at(float(times[frame]))
-        away = np.linalg.norm(pose - truth.frames[frame], axis=1)
-        error = np.asarray(100 * away / evaluation.diameter)
-        largest = max(largest, float(error.max()))
-        caption = (
-            f"{(names or {}).get(result.label, result.label)}\n"
-            f"max {error.max():.2f} %, mean {error.mean():.2f} %"
-        )
-        faces.append(Face(pose, caption, error))
+    faces = [_error_face(evaluation, frame, result, free_timing, names or {}) for result in results]
     words = (
         f"distance from the recorded face at t = {float(truth.times[frame]):.2g}"
         f"{', with free timing' if free_timing else ''}, % of D   "
         f"(D = {evaluation.diameter:.4g}{' ' * bool(unit)}{unit})"
     )
-    top = round_up(largest) if highest is None else 100 * highest
+    top = None if highest is None else 100 * highest
+    scale, camera = scale_of(faces, words, top, colour_map), _camera(evaluation, view, face)
     return face_sheet(
-        truth.mesh,
-        in_rows(faces, columns),
-        camera_for(truth.mesh, view, poses=truth.frames, size=face),
-        face,
-        path,
-        title=title,
-        scale=ColourScale(top, words, colour_map),
+        truth.mesh, in_rows(faces, columns), camera, face, path, title=title, scale=scale
     )
+
+
+def _error_face(
+    evaluation: Evaluation,
+    frame: int,
+    result: MethodResult,
+    free_timing: bool,
+    names: Mapping[str, str],
+) -> Face:
+    times = result.path_times if free_timing else evaluation.truth.times
+    pose = result.morph.at(float(times[frame]))
+    away = np.linalg.norm(pose - evaluation.truth.frames[frame], axis=1)
+    error = np.asarray(100 * away / evaluation.diameter)
+    name = names.get(result.label, result.label)
+    return Face(pose, f"{name}\nmax {error.max():.2f} %, mean {error.mean():.2f} %", error)
+
+
+def _camera(evaluation: Evaluation, view: View, face: tuple[int, int]) -> Camera:
+    truth = evaluation.truth
+    return camera_for(truth.mesh, view, poses=truth.frames, size=face)
 
 
 def _nearest_frame(evaluation: Evaluation, time: float) -> int:
@@ -196,13 +201,8 @@ def closure_comparison(
         neutral, target, curves, closures=closures, time=time, order=order, material=material
     )
     poses = [seam.morph.at(time) for seam in made]
-    captions = [
-        f"seam {100 * seam.shape.seam:.2f} % of D, {seam.shape.flips:,} "
-        f"polygon{'s' * (seam.shape.flips != 1)} turned over"
-        for seam in made
-    ]
-    head, mouth = (width, round(1.2 * width)), (width, round(0.7 * width))
     ends = np.stack([neutral.vertices, target.vertices])
+    head, mouth = (width, round(1.2 * width)), (width, round(0.7 * width))
     whole = face_sheet(
         neutral,
         [[Face(pose) for pose in poses]],
@@ -210,13 +210,15 @@ def closure_comparison(
         head,
         column_labels=[f"beam R={order}, {closure}, t = {time:g}" for closure in closures],
     )
-    close = face_sheet(
-        neutral,
-        [[Face(pose, caption) for pose, caption in zip(poses, captions, strict=True)]],
-        camera_for(neutral, "mouth", poses=np.stack([neutral.vertices, *poses]), size=mouth),
-        mouth,
-    )
-    return written(stack(whole, close), path)
+    near = camera_for(neutral, "mouth", poses=np.stack([neutral.vertices, *poses]), size=mouth)
+    close = [Face(pose, _seam_words(seam)) for pose, seam in zip(poses, made, strict=True)]
+    return written(stack(whole, face_sheet(neutral, [close], near, mouth)), path)
+
+
+def _seam_words(seam: ClosureSeam) -> str:
+    flips = seam.shape.flips
+    polygons = "polygon" if flips == 1 else "polygons"
+    return f"seam {100 * seam.shape.seam:.2f} % of D, {flips:,} {polygons} turned over"
 
 
 def contact_sheet(

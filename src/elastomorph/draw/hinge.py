@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.colours import ColourScale, round_up
 from elastomorph.draw.figure import dress, legend, new_figure, styles_for
 from elastomorph.draw.materials import parts_of
 from elastomorph.draw.pictures import Image
-from elastomorph.draw.sheet import Face, face_sheet
+from elastomorph.draw.sheet import Face, face_sheet, scale_of
 from elastomorph.evaluation.rigid_bodies import TIMES, Hinge
 from elastomorph.model.mesh import FaceLabels, Mesh
 from elastomorph.model.morph import Morph
@@ -48,10 +47,9 @@ def hinge_faces(
         MeshError: No polygon has all its vertices on what turns.
         MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
-    faces, largest = [], 0.0
+    faces = []
     for morph in morphs.values():
         off = 100 * hinge.off(morph, time)
-        largest = max(largest, float(off.max()))
         caption = f"off the arc by up to {off.max():.3f} % of D"
         faces.append(Face(morph.at(time)[hinge.vertices], caption, off))
     words = f"distance from the hinge's true arc at t = {time:g}, % of D"
@@ -62,7 +60,7 @@ def hinge_faces(
         face,
         path,
         column_labels=list(morphs),
-        scale=ColourScale(round_up(largest), words),
+        scale=scale_of(faces, words),
     )
 
 

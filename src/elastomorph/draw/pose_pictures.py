@@ -34,13 +34,20 @@ class Comparison:
         at: Positions of the reference at a time.
         largest: Largest distance of a vertex over all rigs and times.
         mean: Mean distance of all of them.
+        diameter: D.
         scale: Colours for distances, with a legend.
     """
 
     at: Callable[[float], Positions]
     largest: float
     mean: float
+    diameter: float
     scale: ColourScale
+
+    @property
+    def facts(self) -> dict[str, float]:
+        """The numbers by name."""
+        return {"largest": self.largest, "mean": self.mean, "diameter": self.diameter}
 
     def distances(self, positions: Positions, t: float) -> NDArray[np.float64]:
         """(V,) distance of each vertex from the reference at one time."""
@@ -86,7 +93,7 @@ def compare(
         f"(largest {largest:.3g}{words} = {share:.2g} % of D, D = {diameter:.4g}{words})"
     )
     scale = ColourScale(round_up(largest) if highest is None else highest, label)
-    return Comparison(at, largest, float(np.mean(means)), scale)
+    return Comparison(at, largest, float(np.mean(means)), diameter, scale)
 
 
 def pose_picture(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.colours import RGB, ColourScale
+from elastomorph.draw.colours import COLOUR_MAP, RGB, ColourScale, round_up
 from elastomorph.draw.pictures import Image, imported, written
 from elastomorph.draw.stage import BACKGROUND, Lines, Stage
 from elastomorph.errors import ParameterError
@@ -27,6 +27,7 @@ __all__ = [
     "in_rows",
     "legend_height",
     "picture_grid",
+    "scale_of",
     "stack",
     "text_size_for",
     "with_legend",
@@ -148,6 +149,17 @@ def _key(face: Face) -> tuple[bytes, bytes]:
     return face.vertices.tobytes(), b"" if face.values is None else face.values.tobytes()
 
 
+def scale_of(
+    faces: Iterable[Face], label: str, highest: float | None = None, colour_map: str = COLOUR_MAP
+) -> ColourScale:
+    """One scale for the values of these faces: up to their largest, rounded up, by default."""
+    if highest is None:
+        highest = round_up(
+            max(float(face.values.max()) for face in faces if face.values is not None)
+        )
+    return ColourScale(highest, label, colour_map)
+
+
 def in_rows(faces: Sequence[Face], columns: int) -> list[Sequence[Face]]:
     """Faces in rows of this many, the last of which may be shorter.
 
@@ -189,63 +201,51 @@ def picture_grid(
         ParameterError: No pictures, or of several sizes, or texts that do not match in number.
         MissingExtraError: Pillow or matplotlib is not installed.
     """
-    height, width = _common_size(rows)
-    columns = max(len(row) for row in rows)
-    _require_texts(rows, columns, row_labels, column_labels, captions)
+    height, width, columns = _checked(rows, row_labels, column_labels, captions)
     size = text_size or text_size_for(width)
     bold, heading = _font(size, bold=True), _font(round(1.25 * size), bold=True)
-    below_pictures = list(chain.from_iterable(captions))
-    font = _font(_caption_size(size, width, below_pictures))
-    # room for the words, from the outside in
-    line = round(1.3 * size)
-    cell = max(width, _widest(below_pictures, font), _widest(column_labels, bold)) + gap
-    left = _widest(row_labels, bold)
-    left += size if left else gap
-    head = line * _lines(column_labels)
-    top = (round(2.2 * size) if title else 0) + (head + size // 2 if head else gap)
-    below = line * _lines(below_pictures)
-    below += size // 2 if below else 0
-    across = left + columns * cell
-    if title:
-        across = max(across, _widest([title], heading) + 2 * size)
-    down = top + len(rows) * (height + gap + below)
-    foot = round(_SCALE_HEIGHT * size) if scale else 0
-    sheet = imported("PIL.Image").new("RGB", (across, down + foot), PAPER)
-    draw = imported("PIL.ImageDraw").Draw(sheet)
-    write = partial(draw.text, fill=INK, anchor="ma", align="center")
+    under = list(chain.from_iterable(captions))
+    font = _font(_caption_size(size, width, under))
+    cell = max(width, _widest(under, font), _widest(column_labels, bold)) + gap
+    left = _widest(row_labels, bold) + size if any(row_labels) else gap
+    above, below = _text_height(column_labels, size), _text_height(under, size)
+    top = (round(2.2 * size) if title else 0) + (above or gap)
+    across = max(left + columns * cell, _widest([title], heading) + 2 * size if title else 0)
+    step = height + gap + below
+    down = top + len(rows) * step + (round(_SCALE_HEIGHT * size) if scale else 0)
+    sheet = imported("PIL.Image").new("RGB", (across, down), PAPER)
+    write = partial(imported("PIL.ImageDraw").Draw(sheet).text, fill=INK, anchor="ma")
+    write, beside = partial(write, align="center"), partial(write, anchor="rm", align="right")
     if title:
         write(((across + (left if row_labels else 0)) / 2, 0.5 * size), title, font=heading)
     for column, text in enumerate(column_labels):
-        write((left + column * cell + (cell - gap) / 2, top - head - size // 4), text, font=bold)
+        y = top - above + size // 2 - size // 4
+        write((left + column * cell + (cell - gap) / 2, y), text, font=bold)
+    for number, text in enumerate(row_labels):
+        beside((left - size // 2, top + number * step + height / 2), text, font=bold)
     for number, row in enumerate(rows):
-        y = top + number * (height + gap + below)
-        if row_labels:
-            middle = (left - size // 2, y + height / 2)
-            write(middle, row_labels[number], font=bold, anchor="rm", align="right")
         for column, image in enumerate(row):
-            x = left + column * cell + (cell - gap - width) // 2
+            x, y = left + column * cell + (cell - gap - width) // 2, top + number * step
             sheet.paste(imported("PIL.Image").fromarray(image), (x, y))
             if captions:
                 write((x + width / 2, y + height + size // 4), captions[number][column], font=font)
     if scale:
-        _draw_scale(sheet, scale, size, (left, down), across - left)
+        _draw_scale(sheet, scale, size, left)
     return np.asarray(sheet).copy()
 
 
-def _common_size(rows: Sequence[Sequence[Image]]) -> tuple[int, int]:
-    shapes = {image.shape for row in rows for image in row}
-    if len(shapes) != 1:
-        raise ParameterError(f"a grid needs pictures of one size, found {sorted(shapes)}")
-    return shapes.pop()[:2]
-
-
-def _require_texts(
+def _checked(
     rows: Sequence[Sequence[Image]],
-    columns: int,
     row_labels: Sequence[str],
     column_labels: Sequence[str],
     captions: Sequence[Sequence[str]],
-) -> None:
+) -> tuple[int, int, int]:
+    """Height and width of the pictures, and the number of columns."""
+    shapes = {image.shape for row in rows for image in row}
+    if len(shapes) != 1:
+        raise ParameterError(f"a grid needs pictures of one size, found {sorted(shapes)}")
+    height, width = shapes.pop()[:2]
+    columns = max(len(row) for row in rows)
     for texts, count, what in (
         (row_labels, len(rows), "row"),
         (column_labels, columns, "column"),
@@ -255,14 +255,15 @@ def _require_texts(
             raise ParameterError(f"expected a text for each {what} ({count}), found {len(texts)}")
     if captions and [len(row) for row in captions] != [len(row) for row in rows]:
         raise ParameterError("expected a caption for each picture, in the same rows")
+    return height, width, columns
 
 
-def _draw_scale(
-    sheet: Any, scale: ColourScale, size: int, corner: tuple[int, int], room: int
-) -> None:
+def _draw_scale(sheet: Any, scale: ColourScale, size: int, left: int) -> None:
+    """Draw a scale with its words at the foot of a sheet, right of its row labels."""
     draw = imported("PIL.ImageDraw").Draw(sheet)
-    length, thick = min(round(0.9 * room), 40 * size), round(0.8 * size)
-    x, y = corner[0] + (room - length) // 2, corner[1] + round(0.6 * size)
+    length, thick = min(round(0.9 * (sheet.width - left)), 40 * size), round(0.8 * size)
+    x = left + (sheet.width - left - length) // 2
+    y = sheet.height - round(_SCALE_HEIGHT * size) + round(0.6 * size)
     colours = ColourScale(1.0, "", scale.colour_map).colours(np.linspace(0, 1, length))
     bar = np.broadcast_to(np.rint(colours * 255).astype(np.uint8), (thick, length, 3))
     sheet.paste(imported("PIL.Image").fromarray(np.ascontiguousarray(bar)), (x, y))
@@ -321,8 +322,10 @@ def _widest(texts: Iterable[str], font: Any) -> int:
     return max((int(np.ceil(font.getlength(line))) for line in lines), default=0)
 
 
-def _lines(texts: Iterable[str]) -> int:
-    return max((text.count("\n") + 1 for text in texts), default=0)
+def _text_height(texts: Iterable[str], size: int) -> int:
+    """Room for the tallest of these texts; none for none."""
+    lines = max((text.count("\n") + 1 for text in texts), default=0)
+    return lines * round(1.3 * size) + size // 2 if lines else 0
 
 
 @cache
