@@ -17,7 +17,7 @@ _MODEL = """
 _GEOMETRY = "components extent rigid"
 _DRAW = """
     actors camera clips curves_picture figure framing gif graphs materials movie pictures
-    pose_pictures posed stage strips time_laws window
+    posed stage strips time_laws window
 """
 _NEW_NAMES = {
     **{f"elastomorph.{name}": f"elastomorph.model.{name}" for name in _MODEL.split()},

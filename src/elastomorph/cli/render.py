@@ -252,7 +252,7 @@ class _Shot:
         """Draw and write; the size of what was written, and the length of a clip."""
         from elastomorph.draw.clips import WIDEST_WEBP, write_clip
         from elastomorph.draw.pictures import write_picture
-        from elastomorph.draw.pose_pictures import clip_frames, pose_picture, pose_strip
+        from elastomorph.draw.posed import clip_frames, pose_picture, pose_strip
 
         if self.moving:
             count, rate = self.count, self.rate

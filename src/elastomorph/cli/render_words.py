@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from elastomorph.draw.actors import Lines
-    from elastomorph.draw.pose_pictures import Comparison
-    from elastomorph.draw.posed import PosedRig
+    from elastomorph.draw.posed import Comparison, PosedRig
     from elastomorph.model.mesh import Mesh
     from elastomorph.rig import Rig
 
@@ -83,7 +82,7 @@ def comparison(
         FileError: No such file, or it cannot be read.
         TopologyError: The rig or mesh has other vertices or polygons.
     """
-    from elastomorph.draw.pose_pictures import compare
+    from elastomorph.draw.posed import compare
 
     if against is None:
         return None

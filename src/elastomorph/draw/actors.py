@@ -82,13 +82,9 @@ class Part:
         colours: NDArray[np.uint8] | None,
         lit: bool,
     ) -> None:
-        """Take a pose.
+        """Take a pose: (V, 3) positions in the scene, (C, 3) normals of all corners of the mesh.
 
-        Args:
-            positions: (V, 3) of the whole mesh, in the scene.
-            normals: (C, 3) of all corners of the mesh.
-            colours: (V, 3) of the whole mesh, instead of the look.
-            lit: Whether light and shade change the colours.
+        Colours (V, 3) take the place of the look; light and shade change them if it is lit.
         """
         self._polygons.SetPoints(_points(positions[self.corners]))
         of_points = self._polygons.GetPointData()

@@ -38,11 +38,7 @@ def is_clip(path: str | Path) -> bool:
 def check_clip(path: str | Path, size: tuple[int, int], count: int, fps: float) -> None:
     """Refuse what cannot be written, before the first frame is drawn.
 
-    Args:
-        path: As for `write_clip`.
-        size: Width and height of the frames in pixels.
-        count: Number of frames.
-        fps: Frames a second.
+    Arguments as for `write_clip`; the size is the width and height of the frames in pixels.
 
     Raises:
         ParameterError: The suffix, the rate, the size or the number of frames.
@@ -128,12 +124,9 @@ def write_clip(path: str | Path, frames: Iterable[Image], *, count: int, fps: fl
 
 
 def frame_durations(count: int, fps: float, step: int) -> list[int]:
-    """Milliseconds of each frame in whole steps, such that no error adds up.
+    """Milliseconds of each frame such that no error adds up.
 
-    Args:
-        count: Number of frames.
-        fps: Frames a second.
-        step: What the format counts in: 10 ms in a GIF, 1 ms in WebP.
+    They are whole steps of what the format counts in: 10 ms in a GIF, 1 ms in WebP.
     """
     ends = np.rint(np.arange(count + 1) * (1000.0 / fps / step)).astype(int)
     return [max(step, int(each) * step) for each in np.diff(ends)]

@@ -232,11 +232,11 @@ def contact_sheet(
     face: tuple[int, int] = (150, 188),
     title: str = "",
 ) -> Image:
-    """Draw one face for each row of weights, its weights below it, the method above all.
+    """Many faces of a rig, each with its weights below it, the method above all (Fig. 10).
 
     Args:
         rig: The rig.
-        weights: (S, J) in the order of ``rig.names``.
+        weights: (S, J) of S faces, in the order of ``rig.names``.
         t: Common time.
         path: Picture to write, if any; the suffix chooses the format.
         normalize: Divide the weights of each face by their sum.
@@ -244,12 +244,8 @@ def contact_sheet(
         face: Width and height of one face in pixels.
         title: Above the faces, before the method.
 
-    Returns:
-        (H, W, 3) uint8.
-
     Raises:
         ParameterError: Weights of another shape, or none.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
     poses = rig.batch(weights, t, normalize=normalize, dtype=np.float64)
     faces = [

@@ -38,20 +38,13 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def new_figure(path: str | Path, width: float, height: float, title: str = "") -> Iterator[Any]:
-    """A figure to draw in, written to ``path`` when the block ends without an error.
+    """A figure to draw in, of this size in inches, written when the block ends without an error.
 
     No window, no state shared with other figures.
 
-    Args:
-        path: The suffix chooses the format, one of `GRAPH_SUFFIXES`.
-        width: In inches.
-        height: In inches.
-        title: Above the graph.
-
     Raises:
-        ParameterError: Another suffix.
+        ParameterError: The suffix is none of `GRAPH_SUFFIXES`.
         FileError: The file cannot be written.
-        MissingExtraError: matplotlib is not installed.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in GRAPH_SUFFIXES:
@@ -141,12 +134,7 @@ _OTHERS = (
 
 
 def styles_for(labels: Sequence[str]) -> dict[str, LineStyle]:
-    """The style of each method.
-
-    Args:
-        labels: Labels of methods. Well-known ones look alike in all graphs; any others take
-            further styles in their order.
-    """
+    """The style of each method; those not well known take further ones in their order."""
     others = [label for label in labels if label not in _KNOWN]
     return {
         label: _KNOWN[label] if label in _KNOWN else _OTHERS[others.index(label) % len(_OTHERS)]

@@ -165,15 +165,7 @@ class Turntable:
         size: tuple[int, int] = (720, 900),
         margin: float = 0.04,
     ) -> Turntable:
-        """The turntable for the angles that will be shown.
-
-        Args:
-            mesh: The head.
-            angles: (N,) degrees that it will be turned by.
-            view: As for `camera_for`, of the whole head: the view at angle 0.
-            poses: (..., V, 3) positions that must all fit; those of the mesh by default.
-            size: Width and height of the picture in pixels.
-            margin: Empty border, as a fraction of the picture.
+        """The turntable for the degrees that will be shown; view, poses, size as for `camera_for`.
 
         Raises:
             ParameterError: No such view, or a close-up.

@@ -31,17 +31,12 @@ _DITHER = 5.0
 
 
 def write_gif(path: str | Path, frames: Iterable[Image], durations: list[int]) -> None:
-    """Write a GIF that plays again and again.
+    """Write (H, W, 3) uint8 pictures of one size as a GIF that plays again and again.
 
-    Args:
-        path: The file.
-        frames: (H, W, 3) uint8 pictures of one size, as many as durations.
-        durations: Milliseconds of each frame, in tens.
+    Each is shown for as many milliseconds as durations say, in tens.
 
     Raises:
         ParameterError: No frames.
-        FileError: The file cannot be written.
-        MissingExtraError: Pillow is not installed.
     """
     packed, shape = _packed(frames)
     if not packed:

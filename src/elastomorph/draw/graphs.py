@@ -159,14 +159,8 @@ def _over_time(
 def movement_graph(judged: Sequence[JudgedMovement], path: str | Path, *, title: str = "") -> None:
     """LME of each movement at the recorded times (a) and with free timing (b), in % of D.
 
-    Args:
-        judged: Every movement with its evaluation, by the same methods.
-        path: Graph to write: .png, .svg or .pdf.
-        title: Above the graph.
-
     Raises:
-        ParameterError: There is no movement, or another suffix.
-        MissingExtraError: matplotlib is not installed.
+        ParameterError: There is no movement, or another suffix than .png, .svg and .pdf.
     """
     if not judged:
         raise ParameterError("there is no movement to draw")

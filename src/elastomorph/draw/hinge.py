@@ -40,12 +40,8 @@ def hinge_faces(
         time: t of the pictures.
         face: Width and height of one picture in pixels.
 
-    Returns:
-        (H, W, 3) uint8.
-
     Raises:
         MeshError: No polygon has all its vertices on what turns.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
     faces = []
     for morph in morphs.values():
@@ -74,10 +70,6 @@ def hinge_graph(
         morphs: Paths of the whole face by the labels of their methods.
         path: Graph to write: .png, .svg or .pdf.
         unit: Unit of the coordinates, or an empty string.
-
-    Raises:
-        ParameterError: Another suffix.
-        MissingExtraError: matplotlib is not installed.
     """
     times = np.linspace(0.0, 1.0, 41)
     styles = styles_for(list(morphs))
@@ -104,11 +96,7 @@ def hinge_graph(
 
 
 def looks_of(mesh: Mesh, vertices: NDArray[np.int64]) -> list[str]:
-    """What vertices are, by the names of materials or groups, such as teeth and gum.
-
-    Returns:
-        Keys of `LOOKS`, that of most vertices first; none where nothing has a name.
-    """
+    """What vertices are (keys of `LOOKS`), such as teeth and gum; that of most vertices first."""
     counts = {}
     for name, numbers in parts_of(mesh).items():
         own = mesh.faces.indices[np.isin(mesh.faces.corner_faces, numbers)]

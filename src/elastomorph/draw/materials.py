@@ -91,11 +91,7 @@ PUPIL_BLACK = np.array([0.035, 0.035, 0.04])
 
 
 def part_of_name(name: str) -> str:
-    """The part of a head that a material or group name speaks of; skin where it says nothing.
-
-    Args:
-        name: Such as ``M_ScleraLeft``, ``lower lip`` or ``Eye_occlusion.001``.
-    """
+    """The part that a name such as ``M_ScleraLeft`` or ``lower lip`` speaks of; skin by default."""
     words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)
     words = re.sub(r"[\W\d_]+", "_", words).strip("_").lower()
     for part, pattern in _WORDS:

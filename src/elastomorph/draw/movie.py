@@ -43,19 +43,12 @@ def write_movie(
 ) -> None:
     """Write an MP4 that browsers and editors play: H.264, yuv420p, the index at the front.
 
-    Frames are sRGB and converted and marked as BT.709, whose primaries are the same, so players
-    show the colours that were drawn.
-
-    Args:
-        path: The file.
-        frames: (H, W, 3) uint8 pictures.
-        size: Width and height, both even.
-        fps: Frames a second.
+    Frames are (H, W, 3) uint8, sRGB, and converted and marked as BT.709, whose primaries are the
+    same, so players show the colours that were drawn. Width and height are even.
 
     Raises:
         ParameterError: A frame of another size, or with transparency.
         FileError: The file cannot be written, or ffmpeg refuses.
-        MissingExtraError: imageio-ffmpeg is not installed.
         ElastomorphError: There is no ffmpeg.
     """
     with replacing_path(path) as temporary, tempfile.TemporaryFile() as complaints:

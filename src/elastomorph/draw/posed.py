@@ -1,56 +1,63 @@
-"""Rigs under weights that run together: what the viewer's master t does, for pictures."""
+"""Rigs under weights that run together, as under the viewer's master t, in pictures and clips."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from elastomorph.draw.colours import ColourScale, round_up
+from elastomorph.draw.framing import Turntable, View, camera_for
+from elastomorph.draw.pictures import Image
+from elastomorph.draw.sheet import Face, Style, face_sheet, legend_height, with_legend
+from elastomorph.draw.stage import Stage
 from elastomorph.errors import ParameterError
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.rig.remade import with_paths as remade
 from elastomorph.rig.timing import Timing
 
-__all__ = ["PosedRig", "swing", "with_paths"]
+__all__ = [
+    "Comparison",
+    "PosedRig",
+    "clip_frames",
+    "compare",
+    "pose_picture",
+    "pose_strip",
+    "swing",
+    "with_paths",
+]
+
+Positions = NDArray[np.float64]
+
+_MOST_FRAMED = 9
+"""Poses of a clip that the camera makes room for."""
+_LEAST = 16
+"""Fewest pixels on each side of a face."""
 
 
 @dataclass(frozen=True, eq=False)
 class PosedRig:
-    """A rig and the weights it runs to.
-
-    Attributes:
-        label: What it is called beside its row of a strip.
-        rig: The rig.
-        weights: Weight of each slider at t = 1; those left out stay 0.
-    """
+    """A rig, the weight of each slider at t = 1, and its label beside its row of a strip."""
 
     label: str
     rig: Rig
     weights: Mapping[str, float]
 
     def at(self, t: float) -> NDArray[np.float64]:
-        """Positions at one master time: each path at its weight times t.
-
-        Raises:
-            ParameterError: The rig has no such slider, or a number is not finite.
-        """
+        """(V, 3) positions at one master time: each path at its weight times t."""
         if not np.isfinite(t):
             raise ParameterError(f"t must be a finite number, found {t}")
         return self.rig.pose({name: weight * t for name, weight in self.weights.items()})
 
 
 def with_paths(rig: Rig, method: Method | None, sliders: Mapping[str, float]) -> Rig:
-    """The rig with the paths of a method to the same targets, for some of its sliders.
+    """The rig with the paths of a method to the same targets, for the sliders that move.
 
-    Morphs that these sliders do not move keep theirs, for paths may cost time to find.
-
-    Args:
-        rig: The rig.
-        method: How the paths are made; None for the default where there are none yet.
-        sliders: What will be moved, by name.
+    Morphs that these sliders do not move keep theirs, for paths may cost time to find. Without a
+    method, paths that are there are kept.
 
     Raises:
         ParameterError: An unknown name.
@@ -66,19 +73,201 @@ def with_paths(rig: Rig, method: Method | None, sliders: Mapping[str, float]) ->
 
 
 def swing(count: int, timing: Timing, reach: float = 1.0) -> NDArray[np.float64]:
-    """t of each frame of a clip that goes from 0 to its end and back, to be played in a loop.
+    """(count,) t of each frame of a clip from 0 to ``reach`` and back, to be played in a loop.
 
-    A timing that comes back by itself, as a blink does, is played once instead.
-
-    Args:
-        count: Number of frames.
-        timing: How t runs on the way there; the way back is its mirror image.
-        reach: The value of t at the end.
-
-    Returns:
-        (count,) numbers. The last frame is one step before the first.
+    The way back is the mirror image of the way there, and the last frame is one step before the
+    first. A timing that comes back by itself, as a blink does, is played once instead.
     """
     clip = np.arange(count) / count
     start, end = timing.at([0.0, 1.0])
     there = clip if end == start else 1.0 - np.abs(1.0 - 2.0 * clip)
     return np.asarray(reach * timing.at(there))
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """How far rigs are from a reference over some times.
+
+    Attributes:
+        at: Positions of the reference at a time.
+        largest: Largest distance of a vertex over all rigs and times.
+        mean: Mean distance of all of them.
+        diameter: D.
+        scale: Colours for distances, with a legend.
+    """
+
+    at: Callable[[float], Positions]
+    largest: float
+    mean: float
+    diameter: float
+    scale: ColourScale
+
+    @property
+    def facts(self) -> dict[str, float]:
+        """The numbers by name."""
+        return {"largest": self.largest, "mean": self.mean, "diameter": self.diameter}
+
+    def distances(self, positions: Positions, t: float) -> NDArray[np.float64]:
+        """(V,) distance of each vertex from the reference at one time."""
+        return np.asarray(np.linalg.norm(positions - self.at(t), axis=1))
+
+
+def compare(
+    rigs: Sequence[PosedRig],
+    times: Sequence[float],
+    name: str,
+    at: Callable[[float], Positions],
+    *,
+    highest: float | None = None,
+    unit: str = "",
+) -> Comparison:
+    """Measure rigs against a reference at times, and choose one scale of colours for all pictures.
+
+    Args:
+        rigs: The rigs.
+        times: The times that will be shown.
+        name: What the reference is called in the legend.
+        at: Positions of the reference at a time.
+        highest: Distance of the last colour, above 0; the largest, rounded up, by default.
+        unit: Unit of the coordinates.
+    """
+    if highest is not None and not (np.isfinite(highest) and highest > 0):
+        raise ParameterError(f"the distance of the last colour must be above 0, found {highest:g}")
+    largest, means = 0.0, []
+    for t in times:
+        there = at(t)
+        for rig in rigs:
+            distances = np.linalg.norm(rig.at(t) - there, axis=1)
+            largest = max(largest, float(distances.max()))
+            means.append(float(distances.mean()))
+    diameter = rigs[0].rig.neutral.diameter
+    share = 100 * largest / diameter if diameter > 0 else 0.0
+    words = f" {unit}" if unit else ""
+    label = (
+        f"distance from {name}{', ' * bool(unit)}{unit}   "
+        f"(largest {largest:.3g}{words} = {share:.2g} % of D, D = {diameter:.4g}{words})"
+    )
+    scale = ColourScale(round_up(largest) if highest is None else highest, label)
+    return Comparison(at, largest, float(np.mean(means)), diameter, scale)
+
+
+def pose_picture(
+    rig: PosedRig,
+    t: float,
+    *,
+    size: tuple[int, int] = (720, 900),
+    view: View = "front",
+    style: Style | None = None,
+    comparison: Comparison | None = None,
+) -> Image:
+    """One face. The camera has room for the whole path, so pictures at several times match.
+
+    Arguments and errors as for `clip_frames`.
+
+    Returns:
+        (height, width, 3) uint8, or (height, width, 4) on a transparent background.
+    """
+    return next(clip_frames(rig, [t], size=size, view=view, style=style, comparison=comparison))
+
+
+def pose_strip(
+    rigs: Sequence[PosedRig],
+    times: Sequence[float],
+    *,
+    face: tuple[int, int] = (240, 300),
+    view: View = "front",
+    style: Style | None = None,
+    comparison: Comparison | None = None,
+    title: str = "",
+) -> Image:
+    """Rigs with the same vertices and polygons in rows, times in columns: (H, W, 3) uint8.
+
+    Arguments as for `clip_frames`, on a background that is not transparent.
+
+    Raises:
+        ParameterError: As `clip_frames`, no rigs or times, or a transparent background.
+    """
+    style = style or Style()
+    if not rigs or not times or style.background is None:
+        raise ParameterError("a strip needs rigs, times and a background that is not transparent")
+    mesh = rigs[0].rig.neutral
+    return face_sheet(
+        mesh,
+        [[_face(rig.at(t), t, comparison) for t in times] for rig in rigs],
+        camera_for(mesh, view, poses=_framed(rigs, times), size=face),
+        face,
+        row_labels=[rig.label for rig in rigs] if len(rigs) > 1 else (),
+        column_labels=[f"t = {t:.3g}" for t in times],
+        title=title,
+        scale=None if comparison is None else comparison.scale,
+        style=style,
+    )
+
+
+def _face(positions: Positions, t: float, comparison: Comparison | None) -> Face:
+    if comparison is None:
+        return Face(positions)
+    away = comparison.distances(positions, t)
+    return Face(positions, f"max {away.max():.3g}, mean {away.mean():.3g}", away)
+
+
+def clip_frames(
+    rig: PosedRig,
+    times: Sequence[float],
+    angles: ArrayLike | None = None,
+    *,
+    size: tuple[int, int] = (480, 600),
+    view: View = "front",
+    style: Style | None = None,
+    comparison: Comparison | None = None,
+) -> Generator[Image, None, None]:
+    """Frames of a clip, drawn one by one as they are asked for.
+
+    Args:
+        rig: The rig and its weights.
+        times: (N,) master time of each frame.
+        angles: (N,) degrees by which the head is turned in each frame, if at all.
+        size: Width and height of a frame in pixels, legend included.
+        view: As for `camera_for`; of the whole head where it turns.
+        style: How faces are drawn.
+        comparison: For heat maps and their legend.
+
+    Yields:
+        (height, width, 3) uint8, or (height, width, 4) on a transparent background.
+
+    Raises:
+        ParameterError: No such view or slider, numbers that are not finite, other than one angle a
+            time, or no room for a legend.
+    """
+    style = style or Style()
+    scale = None if comparison is None else comparison.scale
+    if style.background is None and scale is not None:
+        raise ParameterError("a legend needs a background that is not transparent")
+    turns = np.zeros(len(times)) if angles is None else np.asarray(angles, dtype=np.float64)
+    if turns.shape != (len(times),):
+        raise ParameterError(f"expected {len(times)} angles, found {turns.shape}")
+    mesh, face = rig.rig.neutral, (size[0], size[1] - legend_height(size[0], scale))
+    if face[1] < _LEAST:
+        raise ParameterError(f"{size[0]} × {size[1]} pixels have no room for a face and its legend")
+    framed = _framed([rig], times)
+    table = None
+    if angles is None:
+        camera = camera_for(mesh, view, poses=framed, size=face)
+    else:
+        table = Turntable.around(mesh, turns, view, poses=framed, size=face)
+        camera = table.camera
+    with Stage(mesh, camera, size=face) as stage:
+        for t, degrees in zip(times, turns.tolist(), strict=True):
+            positions = rig.at(t)
+            colours = None
+            if comparison is not None:
+                colours = comparison.scale.colours(comparison.distances(positions, t))
+            seen = positions if table is None else table.turned(positions, degrees)
+            yield with_legend(style.draw(stage, seen, colours), scale)
+
+
+def _framed(rigs: Sequence[PosedRig], times: Sequence[float]) -> Positions:
+    """Poses that the camera must have room for: the whole path, whatever part of it is shown."""
+    spread = np.linspace(min([0.0, *times]), max([1.0, *times]), _MOST_FRAMED).tolist()
+    poses = [rig.at(t) for rig in rigs for t in ([0.0, *spread] if rig.weights else [0.0])]
+    return np.stack(poses)

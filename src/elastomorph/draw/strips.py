@@ -174,15 +174,9 @@ def take_strip(
         rig: The rig.
         performance: For the times, in seconds.
         weights: (T, J) of the rig's sliders in each frame.
-        path: Picture to write, if any; the suffix chooses the format.
+        path: Picture to write, if any.
         count: How many frames.
         face: Width and height of one face in pixels.
-
-    Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
     frames = telling_frames(weights, count)
     poses = rig.batch(weights[frames], dtype=np.float64).astype(np.float64)
@@ -190,11 +184,7 @@ def take_strip(
 
 
 def telling_frames(weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
-    """Frames that show what a take holds: the most active one, then always the least alike.
-
-    Args:
-        weights: (T, J) weights of the sliders.
-        count: How many frames.
+    """Frames of (T, J) weights that show most: the most active, then always the least alike.
 
     Returns:
         (min(count, T),) frames in the order of time.
@@ -209,11 +199,7 @@ def telling_frames(weights: NDArray[np.float64], count: int) -> NDArray[np.int64
 
 
 def method_words(morphs: Iterable[Morph]) -> str:
-    """Such as "method auto, even timing" or "method beam R=2, uneven timing".
-
-    Args:
-        morphs: The paths shown.
-    """
+    """Such as "method auto, even timing" or "method beam R=2, uneven timing"."""
     paths = list(morphs)
     labels = dict.fromkeys("auto" if path.choice is not None else path.method for path in paths)
     even = all(not path.limit_law(0.25) for path in paths)

@@ -28,7 +28,6 @@ class Window:
         supersampling: Each pixel is the mean of this number squared.
 
     Raises:
-        MissingExtraError: vtk is not installed.
         ElastomorphError: The machine has no OpenGL that works without a display.
     """
 
