@@ -142,11 +142,12 @@ def _neutral(file: GltfFile, primitives: Primitives) -> Mesh:
         shown = np.asarray(np.isfinite(texture).all(axis=1))
         coordinates = np.where(shown[:, None], texture * [1, -1] + [0, 1], 0.0)
         uv = UVMap(coordinates, np.where(shown[corners], corners, -1).astype(np.int32))
-    names = list(dict.fromkeys(name for name in primitives.materials if name is not None))
+    names = tuple(dict.fromkeys(name for name in primitives.materials if name is not None))
     if names:
-        labels = [-1 if name is None else names.index(name) for name in primitives.materials]
+        label_of: dict[str | None, int] = {name: label for label, name in enumerate(names)}
+        labels = [label_of.get(name, -1) for name in primitives.materials]
         counts = [len(own) for own in primitives.triangles]
-        materials = FaceLabels(tuple(names), np.repeat(np.array(labels, dtype=np.int32), counts))
+        materials = FaceLabels(names, np.repeat(np.array(labels, dtype=np.int32), counts))
     return Mesh(
         primitives.vertices(),
         Polygons.of(triangles),

@@ -91,7 +91,7 @@ class FoundMesh:
     @cached_property
     def matrix(self) -> NDArray[np.float64]:
         """(4, 3) from points to the world: what x, y and z become, and the origin."""
-        return self._array("matrix", "f", (4, 3))
+        return self._array("matrix", (4, 3))
 
     @cached_property
     def sliders(self) -> dict[str, Any]:
@@ -114,9 +114,9 @@ class FoundMesh:
         Raises:
             FormatError: Points and polygons do not form a mesh.
         """
-        points = self._array("points", "f", (None, 3))
-        counts = self._indices("counts", (None,), 0, None)
-        indices = self._indices("indices", (None,), 0, len(points) - 1)
+        points = self._array("points", (None, 3))
+        counts = self._indices("counts", 0, None)
+        indices = self._indices("indices", 0, len(points) - 1)
         if int(counts.sum()) != len(indices):
             raise FormatError(
                 self._path,
@@ -151,16 +151,16 @@ class FoundMesh:
             FormatError: Its arrays do not fit each other or the mesh.
         """
         found, prefix = self._scene["shapes"][i], f"shape_{i}"
-        main = self._array(f"{prefix}_offsets", "f", (None, 3))
+        main = self._array(f"{prefix}_offsets", (None, 3))
         points = np.arange(vertices)
         if self._has(f"{prefix}_points"):
-            named = self._indices(f"{prefix}_points", (None,), 0, vertices - 1)
+            named = self._indices(f"{prefix}_points", 0, vertices - 1)
             points = named if named.size else points
         if not len(main) and len(points) == vertices:
             main = np.zeros((vertices, 3))  # an empty shape moves nothing
         rows = [main]
         rows += [
-            self._array(f"{prefix}_inbetween_{k}", "f", (None, 3))
+            self._array(f"{prefix}_inbetween_{k}", (None, 3))
             for k in range(len(found["inbetweens"]))
         ]
         for row in rows:
@@ -173,7 +173,7 @@ class FoundMesh:
         weights = [entry["weight"] for entry in found["inbetweens"]]
         bends = np.zeros((0, 3))
         if self._has(f"{prefix}_bends"):
-            bends = self._array(f"{prefix}_bends", "f", (None, 3))
+            bends = self._array(f"{prefix}_bends", (None, 3))
         return FoundShape(
             found["token"],
             found["name"],
@@ -187,34 +187,33 @@ class FoundMesh:
     def _has(self, name: str) -> bool:
         return f"{self._prefix}{name}" in self._members.names
 
-    def _array(self, name: str, kinds: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+    def _array(self, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+        """An array of finite numbers, empty where there is none."""
         if not self._has(name):
             return np.zeros([length or 0 for length in shape])
-        found = self._members.array(f"{self._prefix}{name}", kinds, shape)
+        found = self._members.array(f"{self._prefix}{name}", "f", shape)
         if not np.isfinite(found).all():
             raise FormatError(self._path, f"{_said(name)} are not all finite numbers")
         return found.astype(np.float64)
 
-    def _indices(
-        self, name: str, shape: tuple[int | None, ...], lowest: int, highest: int | None
-    ) -> NDArray[np.int64]:
+    def _indices(self, name: str, lowest: int, highest: int | None) -> NDArray[np.int64]:
+        """A list of whole numbers, empty where there is none."""
         if not self._has(name):
-            return np.zeros([length or 0 for length in shape], dtype=np.int64)
-        found = self._members.array(f"{self._prefix}{name}", "iu", shape).astype(np.int64)
-        if found.size and (
-            int(found.min()) < lowest or (highest is not None and int(found.max()) > highest)
-        ):
+            return np.zeros(0, dtype=np.int64)
+        found = self._members.array(f"{self._prefix}{name}", "iu", (None,)).astype(np.int64)
+        least, most = (int(found.min()), int(found.max())) if found.size else (lowest, lowest - 1)
+        if least < lowest or (highest is not None and most > highest):
             raise FormatError(
                 self._path,
-                f"{_said(name)} go from {int(found.min()):,} to {int(found.max()):,}, expected "
-                f"{lowest:,} to {'any' if highest is None else f'{highest:,}'}",
+                f"{_said(name)} go from {least:,} to {most:,}, expected {lowest:,} to "
+                f"{'any' if highest is None else f'{highest:,}'}",
             )
         return found
 
     def _exact_points(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         if not self._has("exact_points"):
             return points
-        exact = self._array("exact_points", "f", (None, 3))
+        exact = self._array("exact_points", (None, 3))
         same = exact.shape == points.shape and self.sliders.get("checksum") == checksum(
             [points.astype(np.float32)]
         )
@@ -233,7 +232,7 @@ class FoundMesh:
         corner = found["kind"] == "faceVarying"
         own = np.arange(len(indices) if corner else vertices)
         if self._has("uv_indices"):
-            own = self._indices("uv_indices", (None,), -1, len(coordinates) - 1)
+            own = self._indices("uv_indices", -1, len(coordinates) - 1)
         if len(own) != (len(indices) if corner else vertices):
             raise FormatError(
                 self._path,
@@ -267,7 +266,7 @@ class FoundMesh:
             names = [*names, *([] if whole in names else [whole])]
             of_face[:] = names.index(whole)
         for i, name in subsets:
-            of_face[self._indices(f"subset_{i}", (None,), 0, faces - 1)] = names.index(name)
+            of_face[self._indices(f"subset_{i}", 0, faces - 1)] = names.index(name)
         return FaceLabels(tuple(names), of_face)
 
 
