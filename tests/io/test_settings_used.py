@@ -15,7 +15,12 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.settings_used import settings_used
 from needs import extra
 
-TABLES = {"character": {"name": "Ada 𝄞 \"'\n"}, "method": {"default": "beam:2", "mass": 0.1}}
+TABLES = {
+    "character": {"name": "Ada 𝄞 \"'\n", "note": ""},
+    "method": {"default": "beam:2", "mass": 0.1},
+    "groups": {"nobody": []},
+    "empty": {},
+}
 SUFFIXES = (".glb", ".npz", ".usda", ".usdc")
 
 

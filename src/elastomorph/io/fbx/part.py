@@ -75,14 +75,10 @@ def read_axes(members: NpzMembers) -> NDArray[np.float64]:
 def read_parts(path: str | Path, members: NpzMembers) -> list[FbxPart]:
     """The meshes in what the worker took from a file.
 
-    Args:
-        path: The FBX file, for messages.
-        members: The arrays of the worker.
-
     Raises:
         FormatError: The content of a mesh contradicts itself.
     """
-    names = members.array("mesh_names", "U", (None,)).tolist()
+    names = members.texts("mesh_names")
     members.budget.spend_objects(_OBJECTS_OF_MESH * len(names))
     shown = members.array("mesh_shown", "i", (len(names),)).tolist()
     return [
@@ -114,11 +110,11 @@ def _part(path: str | Path, members: NpzMembers, number: int, name: str, shown: 
             uv = (coordinates, corners)
     materials = None
     if f"{number}_material_of_face" in members.names:
-        labels = array("material_names", "U", (None,)).tolist()
+        labels = members.texts(f"{number}_material_names")
         of_face = array("material_of_face", "i", (len(offsets) - 1,))
         if _within(of_face, -1, len(labels)):
             materials = (labels, of_face)
-    channel_names = array("channel_names", "U", (None,)).tolist()
+    channel_names = members.texts(f"{number}_channel_names")
     counts = array("key_counts", "i", (len(channel_names),)).tolist()
     weights = array("key_weights", "f", (sum(counts),)).tolist()
     sizes = array("key_sizes", "i", (sum(counts),)).tolist()
@@ -144,10 +140,6 @@ def _within(indices: NDArray[np.int64], lowest: int, count: int) -> bool:
 
 def mesh_of(part: FbxPart, source: str) -> Mesh:
     """The mesh in its own space, control points in the order of the file.
-
-    Args:
-        part: The mesh as the file stores it.
-        source: The file it comes from.
 
     Raises:
         MeshError: It is none.

@@ -61,7 +61,7 @@ def slider_clips(
         targets: Its morph targets.
         tolerance: Largest distance between keys, as a fraction of D.
         fps: Frames per second.
-        timing: The t of the path at each moment of the clip; from 0 to 1 evenly by default.
+        timing: The t of the path at each moment of the clip.
     """
     scale = rig.neutral.diameter or 1.0
     clips = []
@@ -93,17 +93,10 @@ def slider_clips(
 def performance_clip(
     rig: Rig, targets: MorphTargets, times: ArrayLike, weights: ArrayLike, name: str
 ) -> Clip:
-    """A recorded performance, one key a frame.
-
-    Args:
-        rig: The rig.
-        targets: Its morph targets.
-        times: (T,) seconds from 0 that rise.
-        weights: (T, J) weight of each slider of ``rig.names``, as for `Rig.batch`.
-        name: Name of the clip.
+    """A recorded performance of this name, one key a frame.
 
     Raises:
-        ParameterError: The shapes do not fit, or the times do not rise in single precision.
+        ParameterError: As of `driven_weights`; or the times do not rise in single precision.
     """
     exact, table = driven_weights(rig, times, weights)
     seconds = exact.astype(np.float32)

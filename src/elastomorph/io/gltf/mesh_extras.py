@@ -193,14 +193,7 @@ def _restored_uv(
 def _table(
     shown: NDArray[np.float64], corners: NDArray[np.int32], count: int, decimals: int
 ) -> NDArray[np.float64]:
-    """(T, 2) table of decimal fractions from their single-precision values at corners.
-
-    Args:
-        shown: (C, 2) texture coordinates, v from the top.
-        corners: (C,) place in the table of each, -1 for none.
-        count: Number of entries T; those that no corner has are zero.
-        decimals: Digits after the point.
-    """
+    """(T, 2) table of decimal fractions from their single-precision values (C, 2) at corners."""
     table = np.zeros((count, 2))
     has = corners >= 0
     table[corners[has], 0] = shown[has, 0]

@@ -58,14 +58,7 @@ class NormalField:
         return cls(faces.indices[before], faces.indices, faces.indices[after])
 
     def normals(self, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Unit normals of the vertices.
-
-        Args:
-            vertices: (V, 3).
-
-        Returns:
-            (V, 3) float64; (0, 0, 1) where there is no area around a vertex.
-        """
+        """(V, 3) unit normals of the vertices; (0, 0, 1) where there is no area around one."""
         here = vertices[self.at]
         to_next, to_last = vertices[self.after] - here, vertices[self.before] - here
         normal = np.cross(to_next, to_last)
@@ -91,17 +84,7 @@ def normal_deltas(
     bends: Sequence[int],
     neutral_normals: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """What each morph target of a morph adds to the normals.
-
-    Args:
-        field: The corners of its mesh.
-        morph: The morph.
-        bends: The bends k that have a morph target.
-        neutral_normals: (V, 3) n₀.
-
-    Returns:
-        (1 + bends, V, 3) float64: δ and the d_k, as the module explains.
-    """
+    """(1 + bends, V, 3) what Δ and some bends of a morph add to (V, 3) normals n₀: δ and d_k."""
     delta = field.normals(morph.target.vertices) - neutral_normals
     if not bends:
         return delta[None]

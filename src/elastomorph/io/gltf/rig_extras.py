@@ -107,15 +107,9 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
 
 
 def stored_rig(stored: Any, targets: Sequence[str], budget: MemoryBudget) -> StoredRig:
-    """The description of a rig in a file.
+    """The description of a rig in ``extras.elastomorph`` of a mesh.
 
-    Args:
-        stored: ``extras.elastomorph`` of a mesh.
-        targets: Names of the morph targets of the mesh.
-        budget: What the file may still take.
-
-    Returns:
-        The rig; morph targets that it does not name are morphs of their own, at its end.
+    Morph targets that it does not name are morphs of their own, at its end.
 
     Raises:
         ValueError: It is damaged, of a later version, or does not fit the morph targets.

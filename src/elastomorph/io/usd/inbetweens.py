@@ -75,13 +75,7 @@ def place_inbetweens(morph: Morph, *, tolerance: float, most: int) -> Placement:
 
 
 def deviation(morph: Morph, weights: NDArray[np.float64], times: NDArray[np.float64]) -> float:
-    """Largest distance from the path of a morph to the straight pieces between in-betweens.
-
-    Args:
-        morph: The path.
-        weights: (n,) of the in-betweens, rising between 0 and 1.
-        times: (T,) in [0, 1] where the distance is taken.
-    """
+    """Largest distance, at some times, from a path to the straight pieces between in-betweens."""
     fields = _moving(morph)
     if fields.size == 0:
         return 0.0
@@ -107,10 +101,7 @@ class _Search:
     """
 
     def __init__(
-        self,
-        grid: NDArray[np.float64],
-        values: NDArray[np.float64],
-        fields: NDArray[np.float64],
+        self, grid: NDArray[np.float64], values: NDArray[np.float64], fields: NDArray[np.float64]
     ) -> None:
         self._grid = grid
         self._values = values

@@ -98,14 +98,9 @@ def _set_texture_coordinates(path: str | Path, prim: Any, uv: UVMap) -> None:
 
 
 def define_subsets(stage: Any, prim: Any, mesh: Mesh, taken: list[str], materials: str) -> None:
-    """Subsets of the polygons: one a material, bound to it, and one a group.
+    """Subsets of the polygons: one a material, bound to it in this scope, and one a group.
 
-    Args:
-        stage: The stage.
-        prim: The mesh prim.
-        mesh: The mesh.
-        taken: Names of the other children of the mesh prim.
-        materials: Path of the scope that the materials go to.
+    Their names differ from those that other children of the mesh prim have taken.
     """
     shade = pxr("UsdShade")
     names = list(taken)
@@ -234,12 +229,7 @@ def _as_float32(path: str | Path, values: NDArray[np.float64], what: str) -> NDA
 def define_skeleton(stage: Any, place: str, mesh: Any, count: int, shapes: list[str]) -> Any:
     """A skeleton of one joint that never moves, which UsdSkel wants around blend shapes.
 
-    Args:
-        stage: The stage.
-        place: Path of the prim.
-        mesh: The mesh prim that is bound to the joint and to the blend shapes below it.
-        count: Number of its points.
-        shapes: Names of the blend shapes, children of the mesh prim.
+    The mesh prim, of so many points, is bound to the joint and to the blend shapes below it.
     """
     gf, values = pxr("Gf"), pxr("Vt")
     identity = values.Matrix4dArray(1, gf.Matrix4d(1.0))
