@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import MeshError
-from elastomorph.io.fbx.part import FbxPart, mesh_of
+from elastomorph.io.fbx.meshes import FbxMesh, mesh_of
 from elastomorph.io.joined_rig import RigPart, joined_rig, placings
 
 Y_UP = np.eye(3)
@@ -17,12 +17,12 @@ Z_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 def part(
     linear: np.ndarray = Y_UP, origin: tuple[float, float, float] = (0, 0, 0), name: str = "face"
-) -> FbxPart:
+) -> FbxMesh:
     """A tetrahedron whose polygons face outwards."""
     points = np.array([[0.1, 0, 0], [1, 0, -0.0], [0, 1, 0], [0, 0, 1.0]])
     indices = np.array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3])
     matrix = np.concatenate([linear.T, [origin]])
-    return FbxPart(name, True, matrix, points, indices, np.arange(0, 13, 3), None, None, {})
+    return FbxMesh(name, True, matrix, points, indices, np.arange(0, 13, 3), None, None, {})
 
 
 def turn(axis: int, degrees: float) -> np.ndarray:
@@ -90,7 +90,7 @@ def test_further_meshes_keep_their_place_beside_the_first(seed: int) -> None:
     other = part(random.normal(size=(3, 3)), tuple(random.normal(size=3)))
     places = placings(Z_UP, [first, other])
 
-    def world(own: FbxPart) -> np.ndarray:
+    def world(own: FbxMesh) -> np.ndarray:
         return own.vertices @ own.matrix[:3] + own.matrix[3]
 
     both = np.concatenate([world(first), world(other)])

@@ -18,7 +18,7 @@ from elastomorph.errors import (
     ParameterError,
 )
 from elastomorph.io.fbx import read_fbx
-from elastomorph.io.fbx.part import FbxPart, read_parts
+from elastomorph.io.fbx.meshes import FbxMesh, read_meshes
 from elastomorph.io.npz.members import open_npz
 from elastomorph.rig import Rig
 from needs import installed
@@ -296,13 +296,13 @@ PART = {
 }
 
 
-def part_with(folder: Path, **changes: Any) -> FbxPart:
+def part_with(folder: Path, **changes: Any) -> FbxMesh:
     """What is made of arrays as the worker writes them, some of them changed."""
     arrays = {f"0_{name}": array for name, array in {**PART, **changes}.items()}
     names = {"mesh_names": np.array(["face"]), "mesh_shown": np.array([1])}
     np.savez(folder / "content.npz", **names, **arrays)
     with open_npz(folder / "content.npz") as members:
-        (part,) = read_parts("face.fbx", members)
+        (part,) = read_meshes("face.fbx", members)
     return part
 
 

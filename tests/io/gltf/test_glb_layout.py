@@ -15,7 +15,7 @@ from elastomorph.model.mesh import Mesh, UVMap
 def test_a_mesh_without_texture_is_not_split() -> None:
     layout = lay_out(triangle())
     assert layout.vertex_of.tolist() == [0, 1, 2]
-    assert [part.triangles.tolist() for part in layout.parts] == [[[0, 1, 2]]]
+    assert [part.triangles.tolist() for part in layout.primitives] == [[[0, 1, 2]]]
     assert layout.texture is None
 
 
@@ -30,7 +30,7 @@ def test_a_seam_splits_the_vertices_on_it_and_no_others() -> None:
 
 
 def test_a_part_a_material_in_the_order_of_the_labels_and_the_unlabelled_last() -> None:
-    parts = lay_out(seamed_mesh()).parts
+    parts = lay_out(seamed_mesh()).primitives
     assert [part.label for part in parts] == [0, 2, -1]
     assert parts[0].triangles.tolist() == [[7, 4, 5], [7, 5, 8]]
     assert parts[1].triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
@@ -50,7 +50,7 @@ def test_the_surface_is_restored_from_the_triangles(mesh: Mesh) -> None:
     layout = lay_out(mesh)
     stored = surface_extras(mesh, layout)
     texture = None if layout.texture is None else layout.texture.astype(float)
-    parts = [part.triangles for part in layout.parts]
+    parts = [part.triangles for part in layout.primitives]
     vertices = mesh.vertices[layout.vertex_of]
     back = Mesh(mesh.vertices, **restored_surface(stored, parts, vertices, texture))
     assert back.faces == mesh.faces
@@ -71,7 +71,7 @@ def test_triangles_in_another_order_are_noticed() -> None:
     layout = lay_out(mesh)
     stored = surface_extras(mesh, layout)
     assert layout.texture is not None
-    parts = [part.triangles for part in layout.parts]
+    parts = [part.triangles for part in layout.primitives]
     texture, vertices = layout.texture.astype(float), mesh.vertices[layout.vertex_of]
     for changed in (
         [parts[0][::-1], *parts[1:]],

@@ -28,7 +28,7 @@ from elastomorph.errors import (
     ParameterError,
 )
 from elastomorph.io.blend_shapes import hats
-from elastomorph.io.fbx.part import Channel, FbxPart, mesh_of, read_axes, read_parts
+from elastomorph.io.fbx.meshes import Channel, FbxMesh, mesh_of, read_axes, read_meshes
 from elastomorph.io.fbx.worker import ADVICE
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import Placing, RigPart, joined_rig, placings
@@ -67,36 +67,37 @@ def read_fbx(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
         raise MissingExtraError("ufbx", "fbx")
     with extracted(_READER, path) as members:
         axes = read_axes(members)
-        parts = _chosen(path, read_parts(path, members), wanted)
-    main = max(range(len(parts)), key=lambda number: len(parts[number].channels))
-    vertices = sum(len(part.vertices) for part in parts)
-    shapes = sum(len(c.weights) for part in parts for c in part.channels.values())
+        meshes = _chosen(path, read_meshes(path, members), wanted)
+    main = max(range(len(meshes)), key=lambda number: len(meshes[number].channels))
+    vertices = sum(len(own.vertices) for own in meshes)
+    shapes = sum(len(c.weights) for own in meshes for c in own.channels.values())
     members.budget.spend_fields(vertices, shapes, copies=2)
     with naming_file(path):
         neutral, morphs = joined_rig(
             [
-                _rig_part(path, part, place)
-                for part, place in zip(parts, placings(axes, parts, main), strict=True)
+                _rig_part(path, own, place)
+                for own, place in zip(meshes, placings(axes, meshes, main), strict=True)
             ],
             str(path),
         )
         return Rig(neutral, morphs)
 
 
-def _chosen(path: str | Path, parts: list[FbxPart], wanted: Sequence[str]) -> list[FbxPart]:
-    listed = [ListedMesh((part.name,), len(part.channels), part.shown) for part in parts]
+def _chosen(path: str | Path, meshes: list[FbxMesh], wanted: Sequence[str]) -> list[FbxMesh]:
+    listed = [ListedMesh((own.name,), len(own.channels), own.shown) for own in meshes]
     try:
-        chosen = [parts[number] for number in chosen_meshes(listed, wanted)]
+        chosen = [meshes[number] for number in chosen_meshes(listed, wanted)]
     except ParameterError as problem:
         raise FormatError(path, str(problem)) from None
     # Objects without points show nothing; exporters leave them where something was.
-    return [part for part in chosen if len(part.vertices) or part.channels] or chosen
+    return [own for own in chosen if len(own.vertices) or own.channels] or chosen
 
 
-def _rig_part(path: str | Path, part: FbxPart, place: Placing) -> RigPart:
-    mesh = mesh_of(part, str(path))
-    morphs = {name: _morph(path, mesh, name, own) for name, own in part.channels.items()}
-    return RigPart(part.name, mesh, morphs, place)
+def _rig_part(path: str | Path, stored: FbxMesh, place: Placing) -> RigPart:
+    mesh = mesh_of(stored, str(path))
+    channels = stored.channels.items()
+    morphs = {name: _morph(path, mesh, name, channel) for name, channel in channels}
+    return RigPart(stored.name, mesh, morphs, place)
 
 
 def _morph(path: str | Path, neutral: Mesh, name: str, channel: Channel) -> Morph:

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from elastomorph.model.mesh import Mesh, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["Layout", "Part", "lay_out"]
+__all__ = ["Layout", "MaterialTriangles", "lay_out"]
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class MaterialTriangles:
     """The triangles of one material.
 
     Attributes:
@@ -40,14 +40,14 @@ class Layout:
         vertex_of: (N,) int32 mesh vertex of each vertex of the file; 0 … V - 1 come first.
         uv_of: (N,) int32 texture coordinate of each vertex of the file, -1 for none.
         corners: (C,) int32 vertex of the file at each polygon corner.
-        parts: One a material, in the order of the labels, unlabelled polygons last.
+        primitives: One a material, in the order of the labels, unlabelled polygons last.
         texture: (N, 2) float32 u and 1 - v, for glTF counts v from the top; None without UVs.
     """
 
     vertex_of: NDArray[np.int32]
     uv_of: NDArray[np.int32]
     corners: NDArray[np.int32]
-    parts: tuple[Part, ...]
+    primitives: tuple[MaterialTriangles, ...]
     texture: NDArray[np.float32] | None
 
     def rows(self, vectors: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -70,7 +70,7 @@ def lay_out(mesh: Mesh) -> Layout:
         vertex_of, uv_of, corners = _split(mesh.faces, mesh.uv, flipped, count)
         texture = np.where(uv_of[:, None] >= 0, flipped[uv_of], np.float32(0))
     triangles = Polygons(corners, mesh.faces.offsets).triangles()
-    return Layout(vertex_of, uv_of, corners, _parts(mesh, triangles), texture)
+    return Layout(vertex_of, uv_of, corners, _primitives(mesh, triangles), texture)
 
 
 def _flipped(uv: UVMap) -> NDArray[np.float32]:
@@ -103,12 +103,12 @@ def _split(
     return vertex_of, uv_of, number[of_corner.reshape(-1)]
 
 
-def _parts(mesh: Mesh, triangles: NDArray[np.int32]) -> tuple[Part, ...]:
+def _primitives(mesh: Mesh, triangles: NDArray[np.int32]) -> tuple[MaterialTriangles, ...]:
     if not len(mesh.faces):
         return ()
     if mesh.materials is None:
-        return (Part(-1, triangles),)
+        return (MaterialTriangles(-1, triangles),)
     labels = np.repeat(mesh.materials.of_face, mesh.faces.sizes - 2)
     found = np.unique(labels)
     order = [*found[found >= 0].tolist(), *found[found < 0].tolist()]
-    return tuple(Part(label, triangles[labels == label]) for label in order)
+    return tuple(MaterialTriangles(label, triangles[labels == label]) for label in order)

@@ -45,7 +45,7 @@ def surface_extras(mesh: Mesh, layout: Layout) -> dict[str, Any]:
         "copies": packed(layout.vertex_of[count:]),
         "polygons": len(mesh.faces),
         "sizes": packed(mesh.faces.sizes),
-        "parts": [part.label for part in layout.parts],
+        "parts": [own.label for own in layout.primitives],
     }
     for kind, labels in (("materials", mesh.materials), ("groups", mesh.groups)):
         if labels is not None:

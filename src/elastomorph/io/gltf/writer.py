@@ -181,7 +181,7 @@ def _file(
     size = sum(map(len, chunks))
     return chunks, GlbReport(
         vertices=len(layout.vertex_of),
-        triangles=sum(len(part.triangles) for part in layout.parts),
+        triangles=sum(len(own.triangles) for own in layout.primitives),
         targets=len(targets.names),
         bends=len(targets.names) - len(rig.morphs),
         dropped_bends=targets.dropped,
@@ -240,17 +240,17 @@ def _primitives(
     targets: list[dict[str, int]],
 ) -> list[dict[str, Any]]:
     """One primitive a material, all on the same vertices."""
-    if not layout.parts:  # markers without a surface
+    if not layout.primitives:  # markers without a surface
         return [{"attributes": attributes, "mode": _POINTS, "targets": targets}]
     return [
         {
             "attributes": attributes,
-            "indices": accessors.indices(part.triangles, len(layout.vertex_of)),
+            "indices": accessors.indices(own.triangles, len(layout.vertex_of)),
             "mode": _TRIANGLES,
             "material": number,
             "targets": targets,
         }
-        for number, part in enumerate(layout.parts)
+        for number, own in enumerate(layout.primitives)
     ]
 
 
@@ -268,9 +268,9 @@ def _materials(mesh: Mesh, layout: Layout) -> list[dict[str, Any]]:
             "emissiveFactor": [0.0, 0.0, 0.0],
             "alphaMode": "OPAQUE",
             "doubleSided": False,
-            "name": names[part.label] if part.label >= 0 else "unnamed",
+            "name": names[own.label] if own.label >= 0 else "unnamed",
         }
-        for part in layout.parts
+        for own in layout.primitives
     ]
 
 

@@ -15,7 +15,7 @@ from elastomorph.io.npz.members import NpzMembers
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["Channel", "FbxPart", "mesh_of", "read_axes", "read_parts"]
+__all__ = ["Channel", "FbxMesh", "mesh_of", "read_axes", "read_meshes"]
 
 _OBJECTS_OF_MESH = 20  # so many arrays the worker wrote of it
 
@@ -36,7 +36,7 @@ class Channel:
 
 
 @dataclass(frozen=True, eq=False)
-class FbxPart:
+class FbxMesh:
     """A mesh as the file stores it.
 
     Attributes:
@@ -72,7 +72,7 @@ def read_axes(members: NpzMembers) -> NDArray[np.float64]:
     return axes if proper else np.eye(3)
 
 
-def read_parts(path: str | Path, members: NpzMembers) -> list[FbxPart]:
+def read_meshes(path: str | Path, members: NpzMembers) -> list[FbxMesh]:
     """The meshes in what the worker took from a file.
 
     Raises:
@@ -82,12 +82,14 @@ def read_parts(path: str | Path, members: NpzMembers) -> list[FbxPart]:
     members.budget.spend_objects(_OBJECTS_OF_MESH * len(names))
     shown = members.array("mesh_shown", "i", (len(names),)).tolist()
     return [
-        _part(path, members, number, name, bool(own))
+        _read_mesh(path, members, number, name, bool(own))
         for number, (name, own) in enumerate(zip(names, shown, strict=True))
     ]
 
 
-def _part(path: str | Path, members: NpzMembers, number: int, name: str, shown: bool) -> FbxPart:
+def _read_mesh(
+    path: str | Path, members: NpzMembers, number: int, name: str, shown: bool
+) -> FbxMesh:
     def array(key: str, kinds: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
         return members.array(f"{number}_{key}", kinds, shape)
 
@@ -131,29 +133,29 @@ def _part(path: str | Path, members: NpzMembers, number: int, name: str, shown: 
             different_names(channel_names), starts, starts[1:], strict=False
         )
     }
-    return FbxPart(name, shown, matrix, vertices, indices, offsets, uv, materials, channels)
+    return FbxMesh(name, shown, matrix, vertices, indices, offsets, uv, materials, channels)
 
 
 def _within(indices: NDArray[np.int64], lowest: int, count: int) -> bool:
     return not indices.size or (int(indices.min()) >= lowest and int(indices.max()) < count)
 
 
-def mesh_of(part: FbxPart, source: str) -> Mesh:
+def mesh_of(stored: FbxMesh, source: str) -> Mesh:
     """The mesh in its own space, control points in the order of the file.
 
     Raises:
         MeshError: It is none.
     """
     labels = None
-    if part.materials is not None:
-        names, of_face = part.materials
+    if stored.materials is not None:
+        names, of_face = stored.materials
         known = {name: place for place, name in enumerate(dict.fromkeys(names))}
         places = np.array([*(known[name] for name in names), -1], dtype=np.int32)
         labels = FaceLabels(tuple(known), places[of_face])  # the last stands for -1
     return Mesh(
-        part.vertices,
-        Polygons(part.indices, part.offsets),
-        uv=None if part.uv is None else UVMap(part.uv[0], part.uv[1].astype(np.int32)),
+        stored.vertices,
+        Polygons(stored.indices, stored.offsets),
+        uv=None if stored.uv is None else UVMap(stored.uv[0], stored.uv[1].astype(np.int32)),
         materials=labels,
         source=Source(source),
     )
