@@ -6,12 +6,14 @@ import copy
 import inspect
 import pickle
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import elastomorph as em
 from elastomorph import paths
+from elastomorph.paths.option_table import option_table
 
 pytestmark = pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
 
@@ -151,3 +153,11 @@ def test_a_material_is_only_given_to_methods_that_have_one() -> None:
     steel = em.Material(1, 2, 3)
     assert em.Method("beam").with_material(steel).material == steel
     assert em.Method("linear").with_material(steel) == em.Method("linear")
+
+
+def test_the_page_on_methods_lists_every_option() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "choosing-a-method.md").read_text()
+    assert option_table() in page
+    for kind in em.Method.known:
+        pattern = kind.pattern().replace("distance", "straight_within")
+        assert f"`{pattern}`" in page, pattern

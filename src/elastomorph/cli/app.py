@@ -63,12 +63,15 @@ def loaded(name: str) -> Callable[..., Any]:
 
 def _command(name: str) -> Any:
     """A verb with its options; examples stay on lines of their own."""
+    from elastomorph.cli.method_options import Verb, VerbWithOptions
+
     verb = loaded(name)
     words = re.sub(
         r"^(Examples?:)\s*", "\b\n\\1\n  ", cleandoc(verb.__doc__ or ""), flags=re.MULTILINE
     )
     alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(name, help=words)(verb)
+    kind = VerbWithOptions if name == "interpolate" else Verb
+    alone.command(name, cls=kind, help=words)(verb)
     return typer.main.get_command(alone)
 
 

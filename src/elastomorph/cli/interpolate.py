@@ -16,6 +16,7 @@ __all__ = ["interpolate"]
 
 
 def interpolate(
+    context: typer.Context,
     neutral: Annotated[Path, typer.Argument(help="The face at t = 0.")],
     target: Annotated[Path, typer.Argument(help="The face at t = 1, same topology.")],
     output: Annotated[
@@ -31,18 +32,6 @@ def interpolate(
     ] = None,
     frames: Annotated[
         int | None, typer.Option(help="Equal steps from t = 0 to t = 1, ends included.", min=2)
-    ] = None,
-    mass: options.Mass = None,
-    damping: options.Damping = None,
-    rigidity: options.Rigidity = None,
-    harmonics: Annotated[
-        int | None, typer.Option(help="Modes above this number follow the limit law.")
-    ] = None,
-    basis: Annotated[
-        str | None, typer.Option(help="Modes of open curves: cosine (default) or fourier.")
-    ] = None,
-    stiffness: Annotated[
-        str | None, typer.Option(help="uniform (default), or length: short curves are stiffer.")
     ] = None,
     keep: options.CurveFile = None,
     region: Annotated[
@@ -68,7 +57,6 @@ def interpolate(
     import numpy as np
 
     from elastomorph.character import Character, PathMaker, Settings
-    from elastomorph.character.choice import MethodChoice
     from elastomorph.character.paths import Part
     from elastomorph.errors import ParameterError
     from elastomorph.io import read, write, write_sequence
@@ -83,15 +71,7 @@ def interpolate(
     if region is None and said:
         raise ParameterError(f"--{next(iter(said))} is for a part of the face: add --region")
     clip = np.linspace(0, 1, frames) if frames else np.array(sorted(set(time or [0.5])))
-    choice = MethodChoice.of(
-        method,
-        mass=mass,
-        damping=damping,
-        rigidity=rigidity,
-        harmonics=harmonics,
-        basis=basis,
-        stiffness=stiffness,
-    )
+    choice = options.method_choice(method, context.obj)
     own = Settings(target, Character(target.parent, target.stem), choice)
     chosen = options.settings_of(None, settings, choice) or own
     _require_effect(choice, chosen.choice_for(target.stem))
@@ -138,7 +118,8 @@ def _require_effect(said: MethodChoice, whole: MethodChoice) -> None:
 
     for name, methods in whole.idle.items():
         if name in said.stated:
+            option = name.replace("_", "-")
             raise ParameterError(
-                f"--{name} is for {', '.join(methods)}; {whole.method().name} has none: "
+                f"--{option} is for {', '.join(methods)}; {whole.method().name} has none: "
                 f"add --method {methods[0]}"
             )

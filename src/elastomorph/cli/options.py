@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -60,8 +60,7 @@ TimingText = Annotated[
 MethodText = Annotated[
     str | None,
     typer.Option(
-        help="Paths made anew by auto[:distance], linear, cosine, ease:R, beam:R[:closure], "
-        "plate:R, arc or rotation. Default: those of the file, auto where it has none.",
+        help="Paths made anew by {methods}. Default: those of the file, auto where it has none.",
         autocompletion=completion.methods,
     ),
 ]
@@ -97,6 +96,30 @@ def material(
 
     said = MethodChoice.of(mass=mass, damping=damping, rigidity=rigidity)
     return (said if settings is None else said.over(settings.method)).material
+
+
+def method_choice(text: str | None, said: Mapping[str, Any]) -> MethodChoice:
+    """What the command line says of a method.
+
+    Args:
+        text: Such as ``beam:3``.
+        said: Options of methods, as `VerbWithOptions` finds them; None where nothing is said.
+
+    Raises:
+        ParameterError: The text or an option is not understood, or both say the same.
+    """
+    from elastomorph.character.choice import MethodChoice
+    from elastomorph.errors import ParameterError
+
+    given = dict(said)
+    if given.get("load") is not None:
+        try:
+            given["load"] = tuple(float(p) for p in given["load"].split(","))
+        except ValueError:
+            raise ParameterError(
+                f"--load must be numbers such as 0.2,0.8, found {given['load']!r}"
+            ) from None
+    return MethodChoice.of(text, **given)
 
 
 def settings_of(

@@ -14,7 +14,6 @@ from elastomorph.physics import Material
 
 __all__ = ["every_method", "left_out"]
 
-_OF_SURFACES = ("plate:2", "rotation")
 _MOST_INBETWEENS = 2
 
 
@@ -37,12 +36,14 @@ def every_method(
         linear, cosine, ease, beam, arc and auto; plate and rotation where there are polygons; a
         path through one and through two recorded frames, as far as there are frames.
     """
-    surfaces = _OF_SURFACES if len(truth.mesh.faces) else ()
-    texts = (*DEFAULT_METHODS, *surfaces, "arc", "auto")
-    found: dict[str, Method | Morph] = {}
-    for text in texts:
-        method = Method.parse(text).with_material(material or Material())
-        found[method.label] = method
+    methods = [Method.parse(text) for text in DEFAULT_METHODS]
+    listed = {type(method) for method in methods}
+    others = [kind for kind in Method.known if kind not in listed]
+    if not len(truth.mesh.faces):
+        others = [kind for kind in others if not kind.on_surfaces]
+    methods += [kind() for kind in sorted(others, key=lambda kind: not kind.on_surfaces)]
+    given = [method.with_material(material or Material()) for method in methods]
+    found: dict[str, Method | Morph] = {method.label: method for method in given}
     most = min(_MOST_INBETWEENS, len(truth) - 2)
     if most > 0:
         if progress is not None:
@@ -56,5 +57,5 @@ def left_out(truth: MeshSequence) -> str:
     """A sentence about the methods that this motion does not allow; empty where it allows all."""
     if len(truth.mesh.faces):
         return ""
-    names = [Method.parse(text).name for text in _OF_SURFACES]
+    names = [kind.name for kind in Method.known if kind.on_surfaces]
     return f"Left out: {' and '.join(names)} follow a surface, and markers have no polygons."

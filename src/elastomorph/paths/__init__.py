@@ -1,15 +1,42 @@
-"""Paths from a neutral to a target: one file a method, listed in `registry`."""
+"""Paths from a neutral to a target: one file a method.
+
+A new method is a file beside this one, its import here, and its name in `Method.known`.
+"""
 
 from __future__ import annotations
 
 import warnings
 
-from elastomorph.paths import registry as registry
+from elastomorph.paths.arc import Arc
+from elastomorph.paths.auto import Auto
+from elastomorph.paths.beam import Beam
+from elastomorph.paths.cosine import Cosine
+from elastomorph.paths.ease import Ease
 from elastomorph.paths.interpolate import interpolate, prepare
+from elastomorph.paths.linear import Linear
 from elastomorph.paths.method import Method
+from elastomorph.paths.plate import Plate
+from elastomorph.paths.rotation import Rotation
 from elastomorph.paths.through import Through, through
 
-__all__ = ["Method", "Through", "interpolate", "prepare", "through"]
+__all__ = [
+    "Arc",
+    "Auto",
+    "Beam",
+    "Cosine",
+    "Ease",
+    "Linear",
+    "Method",
+    "Plate",
+    "Rotation",
+    "Through",
+    "interpolate",
+    "prepare",
+    "through",
+]
+
+# The registry: what texts may name, in the order of lists.
+Method.known = (Linear, Cosine, Ease, Beam, Plate, Arc, Rotation, Auto)
 
 
 def __getattr__(name: str) -> tuple[str, ...]:

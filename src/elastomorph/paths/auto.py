@@ -47,7 +47,7 @@ class Auto(Method):
     tolerance: float = options.tolerance()
     straight_within: float = options.number(
         5e-4,
-        "how close to straight a turn goes straight, of D",
+        "how close to straight a turn goes straight, as a fraction of D",
         "1e-3",
         least=0,
         label=lambda within: f"{within:g}",

@@ -128,7 +128,7 @@ def order() -> Any:
     return option(
         2,
         "whole",
-        "R of the load t^R",
+        "order R of the load t^R",
         "3",
         check,
         word=Word(_digits, "R", "order (a whole number)", ("2", "3"), needed=True),
@@ -147,7 +147,7 @@ def load() -> Any:
     return option(
         None,
         "numbers",
-        "p₁, p₂, … of a polynomial load, in place of an order",
+        "polynomial load p₁t + p₂t² + … in place of an order: p₁, p₂, …",
         "[0.2, 0.8]",
         check,
         with_name=True,
@@ -193,16 +193,16 @@ def material() -> Any:
         label=lambda m: f"m={m.mass:g} c={m.damping:g} k={m.rigidity:g}",
         made=lambda constants: Material(**constants),
         parts={
-            "mass": "m of the material, above 0",
-            "damping": "c of the material, above 0",
-            "rigidity": "k = EI of the material, above 0",
+            "mass": "mass m of the material, above 0",
+            "damping": "damping c of the material, above 0",
+            "rigidity": "rigidity k = EI of the material, above 0",
         },
     )
 
 
 def tolerance() -> Any:
     """How closely bends hold a path."""
-    return number(1e-4, "how closely bends hold their path, of D", "1e-5", above=0)
+    return number(1e-4, "how closely bends hold their path, as a fraction of D", "1e-5", above=0)
 
 
 def as_float(text: str) -> float | None:

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
@@ -49,15 +48,19 @@ class ModeTransform:
 
     def forward(self, values: NDArray[np.float64]) -> NDArray[np.floating | np.complexfloating]:
         """Modes (…, count, 3) of values (…, M, 3)."""
+        from scipy import fft  # a third of a second that only beams need
+
         if self.closed:
-            return np.asarray(scipy.fft.rfft(values, axis=-2))
-        return np.asarray(scipy.fft.dct(values, type=2, norm="ortho", axis=-2))
+            return np.asarray(fft.rfft(values, axis=-2))
+        return np.asarray(fft.dct(values, type=2, norm="ortho", axis=-2))
 
     def inverse(self, modes: NDArray[np.floating | np.complexfloating]) -> NDArray[np.float64]:
         """Values (…, M, 3) of modes (…, count, 3)."""
+        from scipy import fft  # a third of a second that only beams need
+
         if self.closed:
-            return np.asarray(scipy.fft.irfft(modes, n=self.size, axis=-2))
-        return np.asarray(scipy.fft.idct(modes.real, type=2, norm="ortho", axis=-2))
+            return np.asarray(fft.irfft(modes, n=self.size, axis=-2))
+        return np.asarray(fft.idct(modes.real, type=2, norm="ortho", axis=-2))
 
 
 def mode_stiffness(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
 
 from elastomorph.model.cholesky import Cholesky, EliminationTree
 from elastomorph.model.mesh import Mesh
@@ -15,6 +15,9 @@ from elastomorph.model.surface import surface_operators
 from elastomorph.paths.rotations.polynomial_bend import at_nodes
 from elastomorph.paths.rotations.turning import ArcBend, EdgeBend
 from elastomorph.paths.rotations.vertex_rotations import VertexRotations
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 __all__ = ["EdgeEquation", "SurfaceEdges"]
 
@@ -54,6 +57,8 @@ class SurfaceEdges:
         Raises:
             MeshError: The mesh has no polygon with an area.
         """
+        from scipy.sparse import coo_array
+
         surface = surface_operators(mesh)
         joined = coo_array(surface.stiffness)
         once = (joined.row < joined.col) & (joined.data < 0)
@@ -118,6 +123,8 @@ class EdgeEquation:
     @cached_property
     def _divergence(self) -> csr_array:
         """(F, E) -w where an edge begins and w where it ends."""
+        from scipy.sparse import coo_array, csr_array
+
         numbers, row_of = np.arange(len(self.ends)), np.cumsum(self.free) - 1
         first, second = self.free[self.ends].T
         rows = np.concatenate([row_of[self.ends[first, 0]], row_of[self.ends[second, 1]]])

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons, polygon_normals
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 __all__ = ["without_folds"]
 

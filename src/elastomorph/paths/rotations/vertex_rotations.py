@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
 
 from elastomorph.model.geometry import connected_parts
 from elastomorph.paths.rotations.components import common_turns
@@ -18,6 +18,9 @@ from elastomorph.paths.rotations.rotation_vectors import (
     rotation_vectors,
 )
 from elastomorph.paths.rotations.turning import EdgeBend
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 __all__ = ["Neighbourhoods", "VertexRotations", "vertex_rotations"]
 
@@ -55,6 +58,8 @@ class Neighbourhoods:
             count: V, vertices with and without edges.
             edges: (E, 2) pairs of vertices, each once.
         """
+        from scipy.sparse import coo_array, csr_array
+
         numbers, ends = np.tile(np.arange(len(edges)), 2), edges.T.ravel()
         one = np.ones(ends.size)
         at_vertex = csr_array(coo_array((one, (ends, numbers)), shape=(count, len(edges))))
