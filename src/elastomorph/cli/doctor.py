@@ -19,54 +19,64 @@ __all__ = ["doctor"]
 _UNUSABLE = 2
 
 
+Number = float | None
+Files = Annotated[
+    list[Path],
+    typer.Argument(
+        help="A neutral and its targets, a folder of them, a rig (.glb, .usd, .fbx, "
+        ".npz), settings (.toml), or 'built-in'."
+    ),
+]
+RepairTo = Annotated[
+    Path | None,
+    typer.Option(
+        "--repair", metavar="FOLDER", help="Write the rig as it should be into this folder."
+    ),
+]
+Seeds = Annotated[
+    str | None,
+    typer.Option(
+        help="Vertices known to belong together, neutral first: 12=40,13=41 or a JSON file."
+    ),
+]
+Align = Annotated[
+    str | None,
+    typer.Option(
+        help="Take the motion of the head out: 'auto', or vertices that should be still, "
+        "as 0-9408,11248 or a JSON file."
+    ),
+]
+Pairs = Annotated[
+    str | None, typer.Option(help="How names tell left and right: _lft=_rgt,lf_=rt_.")
+]
+Bend = Annotated[
+    float,
+    typer.Option(
+        min=0.0,
+        help="Percent of D between the straight and the turning path at t = 0.5 from which "
+        "an in-between pays.",
+    ),
+]
+FailOn = Annotated[
+    str, typer.Option(help="Exit with status 1 from this severity on: error or warning.")
+]
+
+
 def doctor(
-    files: Annotated[
-        list[Path],
-        typer.Argument(
-            help="A neutral and its targets, a folder of them, a rig (.glb, .usd, .fbx, "
-            ".npz), settings (.toml), or 'built-in'."
-        ),
-    ],
-    repair_to: Annotated[
-        Path | None,
-        typer.Option(
-            "--repair", metavar="FOLDER", help="Write the rig as it should be into this folder."
-        ),
-    ] = None,
-    seeds: Annotated[
-        str | None,
-        typer.Option(
-            help="Vertices known to belong together, neutral first: 12=40,13=41 or a JSON file.",
-        ),
-    ] = None,
-    align: Annotated[
-        str | None,
-        typer.Option(
-            help="Take the motion of the head out: 'auto', or vertices that should be still, "
-            "as 0-9408,11248 or a JSON file.",
-        ),
-    ] = None,
-    pairs: Annotated[
-        str | None, typer.Option(help="How names tell left and right: _lft=_rgt,lf_=rt_.")
-    ] = None,
-    mass: Annotated[float | None, typer.Option(help="Try a material with this m.")] = None,
-    damping: Annotated[float | None, typer.Option(help="Try a material with this c.")] = None,
-    rigidity: Annotated[float | None, typer.Option(help="Try a material with this k.")] = None,
+    files: Files,
+    repair_to: RepairTo = None,
+    seeds: Seeds = None,
+    align: Align = None,
+    pairs: Pairs = None,
+    mass: Annotated[Number, typer.Option(help="Try a material with this m.")] = None,
+    damping: Annotated[Number, typer.Option(help="Try a material with this c.")] = None,
+    rigidity: Annotated[Number, typer.Option(help="Try a material with this k.")] = None,
     order: Annotated[int | None, typer.Option(help="Try a load t^R of this order.")] = None,
     closure: Annotated[
         str | None, typer.Option(help="Try this time law of a curve's mean.")
     ] = None,
-    bend: Annotated[
-        float,
-        typer.Option(
-            min=0.0,
-            help="Percent of D between the straight and the turning path at t = 0.5 from which "
-            "an in-between pays.",
-        ),
-    ] = 0.25,
-    fail_on: Annotated[
-        str, typer.Option(help="Exit with status 1 from this severity on: error or warning.")
-    ] = "error",
+    bend: Bend = 0.25,
+    fail_on: FailOn = "error",
     as_json: options.AsJson = False,
 ) -> None:
     """Examine the files of a rig: order, surface, units, motion of the head, sides, in-betweens.
@@ -108,11 +118,8 @@ def _rig_files(files: list[Path]) -> list[Path]:
     from elastomorph.character import find_settings, read_settings
     from elastomorph.character.sources import find_sources
 
-    only = files[0]
-    settings = (
-        find_settings(only) if only.is_dir() else only if only.suffix.lower() == ".toml" else None
-    )
-    if len(files) > 1 or settings is None:
+    settings = find_settings(files[0]) if files[0].is_dir() else files[0]
+    if len(files) > 1 or settings is None or settings.suffix.lower() != ".toml":
         return files
     sources = find_sources(read_settings(settings))
     return [sources.main, *sources.targets.values()]
