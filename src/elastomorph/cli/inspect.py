@@ -13,11 +13,10 @@ from elastomorph.cli import options
 from elastomorph.cli.output import print_facts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from elastomorph.model.inspection import Displacement, MeshFacts
     from elastomorph.model.morph import Morph
-    from elastomorph.rig import Rig
 
 __all__ = ["inspect"]
 
@@ -42,6 +41,7 @@ def inspect(
       elastomorph inspect neutral.obj jawOpen.obj smile.obj
       elastomorph inspect head.glb
     """
+    from elastomorph.cli.render_words import holds_mesh
     from elastomorph.errors import ParameterError
     from elastomorph.io import read
     from elastomorph.io.settings_used import settings_used
@@ -54,7 +54,8 @@ def inspect(
         say(f"reading {first}")
         used = settings_used(first)
         if first.suffix.lower() != ".json" or first.is_dir():
-            rig = _rig(first, mesh, say)
+            if not holds_mesh(first):
+                rig = options.full_rig(options.named_rig(str(first)), None, say, mesh=mesh)
             neutral = read(first) if rig is None else rig.neutral
             facts = mesh_facts(neutral)
             if rig is not None:
@@ -106,21 +107,6 @@ def _targets(
         choice = choice_to_json(morph.choice)
         targets[name] |= {"method": morph.method, "bends": len(morph.bends), "choice": choice}
     return targets
-
-
-def _rig(file: Path, mesh: list[str] | None, say: Callable[[str], None]) -> Rig | None:
-    """The rig in a file, a folder or settings, or our own; None where it is a mesh."""
-    from elastomorph.io.npz.members import open_npz
-    from elastomorph.io.registry import MESH_FORMATS, known_suffixes
-
-    suffix = file.suffix.lower()
-    if suffix == ".npz" and not file.is_dir():
-        with open_npz(file) as members:
-            if "rig_version" not in members.names:
-                return None
-    elif suffix in known_suffixes(MESH_FORMATS) and not file.is_dir():
-        return None
-    return options.full_rig(options.named_rig(str(file)), None, say, mesh=mesh)
 
 
 def _made_with(used: dict[str, Any] | None, file: Path) -> list[str]:

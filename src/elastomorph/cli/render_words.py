@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
     from elastomorph.draw.actors import Lines
     from elastomorph.draw.posed import Comparison, PosedRig
-    from elastomorph.model.mesh import Mesh
     from elastomorph.rig import Rig
 
 __all__ = [
     "background_of",
     "comparison",
     "curves_of",
+    "holds_mesh",
     "numbers",
     "picture_size",
     "posed_rigs",
@@ -136,8 +136,8 @@ def _rig(
     as_stored: bool = False,
 ) -> Rig:
     """A rig, paths that no one has chosen left out; a plain mesh becomes one without sliders."""
-    from elastomorph.errors import FormatError
-    from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_suffixes
+    from elastomorph.io import read
+    from elastomorph.io.registry import BUILT_IN
     from elastomorph.io.rig_folder import rig_as_stored
     from elastomorph.rig import Rig
 
@@ -146,28 +146,26 @@ def _rig(
     if chosen is not None:
         return options.full_rig(path, None, say, chosen, mesh=mesh)
     say("building the head" if path is None else f"reading {path}")
-    suffix = "" if path is None else path.suffix.lower()
-    beside: dict[str, Any] = {"mesh": list(mesh)} if mesh else {}
-    if path is None or path.is_dir() or suffix not in known_suffixes(MESH_FORMATS):
+    if path is None or not holds_mesh(path):
+        beside: dict[str, Any] = {"mesh": list(mesh)} if mesh else {}
         return rig_as_stored(BUILT_IN if path is None else path, **beside)
     if mesh:
         raise ParameterError(f"{path} holds one mesh: leave out --mesh")
-    if suffix in known_suffixes(RIG_FORMATS):  # .npz holds either
-        try:
-            return rig_as_stored(path)
-        except FormatError as error:
-            return Rig(_mesh(path, error), {})
-    return Rig(_mesh(path), {})
+    return Rig(read(path), {})
 
 
-def _mesh(path: Path, no_rig: Exception | None = None) -> Mesh:
-    from elastomorph.errors import FormatError
-    from elastomorph.io import read
+def holds_mesh(path: Path) -> bool:
+    """Whether a file is a mesh without targets; an archive (.npz) may be one or a rig."""
+    from elastomorph.io.npz.members import open_npz
+    from elastomorph.io.registry import MESH_FORMATS, known_suffixes
 
-    try:
-        return read(path)
-    except FormatError as error:
-        raise no_rig or error from error
+    suffix = path.suffix.lower()
+    if path.is_dir() or suffix not in known_suffixes(MESH_FORMATS):
+        return False
+    if suffix != ".npz":
+        return True
+    with open_npz(path) as members:
+        return "rig_version" not in members.names
 
 
 def picture_size(text: str | None, otherwise: tuple[int, int]) -> tuple[int, int]:
