@@ -203,24 +203,23 @@ def picture_grid(
     """
     height, width, columns = _checked(rows, row_labels, column_labels, captions)
     size = text_size or text_size_for(width)
-    bold, heading = _font(size, bold=True), _font(round(1.25 * size), bold=True)
     under = list(chain.from_iterable(captions))
-    font = _font(_caption_size(size, width, under))
+    font, bold = _font(_caption_size(size, width, under)), _font(size, bold=True)
+    heading = _font(round(1.25 * size), bold=True)
     cell = max(width, _widest(under, font), _widest(column_labels, bold)) + gap
     left = _widest(row_labels, bold) + size if any(row_labels) else gap
     above, below = _text_height(column_labels, size), _text_height(under, size)
     top = (round(2.2 * size) if title else 0) + (above or gap)
     across = max(left + columns * cell, _widest([title], heading) + 2 * size if title else 0)
-    step = height + gap + below
-    down = top + len(rows) * step + (round(_SCALE_HEIGHT * size) if scale else 0)
-    sheet = imported("PIL.Image").new("RGB", (across, down), PAPER)
+    step, foot = height + gap + below, round(_SCALE_HEIGHT * size) if scale else 0
+    sheet = imported("PIL.Image").new("RGB", (across, top + len(rows) * step + foot), PAPER)
     write = partial(imported("PIL.ImageDraw").Draw(sheet).text, fill=INK, anchor="ma")
     write, beside = partial(write, align="center"), partial(write, anchor="rm", align="right")
     if title:
         write(((across + (left if row_labels else 0)) / 2, 0.5 * size), title, font=heading)
     for column, text in enumerate(column_labels):
-        y = top - above + size // 2 - size // 4
-        write((left + column * cell + (cell - gap) / 2, y), text, font=bold)
+        middle = left + column * cell + (cell - gap) / 2
+        write((middle, top - above + size // 2 - size // 4), text, font=bold)
     for number, text in enumerate(row_labels):
         beside((left - size // 2, top + number * step + height / 2), text, font=bold)
     for number, row in enumerate(rows):
