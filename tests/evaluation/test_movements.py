@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,12 @@ import elastomorph as em
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.evaluation import Movement, find_movements, resting_pose
 from elastomorph.evaluation.every_method import every_method
-from elastomorph.evaluation.movements import activity, evaluate_movements, mean_lines
+from elastomorph.evaluation.movements import (
+    JudgedMovement,
+    activity,
+    evaluate_movements,
+    mean_lines,
+)
 from elastomorph.io.curve_file import read_curves
 from elastomorph.io.npz.markers import read_marker_take
 
@@ -275,43 +281,45 @@ def test_a_still_take_is_refused() -> None:
         evaluate_movements(take, network, lambda _: ["linear"])
 
 
+@pytest.fixture(scope="module")
+def captured(data_dir: Path) -> list[JudgedMovement]:
+    """Every movement of two takes, by every method."""
+    found = []
+    for name in ("jaw", "eyebrows"):
+        take = read_marker_take(data_dir / "animface" / f"{name}.npz")
+        network = em.CurveNetwork(read_curves(CURVES, len(take.names), take.names), len(take.names))
+        found += evaluate_movements(take.motion, network, partial(every_method, curves=network))
+    return found
+
+
 @pytest.mark.slow
 @pytest.mark.realdata
-def test_in_betweens_pay_on_real_captures(data_dir: Path) -> None:
+def test_in_betweens_pay_on_real_captures(captured: list[JudgedMovement]) -> None:
     """One and two suggested in-betweens divide the mean LME of linear by 2 and 3 at least.
 
     Free timing never makes an error larger: it is one of many timings, and so are recorded times.
     """
-    lme: dict[str, list[float]] = {"linear": [], "through 1": [], "through 2": []}
-    kinds = []
-    for name in ("jaw", "eyebrows"):
-        take = read_marker_take(data_dir / "animface" / f"{name}.npz")
-        curves = read_curves(CURVES, len(take.names), take.names)
-        network = em.CurveNetwork(curves, len(take.names))
-        judged = evaluate_movements(
-            take.motion, network, lambda part, network=network: every_method(part, network)
-        )
-        for one in judged:
-            kinds.append(one.movement.kind)
-            for result in one.evaluation.results:
-                assert result.path_lme <= result.lme * (1 + 1e-12)
-                assert result.path_lae <= result.lae * (1 + 1e-12)
-            for label, values in lme.items():
-                values.append(one.evaluation[label].lme)
+    kinds = [one.movement.kind for one in captured]
     assert kinds.count("onset") >= 4
     assert kinds.count("offset") >= 4
-    linear, one_key, two_keys = (np.mean(values) for values in lme.values())
+    for one in captured:
+        for result in one.evaluation.results:
+            assert result.path_lme <= result.lme * (1 + 1e-12)
+            assert result.path_lae <= result.lae * (1 + 1e-12)
+    linear, one_key, two_keys = (
+        np.mean([one.evaluation[label].lme for one in captured])
+        for label in ("linear", "through 1", "through 2")
+    )
     assert linear / one_key > 2.0
     assert linear / two_keys > 3.0
 
 
 @pytest.mark.slow
 @pytest.mark.realdata
-def test_the_path_of_auto_is_never_worse_than_the_straight_line(data_dir: Path) -> None:
+def test_the_path_of_auto_is_never_worse_than_the_straight_line(
+    captured: list[JudgedMovement],
+) -> None:
     """By more than 0.02 % of D, on any recorded movement."""
-    for name in ("jaw", "eyebrows"):
-        take = read_marker_take(data_dir / "animface" / f"{name}.npz")
-        network = em.CurveNetwork(read_curves(CURVES, len(take.names), take.names), len(take.names))
-        for one in evaluate_movements(take.motion, network, lambda _: ["linear", "auto"]):
-            auto, straight = one.evaluation["auto"], one.evaluation["linear"]
-            assert auto.path_lme <= straight.path_lme + 2e-4
+    for one in captured:
+        auto, straight = one.evaluation["auto"], one.evaluation["linear"]
+        assert auto.path_lme <= straight.path_lme + 2e-4
