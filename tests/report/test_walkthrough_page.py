@@ -32,7 +32,7 @@ PATHS = TargetPaths(
 
 def subject_of(evaluation: Evaluation) -> Subject:
     truth = evaluation.truth
-    return Subject("ball", truth.mesh, {"sneer": truth.target}, {}, "grow", motion=truth, unit="cm")
+    return Subject("ball", truth.mesh, {"sneer": truth.target}, {}, "grow", take=truth, unit="cm")
 
 
 def test_further_pictures_and_findings_are_in_it(
@@ -93,9 +93,9 @@ def test_the_page_of_the_built_in_head_is_small(
     except FileError:  # not built in this checkout: with its limit of 900 kB instead
         monkeypatch.setattr("elastomorph.viewer.page.shipped_page", lambda: VIEWER + 900_000 * " ")
     subject = built_in_subject()
-    assert subject.motion is not None
+    assert subject.take is not None
     curves = extract_curves(subject.neutral)
-    found = evaluate(subject.motion, every_method(subject.motion, curves), curves)
+    found = evaluate(subject.take, every_method(subject.take, curves), curves)
     file = tmp_path / "report.html"
     write_walkthrough_report(subject, PATHS, found, None, BEAM, [], file)
     assert file.stat().st_size < 8_000_000

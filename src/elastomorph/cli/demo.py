@@ -90,7 +90,7 @@ def _facts(found: Walkthrough, seconds: float) -> dict[str, object]:
 def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
     from rich.console import Console
 
-    from elastomorph.report.walkthrough_page import beam_words, motion_words
+    from elastomorph.report.walkthrough_page import beam_words, truth_words
 
     console = Console()
     subject = found.subject
@@ -106,7 +106,7 @@ def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
         console.print(f"{subject.jaw}, farthest off the arc of its hinge, % of D:", highlight=False)
         console.print(_hinge_table(found))
     if found.evaluation is not None:
-        console.print(motion_words(subject), soft_wrap=True, highlight=False)
+        console.print(truth_words(subject), soft_wrap=True, highlight=False)
         console.print(found.evaluation.table())
     console.print(f"{subject.jaw}, quadratic beam at t = 0.5, by closure:", highlight=False)
     console.print(_closure_table(found))

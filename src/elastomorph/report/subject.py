@@ -27,7 +27,7 @@ class Subject:
         targets: Single shapes by name.
         expressions: The paper's five, or what the rig has of them.
         jaw: Name of the target that opens the jaw, or of the one that moves most.
-        motion: A recorded motion, where there is one.
+        take: A recorded mesh sequence, where there is one.
         rigid_parts: Parts that turn rigidly with the jaw: the only ground truth a rig holds.
         unit: Unit of the coordinates, or an empty string where nobody knows it.
     """
@@ -37,7 +37,7 @@ class Subject:
     targets: dict[str, Mesh]
     expressions: dict[str, Mesh]
     jaw: str
-    motion: MeshSequence | None = None
+    take: MeshSequence | None = None
     rigid_parts: RigidParts | None = field(default=None)
     unit: str = ""
 

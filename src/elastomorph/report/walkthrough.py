@@ -101,7 +101,7 @@ def walk_through(
     evaluation = _compared(subject, curves, morphs, say)
     pictures: list[Picture] = []
     if evaluation is not None:
-        if subject.motion is not None:  # the parts of a rig alone are no face to look at
+        if subject.take is not None:  # the parts of a rig alone are no face to look at
             lengths = Lengths(evaluation.diameter, subject.unit)
             pictures = evaluation_pictures(evaluation, lengths, informed_methods(evaluation), say)
         place.written += write_evaluation(evaluation, place.path, faces=pictures, say=say)
@@ -113,7 +113,7 @@ def walk_through(
                 place.file(f"in-betweens/{label} t={t:g}.obj"), neutral.with_vertices(morph.at(t))
             )
     turning = _jaw_on_its_hinge(subject, morphs, place, say)
-    if subject.motion is None:
+    if subject.take is None:
         say(f"drawing {subject.jaw}")
         shown = {label: morphs[label] for label in ("linear", "beam R=2", "auto")}
         pictures.append(jaw_picture(shown, subject.jaw, place.file("in-betweens.png")))
@@ -145,7 +145,7 @@ class _Folder:
 
 def _every_morph(subject: Subject, curves: CurveNetwork) -> dict[str, Morph]:
     """The jaw of a rig by every method; nothing for a recorded motion, which has its own ends."""
-    if subject.motion is not None:
+    if subject.take is not None:
         return {}
     neutral, jaw = subject.neutral, subject.targets[subject.jaw]
     names = (*DEFAULT_METHODS, "plate:2", "arc", "rotation", "auto")
@@ -160,10 +160,10 @@ def _compared(
     say: Callable[[str], None],
 ) -> Evaluation | None:
     """Every method against the recorded motion, or against the known arc of rigid parts."""
-    if subject.motion is not None:
-        methods = every_method(subject.motion, curves, progress=say)
+    if subject.take is not None:
+        methods = every_method(subject.take, curves, progress=say)
         say("comparing them with the recorded motion")
-        return evaluate(subject.motion, methods, curves)
+        return evaluate(subject.take, methods, curves)
     parts = subject.rigid_parts
     if parts is None:
         return None
@@ -184,7 +184,7 @@ def _jaw_on_its_hinge(
     say("measuring the jaw on its hinge")
     neutral, jaw = subject.neutral, subject.targets[subject.jaw]
     hinge = find_hinge(neutral, jaw, parts)
-    if subject.motion is None:  # its methods were tried on this very jaw
+    if subject.take is None:  # its methods were tried on this very jaw
         morphs = {name: known[name] for name in _JAW_METHODS}
     else:
         morphs = {name: interpolate(neutral, jaw, name) for name in _JAW_METHODS}

@@ -16,7 +16,7 @@ from elastomorph.report.document import Section, document, write_page
 from elastomorph.report.hinge import Jaw, hinge_section
 from elastomorph.report.subject import Subject
 
-__all__ = ["BeamTiming", "beam_words", "motion_words", "write_walkthrough_report"]
+__all__ = ["BeamTiming", "beam_words", "truth_words", "write_walkthrough_report"]
 
 _MOST_INBETWEENS = 3
 
@@ -72,15 +72,15 @@ def write_walkthrough_report(
         write_page(path, document(subject.name, "What its targets need", sections))
         return
     suggestions = []
-    if subject.motion is not None:
+    if subject.take is not None:
         say("looking for the best in-betweens")
-        suggestions = suggest_inbetweens(subject.motion, _MOST_INBETWEENS, curves=evaluation.curves)
+        suggestions = suggest_inbetweens(subject.take, _MOST_INBETWEENS, curves=evaluation.curves)
     about = About(
         subject.name,
-        source=motion_words(subject),
+        source=truth_words(subject),
         unit=subject.unit,
         call=call,
-        timing_known=subject.motion is not None,
+        timing_known=subject.take is not None,
         remarks=(beam_words(beam, len(subject.targets)),),
     )
     write_report(
@@ -113,10 +113,10 @@ def _targets(paths: TargetPaths, unit: str) -> Section:
     return Section("targets", "What each target needs", content)
 
 
-def motion_words(subject: Subject) -> str:
+def truth_words(subject: Subject) -> str:
     """What the methods are compared with, in a sentence or two."""
     parts = subject.rigid_parts
-    if subject.motion is not None or parts is None:
+    if subject.take is not None or parts is None:
         return (
             "The recorded motion is one of 11 poses that an anatomical model makes, without the "
             "physics of the beams: the jaw turns about its hinge, the lids about the eyes."
