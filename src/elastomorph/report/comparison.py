@@ -11,7 +11,6 @@ from elastomorph.evaluation import Evaluation, Suggestion
 from elastomorph.evaluation.conclusions import reach_verdict
 from elastomorph.evaluation.summary import informed_methods, summaries
 from elastomorph.evaluation.words import Lengths, counted, percent
-from elastomorph.io.atomic import replacing
 from elastomorph.report.document import Section, document, require_page_path, write_page
 from elastomorph.report.faces import evaluation_pictures
 from elastomorph.report.facts import About, compared
@@ -20,7 +19,7 @@ from elastomorph.report.live import live_viewer
 from elastomorph.report.outcome import error_table, errors, outcome
 from elastomorph.report.recipe import recipe
 
-__all__ = ["report_page", "write_evaluation", "write_report", "write_text"]
+__all__ = ["report_page", "write_evaluation", "write_report"]
 
 _ONE_MOTION = (
     "All of this was measured on one motion of one face. On other motions other methods have come "
@@ -219,11 +218,10 @@ def write_evaluation(
         FileError: A file cannot be written.
         MissingExtraError: matplotlib or vtk is not installed.
     """
-    written = [
-        write_text(folder / "table.csv", evaluation.to_csv()),
-        write_text(folder / "errors.csv", evaluation.to_long_csv()),
-        write_text(folder / "evaluation.json", evaluation.to_json()),
-    ]
+    written = [folder / name for name in ("table.csv", "errors.csv", "evaluation.json")]
+    evaluation.to_csv(written[0])
+    evaluation.to_long_csv(written[1])
+    evaluation.to_json(written[2])
     if graphs:
         say("drawing graphs")
         for name, draw in (("errors-by-curve", error_graphs), ("errors-by-time", time_graphs)):
@@ -234,10 +232,3 @@ def write_evaluation(
         written.append(folder / f"{picture.name}.png")
         write_picture(picture.image, written[-1])
     return written
-
-
-def write_text(path: Path, text: str) -> Path:
-    """Write a text file, the whole of it or nothing."""
-    with replacing(path) as file:
-        file.write(text.encode())
-    return path

@@ -20,11 +20,11 @@ from elastomorph.evaluation.summary import informed_methods
 from elastomorph.evaluation.target_paths import TargetPaths, target_paths
 from elastomorph.evaluation.words import Lengths
 from elastomorph.io import write
-from elastomorph.io.atomic import made_folder
+from elastomorph.io.atomic import made_folder, replacing
 from elastomorph.io.curve_file import write_curves
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
-from elastomorph.report.comparison import write_evaluation, write_text
+from elastomorph.report.comparison import write_evaluation
 from elastomorph.report.faces import evaluation_pictures
 from elastomorph.report.hinge import Jaw
 from elastomorph.report.images import Picture
@@ -94,7 +94,8 @@ def walk_through(
     write_curves(place.file("curves.json"), curves)
     curves_picture(neutral, curves, place.file("curves.png"))
     paths = target_paths(neutral, subject.targets, progress=say)
-    write_text(place.file("targets.csv"), _targets_csv(paths))
+    with replacing(place.file("targets.csv")) as table:
+        table.write(_targets_csv(paths).encode())
 
     say(f"interpolating {subject.jaw} by every method")
     morphs = _every_morph(subject, curves)
