@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -14,6 +14,7 @@ components = st.floats(-3, 3)
 
 
 @given(st.tuples(components, components, components), st.tuples(components, components, components))
+@example((0.0, 0.0, 1e-9), (0.0, 0.0, 2.0))
 def test_a_rigid_motion_is_found_and_ends_where_it_should(
     turn: tuple[float, ...], shift: tuple[float, ...]
 ) -> None:

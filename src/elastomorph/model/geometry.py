@@ -124,13 +124,10 @@ class Screw:
         """(N, 3) the points after a part of the motion: 0 none, 1 all of it."""
         arms = points - self.centre
         angle = part * self.angle
-        along = arms @ self.axis
-        turned = (
-            np.cos(angle) * arms
-            + np.sin(angle) * np.cross(self.axis, arms)
-            + ((1.0 - np.cos(angle)) * along)[:, None] * self.axis
-        )
-        return np.asarray(self.centre + turned + part * self.slide * self.axis)
+        across = arms - (arms @ self.axis)[:, None] * self.axis
+        # Added to the points: of a small turn the axis is so far away that arms lose digits.
+        turned = np.sin(angle) * np.cross(self.axis, arms) - 2 * np.sin(angle / 2) ** 2 * across
+        return np.asarray(points + turned + part * self.slide * self.axis)
 
 
 def fit_rigid(
