@@ -19,7 +19,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
-from elastomorph.paths.method import Method, Path
+from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.region import curve_edges
 from elastomorph.paths.rotations import (
     ArcBend,
@@ -62,7 +62,7 @@ class Arc(Method):
 
     tolerance: float = options.tolerance()
 
-    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path.
 
         Args:

@@ -19,7 +19,7 @@ from elastomorph.model.morph import Choice, Morph
 from elastomorph.numbers import as_number
 from elastomorph.paths.arc import Arcs, neighbourhoods
 from elastomorph.paths.linear import Linear
-from elastomorph.paths.method import Method, Path
+from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.rotation import Turning
 from elastomorph.paths.rotations import SurfaceEdges
 
@@ -61,7 +61,7 @@ class Auto(Method):
 
     def prepare(
         self, neutral: Mesh, curves: CurveNetwork | None = None, *, extent: float | None = None
-    ) -> Path:
+    ) -> Prepared:
         """A function from target to path, which says what it chose and why in `Morph.choice`.
 
         The path of ``rotation`` is compared with the straight line halfway: by a bound where that

@@ -11,7 +11,7 @@ import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths.ease import Loaded, modal_path
-from elastomorph.paths.method import Path
+from elastomorph.paths.method import Prepared
 from elastomorph.physics import BASES, STIFFNESSES, BeamModes, Material
 
 __all__ = ["Beam"]
@@ -47,7 +47,7 @@ class Beam(Loaded):
     harmonics: int | None = options.harmonics()
     material: Material = options.material()
 
-    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path.
 
         Args:

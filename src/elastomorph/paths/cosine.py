@@ -11,7 +11,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths.ease import straight_path
-from elastomorph.paths.method import Method, Path
+from elastomorph.paths.method import Method, Prepared
 
 __all__ = ["Cosine", "cosine_bend"]
 
@@ -26,7 +26,7 @@ class Cosine(Method):
     name = "cosine"
     path = "straight line, slow start and slow stop, (1 − cos πt)/2"
 
-    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path."""
         return straight_path(neutral, cosine_bend(), self.label)
 

@@ -17,7 +17,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
-from elastomorph.paths.method import Method, Path
+from elastomorph.paths.method import Method, Prepared
 from elastomorph.physics import Load
 
 __all__ = ["Ease", "Loaded", "modal_path", "straight_path"]
@@ -59,12 +59,12 @@ class Ease(Loaded):
     name = "ease"
     path = "straight line at the pace p(t)/p(1): the timing of the beam without its physics"
 
-    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path."""
         return straight_path(neutral, _law_bend(self.external_load), self.label)
 
 
-def straight_path(neutral: Mesh, bend: BendCurve, label: str) -> Path:
+def straight_path(neutral: Mesh, bend: BendCurve, label: str) -> Prepared:
     """A function from target to the path V₀ + (t + b(t))·Δ."""
     bends = int(bend.coefficients.any())
 
@@ -77,7 +77,7 @@ def straight_path(neutral: Mesh, bend: BendCurve, label: str) -> Path:
 
 def modal_path(
     neutral: Mesh, method: Loaded, bends_of: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-) -> Path:
+) -> Prepared:
     """A function from target to path; one bend for each power t², …, t^R (t^(R+1) for some means).
 
     Args:

@@ -11,7 +11,7 @@ from elastomorph.curves import CurveNetwork, extract_curves, region_of, require_
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
-from elastomorph.paths.method import Method, Path
+from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.region import blend_into_rest, weights_inside
 
 __all__ = ["interpolate", "prepare"]
@@ -90,7 +90,7 @@ def prepare(
     pinned: ArrayLike | None = None,
     extent: float | None = None,
     **settings: object,
-) -> Path:
+) -> Prepared:
     """A function from target to path, for many targets of one neutral.
 
     Curves and time laws are found once, and the function may be called from several threads: each

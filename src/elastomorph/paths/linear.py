@@ -9,7 +9,7 @@ import numpy as np
 from elastomorph.curves import CurveNetwork
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
-from elastomorph.paths.method import Method, Path
+from elastomorph.paths.method import Method, Prepared
 
 __all__ = ["Linear"]
 
@@ -21,7 +21,7 @@ class Linear(Method):
     name = "linear"
     path = "straight line at an even pace (Eq. 34)"
 
-    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path."""
         none = np.zeros((0, *neutral.vertices.shape))
         return lambda target: Morph(neutral, target, none, (), method=self.label)

@@ -17,9 +17,9 @@ from elastomorph.physics import Material
 if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
 
-__all__ = ["Method", "Path"]
+__all__ = ["Method", "Prepared"]
 
-Path = Callable[[Mesh], Morph]
+Prepared = Callable[[Mesh], Morph]
 """From a target to the path that leads there."""
 
 _POSITIONAL = ("order", "material", "closure", "load", "basis", "stiffness", "harmonics")
@@ -79,7 +79,7 @@ class Method(metaclass=_ByName):
         _warn_of(f"{self.name} has no {name}")
         return _default_anywhere(name)
 
-    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path, for many targets of one neutral.
 
         What a method takes beside curves for one call, such as painted rigidity, its own

@@ -13,7 +13,7 @@ from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.surface import surface_operators
 from elastomorph.paths.ease import Loaded, modal_path
-from elastomorph.paths.method import Path
+from elastomorph.paths.method import Prepared
 from elastomorph.physics import Material
 from elastomorph.physics.plate import PlateModes
 
@@ -48,7 +48,7 @@ class Plate(Loaded):
         *,
         rigidity: ArrayLike | None = None,
         pinned: ArrayLike | None = None,
-    ) -> Path:
+    ) -> Prepared:
         """A function from target to path; the operators of the neutral are factored once.
 
         Args:

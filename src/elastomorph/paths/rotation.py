@@ -20,7 +20,7 @@ from elastomorph.paths.arc import (
     stored,
     warn_of_loose,
 )
-from elastomorph.paths.method import Method, Path
+from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.rotations import (
     LeastDistortion,
     Neighbourhoods,
@@ -49,7 +49,7 @@ class Rotation(Method):
 
     tolerance: float = options.tolerance()
 
-    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path.
 
         Args:

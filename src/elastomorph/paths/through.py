@@ -31,7 +31,7 @@ from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
-from elastomorph.paths.method import Method, Path
+from elastomorph.paths.method import Method, Prepared
 
 __all__ = [
     "LAWS",
@@ -91,7 +91,7 @@ class Through(Method):
         usual = law_for(None, len(self.inbetweens))
         return label if self.law in (None, usual) else f"{label} {self.law}"
 
-    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Path:
+    def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path, with one bend for each in-between."""
         for time, mesh in self.inbetweens.items():
             require_mesh(mesh, f"the in-between at t = {time:g}")
