@@ -39,6 +39,7 @@ def read_text(folder: Path, text: str) -> Mesh:
         ("v 1 2 .\n", 1, r"found '\.'"),
         ("v 1 2 3 nan\n", 1, "found 'nan'"),
         ("v 1 2 \\ \n3\n", 1, "found"),
+        ("v 0 0 0\nv 1e308 0 0\n", None, "vertex 1 has .* the file is damaged"),
         # texture coordinates
         (SQUARE + "vt\n", 5, "found 0 numbers"),
         (SQUARE + "vt 1 2 3 4\n", 5, "found 4 numbers"),

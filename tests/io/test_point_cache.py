@@ -107,35 +107,11 @@ def test_positions_come_back_bit_for_bit(
 
 
 @both
-def test_a_file_cut_off_or_prolonged_at_any_byte_is_refused(tmp_path: Path, kind: str) -> None:
-    path = tmp_path / f"cut.{kind}"
-    whole = HAND_WRITTEN[kind]
-    for length in range(len(whole)):
-        path.write_bytes(whole[:length])
-        with pytest.raises(FormatError, match=f"cut.{kind}"):
-            FORMATS[kind][1](path)
-    path.write_bytes(whole + b"\0")
+def test_a_prolonged_file_is_refused(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / f"long.{kind}"
+    path.write_bytes(HAND_WRITTEN[kind] + b"\0")
     with pytest.raises(FormatError, match="cut off or its header is wrong"):
         FORMATS[kind][1](path)
-
-
-@both
-@given(data=st.data())
-@settings(max_examples=150, deadline=None)
-def test_changed_bytes_give_a_cache_or_an_error_of_ours(
-    tmp_path_factory: pytest.TempPathFactory, kind: str, data: st.DataObject
-) -> None:
-    path = tmp_path_factory.getbasetemp() / f"changed.{kind}"
-    changed = bytearray(HAND_WRITTEN[kind])
-    for _ in range(data.draw(st.integers(1, 4))):
-        changed[data.draw(st.integers(0, len(changed) - 1))] = data.draw(st.integers(0, 255))
-    path.write_bytes(changed)
-    try:
-        cache = FORMATS[kind][1](path)
-    except FormatError:
-        return
-    assert cache.frames.size == 6
-    assert np.isfinite(cache.frames).all()
 
 
 @pytest.mark.parametrize(

@@ -225,21 +225,3 @@ def test_a_mesh_is_no_rig_and_a_missing_file_is_missing(tmp_path: Path) -> None:
         read_rig_npz(tmp_path / "mesh.npz")
     with pytest.raises(FileError, match="no such file"):
         read_rig_npz(tmp_path / "none.npz")
-
-
-def test_a_file_cut_off_or_with_any_byte_turned_around(tmp_path: Path) -> None:
-    path = tmp_path / "rig.npz"
-    write_rig_npz(path, beam_rig())
-    whole = path.read_bytes()
-    for place in range(0, len(whole), 1 + len(whole) // 400):
-        path.write_bytes(whole[:place])
-        with pytest.raises(FormatError):
-            read_rig_npz(path)
-        turned = bytearray(whole)
-        turned[place] ^= 0xFF
-        path.write_bytes(turned)
-        try:
-            read_rig_npz(path)
-        except FormatError as error:
-            if str(path) not in str(error):
-                raise

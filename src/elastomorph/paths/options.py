@@ -214,4 +214,5 @@ def as_float(text: str) -> float | None:
 
 
 def _digits(text: str) -> int | None:
-    return int(text) if text.isascii() and text.isdigit() else None
+    # Python refuses to read very many digits.
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 20 else None

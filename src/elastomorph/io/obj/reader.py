@@ -27,6 +27,7 @@ from elastomorph.io.obj.statements import (
     plain_text,
     shown,
 )
+from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
@@ -317,15 +318,17 @@ def _mesh(
     groups = sorted(names[b"g"] + names[b"o"])
     libraries = [name for _, name in names[b"mtllib"]]
     encoding = encoding_of([*(name for _, name in names[b"usemtl"] + groups), *libraries])
-    return Mesh(
-        np.ascontiguousarray(vertices[:, :3]),
-        Polygons(faces.corners, np.concatenate([[0], np.cumsum(faces.sizes)])),
-        uv=uv,
-        materials=_labels(names[b"usemtl"], faces.lines, encoding),
-        groups=_labels(groups, faces.lines, encoding),
-        material_library=b" ".join(filter(None, dict.fromkeys(libraries))).decode(encoding) or None,
-        source=Source(str(path), np.array(faces.lines, dtype=np.int32), encoding),
-    )
+    library = b" ".join(filter(None, dict.fromkeys(libraries)))
+    with naming_file(path):
+        return Mesh(
+            np.ascontiguousarray(vertices[:, :3]),
+            Polygons(faces.corners, np.concatenate([[0], np.cumsum(faces.sizes)])),
+            uv=uv,
+            materials=_labels(names[b"usemtl"], faces.lines, encoding),
+            groups=_labels(groups, faces.lines, encoding),
+            material_library=library.decode(encoding) or None,
+            source=Source(str(path), np.array(faces.lines, dtype=np.int32), encoding),
+        )
 
 
 def _labels(
