@@ -15,8 +15,6 @@ from elastomorph.io.untrusted import shortened
 __all__ = ["read_region"]
 
 _DIGITS = 9
-_MOST_VERTICES = 1 << 26
-
 # No mesh is as large; a mistyped range must not fill the memory.
 _MOST_VERTICES = 1 << 24
 
@@ -31,7 +29,7 @@ def read_region(region: str | Path) -> NDArray[np.int64]:
     Raises:
         FileError: The file cannot be read.
         FormatError: The file is not a list of indices.
-        ParameterError: The ranges are not understood, or hold more than 67 million vertices.
+        ParameterError: The ranges are not understood, or hold more than 16,777,216 vertices.
     """
     text = str(region)
     if not text.lower().endswith(".json"):
