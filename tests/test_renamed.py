@@ -31,10 +31,10 @@ def test_what_is_inside_a_renamed_package_has_its_old_name_too() -> None:
     code = """
 import warnings
 warnings.simplefilter("ignore")
-from elastomorph.rotations.folds import *
-import elastomorph.rotations.folds as old
-import elastomorph.paths.rotations.folds as new
-assert old is new and new.__spec__.name == "elastomorph.paths.rotations.folds"
+from elastomorph.rotations.least_distortion import *
+import elastomorph.rotations.least_distortion as old
+import elastomorph.paths.rotations.least_distortion as new
+assert old is new and new.__spec__.name == "elastomorph.paths.rotations.least_distortion"
 """
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from elastomorph.errors import ParameterError
-from elastomorph.paths.patchwork import laid_over
+from elastomorph.paths.region import laid_over
 
 TRIANGLES = em.Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
 TARGET = TRIANGLES.with_vertices(np.array([[0, 0, 1], [1, 2, 0], [3, 1, 0], [0, 1, -1.0]]))

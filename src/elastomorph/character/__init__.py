@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from elastomorph.character.build import rig_from_settings
-from elastomorph.character.paths import PathMaker
+from elastomorph.character.build import PathMaker, rig_from_settings
 from elastomorph.character.read import FILE_NAME, find_settings, read_settings
 from elastomorph.character.settings import Character, Inbetweens, Region, Settings
 from elastomorph.character.tables import settings_tables

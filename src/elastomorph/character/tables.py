@@ -1,4 +1,4 @@
-"""Settings as plain tables: what outputs keep, and what a settings file would say."""
+"""Settings as plain tables that outputs keep, and as options of a file that is written."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import Any
 
 from elastomorph.character.choice import MethodChoice
 from elastomorph.character.schema import tables
-from elastomorph.character.settings import Settings
+from elastomorph.character.settings import UNITS, Settings
+from elastomorph.rig.timing import by_name
 
-__all__ = ["settings_tables"]
+__all__ = ["export_options", "settings_tables"]
 
 
 def settings_tables(settings: Settings) -> dict[str, Any]:
@@ -99,3 +100,22 @@ def _version() -> str:
         return version("elastomorph")
     except PackageNotFoundError:
         return ""
+
+
+def export_options(settings: Settings, path: str | Path) -> dict[str, Any]:
+    """Options of `elastomorph.io.write` for a rig, with the settings themselves to be kept.
+
+    Args:
+        settings: The settings.
+        path: The file to be written; its suffix says what its format can hold.
+    """
+    kept = {"settings": settings_tables(settings)}
+    suffix = Path(path).suffix.lower()
+    if suffix == ".glb":
+        timed = {} if settings.timing is None else {"timing": by_name(settings.timing)}
+        return {**settings.glb, **timed, **kept}
+    if suffix in (".usd", ".usda", ".usdc"):
+        unit = settings.character.unit
+        measured = {} if unit is None else {"meters_per_unit": UNITS[unit]}
+        return {**settings.usd, **measured, **kept}
+    return kept if suffix == ".npz" else {}

@@ -57,7 +57,7 @@ def interpolate(
     import numpy as np
 
     from elastomorph.character import Character, PathMaker, Settings
-    from elastomorph.character.paths import Part
+    from elastomorph.character.build import Part
     from elastomorph.errors import ParameterError
     from elastomorph.io import read, write, write_sequence
     from elastomorph.io.region_file import read_region

@@ -29,7 +29,7 @@ from elastomorph.paths.rotations import (
     moments_needed,
     vertex_rotations,
 )
-from elastomorph.paths.rotations.folds import without_folds
+from elastomorph.paths.rotations.flips import without_flips
 
 __all__ = [
     "Arc",
@@ -148,7 +148,7 @@ def stored(
 ) -> Morph:
     """A path as few bends, eased where polygons would turn over."""
     morph = bend.baked(neutral, target, tolerance=tolerance, method=label)
-    return without_folds(morph, around.adjacency, rotations.whole)
+    return without_flips(morph, around.adjacency, rotations.whole)
 
 
 def arc_path(

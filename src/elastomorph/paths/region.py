@@ -1,4 +1,8 @@
-"""Interpolate part of a face: a method inside a region, a plain path outside, no jump between."""
+"""Parts of a face with paths of their own, without a jump.
+
+A method inside a region and a plain path outside; or one path laid over part of another, such as a
+jaw that turns under a face that is elastic.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.curves import CurveNetwork, region_weights
 from elastomorph.errors import ParameterError
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 
-__all__ = ["RESTS", "blend_into_rest", "curve_edges", "weights_inside"]
+__all__ = ["RESTS", "blend_into_rest", "curve_edges", "laid_over", "weights_inside"]
 
 RESTS = ("linear", "neutral")
 
@@ -74,3 +79,52 @@ def blend_into_rest(
         return replace(morph, target=target, bends=morph.bends * share)
 
     return to
+
+
+def laid_over(below: Morph, above: Morph, weights: NDArray[np.float64], label: str) -> Morph:
+    """A path that follows another one where weights are 1.
+
+    Both have the same Δ and differ in their bends alone. With weights s from 0 to 1,
+
+        V(t) = V₀ + tΔ + Σ_k b_k(t) (1 - s) D_k + Σ_k c_k(t) s E_k
+
+    is exact at both ends and has no jump where s has none. Bends of one curve become one.
+
+    Args:
+        below: The path where weights are 0.
+        above: The path where weights are 1, between the same shapes; its bends are whole, not
+            faded out already.
+        weights: (V,) from 0 to 1.
+        label: What the path is called.
+
+    Raises:
+        ParameterError: The paths do not lead from the same neutral to the same target.
+    """
+    for one, other in ((below.neutral, above.neutral), (below.target, above.target)):
+        if not np.array_equal(one.vertices, other.vertices):
+            raise ParameterError("only paths between the same two shapes can be laid over")
+    share = weights[:, None]
+    curves: list[BendCurve] = []
+    bends: list[NDArray[np.float64]] = []
+    for morph, part in ((below, 1.0 - share), (above, share)):
+        for curve, bend in zip(morph.bend_curves, morph.bends, strict=True):
+            place = next((i for i, own in enumerate(curves) if _same(own, curve)), None)
+            if place is None:
+                curves.append(curve)
+                bends.append(part * bend)
+            else:
+                bends[place] += part * bend
+    stacked = np.stack(bends) if bends else np.zeros((0, *below.neutral.vertices.shape))
+    return replace(
+        below,
+        bends=stacked,
+        bend_curves=tuple(curves),
+        method=label,
+        bake_error=max(below.bake_error, above.bake_error),
+    )
+
+
+def _same(one: BendCurve, other: BendCurve) -> bool:
+    return np.array_equal(one.breaks, other.breaks) and np.array_equal(
+        one.coefficients, other.coefficients
+    )

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from elastomorph.model.geometry import connected_parts
 from elastomorph.paths.rotations import common_turns
-from elastomorph.paths.rotations.rotation_vectors import rotation_vectors
+from elastomorph.paths.rotations.quaternions import rotation_vectors
 
 POINTS = np.random.default_rng(7).normal(size=(30, 3))
 TURN = Rotation.from_rotvec([0.4, -0.9, 1.7])

@@ -7,7 +7,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph.paths.rotations import EdgeBend
-from elastomorph.paths.rotations.polynomial_bend import PolynomialBend, moments_needed
+from elastomorph.paths.rotations.bends import PolynomialBend, moments_needed
 
 
 def test_a_polynomial_bend_is_reproduced() -> None:

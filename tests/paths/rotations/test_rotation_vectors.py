@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from elastomorph.paths.rotations.rotation_vectors import (
+from elastomorph.paths.rotations.quaternions import (
+    aligned_with,
     nearest_quaternions,
-    on_the_side_of,
     rotated,
     rotation_vectors,
 )
@@ -102,7 +102,7 @@ def test_beside_a_neighbour_a_turn_may_exceed_half_a_turn_but_not_240_degrees() 
         return np.array([[np.cos(half), np.sin(half), 0.0, 0.0]])
 
     def beside(degrees: float) -> float:
-        turn = on_the_side_of(about_x(degrees), 3.0 * about_x(170.0))
+        turn = aligned_with(about_x(degrees), 3.0 * about_x(170.0))
         return float(np.degrees(rotation_vectors(turn)[0, 0]))
 
     assert beside(-160.0) == pytest.approx(200.0)

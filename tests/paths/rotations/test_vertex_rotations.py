@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.paths.rotations import Neighbourhoods, vertex_rotations
-from elastomorph.paths.rotations.rotation_vectors import nearest_quaternions, rotation_vectors
+from elastomorph.paths.rotations.quaternions import nearest_quaternions, rotation_vectors
 
 
 def rotations(mesh: em.Mesh, end: np.ndarray, rings: int = 2) -> np.ndarray:

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from elastomorph.model.cholesky import Cholesky, EliminationTree
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.surface import surface_operators
-from elastomorph.paths.rotations.polynomial_bend import at_nodes
-from elastomorph.paths.rotations.turning import ArcBend, EdgeBend
+from elastomorph.paths.rotations.bends import ArcBend, EdgeBend, at_nodes
 from elastomorph.paths.rotations.vertex_rotations import VertexRotations
 
 if TYPE_CHECKING:
@@ -80,7 +79,7 @@ class EdgeEquation:
         edges: The E edges with a free end.
         weights: (E,) w.
         ends: (E, 2) vertices of the edges.
-        pull: (F,) μ m.
+        screen: (F,) μ m.
         tree: The order of elimination.
         negligible: A length that does not matter.
     """
@@ -90,7 +89,7 @@ class EdgeEquation:
     edges: EdgeBend
     weights: NDArray[np.float64]
     ends: NDArray[np.integer]
-    pull: NDArray[np.float64]
+    screen: NDArray[np.float64]
     tree: EliminationTree
     negligible: float
 
@@ -130,22 +129,22 @@ class EdgeEquation:
         rows = np.concatenate([row_of[self.ends[first, 0]], row_of[self.ends[second, 1]]])
         columns = np.concatenate([numbers[first], numbers[second]])
         signed = np.concatenate([-self.weights[first], self.weights[second]])
-        shape = (len(self.pull), len(self.ends))
+        shape = (len(self.screen), len(self.ends))
         return csr_array(coo_array((signed, (rows, columns)), shape=shape))
 
     @cached_property
     def _factor(self) -> Cholesky:
         both = self.free[self.ends].all(axis=1)
-        diagonal = self.pull + np.asarray(abs(self._divergence).sum(axis=1)).ravel()
+        diagonal = self.screen + np.asarray(abs(self._divergence).sum(axis=1)).ravel()
         return Cholesky.of(self.tree, self.free, self.ends[both], self.weights[both], diagonal)
 
-    def wanted(self, t: float) -> NDArray[np.float64]:
+    def right_side(self, t: float) -> NDArray[np.float64]:
         """(F, 3) right-hand side at a time."""
-        return self._divergence @ self.edges.at(t) + self.pull[:, None] * self.arcs.at(t)
+        return self._divergence @ self.edges.at(t) + self.screen[:, None] * self.arcs.at(t)
 
     def at(self, t: float) -> NDArray[np.float64]:
         """(F, 3) bend at a time."""
-        return self._factor.solve(self.wanted(t))
+        return self._factor.solve(self.right_side(t))
 
     def at_most(self, t: float) -> float:
         """A length that no bend at a time exceeds, without a solve.
@@ -168,10 +167,10 @@ class EdgeEquation:
         Once turns are followed, each is a small part of the one before; where two in a row are
         negligible, what follows is far more so, and is left out.
         """
-        wanted = at_nodes(self.wanted, count)
+        right_side = at_nodes(self.right_side, count)
         found = []
         for first in range(0, count, _TOGETHER):
-            some = wanted[first : first + _TOGETHER]
+            some = right_side[first : first + _TOGETHER]
             columns = some.transpose(1, 0, 2).reshape(some.shape[1], -1)
             solved = self._factor.solve(columns).reshape(some.shape[1], -1, 3)
             found.append(solved.transpose(1, 0, 2))

@@ -18,9 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.paths.rotations.bends import (
+    ArcBend,
+    EdgeBend,
+    PolynomialBend,
+    at_nodes,
+    moments_needed,
+)
 from elastomorph.paths.rotations.edge_equation import EdgeEquation, SurfaceEdges
-from elastomorph.paths.rotations.polynomial_bend import PolynomialBend, at_nodes, moments_needed
-from elastomorph.paths.rotations.turning import ArcBend, EdgeBend
 from elastomorph.paths.rotations.vertex_rotations import VertexRotations
 
 __all__ = ["LeastDistortion"]

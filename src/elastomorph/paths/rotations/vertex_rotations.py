@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.model.geometry import connected_parts
-from elastomorph.paths.rotations.components import common_turns
-from elastomorph.paths.rotations.rotation_vectors import (
-    goes_either_way,
+from elastomorph.paths.rotations.bends import EdgeBend
+from elastomorph.paths.rotations.quaternions import (
+    aligned_with,
+    common_turns,
+    near_half_turn,
     nearest_quaternions,
-    on_the_side_of,
     rotation_vectors,
 )
-from elastomorph.paths.rotations.turning import EdgeBend
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -167,15 +167,15 @@ def vertex_rotations(
     # A mesh that hardly turns as a whole has no say about its parts.
     turns_far = bool(most[0, 0] < np.cos(np.pi / 4))
     if turns_far:
-        quaternions = on_the_side_of(quaternions, most)
+        quaternions = aligned_with(quaternions, most)
     for _ in range(_ALIGNMENTS):
-        if not goes_either_way(quaternions).any():
+        if not near_half_turn(quaternions).any():
             break
-        quaternions = on_the_side_of(quaternions, around.adjacency @ quaternions)
+        quaternions = aligned_with(quaternions, around.adjacency @ quaternions)
     parts = [part for part in around.parts if moving[part].any()]
     turns, as_one = common_turns(start, end, parts, diameter)
     if turns_far:
-        turns = on_the_side_of(turns, most)
+        turns = aligned_with(turns, most)
     whole = [part for part, one in zip(parts, as_one, strict=True) if one]
     for part, turn in zip(whole, turns[as_one], strict=True):
         quaternions[part] = turn

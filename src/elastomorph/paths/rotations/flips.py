@@ -1,4 +1,4 @@
-"""No fold that the straight line does not have: bends are eased where polygons would turn over."""
+"""No polygon flips that the straight line does not flip: bends are eased where one would."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from elastomorph.model.polygons import Polygons, polygon_normals
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-__all__ = ["without_folds"]
+__all__ = ["without_flips"]
 
 _TIMES = np.arange(1, 64) / 64
-# Rounds of halving; what still turns over after them goes straight, with a ring more each round.
+# Rounds of halving; what still flips after them goes straight, with a ring more each round.
 _ROUNDS = 12
 # Rings over which an eased bend fades into the full bends around it.
 _RINGS = 4
@@ -26,21 +26,21 @@ _RINGS = 4
 _ROUNDING = 1e-9
 
 
-def without_folds(
+def without_flips(
     morph: Morph, adjacency: csr_array, whole: Sequence[NDArray[np.int64]] = ()
 ) -> Morph:
-    """The same path with smaller bends around polygons that turn over in between.
+    """The same path with smaller bends around polygons that flip in between.
 
-    A polygon turns over where its normal points against that of the neutral and that of the
+    A polygon flips where its normal points against that of the neutral and that of the
     target, at a time at which it does not on the straight line. The bends of its vertices are
     halved, those of the rings around reduced less and less, and the polygons that this touches are
-    looked at again, until none turns over at any of 63 times. Where twelve rounds are not enough,
+    looked at again, until none flips at any of 63 times. Where twelve rounds are not enough,
     vertices go straight. ``bake_error`` stays that of the path before.
 
     Args:
         morph: A path.
         adjacency: (V, V) ones between neighbours.
-        whole: Vertices of parts that turn as a whole and so cannot fold; by half a turn, their
+        whole: Vertices of parts that turn as a whole and so cannot flip; by half a turn, their
             normals are at right angles to both ends in between.
     """
     faces = morph.neutral.faces
@@ -52,21 +52,21 @@ def without_folds(
     check = _suspects(morph, _touching(faces, bent))
     share = np.ones(len(bent))
     rounds = 0
-    while (folded := _folded(morph, check, share)).any():
+    while (flipped := _flipped(morph, check, share)).any():
         before = share.copy()
         if rounds < _ROUNDS:
-            share *= _easing(folded, adjacency)
+            share *= _easing(flipped, adjacency)
         else:
-            share[_within(folded, adjacency, rounds - _ROUNDS)] = 0.0
+            share[_within(flipped, adjacency, rounds - _ROUNDS)] = 0.0
         rounds += 1
         # Easing moves neighbours apart: what was safe with full bends need not be safe now.
         check = _touching(faces, bent & (share != before))
     return replace(morph, bends=morph.bends * share[:, None]) if rounds else morph
 
 
-def _easing(folded: NDArray[np.bool_], adjacency: csr_array) -> NDArray[np.float64]:
-    """(V,) ½ at folded vertices, rising to 1 over the rings around them."""
-    reached = folded.astype(np.float64)
+def _easing(flipped: NDArray[np.bool_], adjacency: csr_array) -> NDArray[np.float64]:
+    """(V,) ½ at flipped vertices, rising to 1 over the rings around them."""
+    reached = flipped.astype(np.float64)
     rings = reached.copy()
     for _ in range(_RINGS):
         reached = np.minimum(1.0, reached + adjacency @ reached)
@@ -119,7 +119,7 @@ class _Corners:
 
 
 def _suspects(morph: Morph, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(F,) the polygons that could turn over with the bends as they are; all others cannot.
+    """(F,) the polygons that could flip with the bends as they are; all others cannot.
 
     On the straight line n(t) = (1 - t)² n₀ + 2t(1 - t) m + t² n₁, and the bend adds to it at most
     ½ Σ_c (l_c r_{c+1} + r_c l_{c+1} + r_c r_{c+1}): l_c is the longer distance of corner c from the
@@ -165,10 +165,10 @@ def _reach(morph: Morph, bends: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.abs(left).max(axis=0) @ np.linalg.norm(directions, axis=2))
 
 
-def _folded(
+def _flipped(
     morph: Morph, chosen: NDArray[np.bool_], share: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """(V,) vertices of the chosen polygons that turn over, bends scaled by (V,) shares."""
+    """(V,) vertices of the chosen polygons that flip, bends scaled by (V,) shares."""
     vertices = np.zeros(len(share), dtype=bool)
     if not chosen.any():
         return vertices
