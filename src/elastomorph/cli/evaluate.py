@@ -156,8 +156,9 @@ def _require_elastic(texts: Sequence[str]) -> None:
 
     own = [text for text in texts if not text.strip().startswith("through")]
     if not any(Method.parse(text).has("material") for text in own):
+        having = ", ".join(Method.with_option("material"))
         raise ParameterError(
-            f"a material is for beam, plate; {', '.join(texts)} has none: add --method beam, or "
+            f"a material is for {having}; {', '.join(texts)} has none: add --method beam, or "
             "leave --mass, --damping and --rigidity out"
         )
 

@@ -19,6 +19,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
+from elastomorph.paths.bake import bake_polynomial
 from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.region import curve_edges
 from elastomorph.paths.rotations import (
@@ -29,6 +30,7 @@ from elastomorph.paths.rotations import (
     moments_needed,
     vertex_rotations,
 )
+from elastomorph.paths.rotations.bends import at_nodes
 from elastomorph.paths.rotations.flips import without_flips
 
 __all__ = [
@@ -131,7 +133,7 @@ class Arcs:
     def stored(self, tolerance: float, label: str) -> Morph:
         """The path as bends within a tolerance."""
         count = moments_needed(2.0 * float(self.bend.half.max(initial=0.0)))
-        bend = PolynomialBend.through(self.bend.at, count, self.moving)
+        bend = PolynomialBend(at_nodes(self.bend.at, count), self.moving)
         return stored(
             bend, self.neutral, self.target, tolerance, label, self.around, self.rotations
         )
@@ -147,7 +149,9 @@ def stored(
     rotations: VertexRotations,
 ) -> Morph:
     """A path as few bends, eased where polygons would turn over."""
-    morph = bend.baked(neutral, target, tolerance=tolerance, method=label)
+    morph = bake_polynomial(
+        bend.coefficients, bend.bent, neutral, target, tolerance=tolerance, method=label
+    )
     return without_flips(morph, around.adjacency, rotations.whole)
 
 

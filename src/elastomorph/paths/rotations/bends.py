@@ -14,9 +14,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from elastomorph.model.mesh import Mesh
-from elastomorph.model.morph import Morph
-from elastomorph.paths.bake import bake_polynomial, bend_basis
+from elastomorph.paths.bake import bend_basis
 
 __all__ = ["ArcBend", "EdgeBend", "PolynomialBend", "at_nodes", "moments_needed"]
 
@@ -155,31 +153,12 @@ class PolynomialBend:
     coefficients: NDArray[np.float64]
     bent: NDArray[np.bool_]
 
-    @classmethod
-    def through(
-        cls, bend: Callable[[float], NDArray[np.float64]], count: int, bent: NDArray[np.bool_]
-    ) -> PolynomialBend:
-        """The polynomial that agrees with a bend at Chebyshev nodes.
-
-        Args:
-            bend: (M, 3) offset from the straight line at a time strictly between 0 and 1.
-            count: Number of nodes.
-            bent: (V,) which vertices bend.
-        """
-        return cls(at_nodes(bend, count), bent)
-
     def at(self, t: float) -> NDArray[np.float64]:
         """(V, 3) offset from the straight line."""
         basis = bend_basis(np.array([t]), len(self.coefficients) - 1)[0]
         offsets = np.zeros((len(self.bent), 3))
         offsets[self.bent] = np.tensordot(basis, self.coefficients, axes=1)
         return offsets
-
-    def baked(self, neutral: Mesh, target: Mesh, *, tolerance: float, method: str) -> Morph:
-        """The morph with the fewest bends, see `elastomorph.paths.bake.bake`."""
-        return bake_polynomial(
-            self.coefficients, self.bent, neutral, target, tolerance=tolerance, method=method
-        )
 
 
 def at_nodes(bend: Callable[[float], NDArray[np.float64]], count: int) -> NDArray[np.float64]:
