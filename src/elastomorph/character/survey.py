@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -113,19 +113,14 @@ def survey(
         others = tuple(rigs)
     say("looking at curves, regions and takes")
     curves, regions = _lists(files, found.vertices)
-    return Survey(
-        place,
-        found.neutral,
-        found.targets,
-        found.rig,
-        found.vertices,
-        found.shapes,
-        _inbetweens(found.targets),
-        dict(sorted(sequences.items())),
-        curves,
-        regions,
-        tuple(file for file in files if _is_take(file)),
-        others,
+    return replace(
+        found,
+        inbetweens=_inbetweens(found.targets),
+        sequences=dict(sorted(sequences.items())),
+        curves=curves,
+        regions=regions,
+        takes=tuple(file for file in files if _is_take(file)),
+        other_rigs=others,
     )
 
 

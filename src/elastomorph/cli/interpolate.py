@@ -10,7 +10,11 @@ import typer
 from elastomorph.cli import options
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from elastomorph.character.choice import MethodChoice
+    from elastomorph.model.mesh import Mesh
 
 __all__ = ["interpolate"]
 
@@ -59,10 +63,9 @@ def interpolate(
     from elastomorph.character import Character, PathMaker, Settings
     from elastomorph.character.build import Part
     from elastomorph.errors import ParameterError
-    from elastomorph.io import read, write, write_sequence
+    from elastomorph.io import read
     from elastomorph.io.region_file import read_region
     from elastomorph.model.mesh import require_same_topology
-    from elastomorph.model.sequence import MeshSequence
 
     if time and frames:
         raise ParameterError("give --time or --frames, not both")
@@ -86,13 +89,8 @@ def interpolate(
         say("solving")
         require_same_topology(start, end)
         morph = PathMaker(chosen, start, part=part).path(target.stem, end)
-        positions = morph.at(times)
         say("writing")
-        if len(times) == 1:
-            write(output, start.with_vertices(positions[0]))
-        else:
-            names = [f"t = {t:g}" for t in times]
-            write_sequence(output, MeshSequence(start, positions, names=names))
+        _write(output, start, times, morph.at(times))
         if picture is not None:
             from elastomorph.draw.strips import expression_strip
 
@@ -110,6 +108,20 @@ def interpolate(
         )
     else:
         typer.echo(f"{morph.method}: {len(times)} shapes, {len(morph.bends)} bends → {output}")
+
+
+def _write(
+    output: str, start: Mesh, times: NDArray[np.float64], shapes: NDArray[np.float64]
+) -> None:
+    """The shape at one time as a mesh, those at several as a sequence."""
+    from elastomorph.io import write, write_sequence
+    from elastomorph.model.sequence import MeshSequence
+
+    if len(times) == 1:
+        write(output, start.with_vertices(shapes[0]))
+    else:
+        names = [f"t = {t:g}" for t in times]
+        write_sequence(output, MeshSequence(start, shapes, names=names))
 
 
 def _require_effect(said: MethodChoice, whole: MethodChoice) -> None:
