@@ -43,19 +43,30 @@ EXPECTED = [("does-nothing", "puff"), ("moves-the-head", SMILE)]
 
 def written(place: Path, kind: str, rig: Rig) -> Path:
     """The rig as a source of a kind."""
-    if kind == "folder":
+    if kind in ("folder", "settings", "settings-folder", "settings-rig"):
         folder = place / "rig"
         folder.mkdir()
+        if kind == "settings-rig":
+            write(folder / "head.npz", rig)
+            (folder / "hero.toml").write_text('[character]\nrig = "head.npz"\n')
+            return folder / "hero.toml"
         write(folder / "neutral.obj", rig.neutral)
         for name, morph in rig.morphs.items():
             write(folder / f"{name}.obj", morph.target)
-        return folder
+        if kind == "folder":
+            return folder
+        chosen = folder / ("hero.toml" if kind == "settings" else "elastomorph.toml")
+        chosen.write_text('[character]\nneutral = "neutral.obj"\n')
+        return chosen if kind == "settings" else folder
     path = place / f"head{'.glb' if kind == '.vrm' else kind}"
     write(path, rig)
     return path.rename(path.with_suffix(".vrm")) if kind == ".vrm" else path
 
 
-@pytest.mark.parametrize("kind", ["folder", ".npz", ".glb", ".vrm", ".usd"])
+@pytest.mark.parametrize(
+    "kind",
+    ["folder", "settings", "settings-folder", "settings-rig", ".npz", ".glb", ".vrm", ".usd"],
+)
 def test_the_same_is_found_in_every_source(tmp_path: Path, faulty: Rig, kind: str) -> None:
     if kind == ".usd":
         pytest.importorskip("pxr")
@@ -67,12 +78,11 @@ def test_the_same_is_found_in_every_source(tmp_path: Path, faulty: Rig, kind: st
 
 
 def test_what_is_no_rig_is_refused(tmp_path: Path) -> None:
-    """Settings say which rig to examine, but are none."""
     (tmp_path / "head.abc").write_bytes(b"Ogawa")
     with pytest.raises(FormatError, match=r"expected one of .*\.glb"):
         examine_files([tmp_path / "head.abc"])
-    (tmp_path / "hero.toml").write_text('[character]\nneutral = "neutral.obj"\n')
-    with pytest.raises(ParameterError, match="rig_from_settings"):
+    (tmp_path / "hero.toml").write_text("[character]\nneutral = 3\n")
+    with pytest.raises(FormatError, match=r"line 2: 'character\.neutral'"):
         examine_files([tmp_path / "hero.toml"])
 
 
@@ -134,7 +144,8 @@ def test_targets_that_cannot_be_files_are_refused(
 
 def test_a_rig_is_named_alone(tmp_path: Path, face: Mesh, faulty: Rig) -> None:
     write(tmp_path / "neutral.obj", face)
-    for other in ("built-in", written(tmp_path, ".glb", faulty)):
+    settings = written(tmp_path, "settings", faulty)
+    for other in ("built-in", written(tmp_path, ".glb", faulty), settings):
         with pytest.raises(ParameterError, match="name it alone"):
             examine_files([tmp_path / "neutral.obj", other])
     with pytest.raises(FileError):

@@ -95,7 +95,7 @@ def doctor(
         beam = (mass, damping, rigidity, order, closure)
         settings = _settings(seeds, align, pairs, beam, bend)
         with options.progress(as_json) as say:
-            examination = examine_files(_rig_files(files), settings, say=say)
+            examination = examine_files(files, settings, say=say)
             written = None
             if repair_to is not None and examination.facts is not None:
                 say(f"writing {repair_to}")
@@ -111,18 +111,6 @@ def doctor(
         raise typer.Exit(_UNUSABLE)
     if examination.worst_is("warning" if fail_on == "warning" else "error"):
         raise typer.Exit(1)
-
-
-def _rig_files(files: list[Path]) -> list[Path]:
-    """What the settings of a character, named or in its folder, say it is made of."""
-    from elastomorph.character import find_settings, read_settings
-    from elastomorph.character.sources import find_sources
-
-    settings = find_settings(files[0]) if files[0].is_dir() else files[0]
-    if len(files) > 1 or settings is None or settings.suffix.lower() != ".toml":
-        return files
-    sources = find_sources(read_settings(settings))
-    return [sources.main, *sources.targets.values()]
 
 
 def _settings(

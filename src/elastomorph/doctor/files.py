@@ -6,18 +6,15 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from elastomorph.character import find_settings, read_settings
+from elastomorph.character.sources import find_sources
 from elastomorph.doctor.examination import Examination, unreadable_neutral
 from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import ElastomorphError, FormatError, ParameterError
 from elastomorph.io import read
 from elastomorph.io.atomic import read_bytes
-from elastomorph.io.registry import (
-    BUILT_IN,
-    MESH_FORMATS,
-    RIG_FORMATS,
-    known_suffixes,
-)
+from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_suffixes
 from elastomorph.io.rig_folder import find_rig_files, rig_as_stored
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
@@ -31,30 +28,33 @@ def rig_paths(paths: Sequence[str | Path]) -> tuple[Path, ...]:
     """The neutral, then the targets.
 
     Args:
-        paths: A folder with a neutral and its targets, a rig, or a neutral and its targets.
+        paths: A folder with a neutral and its targets, a rig, settings of a character, or a
+            neutral and its targets.
 
     Raises:
         FileError: No such folder, no neutral in it or several, no targets.
-        ParameterError: A folder or a rig beside other paths, a file twice, or settings, which only
-            say which files to examine.
+        FormatError: Settings that cannot be understood.
+        ParameterError: A folder, settings or a rig beside other paths, or a file twice.
     """
     files = tuple(Path(path) for path in paths)
+    if len(files) == 1:
+        (only,) = files
+        own = find_settings(only) if only.is_dir() else only
+        if own is not None and own.suffix.lower() == ".toml":
+            sources = find_sources(read_settings(own))
+            return (sources.main, *sources.targets.values())
+        return find_rig_files(only).all if only.is_dir() else files
     for file in files:
         suffix = file.suffix.lower()
         what = "a folder" if file.is_dir() else "a settings file" if suffix == ".toml" else ""
         if (suffix in _RIGS and suffix not in _MESHES) or str(file) == BUILT_IN:
             what = "a rig"
-        if what and len(files) > 1:
+        if what:
             raise ParameterError(f"{file} is {what}: name it alone, or name mesh files")
-        if what == "a settings file":
-            raise ParameterError(
-                f"{file} is a settings file: examine the rig that it describes with "
-                "examine_rig(rig_from_settings(read_settings(…)))"
-            )
     twice = next((file for i, file in enumerate(files) if file in files[:i]), None)
     if twice is not None:
         raise ParameterError(f"{twice} is named twice")
-    return find_rig_files(files[0]).all if len(files) == 1 and files[0].is_dir() else files
+    return files
 
 
 def examine_files(
@@ -68,7 +68,7 @@ def examine_files(
     A mesh file that cannot be read is a finding; the others are examined all the same.
 
     Args:
-        paths: A folder, a rig file, ``built-in``, or mesh files, the neutral first.
+        paths: A folder, a rig file, settings, ``built-in``, or mesh files, the neutral first.
         settings: What is known beforehand.
         say: Told what is being done.
 
