@@ -2,11 +2,9 @@
 
 from typing import Any
 
-from elastomorph.doctor.examination import Examination
 from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.doctor.files import examine_files
-from elastomorph.doctor.findings import Finding
-from elastomorph.doctor.kinds import KINDS, SEVERITIES
+from elastomorph.doctor.findings import KINDS, SEVERITIES, Examination, Finding
 from elastomorph.doctor.repair import Repair, repair
 from elastomorph.doctor.report import as_document, as_text
 from elastomorph.doctor.settings import BeamSettings, ExaminationSettings, Thresholds

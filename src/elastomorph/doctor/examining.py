@@ -15,19 +15,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks import Neutral, motion, placement, sides, surface, winding
+from elastomorph.doctor.checks import motion, placement, sides, surface, winding
 from elastomorph.doctor.checks import targets as shapes
 from elastomorph.doctor.checks.order import NeutralOrder
-from elastomorph.doctor.examination import Examination, Repaired, in_order, unreadable
-from elastomorph.doctor.findings import Finding, Outcome
+from elastomorph.doctor.findings import (
+    Examination,
+    Finding,
+    Outcome,
+    Repaired,
+    in_order,
+    unreadable,
+)
 from elastomorph.doctor.frames import Frame, frame_between
 from elastomorph.doctor.mirror import find_mirror
+from elastomorph.doctor.neutral import Neutral
 from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import ElastomorphError
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
-
-__all__ = ["examine", "examine_rig"]
 
 Say = Callable[[str], None]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from elastomorph.character import find_settings, read_settings
 from elastomorph.character.sources import find_sources
-from elastomorph.doctor.examination import Examination, unreadable_neutral
 from elastomorph.doctor.examining import examine, examine_rig
+from elastomorph.doctor.findings import Examination, unreadable
 from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import ElastomorphError, FormatError, ParameterError
 from elastomorph.io import read
@@ -18,8 +18,6 @@ from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_s
 from elastomorph.io.rig_folder import find_rig_files, rig_as_stored
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
-
-__all__ = ["examine_files", "read_seeds", "rig_paths"]
 
 _MESHES, _RIGS = known_suffixes(MESH_FORMATS), known_suffixes(RIG_FORMATS)
 
@@ -86,7 +84,9 @@ def examine_files(
     try:
         mesh = read(neutral)
     except ElastomorphError as error:
-        return unreadable_neutral(str(neutral), error, map(str, targets))
+        names = tuple(map(str, targets))
+        found = (unreadable(str(neutral), error),)
+        return Examination(str(neutral), names, None, None, found, {}, names)
     return examine(mesh, _read_each(targets), settings, file=str(neutral), say=say)
 
 

@@ -8,8 +8,6 @@ from itertools import permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["UNITS", "Frame", "frame_between"]
-
 UNITS: dict[float, tuple[str, str]] = {
     10.0: ("millimetres", "centimetres"),
     100.0: ("centimetres", "metres"),

@@ -12,8 +12,6 @@ from elastomorph.doctor.isomorphism.polygons import reversed_polygons
 from elastomorph.doctor.isomorphism.search import Relabelling, find_relabelling
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["Mirror", "find_mirror"]
-
 # How far the mirror image may be from the neutral, as fractions of D: faces are not symmetric,
 # but a wrong pairing is off by a good part of the head.
 _IMAGE_OFF = 0.05

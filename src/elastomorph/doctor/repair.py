@@ -11,17 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from elastomorph.doctor.examination import Examination
 from elastomorph.doctor.examining import examine
-from elastomorph.doctor.findings import Finding
+from elastomorph.doctor.findings import Examination, Finding
 from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io import read, write
 from elastomorph.io.atomic import read_bytes, replacing
 from elastomorph.io.temporaries import temporary_name
 from elastomorph.model.mesh import Mesh
-
-__all__ = ["Repair", "repair"]
 
 _SUFFIX = ".obj"
 # What only a comparison with other targets tells is not asked of a file alone.

@@ -9,12 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from elastomorph.doctor.checks.surface import SurfaceFacts
-from elastomorph.doctor.examination import Examination
-from elastomorph.doctor.findings import Finding, counted
-from elastomorph.doctor.kinds import SEVERITIES
+from elastomorph.doctor.findings import SEVERITIES, Examination, Finding, counted
 from elastomorph.doctor.repair import Repair
-
-__all__ = ["as_document", "as_text"]
 
 _FILES_SHOWN = 12
 

@@ -12,8 +12,6 @@ from elastomorph.model.mesh import Mesh
 from elastomorph.paths.auto import INBETWEEN_PAYS
 from elastomorph.physics import Material
 
-__all__ = ["SIDES", "BeamSettings", "ExaminationSettings", "Thresholds"]
-
 SIDES: tuple[tuple[str, str], ...] = (
     ("_L", "_R"),
     ("_l", "_r"),

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from planted_faults import grid, only, turn
 
-from elastomorph.doctor.checks import Neutral
 from elastomorph.doctor.checks.sides import (
     asymmetric_pairs,
     missing_sides,
@@ -15,6 +14,7 @@ from elastomorph.doctor.checks.sides import (
     swapped_sides,
 )
 from elastomorph.doctor.mirror import Mirror, find_mirror
+from elastomorph.doctor.neutral import Neutral
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 

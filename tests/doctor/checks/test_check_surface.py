@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from planted_faults import grid, only
 
 from elastomorph.doctor import Finding
-from elastomorph.doctor.checks import Neutral
 from elastomorph.doctor.checks.surface import examine_surface, lost_area, surface_facts
+from elastomorph.doctor.neutral import Neutral
 from elastomorph.model.mesh import Mesh
 
 POINTS = np.random.default_rng(0).uniform(0, 1, (12, 3))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from planted_faults import only
 
-from elastomorph.doctor.checks import Neutral
 from elastomorph.doctor.checks.targets import does_nothing, duplicate_targets, jumping_vertices
+from elastomorph.doctor.neutral import Neutral
 from elastomorph.model.mesh import Mesh
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import extract_curves
-from elastomorph.doctor.checks import Neutral
 from elastomorph.doctor.findings import Finding, finding, percent
+from elastomorph.doctor.neutral import Neutral
 from elastomorph.doctor.settings import BeamSettings
 from elastomorph.errors import (
     ElastomorphError,
@@ -23,8 +23,6 @@ from elastomorph.paths.arc import local_rotations
 from elastomorph.paths.rotation import rotation_path
 from elastomorph.paths.rotations import ArcBend
 from elastomorph.physics import BeamModes, Load
-
-__all__ = ["examine_material", "in_between_pays"]
 
 # The middle of an arc is off its chord by at most this part of the chord, for turns up to 90°.
 _SAGITTA = np.tan(np.pi / 8) / 2

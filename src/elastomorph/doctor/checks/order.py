@@ -23,8 +23,6 @@ from elastomorph.doctor.isomorphism.polygons import (
 from elastomorph.doctor.isomorphism.search import Mismatch, Relabelling, find_relabelling
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["NeutralOrder"]
-
 # If at most this part of the polygons differs, naming the first helps more than anything else.
 _FEW = 0.1
 

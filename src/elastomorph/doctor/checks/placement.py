@@ -7,14 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks import STILL_SHARE
 from elastomorph.doctor.findings import Outcome, finding, percent
 from elastomorph.doctor.frames import Frame, frame_between
+from elastomorph.doctor.neutral import STILL_SHARE
 from elastomorph.doctor.settings import Thresholds
 from elastomorph.model.geometry import Screw, fit_rigid
 from elastomorph.model.mesh import Mesh
-
-__all__ = ["align", "common_frame", "in_frame", "saved_as_deltas", "steadied"]
 
 Positions = NDArray[np.float64]
 

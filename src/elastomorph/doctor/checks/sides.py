@@ -8,15 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks import Neutral
 from elastomorph.doctor.checks.winding import inside_out
 from elastomorph.doctor.findings import Finding, finding, percent
 from elastomorph.doctor.mirror import Mirror
+from elastomorph.doctor.neutral import Neutral
 from elastomorph.doctor.settings import SIDES
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
-
-__all__ = ["asymmetric_pairs", "missing_sides", "parse_sides", "sided_pairs", "swapped_sides"]
 
 Pairs = Sequence[tuple[str, str]]
 

@@ -8,15 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks import Neutral
 from elastomorph.doctor.checks.winding import inconsistent_winding
-from elastomorph.doctor.connectivity import HalfEdges
 from elastomorph.doctor.findings import Finding, counted, finding, listed, polygon_finding
+from elastomorph.doctor.neutral import HalfEdges, Neutral
 from elastomorph.model.geometry import component_of
 from elastomorph.model.inspection import MeshFacts, mesh_facts
 from elastomorph.model.mesh import Mesh
-
-__all__ = ["SurfaceFacts", "examine_surface", "lost_area", "surface_facts"]
 
 
 @dataclass(frozen=True)

@@ -9,20 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks import STILL_SHARE, Neutral
 from elastomorph.doctor.checks.sides import sided_pairs
 from elastomorph.doctor.findings import Finding, counted, finding, listed, percent
+from elastomorph.doctor.neutral import STILL_SHARE, Neutral
 from elastomorph.model.mesh import Mesh
-
-__all__ = [
-    "baked_targets",
-    "does_nothing",
-    "duplicate_targets",
-    "jumping_vertices",
-    "noisy_targets",
-    "roughness",
-    "scrambled_vertices",
-]
 
 Motions = NDArray[np.float64]
 

@@ -9,23 +9,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.checks import Neutral
-from elastomorph.doctor.connectivity import HalfEdges
 from elastomorph.doctor.findings import Finding, counted, finding, listed, polygon_finding
 from elastomorph.doctor.isomorphism.polygons import reversed_corners
+from elastomorph.doctor.neutral import HalfEdges, Neutral
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.polygons import Polygons
-
-__all__ = [
-    "common_reversal",
-    "inconsistent_winding",
-    "inside_out",
-    "inside_out_finding",
-    "reordered",
-    "reversed_finding",
-    "with_reversed",
-]
 
 # 36 π V² / A³ is 1 of a ball and 0 of a sheet. Sheets have no inside; a face mask has 0.05 and
 # more, sockets of eyes 0.014, gums 0.0002.

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from elastomorph.doctor.frames import frame_between
 
-__all__ = ["Plausibility", "plausibility"]
-
 Positions = NDArray[np.float64]
 
 # A part is its mirror image if reflecting it leaves less than this part of what turning leaves,

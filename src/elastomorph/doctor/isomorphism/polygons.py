@@ -9,14 +9,6 @@ from numpy.typing import NDArray
 
 from elastomorph.model.polygons import Polygons
 
-__all__ = [
-    "corners_either_way",
-    "corresponding_corners",
-    "reversed_corners",
-    "reversed_polygons",
-    "triangles_of",
-]
-
 # Polygons up to this size are compared with triangles they may have been split into.
 _LARGEST = 16
 

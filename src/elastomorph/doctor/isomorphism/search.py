@@ -18,14 +18,11 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.doctor.connectivity import HalfEdges
 from elastomorph.doctor.frames import frame_between
-from elastomorph.doctor.isomorphism.parts import Parts
+from elastomorph.doctor.isomorphism.parts import Colouring, Parts
 from elastomorph.doctor.isomorphism.polygons import corresponding_corners
-from elastomorph.doctor.isomorphism.refinement import Colouring
+from elastomorph.doctor.neutral import HalfEdges
 from elastomorph.model.polygons import Polygons
-
-__all__ = ["Mismatch", "Relabelling", "find_relabelling"]
 
 # Corners tried for one part, nearest first, where symmetry makes more of them possible.
 _TRIED = 256
