@@ -8,8 +8,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Chains", "ordered_chains"]
-
 
 @dataclass(frozen=True, eq=False)
 class Chains:

@@ -16,8 +16,6 @@ from elastomorph.curves.network import Curve, CurveNetwork
 from elastomorph.curves.selection import SHORTEST, GrowingCurves, choose_runs
 from elastomorph.model.mesh import Mesh, require_mesh
 
-__all__ = ["extract_curves", "join_short_curves"]
-
 _APPEND, _INSERT, _CUT, _OPEN = range(4)
 
 

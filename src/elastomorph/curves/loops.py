@@ -13,8 +13,6 @@ from elastomorph.curves.network import Curve
 from elastomorph.model.mesh import Mesh, require_mesh
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["EdgeEnds", "edge_ends", "edge_loops", "straight_successors", "trace_loops"]
-
 
 def edge_loops(mesh: Mesh) -> tuple[Curve, ...]:
     """Every edge loop of a mesh; each edge lies on exactly one.

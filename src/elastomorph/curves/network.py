@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.curves.region import as_region
 from elastomorph.errors import CurveError
 
-__all__ = ["Curve", "CurveNetwork", "require_curves_of"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Curve:

@@ -12,8 +12,6 @@ from elastomorph.errors import CurveError, ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.numbers import as_number
 
-__all__ = ["as_region", "region_of", "region_weights"]
-
 _MOST_SHOWN = 12
 
 

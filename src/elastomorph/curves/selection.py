@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from elastomorph.curves.chains import Chains
 
-__all__ = ["SHORTEST", "GrowingCurves", "choose_runs"]
-
 SHORTEST = 3
 
 

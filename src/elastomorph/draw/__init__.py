@@ -4,6 +4,7 @@ Needs vtk, matplotlib and Pillow (``pip install 'elastomorph[demo]'``), which ar
 first picture is drawn. Pictures are (H, W, 3) uint8 arrays, and files where a path is given.
 """
 
+from elastomorph.draw.actors import Lines
 from elastomorph.draw.camera import VIEWS, Camera
 from elastomorph.draw.colours import ColourScale, heat_colours
 from elastomorph.draw.comparisons import closure_comparison, error_strip, side_by_side
@@ -12,7 +13,7 @@ from elastomorph.draw.framing import camera_for
 from elastomorph.draw.graphs import error_graphs, inbetween_graph, time_graphs
 from elastomorph.draw.pictures import as_png, write_picture
 from elastomorph.draw.sheet import picture_grid
-from elastomorph.draw.stage import Lines, Stage, render
+from elastomorph.draw.stage import Stage, render
 from elastomorph.draw.strips import expression_strip, face_strip, method_strip
 from elastomorph.draw.time_laws import time_law_graph
 

@@ -15,8 +15,6 @@ from elastomorph.draw.pictures import imported
 from elastomorph.draw.window import rendering
 from elastomorph.model.polygons import Polygons, polygon_normals
 
-__all__ = ["Lines", "Part", "corner_normals", "corner_pairs", "line_actor"]
-
 AMBIENT = 0.17
 # A heat map is read by its colours: less of them is left to light and shade than on skin.
 HEAT_AMBIENT, HEAT_DIFFUSE = 0.30, 0.72

@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 
-__all__ = ["VIEWS", "Camera"]
-
 VIEWS: dict[str, tuple[float, float]] = {
     "front": (0.0, 0.0),
     "three-quarter": (35.0, 4.0),

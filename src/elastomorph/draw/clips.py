@@ -18,8 +18,6 @@ from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import replacing
 from elastomorph.io.sequences.numbering import frame_pattern
 
-__all__ = ["CLIP_SUFFIXES", "WIDEST_WEBP", "check_clip", "frame_durations", "is_clip", "write_clip"]
-
 CLIP_SUFFIXES = (".mp4", ".gif", ".webp")
 FASTEST = 240.0
 FASTEST_GIF = 50.0

@@ -10,17 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.draw.pictures import imported
 from elastomorph.errors import ParameterError
 
-__all__ = [
-    "COLOUR_MAP",
-    "RGB",
-    "SCALE_ENDS",
-    "ColourScale",
-    "colour_bytes",
-    "colour_named",
-    "heat_colours",
-    "round_up",
-]
-
 RGB = tuple[float, float, float]
 COLOUR_MAP = "magma_r"
 """Perceptually uniform, readable in grey and by the colour-blind; no error is pale, like skin."""

@@ -22,8 +22,6 @@ from elastomorph.model.mesh import Mesh
 from elastomorph.physics import Material
 from elastomorph.rig import Rig
 
-__all__ = ["closure_comparison", "contact_sheet", "error_strip", "side_by_side"]
-
 
 def side_by_side(
     evaluation: Evaluation,

@@ -12,8 +12,6 @@ from elastomorph.draw.pictures import imported
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import replacing
 
-__all__ = ["GRAPH_SUFFIXES", "LineStyle", "dress", "legend", "new_figure", "styles_for"]
-
 GRAPH_SUFFIXES = (".png", ".svg", ".pdf")
 _SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",

@@ -16,8 +16,6 @@ from elastomorph.draw.materials import parts_of
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["Turntable", "View", "camera_for", "drawn_vertices", "turn_angles"]
-
 View = str | tuple[float, float]
 """A view by name, or degrees to the face's left and up."""
 

@@ -20,8 +20,6 @@ from elastomorph.draw.pictures import Image, imported
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import replacing
 
-__all__ = ["dither_pattern", "write_gif"]
-
 COLOURS = 255
 _UNCHANGED = 255
 _SAMPLED_FRAMES = 16

@@ -15,8 +15,6 @@ from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.inbetweens import Suggestion
 from elastomorph.evaluation.movements import JudgedMovement
 
-__all__ = ["ORDERS", "error_graphs", "inbetween_graph", "movement_graph", "time_graphs"]
-
 ORDERS = ("index", "length", "error")
 MANY_CURVES = 200
 """Beyond this many curves, their numbers mean nothing to a reader."""

@@ -17,8 +17,6 @@ from elastomorph.evaluation.rigid_bodies import TIMES, Hinge
 from elastomorph.model.mesh import FaceLabels, Mesh
 from elastomorph.model.morph import Morph
 
-__all__ = ["hinge_faces", "hinge_graph", "looks_of"]
-
 _VIEW = (55.0, 12.0)
 _TRUE = "#9ad0b0"
 

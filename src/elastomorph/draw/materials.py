@@ -15,8 +15,6 @@ from elastomorph.draw.colours import RGB
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh
 
-__all__ = ["LOOKS", "Look", "eye_image", "iris_coordinates", "part_of_name", "parts_of"]
-
 
 @dataclass(frozen=True)
 class Look:

@@ -16,8 +16,6 @@ from elastomorph.draw.pictures import Image, imported
 from elastomorph.errors import ElastomorphError, FileError, ParameterError
 from elastomorph.io.atomic import replacing_path
 
-__all__ = ["find_encoder", "write_movie"]
-
 _FINEST_RATE = 1001
 """Denominator of the broadcast rates: 23.976 is 24000/1001."""
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from elastomorph.errors import MissingExtraError, ParameterError
 from elastomorph.io.atomic import replacing
 
-__all__ = ["SUFFIXES", "Image", "as_pillow", "as_png", "imported", "write_picture", "written"]
-
 Image = NDArray[np.uint8]
 SUFFIXES = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
 _NAME_TO_INSTALL = {"vtkmodules": "vtk", "PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg"}

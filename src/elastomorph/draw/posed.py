@@ -19,17 +19,6 @@ from elastomorph.rig import Rig
 from elastomorph.rig.remade import with_paths as remade
 from elastomorph.rig.timing import Timing
 
-__all__ = [
-    "Comparison",
-    "PosedRig",
-    "clip_frames",
-    "compare",
-    "pose_picture",
-    "pose_strip",
-    "swing",
-    "with_paths",
-]
-
 Positions = NDArray[np.float64]
 
 _MOST_FRAMED = 9

@@ -12,26 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.draw.actors import Lines
 from elastomorph.draw.camera import Camera
 from elastomorph.draw.colours import COLOUR_MAP, RGB, ColourScale, round_up
 from elastomorph.draw.pictures import Image, imported, written
-from elastomorph.draw.stage import BACKGROUND, Lines, Stage
+from elastomorph.draw.stage import BACKGROUND, Stage
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
-
-__all__ = [
-    "CLAY",
-    "Face",
-    "Style",
-    "face_sheet",
-    "in_rows",
-    "legend_height",
-    "picture_grid",
-    "scale_of",
-    "stack",
-    "text_size_for",
-    "with_legend",
-]
 
 CLAY = 0.9
 """Grey of a surface that has lines on it."""

@@ -19,8 +19,6 @@ from elastomorph.draw.window import Window, rendering
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.mesh import Mesh, as_vertices
 
-__all__ = ["BACKGROUND", "Image", "Lines", "Stage", "render"]
-
 BACKGROUND = (0.965, 0.965, 0.97)
 LIGHTS = (  # where the light stands in the camera's axes, strength, colour
     ((-0.60, 0.60, 0.75), 0.80, (1.0, 0.99, 0.97)),  # key

@@ -18,16 +18,6 @@ from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance
 
-__all__ = [
-    "TRUTH",
-    "expression_strip",
-    "face_strip",
-    "method_strip",
-    "method_words",
-    "take_strip",
-    "telling_frames",
-]
-
 TRUTH = "recorded"
 """The label of faces that were recorded."""
 TIMES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from elastomorph.draw.figure import LineStyle, new_figure
 from elastomorph.physics import CLOSURES, Load, Material, mean_response, modal_response
 
-__all__ = ["time_law_graph"]
-
 MODES = (1, 2, 3, 4, 6, 8)
 _CLOSURE_STYLES = {
     "unforced": LineStyle("#c44e00", (6.0, 2.0, 1.2, 2.0), 1.8, 2),

@@ -12,8 +12,6 @@ import numpy as np
 from elastomorph.draw.pictures import Image, imported
 from elastomorph.errors import ElastomorphError
 
-__all__ = ["Window", "rendering"]
-
 _SOFTWARE_ONLY = "vtkOSOpenGLRenderWindow"
 _OSMESA = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
 

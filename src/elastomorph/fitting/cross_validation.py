@@ -24,8 +24,6 @@ from elastomorph.fitting.solver import (
 from elastomorph.paths import Method
 from elastomorph.physics import Load, Material
 
-__all__ = ["Constants", "Repetitions", "Solution", "Validated", "constants", "fit_curves"]
-
 # Starts of a fit without one motion, besides the optimum of them all.
 _FOLD_STARTS = 2
 _UNKNOWN = Ratio(None, 0.0, float("inf"))

@@ -29,8 +29,6 @@ from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.paths import Method, interpolate
 from elastomorph.physics import CLOSURES
 
-__all__ = ["fit"]
-
 DEGREES = (1, 2, 3, 4)
 HIGHEST = 6
 _STILL = 1e-9

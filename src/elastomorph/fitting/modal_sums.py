@@ -22,8 +22,6 @@ from elastomorph.curves import Curve
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.physics.beam import ModeTransform
 
-__all__ = ["LawSums", "ModalSums", "curve_sums"]
-
 
 @dataclass(frozen=True, eq=False)
 class ModalSums:

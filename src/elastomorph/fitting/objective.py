@@ -16,8 +16,6 @@ from elastomorph.fitting.modal_sums import LawSums
 from elastomorph.physics import Load, Material, mean_response, modal_response
 from elastomorph.physics.guard import excursion
 
-__all__ = ["EXCURSION", "Objective"]
-
 EXCURSION = 0.1
 # The penalty begins a little before the border, so that what it stops is still inside.
 _PENALISED = 0.099

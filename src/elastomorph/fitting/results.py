@@ -13,8 +13,6 @@ from elastomorph.evaluation.summary import same
 from elastomorph.paths import Method
 from elastomorph.physics import Load, Material
 
-__all__ = ["CurveFit", "Errors", "Fit", "Ratio"]
-
 
 @dataclass(frozen=True)
 class Ratio:

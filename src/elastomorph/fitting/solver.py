@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from elastomorph.fitting.objective import EXCURSION, Objective
 
-__all__ = ["Optimum", "best_load", "interval", "load_intervals", "minimised", "slack", "solve"]
-
 CONFIDENCE = 0.95
 # Captures that differ by less than a millionth of the movement are the same capture.
 _PRECISION = 1e-12

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from elastomorph.fitting.results import CurveFit, Fit, Ratio
 
-__all__ = ["conclusions", "fit_facts", "fit_text", "ratio_words"]
-
 # An interval wider than this factor is called wide.
 _WIDE = 10.0
 # A fit this close to the border of the range allowed may only be the best inside it.

@@ -16,8 +16,6 @@ from elastomorph.physics.equation import Load, Material
 from elastomorph.physics.guard import guard_laws
 from elastomorph.physics.response import mean_and_limit, modal_response
 
-__all__ = ["BASES", "STIFFNESSES", "BeamModes", "ModeTransform", "mode_stiffness"]
-
 BASES = ("cosine", "fourier")
 STIFFNESSES = ("uniform", "length")
 

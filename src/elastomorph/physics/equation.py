@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import as_number
 
-__all__ = ["HIGHEST_ORDER", "Load", "Material"]
-
 HIGHEST_ORDER = 20
 
 

@@ -12,8 +12,6 @@ from elastomorph.errors import ResonanceError, TimeLawWarning
 from elastomorph.physics.equation import Load, Material
 from elastomorph.physics.response import mean_response, modal_response
 
-__all__ = ["allowed_excursion", "excursion", "guard_laws"]
-
 _Modes = Sequence[tuple[str, NDArray[np.float64]]]
 
 # A law that throws the face ten times past its target is of no use to anybody, and it happens

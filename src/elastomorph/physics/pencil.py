@@ -15,8 +15,6 @@ from elastomorph.errors import ParameterError
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-__all__ = ["Modes", "Pencil", "Solve"]
-
 Solve = Callable[[NDArray[Any]], NDArray[Any]]
 Modes = tuple[NDArray[np.float64], NDArray[np.float64]]
 

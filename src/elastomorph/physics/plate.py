@@ -27,8 +27,6 @@ from elastomorph.physics.response import mean_and_limit, modal_response, rationa
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-__all__ = ["PlateModes"]
-
 # Up to this order all modes at once cost R - 1 pairs of solves and lose no digit that shows.
 _SOLVED_ORDER = 6
 _USUAL_MODES = 64

@@ -19,8 +19,6 @@ from elastomorph.physics.pencil import Modes, Pencil, Solve
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-__all__ = ["PlateOperator", "plate_operator"]
-
 # A root this small against the operator is zero; its factor would be singular on the kernel only.
 _LEAST_SHIFT = 1e-8
 

@@ -37,16 +37,6 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.physics.equation import Load, Material
 
-__all__ = [
-    "CLOSURES",
-    "Closure",
-    "RationalLaws",
-    "mean_and_limit",
-    "mean_response",
-    "modal_response",
-    "rational_laws",
-]
-
 Closure = Literal["unforced", "rest", "linear", "compatible", "limit"]
 CLOSURES: tuple[str, ...] = get_args(Closure)
 

@@ -18,8 +18,6 @@ from elastomorph.rig.remade import with_paths
 from elastomorph.viewer.rig_scenes import comparison_start, rig_model
 from elastomorph.viewer.scene import Role, Scene, SceneModel
 
-__all__ = ["read_scene"]
-
 
 def read_scene(
     files: Sequence[str],

@@ -10,8 +10,6 @@ from elastomorph.rig import Rig
 from elastomorph.viewer.page import viewer_page
 from elastomorph.viewer.rig_scenes import rig_scene
 
-__all__ = ["LARGEST_PAGE", "notebook_html"]
-
 # A notebook keeps every output within its file; larger pages make it slow to open and to save.
 LARGEST_PAGE = 40_000_000
 

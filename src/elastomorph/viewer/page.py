@@ -14,16 +14,6 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import replacing
 from elastomorph.viewer.scene import Scene
 
-__all__ = [
-    "alone_policy",
-    "page_beside",
-    "report_policy",
-    "served_policy",
-    "shipped_page",
-    "viewer_page",
-    "write_viewer",
-]
-
 _PLACE = "<!-- elastomorph scene -->"
 _SCRIPT = re.compile(r"<script(?P<attributes>[^>]*)>(?P<content>.*?)</script>", re.DOTALL)
 # Pictures and workers that the page makes itself have addresses of blob: and data:.

@@ -20,15 +20,6 @@ from elastomorph.paths import through
 from elastomorph.rig import Rig
 from elastomorph.viewer.scene import Role, Scene, SceneModel
 
-__all__ = [
-    "comparison_scene",
-    "comparison_start",
-    "evaluation_scene",
-    "motion_morph",
-    "rig_model",
-    "rig_scene",
-]
-
 _SLIDER = "motion"  # of a path that is no part of a rig
 # Each frame is a morph target of the page, and the graphics card adds two of them at a time.
 _MOST_FRAMES = 24

@@ -13,8 +13,6 @@ from typing import Any, Literal
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
 
-__all__ = ["ROLES", "START", "Role", "Scene", "SceneModel"]
-
 Role = Literal["rig", "method", "truth"]
 ROLES: tuple[Role, ...] = ("rig", "method", "truth")
 

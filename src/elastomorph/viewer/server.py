@@ -20,8 +20,6 @@ from elastomorph.errors import ParameterError
 from elastomorph.viewer.page import page_beside, report_policy, served_policy
 from elastomorph.viewer.scene import Scene
 
-__all__ = ["Resource", "ViewerServer", "serve", "serve_page"]
-
 _LOOPBACK = "127.0.0.1"
 _HTML = "text/html; charset=utf-8"
 

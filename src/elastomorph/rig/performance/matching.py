@@ -14,8 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.rig.performance.naming import is_rotation, shape_of, wholes
 
-__all__ = ["Drive", "Match", "match"]
-
 
 class Drive(NamedTuple):
     """What drives one slider: the sum of weights, each times its factor.

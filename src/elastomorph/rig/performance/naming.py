@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["ARKIT", "Whole", "is_rotation", "shape_of", "wholes"]
-
 
 class Whole(NamedTuple):
     """A shape that others make up together.

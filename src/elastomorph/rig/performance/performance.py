@@ -13,8 +13,6 @@ from elastomorph.rig import Rig
 from elastomorph.rig.performance.matching import Match, match
 from elastomorph.rig.performance.naming import is_rotation
 
-__all__ = ["Performance", "play", "slider_weights"]
-
 _MOST_FRAMES = 10_000_000
 _PART_OF_FRAME = 0.05
 
