@@ -68,5 +68,4 @@ def test_nothing_has_no_chains():
 def test_owners_and_places_follow_the_sequences():
     found = ordered_chains(links_of([([0, 1, 2], True), ([3], False), ([5, 4], False)], 6))
     assert found.owners().tolist() == [0, 0, 0, 1, 2, 2]
-    assert found.places().tolist() == [0, 1, 2, 0, 0, 1]
     assert found.lengths.tolist() == [3, 1, 2]

@@ -14,9 +14,9 @@ class Chains:
     """Sequences of indices, stored one after another.
 
     Attributes:
-        items: (N,) int32, the sequences end to end.
-        offsets: (K + 1,) int64, where each sequence starts in ``items``.
-        closed: (K,) bool, whether the last item of a sequence is followed by its first.
+        items: (N,) int32, the K sequences end to end.
+        offsets: (K + 1,) int64, where each starts.
+        closed: (K,) bool, whether the last item is followed by the first.
     """
 
     items: NDArray[np.int32]
@@ -31,10 +31,6 @@ class Chains:
     def owners(self) -> NDArray[np.int32]:
         """(N,) int32, the sequence each entry of ``items`` belongs to."""
         return np.repeat(np.arange(len(self.closed), dtype=np.int32), self.lengths)
-
-    def places(self) -> NDArray[np.int64]:
-        """(N,) the place of each entry within its sequence, from 0."""
-        return np.arange(len(self.items)) - np.repeat(self.offsets[:-1], self.lengths)
 
     def previous_visits(self) -> NDArray[np.int64]:
         """(N,) the last earlier entry of the same sequence and item, -1 for none."""
@@ -67,12 +63,8 @@ def ordered_chains(links: NDArray[np.int32]) -> Chains:
     direction of the lower neighbour. Chains come in the order of their lowest index. The work is
     linear: all chains are strung into one path, which a single breadth-first search walks.
 
-    Args:
-        links: (N, 2) int32, the neighbours of each item, -1 for none; symmetric, never an item
-            itself. Two items linked twice form a closed chain.
-
-    Returns:
-        Every item in exactly one sequence.
+    Links are (N, 2) int32, the neighbours of each item, -1 for none; symmetric, never an item
+    itself. Two items linked twice form a closed chain.
     """
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import breadth_first_order, connected_components

@@ -72,13 +72,7 @@ def join_short_curves(
     4. open a closed curve beside it and append it there.
 
     What none of these can take stays: vertices without edges, components of two vertices, and
-    places where everything around is fixed or too short to cut.
-
-    Args:
-        growing: The curves; vertices without links are curves of one vertex.
-        fixed: (V,) bool, vertices that must keep their links.
-        edges: (E, 2) int32, as ``Mesh.edges``.
-        vertices: (V, 3) positions, which decide what is straight.
+    places where everything around is too short to cut or ``fixed``, (V,) bool, to keep its links.
     """
     single = (growing.links < 0).all(axis=1) & ~fixed
     touching = edges[single[edges].any(axis=1)]
@@ -100,13 +94,7 @@ def join_short_curves(
 
 @dataclass(frozen=True, order=True)
 class _Join:
-    """A change that takes a short curve into another; the best compares as the largest.
-
-    Attributes:
-        straightness: Mean cosine of the turns along the new piece of curve, from -1 to 1.
-        joined: Pairs of vertices that become consecutive.
-        parted: A pair that is consecutive no longer, or none.
-    """
+    """A change: mean cosine of the turns along the new piece, pairs to join, and one to part."""
 
     straightness: float
     joined: tuple[tuple[int, int], ...]
@@ -115,13 +103,7 @@ class _Join:
 
 @dataclass(frozen=True, eq=False)
 class _Joining:
-    """The curves, and what is needed to judge a change to them.
-
-    Attributes:
-        growing: The curves, changed in place.
-        vertices: (V, 3) positions.
-        around: For each vertex that began alone, those it may be joined to.
-    """
+    """Curves to change in place, (V, 3) positions, and what single vertices may be joined to."""
 
     growing: GrowingCurves
     vertices: NDArray[np.float64]

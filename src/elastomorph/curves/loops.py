@@ -123,10 +123,6 @@ def edge_ends(faces: Polygons, vertex_count: int) -> EdgeEnds:
 
     A vertex repeated in a row within a polygon counts once. Where three or more corners meet in
     an edge end (a non-manifold edge), that end gets no neighbours.
-
-    Args:
-        faces: Polygons of any size.
-        vertex_count: Number of vertices V.
     """
     starts, following = _corners(faces)
     stops = starts[following]
@@ -197,14 +193,11 @@ def _unique_edges(
 
 
 def straight_successors(ends: EdgeEnds) -> NDArray[np.int32]:
-    """The edge end that goes straight on from each edge end, across their common vertex.
+    """(2 E,) int32, the edge end straight on from each across their vertex; an involution.
 
     In a full ring of n ends around a vertex that is the opposite one when n is even, and none
-    when n is odd. In a fan with a border on both sides the two border edges continue each other
-    and the edges between them end.
-
-    Returns:
-        (2 E,) int32, an involution: ``s[s[i]] == i`` wherever ``s[i]`` is not -1.
+    (-1) when n is odd. In a fan with a border on both sides the two border edges continue each
+    other and the edges between them end.
     """
     rings = ordered_chains(ends.neighbours)
     straight = np.full(len(ends.neighbours), -1, dtype=np.int32)

@@ -213,16 +213,7 @@ class CurveNetwork(Sequence[Curve]):
 
 
 def require_curves_of(curves: object, vertex_count: int, mesh: str) -> None:
-    """Check that curves are curves, and of a mesh.
-
-    Args:
-        curves: What was given as curves.
-        vertex_count: Number of vertices of the mesh.
-        mesh: Its name, for the message.
-
-    Raises:
-        CurveError: Something else than a `CurveNetwork`, or the curves of another mesh.
-    """
+    """Check that curves are a `CurveNetwork` of a mesh of so many vertices."""
     if not isinstance(curves, CurveNetwork):
         raise CurveError(
             "curves must be a CurveNetwork, as em.extract_curves(mesh) finds it, found "
@@ -247,11 +238,7 @@ def _runs(curve: Curve, kept: NDArray[np.bool_]) -> list[NDArray[np.int32]]:
 
 
 def _as_indices(values: ArrayLike, title: str) -> NDArray[np.int32]:
-    """A copy as (N,) int32.
-
-    Raises:
-        CurveError: Not a list of whole numbers.
-    """
+    """A copy as (N,) int32."""
     try:
         own = np.array(values)
     except (TypeError, ValueError):

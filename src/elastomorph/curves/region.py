@@ -16,15 +16,7 @@ _MOST_SHOWN = 12
 
 
 def as_region(region: ArrayLike, vertex_count: int) -> NDArray[np.bool_]:
-    """Which vertices a region holds, as (V,) bool.
-
-    Args:
-        region: (N,) vertex indices in any order, repeats allowed, or (V,) bool.
-        vertex_count: Number of vertices V.
-
-    Raises:
-        CurveError: Neither form, or a vertex that does not exist.
-    """
+    """(V,) bool of a region: (N,) vertex indices in any order, repeats allowed, or (V,) bool."""
     given = np.asarray(list(region) if isinstance(region, set | frozenset | range) else region)
     if given.dtype == np.bool_ and given.shape == (vertex_count,):
         return np.array(given)
@@ -47,14 +39,8 @@ def as_region(region: ArrayLike, vertex_count: int) -> NDArray[np.bool_]:
 def region_of(mesh: Mesh, region: ArrayLike | str) -> NDArray[np.bool_]:
     """Which vertices of a mesh a region holds, as (V,) bool.
 
-    Args:
-        mesh: The mesh.
-        region: Vertex indices or (V,) bool, as for `as_region`; or the name of a group of the
-            mesh's polygons, whose corners are the region.
-
-    Raises:
-        CurveError: Neither, or a vertex that does not exist.
-        ParameterError: The mesh has no group of this name; the message names the nearest.
+    A region is what `as_region` takes, or the name of a group of the mesh's polygons, whose corners
+    it is.
     """
     if not isinstance(region, str):
         return as_region(region, len(mesh.vertices))
@@ -79,24 +65,12 @@ def _nearest(name: str, names: Sequence[str]) -> str:
 def region_weights(
     edges: NDArray[np.int32], vertex_count: int, region: ArrayLike, falloff: float = 3
 ) -> NDArray[np.float64]:
-    """Weights that take a local region smoothly into the rest of the mesh.
+    """(V,) weights from 0 to 1 that take a local region smoothly into the rest of the mesh.
 
     With d the number of edges from a vertex to the nearest one outside the region, the weight is
-    3 s² − 2 s³ with s = min(d / falloff, 1): 0 outside, 1 from ``falloff`` edges inwards. A region
-    without boundary (a whole component) has weight 1 throughout.
-
-    Args:
-        edges: (E, 2) int32, as ``Mesh.edges``.
-        vertex_count: Number of vertices V.
-        region: (N,) vertex indices, or (V,) bool.
-        falloff: Width of the transition in edges, at least 0. Up to 1, it is sharp.
-
-    Returns:
-        (V,) float64 in [0, 1].
-
-    Raises:
-        CurveError: The region names a vertex that does not exist.
-        ParameterError: The falloff is negative or not finite.
+    3 s² − 2 s³ with s = min(d / falloff, 1): 0 outside, 1 from ``falloff`` edges inwards (sharp up
+    to 1). A region without boundary (a whole component) has weight 1 throughout. Edges are (E, 2)
+    as ``Mesh.edges``.
     """
     falloff = as_number(falloff, "falloff", least=0)
     inside = as_region(region, vertex_count)

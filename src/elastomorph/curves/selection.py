@@ -14,19 +14,14 @@ SHORTEST = 3
 
 @dataclass(frozen=True, eq=False)
 class GrowingCurves:
-    """Curves under construction: which vertices follow each other.
-
-    Attributes:
-        links: (V, 2) int32, the neighbours of each vertex along its curve, -1 for none.
-        is_closed: (V,) bool, whether its curve is closed.
-    """
+    """Curves in the making: (V, 2) int32 neighbours of each vertex along its curve, -1: none."""
 
     links: NDArray[np.int32]
     is_closed: NDArray[np.bool_]
 
 
 def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> GrowingCurves:
-    """Choose vertex-disjoint runs of loops, best first.
+    """Choose vertex-disjoint runs of loops, each of at least three vertices, best first.
 
     Closed loops come before open runs: they are what modellers lay around eyes and mouth, and the
     series of the paper is periodic along them. Of closed loops, the one whose crossing closed
@@ -36,14 +31,7 @@ def choose_runs(loops: Chains, taken: NDArray[np.bool_]) -> GrowingCurves:
 
     Taking a run cuts the loops that cross it, and what is left of them competes again with its new
     length. All runs that outrank every run they cross are taken at once; a round costs the same
-    whether it takes one or a thousand.
-
-    Args:
-        loops: Vertices along every edge loop.
-        taken: (V,) bool, vertices that are not to be used; those chosen are added in place.
-
-    Returns:
-        The chosen runs, each of at least three vertices.
+    whether it takes one or a thousand. What is taken is added to ``taken``, (V,) bool, in place.
     """
     growing = GrowingCurves(
         np.full((len(taken), 2), -1, dtype=np.int32), np.zeros(len(taken), dtype=np.bool_)

@@ -71,13 +71,7 @@ def mode_stiffness(
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """Curves of one kind and one number of vertices, solved together.
-
-    Attributes:
-        vertices: (G, M) vertex indices.
-        transform: From M vertices to modes and back.
-        laws: (N, K) or (G, N, K) coefficients of t … t^K for the N modes.
-    """
+    """(G, M) vertices of curves of one kind and size; (N, K) or (G, N, K) laws of their N modes."""
 
     vertices: NDArray[np.int64]
     transform: ModeTransform

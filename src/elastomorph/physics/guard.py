@@ -22,14 +22,7 @@ _TIMES = np.linspace(0.0, 1.0, 129)
 
 
 def excursion(laws: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far each law leaves [0, 1] or runs back while t goes from 0 to 1.
-
-    Args:
-        laws: (…, K) coefficients of t, t², …, t^K.
-
-    Returns:
-        (…) the larger of overshoot and greatest backward run; infinity for a singular law.
-    """
+    """How far (…, K) coefficients of t … t^K leave [0, 1] or run back; infinite if singular."""
     with np.errstate(invalid="ignore", over="ignore"):
         values = laws @ (_TIMES ** np.arange(1, laws.shape[-1] + 1)[:, None])
         high = np.maximum.accumulate(values, axis=-1)
@@ -45,20 +38,14 @@ def allowed_excursion(load: Load) -> float:
 def guard_laws(stiffness: _Modes, closure: str, load: Load, material: Material) -> None:
     """Raise or warn if a law of these modes is singular or ill behaved.
 
-    Args:
-        stiffness: What modes belong to ("closed curves", "open curves", "surface"), each with
-            (…, N) B of its modes n = 1 … N.
-        closure: Closure of the mean, mode 0.
-        load: p(t).
-        material: m and c; k is part of B.
+    Modes are given as (…, N) B of n = 1 … N under what they belong to ("closed curves", "surface").
+    Either message names the mode, its B and the nearest damping at which every law is well behaved.
 
     Raises:
-        ResonanceError: A law leaves [0, 1] by more than ten times the way to the target. Names the
-            mode, its B, and the nearest damping at which every law is well behaved.
+        ResonanceError: A law leaves [0, 1] by more than ten times the way to the target.
 
     Warns:
-        TimeLawWarning: A law moves backwards or overshoots by more than 1 %, although the load
-            itself does not. Names the nearest damping at which none does.
+        TimeLawWarning: A law leaves [0, 1] or runs back by more than 1 %, and more than the load.
     """
     kind, mode, value, worst = _worst(stiffness, closure, load, material)
     name = "the mean (mode 0)" if mode == 0 else f"mode {mode} of the {kind}"

@@ -60,11 +60,7 @@ class Pencil:
         return np.asarray(weights.T @ means / self.mass[:, None]).reshape(values.shape)
 
     def factor(self, shift: complex) -> Solve:
-        """A function that solves (A - shift·M) x = b for (V, …) b, real or complex.
-
-        Raises:
-            ParameterError: The shift is an eigenvalue.
-        """
+        """A function that solves (A - shift·M) x = b for (V, …) b, real or complex."""
         factor = self._decompose(shift)
         is_complex = complex(shift).imag != 0
 
@@ -90,15 +86,7 @@ class Pencil:
         return max(int(np.count_nonzero(factor.U.diagonal() < 0)) - self.kernel_size, 0)
 
     def nearest(self, value: float, count: int) -> Modes:
-        """The modes with λ nearest to a value, in ascending order.
-
-        Args:
-            value: Not an eigenvalue.
-            count: How many.
-
-        Returns:
-            (N,) λ and (V, N) modes of unit length, v^T M v = 1.
-        """
+        """(N,) ascending λ nearest to a value that is none, and (V, N) modes with v^T M v = 1."""
         if len(self.mass) <= _DENSE or 3 * count >= len(self.mass):
             values, vectors = self._dense
             order = np.sort(np.argsort(np.abs(values - value), kind="stable")[:count])
@@ -126,18 +114,10 @@ class Pencil:
         return values[order], vectors[:, order]
 
     def lowest(self, count: int) -> Modes:
-        """The modes with the smallest λ > 0, found slice by slice of the spectrum.
+        """(N,) ascending λ > 0, at most `count`, and (V, N) modes with V^T M V = 1.
 
-        Every slice is checked against the number of modes that Sylvester's law says it has.
-
-        Args:
-            count: How many; all modes if there are no more.
-
-        Returns:
-            (N,) ascending λ and (V, N) modes with V^T M V = 1.
-
-        Raises:
-            ParameterError: Other modes are found than Sylvester's law says there are.
+        Found slice by slice of the spectrum, each checked against the number of modes that
+        Sylvester's law says it has.
         """
         count = min(count, self.mode_count)
         if len(self.mass) <= _DENSE or count == 0:

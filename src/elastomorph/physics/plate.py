@@ -86,10 +86,6 @@ class PlateModes:
                 then of the form e₀ + e₁p, absorbed by the force. A piece with one has no mode 0.
             harmonics: Modes above this number, counted over the whole surface from the softest,
                 follow the limit law; by default all are solved up to order 6, and 64 beyond.
-
-        Raises:
-            ParameterError: An option is out of its range.
-            ResonanceError: A time law is singular for this material and load.
         """
         mean, limit = mean_and_limit(closure, load, material)
         moving = laplacian.diagonal() > 0
@@ -110,14 +106,7 @@ class PlateModes:
         return cls(operator, free, correction, mean, limit)
 
     def bends(self, delta: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The bends of t², t³, … for one displacement field, as in `BeamModes.bends`.
-
-        Args:
-            delta: (V, 3) displacement from neutral to target.
-
-        Returns:
-            (K - 1, V, 3) bends, for the bend curves t² - t … t^K - t.
-        """
+        """(K - 1, V, 3) bends of one (V, 3) displacement field, as of `BeamModes.bends`."""
         bends = np.multiply.outer(self.limit_law[1:], delta)
         if len(bends) and len(self.free):
             pencil = self.operator.pencil
@@ -157,13 +146,13 @@ def _factors(rigidity: NDArray[np.float64] | None, count: int) -> NDArray[np.flo
 
 def _solved(operator: PlateOperator, load: Load, material: Material) -> Correction:
     """Every mode at once, by one resolvent for each root of the denominator of φ."""
-    laws = rational_laws(load, material)
-    resolvents = [operator.resolvent(root) for root in laws.roots]
+    roots, weights_of = rational_laws(load, material)
+    resolvents = [operator.resolvent(root) for root in roots]
 
     def correct(rest: NDArray[np.float64]) -> NDArray[np.float64]:
         total = np.zeros((load.order, *rest.shape))
         state: NDArray[Any] = rest
-        for root, resolvent, weights in zip(laws.roots, resolvents, laws.weights.T, strict=True):
+        for root, resolvent, weights in zip(roots, resolvents, weights_of.T, strict=True):
             state = resolvent(state)
             if root.imag <= 0:  # real, or the second of a conjugate pair
                 state = state.real
@@ -212,7 +201,7 @@ def _guard(operator: PlateOperator, closure: str, load: Load, material: Material
 def _around_roots(operator: PlateOperator, load: Load, material: Material) -> NDArray[np.float64]:
     """B of the modes nearest to where φ is singular, after stand-ins for the softer ones."""
     found = []
-    for root in rational_laws(load, material).roots:
+    for root in rational_laws(load, material)[0]:
         near = max(root.real, 0.05 * abs(root))
         found.append(operator.nearest(near * (1 + 1e-9), 12)[0])
     nearest = np.unique(np.concatenate(found))

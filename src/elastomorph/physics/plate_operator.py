@@ -108,15 +108,7 @@ def plate_operator(
     rigidity: NDArray[np.float64],
     free: NDArray[np.int64],
 ) -> PlateOperator:
-    """The operator on the free vertices, the others pinned to the limit law.
-
-    Args:
-        laplacian: (V, V) L.
-        mass: (V,) the diagonal of M.
-        piece_of: (V,) connected piece of each vertex.
-        rigidity: (V,) k > 0.
-        free: (F,) indices of the vertices that obey the equation of motion.
-    """
+    """K on the (F,) free vertices, of (V,) rigidity k > 0, the others pinned to the limit law."""
     from scipy.sparse import csc_array, diags_array
 
     columns = csc_array(laplacian[:, free])

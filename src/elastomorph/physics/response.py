@@ -27,7 +27,6 @@ for t³ the roots are those of B² - 3Bc - 6Bm + 6c².
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
@@ -105,7 +104,8 @@ def mean_response(closure: str, load: Load, material: Material) -> NDArray[np.fl
         # φ₀ = t + λ h with h = Σ_{r≥2} b_r (t^r - t): linear in λ, so the best one is a projection.
         h = b[1 : order + 2].copy()
         h[0] = -h[1:].sum()
-        gram = _gram(order + 1)
+        powers = np.arange(1, order + 2)
+        gram = 1.0 / (powers[:, None] + powers + 1.0)  # inner products of t, t², … on [0, 1]
         share = (h @ gram @ (limit - linear)) / (h @ gram @ h)
         return np.asarray(linear + share * h, dtype=np.float64)
     if closure == "unforced":
@@ -131,31 +131,12 @@ def mean_and_limit(
     return mean[:degree], limit
 
 
-def _gram(size: int) -> NDArray[np.float64]:
-    """(size, size) inner products of t, t², … on [0, 1]."""
-    powers = np.arange(1, size + 1)
-    return np.asarray(1.0 / (powers[:, None] + powers[None, :] + 1.0), dtype=np.float64)
+def rational_laws(
+    load: Load, material: Material
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """The laws of `modal_response` for all B at once: (R - 1,) β and (R, R - 1) d of t … t^R.
 
-
-@dataclass(frozen=True, eq=False)
-class RationalLaws:
-    """The coefficients of φ as functions of B.
-
-    Attributes:
-        roots: (R - 1,) complex β; conjugates stand next to each other, upper half plane first.
-        weights: (R, R - 1) complex d, for t … t^R.
-    """
-
-    roots: NDArray[np.complex128]
-    weights: NDArray[np.complex128]
-
-
-def rational_laws(load: Load, material: Material) -> RationalLaws:
-    """The laws of `modal_response` for all B at once.
-
-    Args:
-        load: p(t) of degree R.
-        material: m and c; k is part of B.
+    Conjugate roots stand next to each other, that of the upper half plane first.
     """
     m, c, order = material.mass, material.damping, load.order
     # Polynomials in B: row r is B^(R-1)·(B a_r), from the recurrence of Eq. 22.
@@ -171,21 +152,9 @@ def rational_laws(load: Load, material: Material) -> RationalLaws:
     for r in range(order):
         rest = ((a[r + 1] - limit[r] * denominator) / denominator[-1])[:-1].astype(np.complex128)
         for j in range(order - 2, -1, -1):
-            rest, weights[r, j] = _divided(rest, roots[j])
-    return RationalLaws(roots, weights)
-
-
-def _divided(
-    numerator: NDArray[np.complex128], root: complex
-) -> tuple[NDArray[np.complex128], complex]:
-    """Quotient and remainder of a polynomial by x - root."""
-    quotient = np.zeros(len(numerator) - 1, dtype=np.complex128)
-    carry = 0j
-    for power in range(len(numerator) - 1, -1, -1):
-        carry = carry * root + numerator[power]
-        if power:
-            quotient[power - 1] = carry
-    return quotient, carry
+            rest, remainder = polynomial.polydiv(rest, [-roots[j], 1.0])
+            weights[r, j] = remainder[0]
+    return roots, weights
 
 
 def _paired(roots: NDArray[np.floating | np.complexfloating]) -> NDArray[np.complex128]:
