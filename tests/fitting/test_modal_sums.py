@@ -9,7 +9,6 @@ import pytest
 
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
-from elastomorph.fitting.cross_validation import Repetitions
 from elastomorph.fitting.modal_sums import LawSums, ModalSums, curve_sums
 from elastomorph.fitting.objective import Objective
 
@@ -72,10 +71,10 @@ def test_a_motion_without_inner_frames_adds_nothing(
         ModalSums.joined(curve_sums(synthesis(em.Method("ease"), count=1, frames=n)[0], network))
         for n in (9, 2)
     )
-    repetitions = Repetitions.of([long, short], 3)
+    parts = [LawSums.of(sums, 3) for sums in (long, short)]
     laws = np.ones((len(long.stiffness), 3)) / 3
-    both = LawSums.together(repetitions.parts)
-    assert both.misfit(laws) == pytest.approx(repetitions.parts[0].misfit(laws), rel=1e-12)
+    both = LawSums.together(parts)
+    assert both.misfit(laws) == pytest.approx(parts[0].misfit(laws), rel=1e-12)
     assert both.frames == 7
 
 

@@ -32,13 +32,7 @@ _STILL = 1e-18
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """One degree fitted to some motions.
-
-    Attributes:
-        objective: What was made small.
-        optimum: Where it is smallest.
-        stiff: The best load for curves that all follow it.
-    """
+    """One degree fitted to some motions; `stiff` is the best load for curves that all follow it."""
 
     objective: Objective
     optimum: Optimum
@@ -86,12 +80,9 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Validated:
-    """One degree fitted to all motions, and to all but one.
+    """One degree fitted to all motions, and to all but one: no folds of a single motion.
 
-    Attributes:
-        whole: The solution of all.
-        folds: One solution without each motion; none for a single motion.
-        left_out_rms: RMS distance of each motion to the solution without it; NaN for a single one.
+    `left_out_rms` is the RMS distance of each motion to the solution without it; NaN for one alone.
     """
 
     whole: Solution
@@ -99,53 +90,38 @@ class Validated:
     left_out_rms: float
 
 
-@dataclass(frozen=True, eq=False)
-class Repetitions:
-    """The sums of each motion.
+def solved(
+    parts: Sequence[LawSums],
+    degree: int,
+    closure: str,
+    starts: int,
+    near: Sequence[NDArray[np.float64]] = (),
+) -> Solution:
+    """All motions together."""
+    sums = LawSums.together(parts)
+    objective = Objective(sums, degree, closure)
+    stiff = best_load(Objective(sums, degree, "limit"))
+    return Solution(objective, solve(objective, starts=starts, near=near), stiff)
 
-    Attributes:
-        parts: One for each motion.
-    """
 
-    parts: tuple[LawSums, ...]
-
-    @classmethod
-    def of(cls, motions: Sequence[ModalSums], powers: int) -> Repetitions:
-        """For laws of t … t^powers."""
-        return cls(tuple(LawSums.of(sums, powers) for sums in motions))
-
-    def solved(
-        self, degree: int, closure: str, starts: int, near: Sequence[NDArray[np.float64]] = ()
-    ) -> Solution:
-        """All motions together."""
-        sums = LawSums.together(self.parts)
-        objective = Objective(sums, degree, closure)
-        stiff = best_load(Objective(sums, degree, "limit"))
-        return Solution(objective, solve(objective, starts=starts, near=near), stiff)
-
-    def validated(self, degree: int, closure: str, starts: int) -> Validated:
-        """All motions together, and without each of them."""
-        whole = self.solved(degree, closure, starts)
-        if len(self.parts) < 2:
-            return Validated(whole, (), float("nan"))
-        others = [self.parts[:i] + self.parts[i + 1 :] for i in range(len(self.parts))]
-        fewer, near = min(starts, _FOLD_STARTS), [whole.optimum.point]
-        folds = tuple(Repetitions(parts).solved(degree, closure, fewer, near) for parts in others)
-        squared = sum(p.misfit(fold.laws) for p, fold in zip(self.parts, folds, strict=True))
-        rms = float(np.sqrt(squared / sum(part.count for part in self.parts)))
-        return Validated(whole, folds, rms)
+def validated(parts: Sequence[LawSums], degree: int, closure: str, starts: int) -> Validated:
+    """All motions together, and without each of them."""
+    whole = solved(parts, degree, closure, starts)
+    if len(parts) < 2:
+        return Validated(whole, (), float("nan"))
+    others = [[*parts[:i], *parts[i + 1 :]] for i in range(len(parts))]
+    fewer, near = min(starts, _FOLD_STARTS), [whole.optimum.point]
+    folds = tuple(solved(fewer_parts, degree, closure, fewer, near) for fewer_parts in others)
+    squared = sum(part.misfit(fold.laws) for part, fold in zip(parts, folds, strict=True))
+    return Validated(whole, folds, float(np.sqrt(squared / sum(part.count for part in parts))))
 
 
 @dataclass(frozen=True, eq=False)
 class Constants:
     """What a solution says of material and load, and how surely.
 
-    Attributes:
-        solution: Ratios that nothing bounds from below are at the stiff end of their range.
-        damping: c/k.
-        mass: m/k.
-        load_intervals: Of p₁ … p_R.
-        material: None where neither ratio matters.
+    Ratios that nothing bounds from below are at the stiff end of their range in the solution; there
+    is no material where neither ratio matters.
     """
 
     solution: Solution
@@ -155,9 +131,9 @@ class Constants:
     material: Material | None
 
 
-def constants(validated: Validated) -> Constants:
+def constants(fitted: Validated) -> Constants:
     """Intervals of a solution; constants that may be as small as you like are made so."""
-    whole = validated.whole
+    whole = fitted.whole
     objective, optimum = whole.objective, whole.optimum
     allowed = optimum.cost + slack(objective, optimum)
     free = objective.free.copy()
@@ -173,7 +149,7 @@ def constants(validated: Validated) -> Constants:
     ratios = []
     for index, (low, high) in enumerate(ends):
         known = np.isfinite(low) and np.isfinite(high)
-        refits = [float(np.exp(fold.optimum.point[index])) for fold in validated.folds]
+        refits = [float(np.exp(fold.optimum.point[index])) for fold in fitted.folds]
         ratios.append(
             Ratio(
                 float(np.exp(optimum.point[index])) if known else None,
@@ -203,14 +179,7 @@ def fit_curves(
 ) -> tuple[CurveFit, ...]:
     """Each curve fitted alone: do all parts of a face have one material and one load?
 
-    Args:
-        sums: For each motion, the sums of each curve.
-        curves: The curves.
-        degree: Degree of the loads.
-        closure: Time law of the means.
-        starts: Starts of each fit.
-        diameter: D.
-        say: Called with the name of each curve.
+    Of each motion, the sums of each curve are given.
     """
     found = []
     for number, curve in enumerate(curves):
@@ -223,9 +192,9 @@ def fit_curves(
         if not moving:
             found.append(CurveFit(name, None, _UNKNOWN, _UNKNOWN, 0.0, 0.0, float("nan")))
             continue
-        validated = Repetitions.of(moving, degree + 1).validated(degree, closure, starts)
-        known = constants(validated)
-        together = validated.whole.objective.sums
+        fitted = validated([LawSums.of(p, degree + 1) for p in moving], degree, closure, starts)
+        known = constants(fitted)
+        together = fitted.whole.objective.sums
         linear = np.zeros_like(together.aims)
         linear[:, 0] = 1.0
         found.append(
@@ -236,7 +205,7 @@ def fit_curves(
                 known.mass,
                 known.solution.rms / diameter,
                 float(np.sqrt(together.misfit(linear) / together.count)) / diameter,
-                validated.left_out_rms / diameter,
+                fitted.left_out_rms / diameter,
             )
         )
     return tuple(found)

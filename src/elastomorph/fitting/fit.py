@@ -15,13 +15,13 @@ from elastomorph.errors import MeshError, ParameterError, TimeLawWarning, Topolo
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
 from elastomorph.fitting.cross_validation import (
     Constants,
-    Repetitions,
     Solution,
     Validated,
     constants,
     fit_curves,
+    validated,
 )
-from elastomorph.fitting.modal_sums import ModalSums, curve_sums
+from elastomorph.fitting.modal_sums import LawSums, ModalSums, curve_sums
 from elastomorph.fitting.objective import Objective
 from elastomorph.fitting.results import Errors, Fit
 from elastomorph.model.mesh import require_same_topology
@@ -140,11 +140,11 @@ def _by_degree(
 ) -> dict[int, Validated]:
     """The loads of the degree asked for, or of all, on the sums of each motion's curves."""
     degrees = DEGREES if degree is None else (degree,)
-    faces = Repetitions.of([ModalSums.joined(parts) for parts in sums], max(degrees) + 1)
+    motions = [LawSums.of(ModalSums.joined(parts), max(degrees) + 1) for parts in sums]
     found = {}
-    for each in _with_enough_frames(faces, degrees, closure):
+    for each in _with_enough_frames(motions, degrees, closure):
         say(f"fitting loads of degree {each}")
-        found[each] = faces.validated(each, closure, starts)
+        found[each] = validated(motions, each, closure, starts)
     return found
 
 
@@ -199,15 +199,15 @@ def _along(takes: Sequence[MeshSequence], network: CurveNetwork) -> CurveVertice
 
 
 def _with_enough_frames(
-    repetitions: Repetitions, degrees: Sequence[int], closure: str
+    motions: Sequence[LawSums], degrees: Sequence[int], closure: str
 ) -> tuple[int, ...]:
     """The degrees with no more parameters than frames, also when one motion is left out.
 
     Refused where that is no degree but the first, which has no parameters, or not the one given.
     """
-    frames = [part.frames for part in repetitions.parts]
+    frames = [motion.frames for motion in motions]
     least = sum(frames) - (max(frames) if len(frames) > 1 else 0)
-    needed = {r: int(Objective(repetitions.parts[0], r, closure).free.sum()) for r in degrees}
+    needed = {r: int(Objective(motions[0], r, closure).free.sum()) for r in degrees}
     enough = tuple(r for r in degrees if needed[r] <= least)
     if not sum(frames) or not enough or (enough == (1,) and len(degrees) > 1):
         wanted = max(min((n for n in needed.values() if n), default=1), 1)
@@ -272,12 +272,7 @@ def _method_errors(
 
 
 def _pooled(errors: NDArray[np.float64], frames: NDArray[np.integer]) -> tuple[Errors, ...]:
-    """Errors over several motions: RMS over all (motions,) frames, the mean of LME and LAE.
-
-    Args:
-        errors: (motions, 3, 3) as `_errors` gives them.
-        frames: (motions,) frames between first and last.
-    """
+    """Over motions with so many inner frames: RMS of all frames, the mean of LME and LAE."""
     rms = np.sqrt(np.average(errors[:, :, 0] ** 2, axis=0, weights=frames))
     means = errors[frames > 0, :, 1:].mean(axis=0)
     return tuple(

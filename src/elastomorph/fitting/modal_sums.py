@@ -63,12 +63,7 @@ class ModalSums:
 
 
 def curve_sums(motion: MeshSequence, curves: Sequence[Curve]) -> list[ModalSums]:
-    """The sums of every curve in one motion.
-
-    Args:
-        motion: T + 2 frames.
-        curves: The curves; open ones have cosine modes, closed ones Fourier modes.
-    """
+    """The sums of every curve in one motion: cosine modes of open, Fourier modes of closed."""
     found = []
     start = motion.frames[0]
     for curve in curves:

@@ -29,13 +29,7 @@ _SOFT = 1e3
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """What a fit makes small.
-
-    Attributes:
-        sums: The motions.
-        degree: R of the load.
-        closure: Time law of the means.
-    """
+    """What a fit makes small for some motions: the load has this degree, the means this closure."""
 
     sums: LawSums
     degree: int

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +19,8 @@ _LARGEST_STEP = 1.0
 _BISECTIONS = 12
 
 
-@dataclass(frozen=True, eq=False)
-class Optimum:
-    """A point and its cost.
-
-    Attributes:
-        point: (R + 1,) see `elastomorph.fitting.objective`.
-        cost: Misfit and penalty there.
-    """
+class Optimum(NamedTuple):
+    """A point, (R + 1,) as in `elastomorph.fitting.objective`, with its misfit and penalty."""
 
     point: NDArray[np.float64]
     cost: float
@@ -79,14 +73,7 @@ def best_load(objective: Objective) -> Optimum:
 def solve(
     objective: Objective, *, starts: int = 8, near: Sequence[NDArray[np.float64]] = ()
 ) -> Optimum:
-    """The best point found from several starts.
-
-    Args:
-        objective: What to make small.
-        starts: How many materials of a logarithmic grid to start from: the best of them that are
-            well apart.
-        near: Further starts.
-    """
+    """The best point from the stiff limit, from `near`, and the best of a grid of materials."""
     stiff = best_load(objective)
     free = objective.free
     if not free[:2].any():
@@ -133,11 +120,7 @@ def slack(objective: Objective, optimum: Optimum) -> float:
 
 
 def interval(objective: Objective, optimum: Optimum, index: int) -> tuple[float, float]:
-    """Where one parameter may be while the others adapt (profile likelihood).
-
-    Returns:
-        Lowest and highest value around the optimum; infinite where nothing bounds it.
-    """
+    """Where one parameter may be while the others adapt (profile likelihood), maybe infinite."""
     if not objective.free[index]:
         return -np.inf, np.inf
     free = objective.free.copy()

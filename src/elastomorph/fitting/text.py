@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import fields, is_dataclass
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from elastomorph.evaluation.summary import same
 from elastomorph.fitting.objective import EXCURSION
+from elastomorph.fitting.results import Ratio
+from elastomorph.physics import Load
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from elastomorph.fitting.results import CurveFit, Fit, Ratio
+    from elastomorph.fitting.results import CurveFit, Fit
 
 # An interval wider than this factor is called wide.
 _WIDE = 10.0
@@ -122,60 +127,39 @@ def ratio_words(ratio: Ratio) -> str:
     return words
 
 
+_FACTS = """
+    material load load_intervals degree degree_chosen_by=chosen degree_rms=degree_errors closure
+    damping mass method=method.label excursion in_sample left_out left_out_rms beats_linear
+    beats_ease conclusions per_curve motions frames curves vertices diameter
+"""
+"""The keys of a fit as plain values, with what they show where it has another name."""
+
+
 def fit_facts(fit: Fit) -> dict[str, Any]:
     """Everything found, as plain values; what is infinite or unknown is None."""
-    material = fit.material
-    return {
-        "material": None if material is None else asdict(material),
-        "load": list(fit.load.coefficients),
-        "load_intervals": [[_finite(low), _finite(high)] for low, high in fit.load_intervals],
-        "degree": fit.degree,
-        "degree_chosen_by": fit.chosen,
-        "degree_rms": {str(degree): rms for degree, rms in fit.degree_errors.items()},
-        "closure": fit.closure,
-        "damping": _ratio_facts(fit.damping),
-        "mass": _ratio_facts(fit.mass),
-        "method": fit.method.label,
-        "excursion": fit.excursion,
-        "in_sample": [asdict(errors) for errors in fit.in_sample],
-        "left_out": [asdict(errors) for errors in fit.left_out],
-        "left_out_rms": fit.left_out_rms.tolist(),
-        "beats_linear": fit.beats_linear,
-        "beats_ease": fit.beats_ease,
-        "conclusions": conclusions(fit),
-        "per_curve": [
-            {
-                "name": one.name,
-                "load": None if one.load is None else list(one.load.coefficients),
-                "damping": _ratio_facts(one.damping),
-                "mass": _ratio_facts(one.mass),
-                "rms": one.rms,
-                "linear_rms": one.linear_rms,
-                "left_out_rms": _finite(one.left_out_rms),
-            }
-            for one in fit.per_curve
-        ],
-        "motions": fit.motions,
-        "frames": fit.frames,
-        "curves": fit.curves,
-        "vertices": fit.vertices,
-        "diameter": fit.diameter,
-    }
+    facts = {}
+    for fact in _FACTS.split():
+        key, _, name = fact.partition("=")
+        value = conclusions(fit) if key == "conclusions" else attrgetter(name or key)(fit)
+        facts[key] = _plain(value)
+    return facts
 
 
-def _ratio_facts(ratio: Ratio) -> dict[str, Any]:
-    return {
-        "value": ratio.value,
-        "low": ratio.low,
-        "high": _finite(ratio.high),
-        "identified": ratio.identified,
-        "reproducible": ratio.reproducible,
-        "refits": None if ratio.refits is None else list(ratio.refits),
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Ratio):
+        keys = ("value", "low", "high", "identified", "reproducible", "refits")
+        return {key: _plain(getattr(value, key)) for key in keys}
+    if isinstance(value, Load):
+        return _plain(value.coefficients)
+    if is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, dict):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(each) for each in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _degree(fit: Fit) -> str:
