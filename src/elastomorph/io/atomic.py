@@ -35,25 +35,13 @@ _GZIP = b"\x1f\x8b\x08"
 
 
 def require_name(path: object) -> None:
-    """Check that what should name a file can.
-
-    Raises:
-        ParameterError: It is neither a text nor a path.
-    """
+    """Check that what should name a file can."""
     if not isinstance(path, str | os.PathLike):
         raise ParameterError(f"a file is named by a text or a Path, found {type(path).__name__}")
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The content of a file.
-
-    Args:
-        path: An ordinary file; devices and pipes are refused, for they may never end.
-
-    Raises:
-        FileError: The file is missing, a folder, not an ordinary file, or may not be read.
-        FormatError: It is compressed with gzip, as no format that is read whole begins.
-    """
+    """The content of an ordinary file, not compressed; devices and pipes may never end."""
     with opened(path) as file:
         content = file.read()
     if content.startswith(_GZIP):
@@ -63,11 +51,7 @@ def read_bytes(path: str | Path) -> bytes:
 
 @contextmanager
 def opened(path: str | Path) -> Iterator[BinaryIO]:
-    """A file open for reading, for formats that jump to and fro in it.
-
-    Raises:
-        FileError: As `read_bytes`.
-    """
+    """A file open for reading, for formats that jump to and fro in it."""
     with ExitStack() as stack:
         try:
             mode = Path(path).stat().st_mode
@@ -86,11 +70,7 @@ def opened(path: str | Path) -> Iterator[BinaryIO]:
 
 
 def made_folder(path: str | Path) -> Path:
-    """A folder for results that was asked for by name, made with those above it if it is missing.
-
-    Raises:
-        FileError: A file is in the way, or the disk refuses.
-    """
+    """A folder for results that was asked for by name, made where it is missing."""
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -129,15 +109,8 @@ def size_of(path: str | Path) -> int:
 def replacing(path: str | Path) -> Iterator[BinaryIO]:
     """A file to write that takes the place of ``path`` once all of it is written.
 
-    On any error or interrupt nothing is left behind and the old file stays.
-
-    Args:
-        path: Where the file goes. Its folder must exist. A link is followed: the file it points
-            to is replaced and the link stays.
-
-    Raises:
-        FileError: The folder is missing, the path is a folder or a write-protected file, or the
-            disk refuses.
+    On any error or interrupt nothing is left behind and the old file stays. Its folder must exist.
+    Where the path is a link, the file it points to is replaced and the link stays.
     """
     with _temporary_beside(path) as temporary, temporary.open("wb") as file:
         yield file
@@ -151,9 +124,6 @@ def replacing_path(path: str | Path) -> Iterator[Path]:
 
     The temporary name lies in the same folder and has the suffix of ``path``. It exists as an
     empty file when it is handed over.
-
-    Raises:
-        FileError: As `replacing`, or the name was taken away instead of written.
     """
     with _temporary_beside(path) as temporary:
         yield temporary

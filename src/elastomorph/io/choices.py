@@ -24,11 +24,7 @@ def choice_to_json(choice: Choice | None) -> dict[str, Any] | None:
 
 
 def choice_from_json(content: Any) -> Choice | None:
-    """The choice in a file; None where nothing is said.
-
-    Raises:
-        ParameterError: It is damaged.
-    """
+    """The choice in a file; None where nothing is said."""
     if content is None:
         return None
     try:

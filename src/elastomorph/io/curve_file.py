@@ -32,21 +32,7 @@ _SHOWN = 40
 def read_curves(
     path: str | Path, vertex_count: int, vertex_names: Sequence[str] | None = None
 ) -> tuple[Curve, ...]:
-    """The curves in a file, checked against the mesh they are for.
-
-    Args:
-        path: A JSON file in either form.
-        vertex_count: Number of vertices V of the mesh.
-        vertex_names: Name of each vertex, for files that name markers instead of counting them.
-
-    Returns:
-        The curves in the order of the file; no vertex lies on two.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is not such a file, or names a vertex that does not exist or lies on a
-            curve already. The message names the curve and the vertex.
-    """
+    """The curves in a file, checked against the mesh they are for."""
     content = _parsed(path)
     entries = content
     if isinstance(content, dict):
@@ -80,15 +66,7 @@ def read_curves(
 
 
 def write_curves(path: str | Path, network: CurveNetwork) -> None:
-    """Write curves in the full form, one to a line.
-
-    Args:
-        path: The JSON file to write; replaced as a whole or not at all.
-        network: The curves.
-
-    Raises:
-        FileError: The file cannot be written.
-    """
+    """Write curves in the full form, one to a line."""
     lines = []
     for curve in network:
         entry: dict[str, Any] = {"vertices": curve.vertices.tolist(), "closed": curve.closed}

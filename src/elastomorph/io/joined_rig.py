@@ -87,15 +87,10 @@ class Placing:
 def placings(
     axes: NDArray[np.float64] | None, parts: Sequence[HasPlace], main: int = 0
 ) -> list[Placing]:
-    """How to place each mesh beside the main one.
+    """How to place each mesh beside the main one, which gives unit and origin.
 
-    Args:
-        axes: (3, 3) rows: right, up and front of the file; None keeps the main mesh unturned.
-        parts: The meshes.
-        main: Which of them gives unit and origin.
-
-    Raises:
-        MeshError: The transforms are beyond all numbers.
+    The rows of ``axes`` (3, 3) are right, up and front of the file; None leaves the main mesh as it
+    is turned.
     """
     try:
         return _placings(axes, parts, parts[main].matrix)
@@ -161,13 +156,6 @@ def joined_rig(parts: Sequence[RigPart], source: str) -> tuple[Mesh, dict[str, M
 
     Groups name the mesh of each polygon where there are several; of one mesh that stays where it
     is, everything is kept as it is. Polygons of a mesh that is mirrored are turned around.
-
-    Args:
-        parts: At least one.
-        source: The file they come from.
-
-    Raises:
-        MeshError: They do not form a mesh.
     """
     if len(parts) == 1 and parts[0].place.is_identity:
         return parts[0].mesh, dict(parts[0].morphs)
@@ -183,11 +171,7 @@ def joined_rig(parts: Sequence[RigPart], source: str) -> tuple[Mesh, dict[str, M
 
 
 def turned_corners(offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(C,) the corners of each polygon the other way around, from the same first one.
-
-    Args:
-        offsets: (F + 1,) where each polygon starts.
-    """
+    """(C,) the corners of each polygon the other way around, from the same first one."""
     sizes = np.diff(offsets)
     within = np.arange(offsets[-1]) - np.repeat(offsets[:-1], sizes)
     size = np.repeat(sizes, sizes)
@@ -260,13 +244,7 @@ def _joined_labels(labels: Iterable[tuple[FaceLabels | None, int]]) -> FaceLabel
 
 
 def _joined_morph(neutral: Mesh, name: str, moving: Sequence[tuple[slice, RigPart]]) -> Morph:
-    """What the morphs of one name do together; bends with the same curve are one.
-
-    Args:
-        neutral: All meshes.
-        name: The name.
-        moving: The parts with such a morph, and where their vertices are.
-    """
+    """What the morphs of one name do together; bends with the same curve are one."""
     target = neutral.vertices.copy()
     bends: dict[tuple[bytes, bytes], tuple[BendCurve, NDArray[np.float64]]] = {}
     used: list[Morph] = []

@@ -57,15 +57,7 @@ def note_output(final: Path) -> None:
 
 
 def require_no_input(path: str | Path, final: Path) -> None:
-    """Refuse to write over a file that was read.
-
-    Args:
-        path: What the user calls it.
-        final: What is replaced, links resolved.
-
-    Raises:
-        FileError: It was read by this command.
-    """
+    """Refuse to write over a file that was read."""
     if not _noted:
         return
     try:

@@ -32,11 +32,7 @@ class ListedMesh:
 
 
 def wanted_names(mesh: str | Sequence[str] | None) -> tuple[str, ...]:
-    """The names in an argument ``mesh=``; none means all meshes.
-
-    Raises:
-        ParameterError: An empty list of names.
-    """
+    """The names in an argument ``mesh=``; none means all meshes."""
     if mesh is None:
         return ()
     names = (mesh,) if isinstance(mesh, str) else tuple(mesh)
@@ -51,14 +47,6 @@ def chosen_meshes(
     """The places of the meshes to read, rising.
 
     Hidden meshes are taken where they are asked for, or where no other has blend shapes.
-
-    Args:
-        meshes: All meshes, in the order of the file.
-        wanted: Names; none for all.
-        need_shapes: Whether some mesh must have blend shapes where no names are given.
-
-    Raises:
-        ParameterError: There is no mesh of a name, or none has blend shapes; says what there is.
     """
     for name in wanted:
         if not any(name in mesh.names for mesh in meshes):

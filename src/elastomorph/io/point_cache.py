@@ -66,17 +66,9 @@ def write_mdd(
 ) -> None:
     """Write an MDD point cache, whole or not at all.
 
-    Args:
-        path: The file; its folder must exist.
-        frames: (T, V, 3) array, or anything that yields (V, 3) frames one by one; each may be
-            overwritten by the next, as those of ``chain.from_iterable(rig.stream(weights))``.
-        count: Number of frames, needed where ``frames`` has no length.
-        rate: Frames in a second.
-        start: Number of the first frame; frame i is at (start + i) / rate seconds.
-
-    Raises:
-        ParameterError: Frames that are not alike or not finite, or not as many as announced.
-        FileError: The file cannot be written.
+    Frames are (V, 3), at ``(start + i) / rate`` seconds, and come one by one or as (T, V, 3); each
+    may be overwritten by the next, as those of ``chain.from_iterable(rig.stream(weights))``. Their
+    number is needed where ``frames`` has no length.
     """
     _require_number("rate", rate, positive=True)
     _require_number("start", start)
@@ -99,19 +91,7 @@ def write_pc2(
     rate: float = 1.0,
     start: float = 0.0,
 ) -> None:
-    """Write a PC2 point cache, whole or not at all.
-
-    Args:
-        path: The file; its folder must exist.
-        frames: As for `write_mdd`.
-        count: As for `write_mdd`.
-        rate: Frames from one sample to the next; 1 is a sample each frame.
-        start: Number of the frame of the first sample.
-
-    Raises:
-        ParameterError: As for `write_mdd`.
-        FileError: The file cannot be written.
-    """
+    """As `write_mdd`, PC2: ``rate`` is frames from one sample to the next."""
     _require_number("rate", rate, positive=True)
     _require_number("start", start)
     total = _counted(frames, count)
@@ -123,12 +103,7 @@ def write_pc2(
 
 
 def read_mdd(path: str | Path) -> PointCache:
-    """The point cache in an MDD file.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is not MDD, was cut off, or holds numbers that are not finite.
-    """
+    """The point cache in an MDD file."""
     with opened(path) as file:
         size = file.seek(0, 2)
         file.seek(0)
@@ -147,12 +122,7 @@ def read_mdd(path: str | Path) -> PointCache:
 
 
 def read_pc2(path: str | Path) -> PointCache:
-    """The point cache in a PC2 file.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is not PC2, was cut off, or holds numbers that are not finite.
-    """
+    """The point cache in a PC2 file."""
     with opened(path) as file:
         size = file.seek(0, 2)
         file.seek(0)

@@ -20,16 +20,9 @@ _MOST_VERTICES = 1 << 24
 
 
 def read_region(region: str | Path) -> NDArray[np.int64]:
-    """Vertex indices from a file or from ranges.
+    """Vertex indices in a JSON file, ``[3, 4, 5]`` or ``{"vertices": […]}``, or in a text of ranges.
 
-    Args:
-        region: A JSON file with a list of indices, ``[3, 4, 5]`` or ``{"vertices": [3, 4, 5]}``;
-            or ranges in plain text, ``0-9408,11248``.
-
-    Raises:
-        FileError: The file cannot be read.
-        FormatError: The file is not a list of indices.
-        ParameterError: The ranges are not understood, or hold more than 16,777,216 vertices.
+    Ranges are such as ``0-9408,11248``, of 16,777,216 vertices at most.
     """
     text = str(region)
     if not text.lower().endswith(".json"):

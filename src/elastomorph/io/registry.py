@@ -133,11 +133,7 @@ def known_suffixes(formats: tuple[Format[Any], ...]) -> tuple[str, ...]:
 
 
 def format_of(path: str | Path, formats: tuple[Format[T], ...]) -> Format[T]:
-    """The format that the suffix of a path names; capitals do not matter.
-
-    Raises:
-        FormatError: The table has no such suffix.
-    """
+    """The format that the suffix of a path names; capitals do not matter."""
     require_name(path)
     suffix = Path(path).suffix.lower()
     for known in formats:
@@ -221,12 +217,7 @@ def _require_options(path: str | Path, options: Iterable[str], writer: Writer) -
 
 
 def writer_of(path: str | Path, formats: tuple[Format[Any], ...]) -> Writer:
-    """The function that writes the format a path names.
-
-    Raises:
-        FormatError: The suffix is unknown, or the format is only read.
-        MissingExtraError: The writer needs a package that is not installed.
-    """
+    """The function that writes the format a path names."""
     writable = tuple(known for known in formats if not known.read_only)
     suffix = Path(path).suffix.lower()
     if suffix in known_suffixes(formats) and suffix not in known_suffixes(writable):

@@ -86,10 +86,8 @@ class RigCache:
     ) -> RigCache | None:
         """The place for a rig, or None where it is not to be cached.
 
-        Args:
-            cache: True for the user's cache folder, a folder, or None or False for no cache.
-            folder: The folder of the meshes.
-            settings: All else that the rig depends on, but for the content of files.
+        ``cache`` is True for the user's cache folder, or a folder; ``settings`` are all that the
+        rig depends on but the content of files.
         """
         if cache is None or cache is False:
             return None
@@ -149,22 +147,13 @@ class RigCache:
 
 
 def content_digests(files: Sequence[Path]) -> tuple[str, ...]:
-    """The BLAKE2b digest of the content of each file.
-
-    Raises:
-        FileError: A file is missing or cannot be read.
-    """
+    """The BLAKE2b digest of the content of each file."""
     with ThreadPoolExecutor(min(_MOST_THREADS, os.cpu_count() or 1)) as threads:
         return tuple(threads.map(_digest_of_file, files))
 
 
 def settings_digest(*settings: object) -> str | None:
-    """A digest that differs wherever settings do, or None where they cannot be told apart.
-
-    Args:
-        *settings: Numbers, text, paths, arrays, curves, dataclasses, and lists and mappings of
-            them. Anything else gives None: a rig that depends on it cannot be cached.
-    """
+    """A digest that differs wherever settings do, or None where text cannot stand for them."""
     try:
         described = _described(settings)
     except _NotDescribableError:

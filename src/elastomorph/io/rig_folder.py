@@ -91,16 +91,8 @@ def read_rig(path: str | Path, *, method: str | Method | None = None, **options:
 def rig_as_stored(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
     """The rig in a file or a folder, or our own head, without a path where the source has none.
 
-    Args:
-        path: As for `read_rig`.
-        mesh: As for `read_rig`.
-
-    Returns:
-        The rig. Targets whose path the source leaves open are marked `elastomorph.Morph.bare`:
-        `elastomorph.rig.remade.with_paths` chooses one.
-
-    Raises:
-        ElastomorphError: As `read_rig`.
+    Targets whose path the source leaves open are marked `elastomorph.Morph.bare`;
+    `elastomorph.rig.remade.with_paths` chooses one.
     """
     beside: dict[str, Any] = {} if mesh is None else {"mesh": mesh}
     if str(path) == BUILT_IN:
@@ -182,14 +174,8 @@ def read_rig_folder(
 def find_rig_files(folder: str | Path, neutral: str | Path | None = None) -> RigFiles:
     """Which file of a folder is the neutral of a rig, and which are its targets.
 
-    Args:
-        folder: Where the files are.
-        neutral: File of the neutral, by its name in the folder (with or without suffix) or by its
-            path; by default the one that is called "neutral", or the only one with that word in
-            its name.
-
-    Raises:
-        FileError: No such folder, no neutral or several, no targets, or two of one name.
+    The neutral is named by its name in the folder, with or without suffix, or by its path; else it
+    is the file called "neutral", or the only one with that word in its name.
     """
     place = Path(folder)
     suffixes = known_suffixes(MESH_FORMATS)
@@ -216,11 +202,7 @@ def find_rig_files(folder: str | Path, neutral: str | Path | None = None) -> Rig
 
 
 def find_neutral(folder: str | Path) -> Path:
-    """The file of a folder that is the neutral of a rig by its name.
-
-    Raises:
-        FileError: No such folder, no neutral or several.
-    """
+    """The file of a folder that is the neutral of a rig by its name."""
     place = Path(folder)
     return _only_neutral(place, _meshes_in(place, known_suffixes(MESH_FORMATS)))
 
@@ -242,18 +224,7 @@ def _built(
 def read_targets(
     neutral: Mesh, files: Mapping[str, Path], say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Mesh]:
-    """The targets of a neutral, which share its polygons and labels.
-
-    Args:
-        neutral: The face at rest.
-        files: The file of each target by its name.
-        say: Told what is being done.
-
-    Raises:
-        FileError: A file is missing or cannot be read.
-        FormatError: A file is not what its format allows.
-        TopologyError: A target has other vertices or polygons than the neutral.
-    """
+    """The targets of a neutral, which share its polygons and labels."""
     targets: dict[str, Mesh] = {}
     for name, file in files.items():
         say(f"reading {file.name}, {len(targets) + 1} of {len(files)}")

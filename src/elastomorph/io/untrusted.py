@@ -51,11 +51,7 @@ class MemoryBudget:
         self._size += size
 
     def spend(self, amount: float) -> None:
-        """Count bytes of memory about to be used.
-
-        Raises:
-            FormatError: The file asks for more than it may.
-        """
+        """Count bytes of memory about to be used."""
         self._spent += amount
         allowed = allowed_memory(self._size)
         if self._spent > allowed:
@@ -77,13 +73,7 @@ class MemoryBudget:
         self.spend(_BYTES_OF_LOOKUP * entries * names)
 
     def spend_fields(self, vertices: int, fields: int, copies: int = 1) -> None:
-        """Count (V, 3) float64 fields, such as the targets and bends of a rig.
-
-        Args:
-            vertices: V.
-            fields: How many there are.
-            copies: How often each is held at the same time.
-        """
+        """Count (V, 3) float64 fields, such as the targets and bends of a rig."""
         self.spend_objects(fields)
         self.spend(_MORE_THAN_DENSE * 24 * vertices * fields * copies)
 
@@ -93,9 +83,6 @@ def naming_file(path: str | Path) -> Iterator[None]:
     """Raise a FormatError that names ``path`` where a mesh or sequence refuses what was read.
 
     Numbers from a file may be any; what comes of them is checked, so NumPy need not warn of them.
-
-    Raises:
-        FormatError: The content does not form a mesh or a sequence.
     """
     try:
         with np.errstate(all="ignore"):

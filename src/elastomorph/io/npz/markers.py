@@ -33,11 +33,7 @@ class MarkerTake:
 
 
 def holds_markers(path: str | Path) -> bool:
-    """Whether a file is an archive of markers rather than of a mesh in motion.
-
-    Raises:
-        FileError: It is an archive that cannot be read.
-    """
+    """Whether a file is an archive of markers rather than of a mesh in motion."""
     if Path(path).suffix.lower() != ".npz" or not is_file(path):
         return False
     with open_npz(path) as members:
@@ -45,15 +41,9 @@ def holds_markers(path: str | Path) -> bool:
 
 
 def read_marker_take(path: str | Path) -> MarkerTake:
-    """The markers of an ``.npz`` archive.
+    """The markers of an archive of (N,) ``names`` and (T, N, 3) positions, at a constant rate.
 
-    Args:
-        path: An archive with (N,) ``names`` and (T, N, 3) positions called ``positions``,
-            ``markers`` or ``stab``, rigid motion of the head removed, at a constant rate.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: The archive holds no such arrays.
+    The rigid motion of the head is removed from these.
     """
     with open_npz(path) as members:
         called = next((p for p in _POSITIONS if p in members.names), None)

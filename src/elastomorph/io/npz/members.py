@@ -50,16 +50,7 @@ class NpzMembers:
         )
 
     def array(self, name: str, kinds: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
-        """A member.
-
-        Args:
-            name: Its name.
-            kinds: The NumPy dtype kinds it may have, such as ``"f"`` or ``"iu"``.
-            shape: Its shape, with None for a length that is free.
-
-        Raises:
-            FormatError: It is missing, damaged, too large, or of another kind or shape.
-        """
+        """A member of one of these NumPy dtype kinds and of this shape; None is any length."""
         if name not in self.names:
             raise FormatError(self.path, f"there is no array '{name}'; found {self.listed()}")
         info = self._archive.getinfo(f"{name}.npy")
@@ -93,17 +84,7 @@ class NpzMembers:
     def whole(
         self, name: str, shape: tuple[int | None, ...], lowest: int = 0, highest: int | None = None
     ) -> NDArray[Any]:
-        """A member of whole numbers, such as indices or counts.
-
-        Args:
-            name: Its name.
-            shape: As for `array`.
-            lowest: The smallest number it may hold.
-            highest: The largest; None where any is fine.
-
-        Raises:
-            FormatError: As `array`, or a number is out of range.
-        """
+        """A member of whole numbers in a range, such as indices or counts."""
         values = self.array(name, "iu", shape)
         if values.size:
             least, most = int(values.min()), int(values.max())
@@ -118,11 +99,7 @@ class NpzMembers:
         return values
 
     def texts(self, name: str, count: int | None = None) -> list[str]:
-        """A member of texts, one after another; ``count`` of them, or any number.
-
-        Raises:
-            FormatError: As `array`.
-        """
+        """A member of texts, one after another; ``count`` of them, or any number."""
         found: list[str] = self.array(name, "U", (count,)).tolist()
         return found
 
@@ -141,16 +118,7 @@ class NpzMembers:
 
 @contextmanager
 def open_npz(path: str | Path, budget: MemoryBudget | None = None) -> Iterator[NpzMembers]:
-    """Open an archive to read its arrays.
-
-    Args:
-        path: The archive.
-        budget: Memory it may take; in proportion to its own size by default.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is not an archive of arrays, or reading one of them fails.
-    """
+    """Open an archive to read its arrays."""
     with opened(path) as file:
         own = budget or MemoryBudget(path, file.seek(0, os.SEEK_END))
         with _naming_damage(path):
@@ -160,11 +128,7 @@ def open_npz(path: str | Path, budget: MemoryBudget | None = None) -> Iterator[N
 
 
 def write_arrays(path: str | Path, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write arrays as an archive that is the same, byte for byte, whenever it is written.
-
-    Raises:
-        FileError: The file cannot be written.
-    """
+    """Write arrays as an archive that is the same, byte for byte, whenever it is written."""
     with replacing(path) as file:
         pack_arrays(file, arrays)
 

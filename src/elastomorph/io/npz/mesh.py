@@ -27,12 +27,7 @@ __all__ = ["read_npz", "read_npz_sequence", "write_npz", "write_npz_sequence"]
 
 
 def read_npz(path: str | Path) -> Mesh:
-    """The mesh in an archive.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is no archive, or its arrays are not those of a mesh.
-    """
+    """The mesh in an archive."""
     with open_npz(path) as members:
         if "vertices" not in members.names and "frames" in members.names:
             raise FormatError(
@@ -43,25 +38,12 @@ def read_npz(path: str | Path) -> Mesh:
 
 
 def write_npz(path: str | Path, mesh: Mesh) -> None:
-    """Write a mesh with all that belongs to it.
-
-    Args:
-        path: The file; its folder must exist. A file that is there is replaced at once.
-        mesh: The mesh.
-
-    Raises:
-        FileError: The file cannot be written.
-    """
+    """Write a mesh with all that belongs to it."""
     write_arrays(path, {"vertices": mesh.vertices, **surface_arrays(mesh)})
 
 
 def read_npz_sequence(path: str | Path) -> MeshSequence:
-    """The recorded motion in an archive.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is no archive, or its arrays are not those of a sequence.
-    """
+    """The recorded motion in an archive."""
     with open_npz(path) as members:
         if "frames" not in members.names and "vertices" in members.names:
             raise FormatError(path, "this holds one mesh, not a recorded motion; read it with read")
@@ -80,15 +62,7 @@ def read_npz_sequence(path: str | Path) -> MeshSequence:
 
 
 def write_npz_sequence(path: str | Path, sequence: MeshSequence) -> None:
-    """Write a recorded motion with the mesh it moves.
-
-    Args:
-        path: The file; its folder must exist. A file that is there is replaced at once.
-        sequence: The motion.
-
-    Raises:
-        FileError: The file cannot be written.
-    """
+    """Write a recorded motion with the mesh it moves."""
     motion = {
         "frames": sequence.frames,
         "times": sequence.times,
@@ -118,16 +92,7 @@ def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:
 
 
 def mesh_of(members: NpzMembers, vertices: NDArray[Any], source: str | Path | None = None) -> Mesh:
-    """The mesh of these positions and the polygons and labels of an archive.
-
-    Args:
-        members: The arrays of the archive.
-        vertices: (V, 3) positions.
-        source: The file that the mesh is said to come from; the archive by default.
-
-    Raises:
-        FormatError: An array is missing or does not fit the others.
-    """
+    """The mesh of (V, 3) positions and the polygons and labels of an archive."""
     path, names = members.path, members.names
     faces = Polygons([], [0])
     if "face_indices" in names or "face_offsets" in names:

@@ -43,12 +43,7 @@ _MOST_TERMS = 256
 
 
 def read_rig_npz(path: str | Path) -> Rig:
-    """The rig in an archive.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is no archive, or its arrays are not those of a rig.
-    """
+    """The rig in an archive."""
     with open_npz(path) as members:
         return rig_of_members(members)
 
@@ -120,15 +115,7 @@ def rig_arrays(rig: Rig) -> dict[str, NDArray[Any]]:
 
 
 def rig_of_members(members: NpzMembers, source: str | Path | None = None) -> Rig:
-    """The rig in an open archive.
-
-    Args:
-        members: Its arrays.
-        source: The file that the neutral is said to come from; the archive by default.
-
-    Raises:
-        FormatError: The arrays are not those of a rig.
-    """
+    """The rig in an open archive."""
     path = members.path
     _require_version(members)
     neutral = mesh_of(members, members.array("neutral", "fiu", (None, 3)), source)

@@ -29,18 +29,10 @@ def write_face_array(
     *,
     beside: Mapping[str, NDArray[np.generic]] | None = None,
 ) -> None:
-    """Write (S, V, 3) float32 faces that come in blocks; memory holds one block at a time.
+    """Write (S, V, 3) float32 faces that come in (s, V, 3) blocks, one in memory at a time.
 
-    Args:
-        path: ``.npy``: the faces alone. ``.npz``: the faces as ``vertices``, not compressed, and
-            what comes beside them.
-        blocks: (s, V, 3) arrays, S faces in all.
-        shape: (S, V, 3).
-        beside: Further arrays for ``.npz`` by name, such as the weights.
-
-    Raises:
-        FormatError: Another suffix, or the blocks do not make up S faces.
-        FileError: The file cannot be written.
+    ``.npy`` takes the faces alone, ``.npz`` the faces as ``vertices``, not compressed, and beside
+    them further arrays by name, such as the weights.
     """
     suffix = Path(path).suffix.lower()
     if suffix == ".npy":
@@ -75,17 +67,8 @@ def write_npz_take(path: str | Path, mesh: Mesh, frames: Blocks, times: ArrayLik
     """Write a take, whole or not at all, in the memory of one frame.
 
     The archive is a mesh file of the neutral with ``frames`` (T, V, 3) float32 and ``times`` (T,)
-    beside it: `read_sequence` reads the take, `read` the neutral.
-
-    Args:
-        path: The file; its folder must exist.
-        mesh: The neutral, with the polygons of all frames.
-        frames: T positions (V, 3); each is used before the next is asked for.
-        times: (T,) seconds.
-
-    Raises:
-        FileError: The file cannot be written.
-        ParameterError: There are more or fewer frames than times, or one has another shape.
+    beside it: `read_sequence` reads the take, `read` the neutral. Each frame is used before the
+    next is asked for.
     """
     when = np.asarray(times, dtype=np.float64)
     shape = mesh.vertices.shape

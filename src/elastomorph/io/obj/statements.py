@@ -127,11 +127,7 @@ class Statements:
 
 
 def plain_text(path: str | Path, content: bytes) -> bytes:
-    """The content with lines that end in LF.
-
-    Raises:
-        FormatError: It is no text in an encoding that extends ASCII.
-    """
+    """The content with lines that end in LF."""
     if content.startswith(_UTF16_MARKS):
         raise FormatError(path, "this is UTF-16 text; save the file as UTF-8")
     text = content.removeprefix(_UTF8_MARK)

@@ -87,11 +87,6 @@ def read_performance_csv(path: str | Path) -> Performance:
     """The performance in a file with a column ``time`` and one column a weight.
 
     The rate is that of the file as a whole, or of a standard one where it is that close.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is no such file, or nothing tells in which units its numbers are; the
-            message names the line.
     """
     return _plain(read_table(path))
 
@@ -221,17 +216,7 @@ class Units:
 def units_of(
     column: str, names: Sequence[str], times: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> Units:
-    """The units of a table.
-
-    Args:
-        column: Name of the column of times.
-        names: Names of the N columns of weights.
-        times: (T,) as in the file.
-        weights: (T, N) as in the file.
-
-    Raises:
-        AmbiguousUnitsError: They could be either.
-    """
+    """The units of a table of (T,) times and (T, N) weights as they stand in the file."""
     unchanged = np.ones(len(names))
     if column.casefold() == _AS_IT_IS:
         return Units(1.0, unchanged, ())

@@ -45,16 +45,7 @@ def is_livelink(table: CsvTable) -> bool:
 
 
 def livelink_performance(table: CsvTable, timecode_rate: float | None = None) -> Performance:
-    """The performance in a table.
-
-    Args:
-        table: The cells of the file.
-        timecode_rate: As for `read_livelink`.
-
-    Raises:
-        FormatError: As `read_livelink`.
-        ParameterError: As `read_livelink`.
-    """
+    """The performance in a table."""
     keys = [name.casefold() for name in table.header]
     for key, name in ((_TIMECODE, "Timecode"), (_COUNT, "BlendShapeCount")):
         if key not in keys:

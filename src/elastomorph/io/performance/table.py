@@ -59,12 +59,7 @@ class CsvTable:
 
 
 def read_table(path: str | Path) -> CsvTable:
-    """The cells of a file in UTF-8 whose columns are separated by commas, semicolons or tabs.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is empty or no such text, or its header has no names or one twice.
-    """
+    """The cells of a file in UTF-8 whose columns are separated by commas, semicolons or tabs."""
     text = _decoded(path, read_bytes(path))
     separator = _separator(text)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
@@ -98,16 +93,7 @@ def read_table(path: str | Path) -> CsvTable:
 
 
 def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDArray[np.float64]:
-    """(len(rows), len(columns)) finite numbers.
-
-    Args:
-        table: The cells.
-        columns: Indices of the columns.
-        rows: Indices of the rows.
-
-    Raises:
-        FormatError: A row is longer or shorter than the header, or a cell is no finite number.
-    """
+    """(len(rows), len(columns)) finite numbers."""
     width = len(table.header)
     cells: list[str] = []
     for row in rows:

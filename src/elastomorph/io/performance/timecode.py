@@ -164,17 +164,8 @@ def take_timing(timecodes: Sequence[Timecode], rate: float | None = None) -> Tak
     The numbers in a second are found where one second follows another. Drop-frame is taken for
     granted where a semicolon stands or the numbering jumps at full minutes as drop-frame does, if
     no number is there that it leaves out. A take that never comes to the next second counts in
-    sixtieths, as Live Link Face does. Past midnight the count goes on.
-
-    Args:
-        timecodes: T ≥ 1 timecodes in the order of recording.
-        rate: Frames in a second of the clock that the timecodes count, where it is known better:
-            29.97 without drop-frame looks just as 30.
-
-    Raises:
-        TimingError: The timecodes go back, a number is higher than any rate has, or there is a
-            gap of more than 100,000 frames.
-        ParameterError: The rate is none that timecode has.
+    sixtieths, as Live Link Face does. Past midnight the count goes on. ``rate`` is the frames in a
+    second of the clock where it is known better: 29.97 without drop-frame looks just as 30.
     """
     seconds = np.array([timecode.second for timecode in timecodes], dtype=np.int64)
     frames = np.array([timecode.frame for timecode in timecodes])

@@ -72,15 +72,7 @@ class PlyHeader:
 
 
 def read_header(path: str | Path, content: bytes) -> PlyHeader:
-    """The header of a PLY file.
-
-    Args:
-        path: The file as the user named it, for messages.
-        content: The whole file, or its beginning.
-
-    Raises:
-        FormatError: This is no PLY file, or a line of its header is not understood.
-    """
+    """The header of a PLY file."""
     newline = next((n for n in (b"\r\n", b"\n", b"\r") if content.startswith(b"ply" + n)), None)
     if newline is None:
         raise FormatError(path, "this is not a PLY file: it does not begin with the line 'ply'")

@@ -30,15 +30,7 @@ _LARGEST_INDEX = int(np.iinfo(np.int32).max)
 
 
 def read_ply(path: str | Path) -> Mesh:
-    """The mesh in a PLY file.
-
-    Args:
-        path: The file. Without an element ``face`` it is a set of points.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: The content is not PLY, was cut off, or is not a mesh.
-    """
+    """The mesh in a PLY file."""
     content = read_bytes(path)
     header = read_header(path, content)
     _require_mesh(path, header)

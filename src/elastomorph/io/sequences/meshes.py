@@ -95,20 +95,9 @@ def write_sequence(pattern: str | Path, sequence: MeshSequence) -> None:
 def write_face_files(
     pattern: str | Path, mesh: Mesh, blocks: Iterable[NDArray[np.floating]], *, first: int = 1
 ) -> int:
-    """Write each face of a stream into a file of its own, each file whole or not at all.
+    """Write (s, V, 3) blocks of faces, each face into a file of its own, whole or not at all.
 
-    Args:
-        pattern: ``face.####.obj``; the folder must exist.
-        mesh: The polygons and labels of all faces.
-        blocks: (s, V, 3) arrays of positions.
-        first: Number of the first face.
-
-    Returns:
-        How many files were written.
-
-    Raises:
-        FileError: The name has no run of #, or a file cannot be written.
-        FormatError: The suffix is unknown.
+    The pattern is as ``face.####.obj``, its folder must exist; returns the number of files.
     """
     frames = frame_pattern(pattern)
     write = writer_of(pattern, MESH_FORMATS)

@@ -51,11 +51,7 @@ class FramePattern:
         }
 
     def require_only(self, files: Collection[Path]) -> None:
-        """Refuse to write frames beside those of another motion, with which they would mix.
-
-        Raises:
-            FileError: Other files match the pattern than the ones to write.
-        """
+        """Refuse to write frames beside those of another motion, with which they would mix."""
         others = set(self.existing()) - set(files) if self.folder.is_dir() else set()
         if others:
             raise FileError(
@@ -81,11 +77,7 @@ class FrameFiles:
 
 
 def frame_pattern(pattern: str | Path) -> FramePattern:
-    """The pattern that a path with a run of # stands for.
-
-    Raises:
-        FileError: The name has no run of #, or several.
-    """
+    """The pattern that a path with a run of # stands for."""
     path = Path(pattern)
     runs = re.findall("#+", path.name)
     if len(runs) != 1:
@@ -104,15 +96,6 @@ def find_frames(pattern: str | Path, suffixes: Sequence[str]) -> FrameFiles:
     In a wildcard or a folder the frame number is the run of digits in which the names differ, or
     else the last run of digits. Frames that were taken at equal steps (10, 20, 30) leave nothing
     out.
-
-    Args:
-        pattern: ``scan.####.obj``, a wildcard with ``*``, ``?`` or ``[…]``, or a folder with mesh
-            files of one suffix.
-        suffixes: The suffixes that mesh files may have.
-
-    Raises:
-        FileError: No files, one file only, files without or with equal numbers, or a folder with
-            mesh files of several suffixes.
     """
     path = Path(pattern)
     if is_folder(path):

@@ -35,11 +35,7 @@ _LEAST_DIGITS = 4
 
 
 def holds_positions(path: str | Path) -> bool:
-    """Whether a take written there is positions, one row a frame, and not an animated rig.
-
-    Raises:
-        FormatError: The suffix is none of those that a take can have.
-    """
+    """Whether a take written there is positions, one row a frame, and not an animated rig."""
     name = Path(path).name
     suffix = Path(path).suffix.lower()
     if _is_folder(path) or ("#" in name and suffix in _MESHES) or suffix in _CACHES:
@@ -67,24 +63,6 @@ def write_take(
 
     A single file is written whole or not at all. Of numbered files each is, so that an interrupted
     take leaves the frames it had.
-
-    Args:
-        path: ``.glb``, ``.usd``, ``.usda``, ``.usdc``: the rig with its weights animated.
-            ``.mdd``, ``.pc2``, ``.npz``: positions. ``frame.####.obj`` or ``.ply``: a file a frame,
-            in a folder that exists. A folder, or a name that ends in ``/``: OBJ files in it; it is
-            made where it is missing.
-        rig: The rig.
-        performance: The weights; for positions, of an even rate (see `Performance.resampled`).
-        by: Which weights drive which sliders; found by name where it is left out.
-        clip: Keep the weights within 0 and 1.
-        watch: Given the frames of a take of positions, gives them on, to count them.
-        export: Options of the writer of an animated rig; the rate is that of the performance.
-
-    Raises:
-        FormatError: The suffix is unknown, or the format cannot hold the rig.
-        FileError: A file cannot be written, or frames of another take are in the way.
-        ParameterError: The match belongs to another recording or rig.
-        MissingExtraError: The format needs a package that is not installed.
     """
     suffix = Path(path).suffix.lower()
     seconds = performance.times - performance.times[0]
