@@ -24,7 +24,7 @@ from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, prepare, through
 from elastomorph.paths.region import blend_into_rest, laid_over, weights_inside
 from elastomorph.rig import Rig
-from elastomorph.rig.remade import bare_rig, extent_of
+from elastomorph.rig.build import bare_rig, extent_of
 
 __all__ = ["Part", "PathMaker", "rig_from_settings"]
 
@@ -146,7 +146,7 @@ class PathMaker:
     Args:
         settings: The settings.
         neutral: The face at rest.
-        extent: D of the rig, see `elastomorph.rig.remade.extent_of`; that of the neutral by
+        extent: D of the rig, see `elastomorph.rig.build.extent_of`; that of the neutral by
             default.
         part: Where paths follow the settings; everywhere by default.
 

@@ -238,7 +238,7 @@ def full_rig(
     from elastomorph.errors import ParameterError
     from elastomorph.io.registry import BUILT_IN
     from elastomorph.io.rig_folder import read_rig, rig_as_stored
-    from elastomorph.rig.remade import with_paths
+    from elastomorph.rig.build import with_paths
 
     settings = settings_of(path, None, method) if settings is None else settings
     if settings is not None:
@@ -279,7 +279,7 @@ def expression_rig(
     from elastomorph.io.registry import BUILT_IN
     from elastomorph.io.rig_folder import rig_as_stored
     from elastomorph.rig import Rig
-    from elastomorph.rig.remade import bare_rig, extent_of, with_paths
+    from elastomorph.rig.build import bare_rig, extent_of, with_paths
     from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
     settings = settings_of(path, None, method) if settings is None else settings

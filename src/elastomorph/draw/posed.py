@@ -15,8 +15,7 @@ from elastomorph.draw.sheet import Face, Style, face_sheet, legend_height, with_
 from elastomorph.draw.stage import Stage
 from elastomorph.errors import ParameterError
 from elastomorph.paths import Method
-from elastomorph.rig import Rig
-from elastomorph.rig.remade import with_paths as remade
+from elastomorph.rig import Rig, build
 from elastomorph.rig.timing import Timing
 
 Positions = NDArray[np.float64]
@@ -58,7 +57,7 @@ def with_paths(rig: Rig, method: Method | None, sliders: Mapping[str, float]) ->
         for name in rig.morphs
         if all(driver in sliders for driver in correctives.get(name, (name,)))
     ]
-    return remade(rig, method, names=moved)
+    return build.with_paths(rig, method, names=moved)
 
 
 def swing(count: int, timing: Timing, reach: float = 1.0) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ class Ratio:
         high: Infinity where nothing bounds it from above.
         refits: Its lowest and highest value when one motion after the other is left out.
     """
+
+    SHOWN: ClassVar = ("value", "low", "high", "identified", "reproducible", "refits")
 
     value: float | None
     low: float

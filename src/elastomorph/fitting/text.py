@@ -13,13 +13,12 @@ import numpy as np
 
 from elastomorph.evaluation.summary import same
 from elastomorph.fitting.objective import EXCURSION
-from elastomorph.fitting.results import Ratio
 from elastomorph.physics import Load
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from elastomorph.fitting.results import CurveFit, Fit
+    from elastomorph.fitting.results import CurveFit, Fit, Ratio
 
 # An interval wider than this factor is called wide.
 _WIDE = 10.0
@@ -148,13 +147,11 @@ def fit_facts(fit: Fit) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
-    if isinstance(value, Ratio):
-        keys = ("value", "low", "high", "identified", "reproducible", "refits")
-        return {key: _plain(getattr(value, key)) for key in keys}
     if isinstance(value, Load):
         return _plain(value.coefficients)
     if is_dataclass(value):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        shown = getattr(value, "SHOWN", None) or [field.name for field in fields(value)]
+        return {name: _plain(getattr(value, name)) for name in shown}
     if isinstance(value, dict):
         return {str(key): _plain(each) for key, each in value.items()}
     if isinstance(value, tuple | list):

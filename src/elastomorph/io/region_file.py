@@ -20,7 +20,7 @@ _MOST_VERTICES = 1 << 24
 
 
 def read_region(region: str | Path) -> NDArray[np.int64]:
-    """Vertex indices in a JSON file, ``[3, 4, 5]`` or ``{"vertices": […]}``, or in a text of ranges.
+    """Vertex indices in a JSON file, ``[3, 4]`` or ``{"vertices": […]}``, or in a text of ranges.
 
     Ranges are such as ``0-9408,11248``, of 16,777,216 vertices at most.
     """

@@ -27,7 +27,7 @@ from elastomorph.io.rig_cache import RigCache, content_digests
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
-from elastomorph.rig.remade import bare_rig, with_paths
+from elastomorph.rig.build import bare_rig, with_paths
 
 __all__ = [
     "RigFiles",
@@ -92,7 +92,7 @@ def rig_as_stored(path: str | Path, *, mesh: str | Sequence[str] | None = None) 
     """The rig in a file or a folder, or our own head, without a path where the source has none.
 
     Targets whose path the source leaves open are marked `elastomorph.Morph.bare`;
-    `elastomorph.rig.remade.with_paths` chooses one.
+    `elastomorph.rig.build.with_paths` chooses one.
     """
     beside: dict[str, Any] = {} if mesh is None else {"mesh": mesh}
     if str(path) == BUILT_IN:

@@ -14,7 +14,7 @@ from elastomorph.io.gltf import read_glb
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
-from elastomorph.rig.remade import with_paths
+from elastomorph.rig.build import with_paths
 from elastomorph.viewer.rig_scenes import comparison_start, rig_model
 from elastomorph.viewer.scene import Role, Scene, SceneModel
 

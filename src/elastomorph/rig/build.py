@@ -1,4 +1,4 @@
-"""The paths of a whole rig: made where only targets are known, or anew by a method."""
+"""Rigs built of bare targets, and the rig of another whose paths a method makes anew."""
 
 from __future__ import annotations
 

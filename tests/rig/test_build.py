@@ -12,7 +12,7 @@ from threadpoolctl import ThreadpoolController, threadpool_limits
 import elastomorph as em
 from elastomorph import blas_threads
 from elastomorph.paths.rotation import Turning
-from elastomorph.rig.remade import bare_rig, extent_of, with_paths
+from elastomorph.rig.build import bare_rig, extent_of, with_paths
 from small_meshes import grid
 
 SIDE = 5
