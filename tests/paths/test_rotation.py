@@ -219,8 +219,6 @@ def test_loose_vertices_go_straight_and_are_named() -> None:
 def test_meshes_without_surface_are_refused_and_so_are_bad_arguments(face: em.Mesh) -> None:
     with pytest.raises(em.MeshError, match="has no surface"):
         METHOD.prepare(em.Mesh(np.eye(3)))
-    with pytest.raises(em.ParameterError, match="rings"):
-        rotation.rotation_path(face, face, rings=-1)
     with pytest.raises(em.TopologyError):
         rotation.rotation_path(face, em.Mesh(face.vertices))
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
-from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.errors import ElastomorphWarning
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.paths.bake import bake_polynomial
@@ -36,8 +36,6 @@ from elastomorph.paths.rotations.flips import without_flips
 __all__ = [
     "Arc",
     "Arcs",
-    "Positions",
-    "arc_path",
     "bent_path",
     "local_rotations",
     "neighbourhoods",
@@ -46,8 +44,6 @@ __all__ = [
 ]
 
 _RINGS = 12
-
-Positions = Callable[[float], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -65,11 +61,7 @@ class Arc(Method):
     tolerance: float = options.tolerance()
 
     def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
-        """A function from target to path.
-
-        Args:
-            neutral: The mesh at t = 0.
-            curves: They stand in for edges on a neutral without polygons.
+        """As `Method.prepare`; curves stand in for edges on a neutral without polygons.
 
         Raises:
             BakeError: A turn is too sharp to be stored.
@@ -85,16 +77,7 @@ class Arc(Method):
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """The arcs between two shapes, before they are stored.
-
-    Attributes:
-        neutral: The mesh at t = 0.
-        target: The mesh at t = 1.
-        around: The edges of the neutral.
-        rotations: Of its vertices.
-        moving: (V,) which of them move.
-        bend: The arcs of those that move.
-    """
+    """The arcs between two shapes, before they are stored: of the (V,) vertices that move."""
 
     neutral: Mesh
     target: Mesh
@@ -104,9 +87,9 @@ class Arcs:
     bend: ArcBend
 
     @classmethod
-    def of(cls, neutral: Mesh, target: Mesh, around: Neighbourhoods, rings: int = _RINGS) -> Arcs:
+    def of(cls, neutral: Mesh, target: Mesh, around: Neighbourhoods) -> Arcs:
         """Find the rotations of a target and its arcs."""
-        rotations = local_rotations(neutral, target, around, rings)
+        rotations = local_rotations(neutral, target, around, _RINGS)
         return cls._with(neutral, target, around, rotations)
 
     @classmethod
@@ -135,7 +118,7 @@ class Arcs:
         count = moments_needed(2.0 * float(self.bend.half.max(initial=0.0)))
         bend = PolynomialBend(at_nodes(self.bend.at, count), self.moving)
         return stored(
-            bend, self.neutral, self.target, tolerance, label, self.around, self.rotations
+            bend, self.neutral, self.target, self.around, self.rotations, tolerance, label
         )
 
 
@@ -143,49 +126,16 @@ def stored(
     bend: PolynomialBend,
     neutral: Mesh,
     target: Mesh,
-    tolerance: float,
-    label: str,
     around: Neighbourhoods,
     rotations: VertexRotations,
+    tolerance: float,
+    label: str,
 ) -> Morph:
     """A path as few bends, eased where polygons would turn over."""
     morph = bake_polynomial(
         bend.coefficients, bend.bent, neutral, target, tolerance=tolerance, method=label
     )
-    return without_flips(morph, around.adjacency, rotations.whole)
-
-
-def arc_path(
-    neutral: Mesh,
-    target: Mesh,
-    *,
-    rings: int = _RINGS,
-    around: Neighbourhoods | None = None,
-) -> Positions:
-    """The path on which every vertex turns by its local rotation, on a circular arc.
-
-        V(t) = V₀ + t d∥ + sin(tθ/2)/sin(θ/2) · Rot(a, (t - 1)θ/2) d⊥,   d = V₁ - V₀ = d∥ + d⊥
-
-    with axis a and angle θ of `vertex_rotations`. A part that moves rigidly
-    stays rigid; where nothing turns, the path is straight. Vertices without edges go straight.
-
-    Args:
-        neutral: The mesh at t = 0.
-        target: The mesh at t = 1.
-        rings: Rings of neighbours over which rotations are smoothed.
-        around: The edges of the neutral, if they are known.
-
-    Returns:
-        A function from t in [0, 1] to (V, 3) positions, exact at both ends.
-
-    Raises:
-        TopologyError: Neutral and target differ in vertices or polygons.
-        ParameterError: `rings` is negative.
-    """
-    around = neighbourhoods(neutral) if around is None else around
-    arcs = Arcs.of(neutral, target, around, rings)
-    warn_of_loose(neutral, target, around)
-    return bent_path(neutral, target, arcs.at)
+    return without_flips(morph, around, rotations.whole)
 
 
 def neighbourhoods(neutral: Mesh, curves: CurveNetwork | None = None) -> Neighbourhoods:
@@ -201,14 +151,14 @@ def local_rotations(
 ) -> VertexRotations:
     """The rotations that a path turns by."""
     require_same_topology(neutral, target)
-    if rings < 0:
-        raise ParameterError(f"rings must be a whole number ≥ 0, found {rings!r}")
     return vertex_rotations(
         neutral.vertices, target.vertices, around, diameter=neutral.diameter, rings=rings
     )
 
 
-def bent_path(neutral: Mesh, target: Mesh, bend: Positions) -> Positions:
+def bent_path(
+    neutral: Mesh, target: Mesh, bend: Callable[[float], NDArray[np.float64]]
+) -> Callable[[float], NDArray[np.float64]]:
     """V₀ + tΔ and a bend, counted from the nearer end so that both ends are exact."""
     start, end = neutral.vertices, target.vertices
     chords = end - start

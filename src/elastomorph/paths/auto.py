@@ -70,8 +70,7 @@ class Auto(Method):
 
         Args:
             neutral: The mesh at t = 0.
-            curves: What joins the vertices of a neutral without polygons; they go straight
-                otherwise.
+            curves: What joins the vertices of a neutral without polygons.
             extent: D, which ``straight_within`` is a fraction of; ``neutral.diameter`` by default.
 
         Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.polynomial import chebyshev
+from numpy.polynomial import Chebyshev, Polynomial, chebyshev
 from numpy.typing import NDArray
 
 from elastomorph.blas_threads import one_blas_thread
@@ -15,11 +15,17 @@ from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
 
-__all__ = ["bake", "bake_polynomial", "bend_basis"]
+__all__ = ["bake", "bake_polynomial", "bend_basis", "chebyshev_nodes"]
+
+
+def chebyshev_nodes(count: int) -> NDArray[np.float64]:
+    """(count,) times at which a polynomial of that many coefficients is sampled."""
+    return np.asarray((1 - np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2)
+
 
 _MOST_BENDS = 15
 _COUNT = _MOST_BENDS + 2
-_NODES = (1 - np.cos(np.pi * (np.arange(_COUNT) + 0.5) / _COUNT)) / 2
+_NODES = chebyshev_nodes(_COUNT)
 # Between the nodes and close to the ends, where a polynomial fit is worst.
 _CHECKS = (1 - np.cos(np.pi * np.arange(1, 2 * _COUNT) / (2 * _COUNT))) / 2
 # Vertices whose errors are compared at once.
@@ -92,19 +98,7 @@ def bake_polynomial(
     tolerance: float,
     method: str,
 ) -> Morph:
-    """`bake` for a bend that is known as a polynomial, without a look at every moment.
-
-    Args:
-        coefficients: (N, M, 3) of the bend of M vertices in the functions of `bend_basis`.
-        bent: (V,) which vertices these are; the others go straight.
-        neutral: The mesh at t = 0.
-        target: The mesh at t = 1.
-        tolerance: As in `bake`.
-        method: As in `bake`.
-
-    Raises:
-        BakeError: The tolerance is not reached with 15 bends.
-    """
+    """`bake` for (N, M, 3) coefficients in `bend_basis` of the M vertices in (V,) `bent`."""
     degree = len(coefficients) - 1
     at_nodes, at_checks = bend_basis(_NODES, degree), bend_basis(_CHECKS, degree)
     found, error = _fewest_bends(
@@ -136,12 +130,8 @@ def _fewest_bends(
 ) -> tuple[NDArray[np.float64], float]:
     """The fewest bends on t², t³, … and what they leave, as a fraction of D.
 
-    Args:
-        values: (R, M, 3) numbers that determine the bend.
-        at_nodes: (17, R) what the bend at the nodes is of them.
-        at_checks: (33, R) the same at the times at which errors are measured.
-        scale: D.
-        tolerance: The error to stay below, as a fraction of D.
+    (R, M, 3) values times (17, R) `at_nodes` are the bend at the nodes, times (33, R) `at_checks`
+    that at the times at which errors are measured.
     """
     lengths = np.linalg.norm(values, axis=2)
     best = np.inf
@@ -169,10 +159,8 @@ def _powers(degree: int) -> NDArray[np.float64]:
     """
     rows = np.zeros((degree + 1, degree + 1))
     for j in range(degree + 1):
-        in_t = np.polynomial.Chebyshev.basis(j, domain=[0, 1]).convert(
-            kind=np.polynomial.Polynomial
-        )
-        coefficients = (np.polynomial.Polynomial([0.0, 1.0, -1.0]) * in_t).coef
+        in_t = Chebyshev.basis(j, domain=[0, 1]).convert(kind=Polynomial)
+        coefficients = (Polynomial([0.0, 1.0, -1.0]) * in_t).coef
         rows[j, : len(coefficients) - 2] = coefficients[2:]
     return rows
 
@@ -180,13 +168,7 @@ def _powers(degree: int) -> NDArray[np.float64]:
 def _largest(
     rows: NDArray[np.float64], values: NDArray[np.float64], lengths: NDArray[np.float64]
 ) -> float:
-    """The longest vector of rows · values; few vertices can have it, and only they are tried.
-
-    Args:
-        rows: (T, R).
-        values: (R, M, 3).
-        lengths: (R, M) of the values.
-    """
+    """The longest of (T, R) rows · (R, M, 3) values; only vertices that can have it are tried."""
     bound = np.abs(rows).max(axis=0) @ lengths
     most = 0.0
     candidates = np.argsort(-bound)[:64]

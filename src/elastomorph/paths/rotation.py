@@ -6,14 +6,17 @@ that do not move stay, and components that move rigidly follow their screw, both
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths.arc import (
-    Positions,
     bent_path,
     local_rotations,
     neighbourhoods,
@@ -50,11 +53,7 @@ class Rotation(Method):
     tolerance: float = options.tolerance()
 
     def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
-        """A function from target to path.
-
-        Args:
-            neutral: The mesh at t = 0.
-            curves: Not used: the path follows the surface.
+        """As `Method.prepare`; curves are not used: the path follows the surface.
 
         Raises:
             MeshError: The neutral has no polygon with an area.
@@ -72,15 +71,7 @@ class Rotation(Method):
 
 @dataclass(frozen=True, eq=False)
 class Turning:
-    """The least distorted path between two shapes, before it is stored.
-
-    Attributes:
-        neutral: The mesh at t = 0.
-        target: The mesh at t = 1.
-        around: The edges of the neutral.
-        rotations: Of its vertices.
-        equation: What the bend solves.
-    """
+    """The least distorted path between two shapes, before it is stored."""
 
     neutral: Mesh
     target: Mesh
@@ -90,15 +81,10 @@ class Turning:
 
     @classmethod
     def of(
-        cls,
-        neutral: Mesh,
-        target: Mesh,
-        around: Neighbourhoods,
-        surface: SurfaceEdges,
-        rings: int = _RINGS,
+        cls, neutral: Mesh, target: Mesh, around: Neighbourhoods, surface: SurfaceEdges
     ) -> Turning:
         """Find the rotations of a target; nothing is solved yet."""
-        rotations = local_rotations(neutral, target, around, rings)
+        rotations = local_rotations(neutral, target, around, _RINGS)
         equation = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
         return cls(neutral, target, around, rotations, equation)
 
@@ -106,39 +92,19 @@ class Turning:
         """The path as bends within a tolerance."""
         bend = self.equation.bend()
         return stored(
-            bend, self.neutral, self.target, tolerance, label, self.around, self.rotations
+            bend, self.neutral, self.target, self.around, self.rotations, tolerance, label
         )
 
 
 def rotation_path(
     neutral: Mesh,
     target: Mesh,
-    *,
-    rings: int = _RINGS,
     around: Neighbourhoods | None = None,
     surface: SurfaceEdges | None = None,
-) -> Positions:
-    """The path on which edges turn with their neighbourhoods, as nearly as all together can.
-
-    See `elastomorph.paths.rotations.least_distortion` for what is minimised.
-
-    Args:
-        neutral: The mesh at t = 0.
-        target: The mesh at t = 1.
-        rings: Rings of neighbours over which rotations are smoothed.
-        around: The edges of the neutral, if they are known.
-        surface: Its weighted edges, if they are known.
-
-    Returns:
-        A function from t in [0, 1] to (V, 3) positions, exact at both ends.
-
-    Raises:
-        TopologyError: Neutral and target differ in vertices or polygons.
-        MeshError: The neutral has no polygon with an area.
-        ParameterError: `rings` is negative.
-    """
+) -> Callable[[float], NDArray[np.float64]]:
+    """The path before it is stored: from t to (V, 3) positions, exact at both ends."""
     around = neighbourhoods(neutral) if around is None else around
     surface = SurfaceEdges.of(neutral) if surface is None else surface
-    turning = Turning.of(neutral, target, around, surface, rings)
+    turning = Turning.of(neutral, target, around, surface)
     warn_of_loose(neutral, target, around)
     return bent_path(neutral, target, turning.equation.bend().at)

@@ -8,7 +8,6 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 import elastomorph as em
 from elastomorph.evaluation.shape import ShapeProbe
@@ -19,8 +18,8 @@ from elastomorph.paths.rotations.flips import without_flips
 Sheet = Callable[[int, int], em.Mesh]
 
 
-def adjacency(mesh: em.Mesh) -> csr_array:
-    return Neighbourhoods.of(len(mesh.vertices), mesh.edges).adjacency
+def around(mesh: em.Mesh) -> Neighbourhoods:
+    return Neighbourhoods.of(len(mesh.vertices), mesh.edges)
 
 
 def pushed(mesh: em.Mesh, by: float) -> em.Morph:
@@ -40,7 +39,7 @@ def test_a_fold_is_eased_and_what_is_far_keeps_its_bend(sheet: Sheet) -> None:
     mesh = sheet(14, 14)
     morph = pushed(mesh, 2.5)
     assert max(flips(morph)) > 0
-    eased = without_flips(morph, adjacency(mesh))
+    eased = without_flips(morph, around(mesh))
     assert max(flips(eased)) == 0
     shares = eased.bends[0, :, 2] / 0.01
     assert shares.min() <= 0.5
@@ -52,22 +51,22 @@ def test_a_fold_is_eased_and_what_is_far_keeps_its_bend(sheet: Sheet) -> None:
 def test_a_path_without_flips_is_returned_as_it_is(sheet: Sheet) -> None:
     mesh = sheet(6, 6)
     morph = pushed(mesh, 0.3)
-    assert without_flips(morph, adjacency(mesh)) is morph
+    assert without_flips(morph, around(mesh)) is morph
 
 
 def test_parts_that_turn_as_a_whole_are_left_alone(sheet: Sheet) -> None:
     mesh = sheet(6, 6)
     morph = pushed(mesh, 2.5)
-    assert without_flips(morph, adjacency(mesh), [np.arange(len(mesh.vertices))]) is morph
+    assert without_flips(morph, around(mesh), [np.arange(len(mesh.vertices))]) is morph
 
 
 def test_nothing_bent_or_no_polygons_is_no_fold(sheet: Sheet) -> None:
     mesh = sheet(3, 3)
     straight = em.Morph(mesh, mesh, np.zeros((0, *mesh.vertices.shape)), ())
-    assert without_flips(straight, adjacency(mesh)) is straight
+    assert without_flips(straight, around(mesh)) is straight
     markers = em.Mesh(mesh.vertices)
     morph = pushed(markers, 2.0)
-    assert without_flips(morph, adjacency(markers)) is morph
+    assert without_flips(morph, around(markers)) is morph
 
 
 def new_folds(morph: em.Morph) -> int:
@@ -118,7 +117,7 @@ def test_no_polygon_turns_over_that_does_not_on_the_straight_line(
 ) -> None:
     """Not the neighbours of eased vertices either, by independent code at all 63 times."""
     morph = wild(sheet(9, 9), seed, size)
-    eased = without_flips(morph, adjacency(morph.neutral))
+    eased = without_flips(morph, around(morph.neutral))
     assert new_folds(eased) == 0
     shares = eased.bends[0, :, 0] / np.where(morph.bends[0, :, 0] == 0, 1, morph.bends[0, :, 0])
     assert (shares >= 0).all()
@@ -129,7 +128,7 @@ def test_what_cannot_be_halved_enough_goes_straight(sheet: Sheet) -> None:
     """A bend of 10⁹ edges is still too long after twelve halvings: nothing is left of it."""
     mesh = sheet(9, 9)
     morph = pushed(mesh, 1e9)
-    eased = without_flips(morph, adjacency(mesh))
+    eased = without_flips(morph, around(mesh))
     assert new_folds(eased) == 0
     assert not eased.bends[0, len(mesh.vertices) // 2].any()
     assert eased.bends.any()
@@ -139,5 +138,5 @@ def test_polygons_called_safe_do_not_turn_over(sheet: Sheet) -> None:
     """The bound is one: whatever turns over with full bends was looked at."""
     for seed in range(30):
         morph = wild(sheet(9, 9), seed, 0.02 * 1.2**seed)
-        unchanged = without_flips(morph, adjacency(morph.neutral)) is morph
+        unchanged = without_flips(morph, around(morph.neutral)) is morph
         assert unchanged == (new_folds(morph) == 0)

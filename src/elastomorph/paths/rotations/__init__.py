@@ -1,8 +1,7 @@
 """How the surface turns between two meshes, and the paths that turn with it."""
 
 from elastomorph.paths.rotations.bends import ArcBend, EdgeBend, PolynomialBend, moments_needed
-from elastomorph.paths.rotations.edge_equation import SurfaceEdges
-from elastomorph.paths.rotations.least_distortion import LeastDistortion
+from elastomorph.paths.rotations.least_distortion import LeastDistortion, SurfaceEdges
 from elastomorph.paths.rotations.quaternions import common_turns
 from elastomorph.paths.rotations.vertex_rotations import (
     Neighbourhoods,

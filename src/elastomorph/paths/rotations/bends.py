@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from elastomorph.paths.bake import bend_basis
+from elastomorph.paths.bake import bend_basis, chebyshev_nodes
 
 __all__ = ["ArcBend", "EdgeBend", "PolynomialBend", "at_nodes", "moments_needed"]
 
@@ -35,10 +35,7 @@ class ArcBend:
 
         x(t) - x₀ - t d = ½ (sin(uθ/2)/sin(θ/2) - u) d⊥ - sin(tθ/2) sin((1-t)θ/2)/sin(θ/2) a × d⊥
 
-    Attributes:
-        half: (N,) θ/2, below π.
-        across: (N, 3) d⊥.
-        turned: (N, 3) a × d⊥.
+    Kept are (N,) θ/2, below π, (N, 3) d⊥ and a × d⊥.
     """
 
     half: NDArray[np.float64]
@@ -47,12 +44,7 @@ class ArcBend:
 
     @classmethod
     def of(cls, chords: NDArray[np.float64], vectors: NDArray[np.float64]) -> ArcBend:
-        """Prepare for all times.
-
-        Args:
-            chords: (N, 3) d.
-            vectors: (N, 3) or (3,) rotation vectors θa, shorter than a full turn.
-        """
+        """Of (N, 3) chords d and (N, 3) or (3,) rotation vectors θa, shorter than a full turn."""
         angle, axis = _split(np.broadcast_to(vectors, chords.shape))
         turned = np.cross(axis, chords)
         return cls(angle / 2.0, np.cross(turned, axis), turned)
@@ -78,12 +70,7 @@ class EdgeBend:
 
     and so needs the rotation only, not S; it ends at e₁ whatever the rotation.
 
-    Attributes:
-        angle: (N,) θ.
-        start: (N, 3) e₀ across a.
-        end: (N, 3) e₁ across a.
-        start_turned: (N, 3) a × e₀.
-        end_turned: (N, 3) a × e₁.
+    Kept are (N,) θ, (N, 3) e₀ and e₁ across a, a × e₀ and a × e₁.
     """
 
     angle: NDArray[np.float64]
@@ -94,18 +81,9 @@ class EdgeBend:
 
     @classmethod
     def of(
-        cls,
-        starts: NDArray[np.float64],
-        ends: NDArray[np.float64],
-        vectors: NDArray[np.float64],
+        cls, starts: NDArray[np.float64], ends: NDArray[np.float64], vectors: NDArray[np.float64]
     ) -> EdgeBend:
-        """Prepare for all times.
-
-        Args:
-            starts: (N, 3) edges at t = 0.
-            ends: (N, 3) edges at t = 1.
-            vectors: (N, 3) or (3,) rotation vectors θa.
-        """
+        """Of (N, 3) edges at both ends and their (N, 3) or (3,) rotation vectors θa."""
         angle, axis = _split(np.broadcast_to(vectors, starts.shape))
         start_turned, end_turned = np.cross(axis, starts), np.cross(axis, ends)
         start, end = np.cross(start_turned, axis), np.cross(end_turned, axis)
@@ -145,9 +123,7 @@ _ACCURACY = 1e-9
 class PolynomialBend:
     """t(1 - t)·q(t) with a polynomial q in Chebyshev form: zero at both ends, as every bend is.
 
-    Attributes:
-        coefficients: (N, M, 3) of T_j(2t - 1) in q, of the vertices that bend.
-        bent: (V,) which of all vertices these are.
+    (N, M, 3) coefficients of T_j(2t - 1) in q are those of the vertices that (V,) `bent` names.
     """
 
     coefficients: NDArray[np.float64]
@@ -162,13 +138,8 @@ class PolynomialBend:
 
 
 def at_nodes(bend: Callable[[float], NDArray[np.float64]], count: int) -> NDArray[np.float64]:
-    """(count, M, 3) Chebyshev coefficients of q in t(1 - t)·q(t), from as many moments.
-
-    Args:
-        bend: (M, 3) what vanishes at both ends, at a time strictly between 0 and 1.
-        count: Number of nodes.
-    """
-    nodes = (1.0 - np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2.0
+    """(count, M, 3) Chebyshev coefficients of q, from as many moments of (M, 3) t(1 - t)·q(t)."""
+    nodes = chebyshev_nodes(count)
     values = np.stack([bend(float(t)) / (t * (1.0 - t)) for t in nodes])
     basis = chebyshev.chebvander(2.0 * nodes - 1.0, count - 1)
     return np.tensordot(np.linalg.inv(basis), values, axes=1)

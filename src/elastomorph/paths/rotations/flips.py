@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons, polygon_normals
+from elastomorph.paths.rotations.vertex_rotations import Neighbourhoods
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-__all__ = ["without_flips"]
 
 _TIMES = np.arange(1, 64) / 64
 # Rounds of halving; what still flips after them goes straight, with a ring more each round.
@@ -27,7 +26,7 @@ _ROUNDING = 1e-9
 
 
 def without_flips(
-    morph: Morph, adjacency: csr_array, whole: Sequence[NDArray[np.int64]] = ()
+    morph: Morph, around: Neighbourhoods, whole: Sequence[NDArray[np.int64]] = ()
 ) -> Morph:
     """The same path with smaller bends around polygons that flip in between.
 
@@ -35,13 +34,8 @@ def without_flips(
     target, at a time at which it does not on the straight line. The bends of its vertices are
     halved, those of the rings around reduced less and less, and the polygons that this touches are
     looked at again, until none flips at any of 63 times. Where twelve rounds are not enough,
-    vertices go straight. ``bake_error`` stays that of the path before.
-
-    Args:
-        morph: A path.
-        adjacency: (V, V) ones between neighbours.
-        whole: Vertices of parts that turn as a whole and so cannot flip; by half a turn, their
-            normals are at right angles to both ends in between.
+    vertices go straight. ``bake_error`` stays that of the path before. Parts that turn as a
+    ``whole`` cannot flip; by half a turn their normals are at right angles to both ends halfway.
     """
     faces = morph.neutral.faces
     if not len(morph.bends) or not len(faces):
@@ -55,9 +49,9 @@ def without_flips(
     while (flipped := _flipped(morph, check, share)).any():
         before = share.copy()
         if rounds < _ROUNDS:
-            share *= _easing(flipped, adjacency)
+            share *= _easing(flipped, around.adjacency)
         else:
-            share[_within(flipped, adjacency, rounds - _ROUNDS)] = 0.0
+            share[around.within(flipped, rounds - _ROUNDS)] = 0.0
         rounds += 1
         # Easing moves neighbours apart: what was safe with full bends need not be safe now.
         check = _touching(faces, bent & (share != before))
@@ -75,13 +69,6 @@ def _easing(flipped: NDArray[np.bool_], adjacency: csr_array) -> NDArray[np.floa
     return np.asarray(1.0 - 0.5 * rings / (_RINGS + 1))
 
 
-def _within(vertices: NDArray[np.bool_], adjacency: csr_array, rings: int) -> NDArray[np.bool_]:
-    reached = vertices.astype(np.float64)
-    for _ in range(rings):
-        reached = np.minimum(1.0, reached + adjacency @ reached)
-    return np.asarray(reached > 0)
-
-
 def _touching(faces: Polygons, vertices: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(F,) polygons with one of the vertices."""
     return np.asarray(np.logical_or.reduceat(vertices[faces.indices], faces.offsets[:-1]))
@@ -89,15 +76,7 @@ def _touching(faces: Polygons, vertices: NDArray[np.bool_]) -> NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """Some polygons of a morph, with the vertices they need and no others.
-
-    Attributes:
-        faces: The polygons, of the vertices below.
-        vertices: (N,) their vertices in the morph.
-        start: (N, 3) positions in the neutral.
-        end: (N, 3) in the target.
-        bends: (K, N, 3).
-    """
+    """Some polygons of a morph with the N vertices they need, which are (N,) `vertices` of it."""
 
     faces: Polygons
     vertices: NDArray[np.int64]

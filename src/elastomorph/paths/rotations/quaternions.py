@@ -7,15 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "aligned_with",
-    "common_turns",
-    "near_half_turn",
-    "nearest_quaternions",
-    "rotated",
-    "rotation_vectors",
-]
-
 # Prior for "no turn", as a part of the covariance: it decides only what the edges leave open.
 _PRIOR = 1e-10
 # Newton steps to the largest eigenvalue, how far the last of them may go, and the least product of
@@ -30,14 +21,8 @@ _LONGEST = 4.0 * np.pi / 3.0
 def nearest_quaternions(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
     """The rotations R that maximise tr(R·C), never a reflection: Horn, JOSA A 4(4), 1987.
 
-    Where a covariance leaves a turn open (all vectors on one line, or none), the smallest turn is
-    taken.
-
-    Args:
-        covariances: (N, 3, 3) C = Σ w e₀ e₁ᵀ of vectors before and after.
-
-    Returns:
-        (N, 4) unit quaternions (w, x, y, z) with w ≥ 0.
+    (N, 4) unit quaternions (w, x, y, z), w ≥ 0, for (N, 3, 3) C = Σ w e₀ e₁ᵀ of vectors before and
+    after. Where a covariance leaves a turn open (all on one line, or none), it is the smallest.
     """
     c = covariances
     size = np.sqrt(np.einsum("nij,nij->n", c, c))
@@ -100,11 +85,7 @@ def aligned_with(
 
     A quaternion and its negative lead to the same place, by a turn of θ and by one of 2π - θ the
     other way. Close to half a turn, which of them is shorter says nothing: the way of the others
-    is taken, unless it is longer than 240°.
-
-    Args:
-        quaternions: (N, 4) unit (w, x, y, z).
-        beside: (N, 4) or (1, 4) quaternions of any length.
+    is taken, unless it is longer than 240°. ``beside`` is (N, 4) or (1, 4), of any length.
     """
     across = np.sum(quaternions * beside, axis=1) < 0
     across &= near_half_turn(quaternions)
@@ -117,14 +98,7 @@ def near_half_turn(quaternions: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def rotation_vectors(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Axis times angle of each rotation, longer than π where w is negative.
-
-    Args:
-        quaternions: (N, 4) unit (w, x, y, z).
-
-    Returns:
-        (N, 3) rotation vectors, radians.
-    """
+    """(N, 3) axis times angle, radians, of (N, 4) rotations; longer than π where w < 0."""
     sine = np.linalg.norm(quaternions[:, 1:], axis=1)
     angle = 2.0 * np.arctan2(sine, quaternions[:, 0])
     # angle/sine → 2 for small turns, where (x, y, z) is half the rotation vector.
@@ -153,14 +127,7 @@ def common_turns(
     A part does so if a rigid motion carries it, up to a small residual, or an affine map: the
     rotation is then the polar factor of the map, none at all for a symmetric stretch.
 
-    Args:
-        start: (V, 3) positions in the neutral.
-        end: (V, 3) in the target.
-        parts: Vertices of each of P parts, none of them empty.
-        diameter: D of the whole mesh.
-
-    Returns:
-        (P, 4) unit quaternions (w, x, y, z), and (P,) whether the part turns by it as a whole.
+    (P, 4) unit quaternions (w, x, y, z) and (P,) whether the part turns by it as a whole.
     """
     if not parts:
         return np.zeros((0, 4)), np.zeros(0, dtype=bool)
@@ -198,9 +165,7 @@ def _affine(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """(P, 3, 3) the maps x → xA nearest to the motions, nothing across flat parts, and the ranks.
 
-    Args:
-        own: (P, 3, 3) Σ x₀ᵀ x₀.
-        joint: (P, 3, 3) Σ x₀ᵀ x₁.
+    `own` is Σ x₀ᵀ x₀, `joint` Σ x₀ᵀ x₁.
     """
     squares, axes = np.linalg.eigh(own)
     known = squares > _FLAT**2 * squares[:, -1:]

@@ -52,12 +52,7 @@ class Neighbourhoods:
 
     @classmethod
     def of(cls, count: int, edges: NDArray[np.integer]) -> Neighbourhoods:
-        """Prepare for the edges of a mesh.
-
-        Args:
-            count: V, vertices with and without edges.
-            edges: (E, 2) pairs of vertices, each once.
-        """
+        """Of V vertices, with and without edges, and (E, 2) edges, each once."""
         from scipy.sparse import coo_array, csr_array
 
         numbers, ends = np.tile(np.arange(len(edges)), 2), edges.T.ravel()
@@ -106,11 +101,6 @@ class VertexRotations:
 
         A few edges on a curve have some rotation even where one marker moves alone. It means
         something if it explains most of how they change: Σ ‖R e₀ - e₁‖² ≤ ¼ Σ ‖e₀ - e₁‖².
-
-        Args:
-            start: (V, 3) positions at t = 0.
-            end: (V, 3) positions at t = 1.
-            around: The edges.
         """
         before, after = (p[around.edges[:, 1]] - p[around.edges[:, 0]] for p in (start, end))
         turned = EdgeBend.of(before, after, self.of_edges(around.edges)).missed(before, after)
@@ -143,13 +133,6 @@ def vertex_rotations(
     edges count more than short ones and no angle has to be unwrapped. Edges that become longer or
     shorter by a factor s ≥ 1 count w = s⁻¹/(1 + (log s/0.3)²). Components that turn as a whole
     (`common_turns`) have one rotation.
-
-    Args:
-        start: (V, 3) positions at t = 0.
-        end: (V, 3) positions at t = 1.
-        around: The edges.
-        diameter: D.
-        rings: How many times the covariances are summed over the neighbours.
     """
     scale = diameter or 1.0
     before = (start[around.edges[:, 1]] - start[around.edges[:, 0]]) / scale
