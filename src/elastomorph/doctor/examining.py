@@ -104,38 +104,25 @@ def examine_rig(
 
 @dataclass(eq=False)
 class _Target:
-    """One target on its way through all checks.
+    """One target on its way through all checks."""
 
-    Attributes:
-        mesh: As it would be repaired: in order, then in unit and axes of the neutral.
-        reversed: (F,) polygons of the neutral that it runs the other way round.
-        done: What was done to it, in a few words each.
-        clean: As it should be, which a repair may not have been asked for; None until known.
-    """
-
-    mesh: Mesh
-    reversed: NDArray[np.bool_]
-    done: list[str]
-    clean: Mesh | None = None
+    mesh: Mesh  # as it would be repaired: in order, then in unit and axes of the neutral
+    reversed: NDArray[np.bool_]  # (F,) polygons of the neutral that it runs the other way round
+    done: list[str]  # in a few words each
+    clean: Mesh | None = None  # as it should be, which a repair may not have been asked for
 
 
 class _Examiner:
-    """One rig on its way through all checks.
-
-    Attributes:
-        neutral: The neutral, as it should be.
-        mesh: As it would be repaired.
-        done: What was done to it, in a few words each.
-        targets: Targets by file that still belong to the rig.
-        lost: Files of meshes that do not.
-    """
+    """One rig on its way through all checks."""
 
     def __init__(self, neutral: Mesh, file: str, settings: ExaminationSettings, say: Say) -> None:
         settings.require_vertices(neutral, file)
         self.file, self.settings, self.limits, self.say = file, settings, settings.thresholds, say
+        # The neutral as it should be, as it would be repaired, and what was done to it.
         self.neutral, self.mesh = Neutral(neutral, self.limits), neutral
         self.done: list[str] = []
         self.findings: list[Finding] = []
+        # Targets by file that still belong to the rig, and files of meshes that do not.
         self.targets: dict[str, _Target] = {}
         self.lost: list[str] = []
 
@@ -148,10 +135,8 @@ class _Examiner:
         """Every check; ``name_of`` tells the name of a target from its file."""
         self.say(f"examining {self.file}")
         self.findings += surface.examine_surface(self.neutral, self.file)
-        if self.settings.beam is not None:
-            self.findings += motion.examine_material(
-                self.neutral.mesh, self.file, self.settings.beam
-            )
+        if beam := self.settings.beam:
+            self.findings += motion.examine_material(self.neutral.mesh, self.file, beam)
         order = NeutralOrder(self.neutral.mesh, self.settings.seeds, self.limits.scale)
         files: list[str] = []
         for number, (given, target) in enumerate(targets):
@@ -173,13 +158,9 @@ class _Examiner:
         self.findings += shapes.baked_targets(self.neutral, clean, self.settings.sides, name_of)
         self._turn_inside_out()
         symmetric = self._compare_sides({name_of(file): file for file in files}, clean)
-        repaired = {
-            file: Repaired(own.mesh, tuple(own.done))
-            for file, own in self.targets.items()
-            if own.done
-        }
-        if self.done and self.file not in self.lost:
-            repaired[self.file] = Repaired(self.mesh, tuple(self.done))
+        made = [(file, own.mesh, own.done) for file, own in self.targets.items()]
+        made += [] if self.file in self.lost else [(self.file, self.mesh, self.done)]
+        repaired = {file: Repaired(mesh, tuple(done)) for file, mesh, done in made if done}
         return Examination(
             self.file,
             tuple(files),
@@ -201,12 +182,12 @@ class _Examiner:
             self.lost.append(file)
             return
         ordered = order.examine(target, file)
-        steps = [ordered]
-        if ordered.mesh is not None:
-            shape = placement.saved_as_deltas(self.neutral.mesh, ordered.mesh, file, self.limits)
-            steps += [] if shape is None else [shape]
+        steps, mesh = [ordered], ordered.mesh
+        if mesh is not None:
+            shape = placement.saved_as_deltas(self.neutral.mesh, mesh, file, self.limits)
+            if shape is not None:
+                steps, mesh = [ordered, shape], shape.mesh
         self.findings += [found for step in steps for found in step.findings]
-        mesh = steps[-1].mesh
         if mesh is None:
             self.lost.append(file)
             return
@@ -272,8 +253,7 @@ class _Examiner:
 
     def _examine_target(self, file: str, own: _Target) -> None:
         """What is wrong with a target in the order, unit and axes of the neutral."""
-        scrambled = shapes.scrambled_vertices(self.neutral, own.mesh, file)
-        if scrambled:
+        if scrambled := shapes.scrambled_vertices(self.neutral, own.mesh, file):
             self.findings += scrambled
             self.lost.append(file)
             del self.targets[file]

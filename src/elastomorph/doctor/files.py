@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from elastomorph.character import find_settings, read_settings
@@ -23,17 +24,7 @@ _MESHES, _RIGS = known_suffixes(MESH_FORMATS), known_suffixes(RIG_FORMATS)
 
 
 def rig_paths(paths: Sequence[str | Path]) -> tuple[Path, ...]:
-    """The neutral, then the targets.
-
-    Args:
-        paths: A folder with a neutral and its targets, a rig, settings of a character, or a
-            neutral and its targets.
-
-    Raises:
-        FileError: No such folder, no neutral in it or several, no targets.
-        FormatError: Settings that cannot be understood.
-        ParameterError: A folder, settings or a rig beside other paths, or a file twice.
-    """
+    """The neutral, then the targets, of a folder, a rig, settings of a character or files."""
     files = tuple(Path(path) for path in paths)
     if len(files) == 1:
         (only,) = files
@@ -71,8 +62,11 @@ def examine_files(
         say: Told what is being done.
 
     Raises:
-        FileError: As `rig_paths`, or a rig that cannot be read.
-        ParameterError: As `rig_paths` and `examine`.
+        FileError: No such folder, no neutral in it or several, no targets, or a rig that cannot
+            be read.
+        FormatError: Settings that cannot be understood.
+        ParameterError: A folder, settings or a rig beside other paths, a file twice, or as
+            `examine`.
         MissingExtraError: The format of a rig needs a package that is not installed.
     """
     neutral, *targets = rig_paths(paths)
@@ -98,16 +92,11 @@ def _rig(path: Path) -> Rig | None:
     if suffix not in (*_MESHES, *_RIGS) and path.is_file():
         found = f"unknown suffix {suffix!r}" if suffix else "the name has no suffix"
         raise FormatError(path, f"{found}; expected one of {', '.join(sorted({*_MESHES, *_RIGS}))}")
-    if suffix not in _RIGS:
-        return None
-    if suffix in _MESHES:
-        try:
+    if suffix in _MESHES and suffix in _RIGS:
+        with suppress(FormatError):
             read(path)
-        except FormatError:
-            pass
-        else:
             return None
-    return rig_as_stored(path)
+    return rig_as_stored(path) if suffix in _RIGS else None
 
 
 def _read_each(files: Sequence[Path]) -> Iterator[tuple[str, Mesh | ElastomorphError]]:
@@ -119,16 +108,7 @@ def _read_each(files: Sequence[Path]) -> Iterator[tuple[str, Mesh | ElastomorphE
 
 
 def read_seeds(text: str) -> tuple[tuple[int, int], ...]:
-    """Pairs of vertices that belong together.
-
-    Args:
-        text: ``12=40,13=41``, vertex of the neutral first; or a JSON file with [[12, 40], …].
-
-    Raises:
-        FileError: The file cannot be read.
-        FormatError: The file holds no pairs.
-        ParameterError: The text holds no pairs, or a vertex is in two of them.
-    """
+    """Pairs of vertices from ``12=40,13=41``, the neutral first, or a JSON file [[12, 40], …]."""
     if text.lower().endswith(".json"):
         try:
             content = json.loads(read_bytes(text))

@@ -38,19 +38,12 @@ _SAME: tuple[Axes, Axes] = ((0, 1, 2), (1, 1, 1))
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """How positions differ in unit and axes: there = factor · here[:, axes] · signs, nearly.
+    """How positions differ in unit and axes: there = factor · here[:, axes] · signs, nearly."""
 
-    Attributes:
-        factor: Sizes there over sizes here; exactly 1 where they are about the same.
-        unit: What the factor may mean; empty for a factor of no two units.
-        axes: Which of our axes is each of theirs.
-        signs: 1 or -1 for each of their axes.
-    """
-
-    factor: float
-    unit: str
-    axes: Axes
-    signs: Axes
+    factor: float  # sizes there over sizes here; exactly 1 where they are about the same
+    unit: str  # what the factor may mean; empty for a factor of no two units
+    axes: Axes  # which of our axes is each of theirs
+    signs: Axes  # 1 or -1 for each of their axes
 
     @property
     def same_axes(self) -> bool:
@@ -107,12 +100,7 @@ def frame_between(here: NDArray[np.float64], there: NDArray[np.float64], scale: 
     Sizes are compared between near vertices: an expression leaves most of them as far apart as they
     were, however far it opens the jaw, while another unit changes all by one factor. Axes are
     compared by which of the 48 signed permutations fits best in least squares, if the axes as they
-    are fit badly.
-
-    Args:
-        here: (N, 3) positions.
-        there: (N, 3) the same vertices elsewhere.
-        scale: Factors up to this are no change of unit.
+    are fit badly. Factors up to ``scale`` are no change of unit.
     """
     factor, unit = 1.0, ""
     ratio = _common_ratio(here, there)

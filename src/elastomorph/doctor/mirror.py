@@ -22,16 +22,11 @@ _SAMPLE = 2000
 
 @dataclass(frozen=True, eq=False)
 class Mirror:
-    """The mirror images of vertices.
+    """The mirror images of vertices."""
 
-    Attributes:
-        normal: (3,) unit normal of the plane.
-        distance: Of the plane from the origin, along the normal.
-        partner: (V,) the vertex on the other side; itself on the plane, -1 where none is known.
-    """
-
-    normal: NDArray[np.float64]
-    distance: float
+    normal: NDArray[np.float64]  # (3,) unit, of the plane
+    distance: float  # of the plane from the origin, along the normal
+    # (V,) the vertex on the other side; itself on the plane, -1 where none is known
     partner: NDArray[np.int64]
 
     def reflected(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -47,10 +42,8 @@ def find_mirror(neutral: Mesh) -> Mirror | None:
     """The plane of symmetry and which vertex is the mirror image of which.
 
     By connectivity where the polygons are symmetric, so that an asymmetric face does not matter;
-    otherwise by position, where nearly all vertices have a mirror image.
-
-    Returns:
-        The mirror, or None where the neutral is not symmetric enough to tell.
+    otherwise by position, where nearly all vertices have a mirror image. None where the neutral is
+    not symmetric enough to tell.
     """
     points, scale = neutral.vertices, neutral.diameter
     if not scale or not len(neutral.faces):

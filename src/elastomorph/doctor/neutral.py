@@ -21,30 +21,19 @@ STILL_SHARE = 0.25
 
 @dataclass(frozen=True, eq=False)
 class HalfEdges:
-    """Each polygon corner with the edge that leaves it.
-
-    Attributes:
-        faces: The polygons.
-        vertex_count: V.
-        start: (C,) int64 vertex of each corner.
-        end: (C,) vertex of the following corner.
-        following: (C,) the following corner of the polygon.
-        previous: (C,) the corner before.
-        twin: (C,) the one corner whose edge runs the other way; -1 at a border, and where more
-            than two polygons meet or two run the same way.
-        alike: (C,) how many corners have the same edge in the same direction, itself included.
-        against: (C,) how many have it in the other direction.
-    """
+    """Each polygon corner with the edge that leaves it; arrays are (C,)."""
 
     faces: Polygons
     vertex_count: int
-    start: NDArray[np.int64]
-    end: NDArray[np.int64]
-    following: NDArray[np.int64]
+    start: NDArray[np.int64]  # vertex of each corner
+    end: NDArray[np.int64]  # vertex of the following corner
+    following: NDArray[np.int64]  # corner of the same polygon
     previous: NDArray[np.int64]
+    # The one corner whose edge runs the other way; -1 at a border, and where more than two
+    # polygons meet or two run the same way.
     twin: NDArray[np.int64]
-    alike: NDArray[np.int64]
-    against: NDArray[np.int64]
+    alike: NDArray[np.int64]  # how many have the same edge in the same direction, itself included
+    against: NDArray[np.int64]  # how many have it in the other direction
 
     @classmethod
     def of(cls, faces: Polygons, vertex_count: int) -> HalfEdges:
@@ -88,16 +77,12 @@ class HalfEdges:
 
 
 class Neighbours:
-    """Which vertices are joined by an edge.
+    """Which vertices are joined by an edge (V, V), their number and mean length (V,).
 
-    Attributes:
-        adjacent: (V, V) ones where an edge is.
-        valence: (V,) number of neighbours, 1 where there are none.
-        edge: (V,) mean length of the edges of each vertex.
+    The number of neighbours, ``valence``, is 1 where there are none.
     """
 
     def __init__(self, mesh: Mesh) -> None:
-        """Look at the edges of a mesh."""
         count, edges = len(mesh.vertices), mesh.edges
         ends = np.concatenate([edges, edges[:, ::-1]])
         entries = (np.ones(len(ends)), (ends[:, 0], ends[:, 1]))
@@ -114,12 +99,7 @@ class Neighbours:
 
 
 class Neutral:
-    """A neutral with what checks of many targets need of it, made when it is first asked for.
-
-    Attributes:
-        mesh: The neutral.
-        limits: From where on to report.
-    """
+    """A neutral with what checks of many targets need of it, made when it is first asked for."""
 
     def __init__(self, mesh: Mesh, limits: Thresholds | None = None) -> None:
         self.mesh, self.limits = mesh, limits or Thresholds()

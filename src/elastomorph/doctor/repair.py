@@ -60,8 +60,18 @@ def repair(examination: Examination, folder: str | Path) -> Repair:
     """
     place = Path(folder)
     names = _names(examination, place)
-    _require_repairable(examination)
-    neutral = _as_it_should_be(examination, examination.neutral)
+    if examination.neutral in examination.beyond_repair:
+        raise ParameterError(
+            f"{examination.neutral} does not fit its targets and cannot be repaired, so there is "
+            "no rig to write; mend it first"
+        )
+    if examination.meshes and not examination.repaired:
+        raise ParameterError(
+            f"there is nothing to repair in {examination.neutral}, so nothing is written"
+        )
+    file, meshes = examination.neutral, examination.meshes
+    mended = examination.repaired.get(file)
+    neutral = mended.mesh if mended else meshes[file] if meshes else read(file)
     if not place.is_dir():
         try:
             place.mkdir()
@@ -73,28 +83,18 @@ def repair(examination: Examination, folder: str | Path) -> Repair:
         if file in examination.beyond_repair:
             continue
         if mended is None:
-            _copy(examination, file, place / name)
+            if meshes:
+                write(place / name, meshes[file])
+            else:
+                with replacing(place / name) as copy:
+                    copy.write(read_bytes(file))
             copied.append(file)
-            continue
-        why_not = _written(mended.mesh, place / name, neutral, examination, file)
-        if why_not:
+        elif why_not := _written(mended.mesh, place / name, neutral, examination, file):
             refused.append((file, why_not))
         else:
             repaired.append((file, mended.done))
     left_out = examination.beyond_repair
     return Repair(str(place), tuple(repaired), tuple(copied), left_out, tuple(refused))
-
-
-def _require_repairable(examination: Examination) -> None:
-    if examination.neutral in examination.beyond_repair:
-        raise ParameterError(
-            f"{examination.neutral} does not fit its targets and cannot be repaired, so there is "
-            "no rig to write; mend it first"
-        )
-    if examination.meshes and not examination.repaired:
-        raise ParameterError(
-            f"there is nothing to repair in {examination.neutral}, so nothing is written"
-        )
 
 
 def _names(examination: Examination, place: Path) -> dict[str, str]:
@@ -118,20 +118,6 @@ def _names(examination: Examination, place: Path) -> dict[str, str]:
                 f"--repair {place} is the folder of {file}; name another, so that nothing is lost"
             )
     return dict(zip(files, names, strict=True))
-
-
-def _as_it_should_be(examination: Examination, file: str) -> Mesh:
-    if file in examination.repaired:
-        return examination.repaired[file].mesh
-    return examination.meshes[file] if examination.meshes else read(file)
-
-
-def _copy(examination: Examination, file: str, goes_to: Path) -> None:
-    if examination.meshes:
-        write(goes_to, examination.meshes[file])
-        return
-    with replacing(goes_to) as copy:
-        copy.write(read_bytes(file))
 
 
 def _written(mesh: Mesh, goes_to: Path, neutral: Mesh, examination: Examination, file: str) -> str:

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from elastomorph.doctor.checks.surface import SurfaceFacts
-from elastomorph.doctor.findings import SEVERITIES, Examination, Finding, counted
+from elastomorph.doctor.findings import SEVERITIES, Examination, counted
 from elastomorph.doctor.repair import Repair
 
 _FILES_SHOWN = 12
+_ENTRY = ("name", "severity", "file", "line", "vertices", "message", "remedy", "link")
 
 
 def as_text(examination: Examination, repair: Repair | None = None) -> str:
@@ -56,7 +57,10 @@ def as_document(examination: Examination, repair: Repair | None = None) -> dict[
         },
         "symmetric": examination.symmetric,
         "counts": {severity: examination.count(severity) for severity in SEVERITIES},
-        "findings": [_entry(found) for found in examination.findings],
+        "findings": [
+            {name: getattr(found, name) for name in _ENTRY} | {"vertices": list(found.vertices)}
+            for found in examination.findings
+        ],
         "repair": repair
         and {
             "folder": repair.folder,
@@ -66,11 +70,6 @@ def as_document(examination: Examination, repair: Repair | None = None) -> dict[
             "refused": [{"file": file, "why": why} for file, why in repair.refused],
         },
     }
-
-
-def _entry(found: Finding) -> dict[str, Any]:
-    names = ("name", "severity", "file", "line", "vertices", "message", "remedy", "link")
-    return {name: getattr(found, name) for name in names} | {"vertices": list(found.vertices)}
 
 
 def _fact_lines(facts: SurfaceFacts) -> Iterator[str]:

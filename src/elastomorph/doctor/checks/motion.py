@@ -87,11 +87,7 @@ def _best_in_between(
 
 
 def examine_material(neutral: Mesh, file: str, beam: BeamSettings) -> list[Finding]:
-    """Try the material on every mode of every curve of the neutral.
-
-    Raises:
-        ParameterError: An order or a closure that does not exist.
-    """
+    """Try the material on every mode of every curve of the neutral."""
     network = extract_curves(neutral)
     curves = [(np.asarray(curve.vertices), curve.closed) for curve in network.curves]
     with warnings.catch_warnings(record=True) as caught:

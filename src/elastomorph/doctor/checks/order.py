@@ -41,10 +41,8 @@ _TAKEN_AWAY = (
 class NeutralOrder:
     """The order that all targets are compared with; prepared once.
 
-    Attributes:
-        neutral: The neutral.
-        seeds: Pairs (vertex of the neutral, vertex of a target in another order) that are known.
-        scale: Factor from which on sizes are another unit.
+    ``seeds`` are pairs (vertex of the neutral, vertex of a target in another order) that are known,
+    ``scale`` is the factor from which on sizes are another unit.
     """
 
     def __init__(
@@ -246,15 +244,8 @@ class NeutralOrder:
 def _rejoined(neutral: Mesh, target: Mesh, file: str, near: float) -> Outcome | None:
     """Look for vertices that were split or welded while the polygons stayed in their order.
 
-    Args:
-        neutral: The neutral.
-        target: A target with another number of vertices.
-        file: Its file.
-        near: Distance up to which positions are one.
-
-    Returns:
-        The target with the vertices of the neutral, or without a mesh where positions were lost;
-        None where the polygons do not tell.
+    Positions are one up to the distance ``near``. No mesh where positions were lost; None where the
+    polygons do not tell.
     """
     ours, theirs = neutral.faces.indices, target.faces.indices
     if not np.array_equal(neutral.faces.offsets, target.faces.offsets):

@@ -29,9 +29,8 @@ _NOISE = 1e-5
 def saved_as_deltas(neutral: Mesh, target: Mesh, file: str, limits: Thresholds) -> Outcome | None:
     """Whether a target in its order holds displacements, and the shape they make.
 
-    Returns:
-        The target with the neutral added, or no mesh where displacements are so large that they
-        are of another unit, and nothing says of which; None for a shape.
+    No mesh where displacements are so large that they are of another unit, and nothing says of
+    which; None for a shape.
     """
     scale, points = neutral.diameter, target.vertices
     if not scale or len(points) < 4:
@@ -71,11 +70,9 @@ def _is_unlike(neutral: Mesh, target: Mesh) -> bool:
 
 
 def common_frame(frames: Sequence[Frame]) -> Frame | None:
-    """How most targets differ from the neutral, all alike: then it is the neutral that differs.
+    """How more than half of the targets, two at least, differ from the neutral, all alike.
 
-    Returns:
-        The frame of more than half of the targets, two at least; None where there is none, or
-        where they have that of the neutral.
+    Then it is the neutral that differs. None where they do not.
     """
     alike = [sum(one.is_like(other) for other in frames) for one in frames]
     most = max(alike, default=0)
@@ -132,13 +129,7 @@ def steadied(neutral: Mesh, target: Mesh, file: str, limits: Thresholds) -> Outc
 
 
 def align(neutral: Mesh, target: Mesh, still: NDArray[np.int64]) -> Mesh:
-    """The target after the rigid motion that best brings chosen vertices back to the neutral.
-
-    Args:
-        neutral: The neutral.
-        target: A target in its order.
-        still: (N,) vertices that should not move, three or more and not on a line.
-    """
+    """The target after the rigid motion that best brings (N,) vertices back to the neutral."""
     motion, _ = fit_rigid(neutral.vertices[still], target.vertices[still])
     return target.with_vertices(_without(motion, target.vertices))
 

@@ -32,11 +32,7 @@ _FACES = 0.75
 
 
 def parse_sides(text: str) -> tuple[tuple[str, str], ...]:
-    """Sides from text such as ``_lft=_rgt,lf_=rt_``.
-
-    Raises:
-        ParameterError: A part is not two different words around one equals sign.
-    """
+    """Sides from text such as ``_lft=_rgt,lf_=rt_``."""
     sides = []
     for part in text.split(","):
         left, _, right = (word.strip() for word in part.partition("="))
@@ -101,13 +97,8 @@ def asymmetric_pairs(
 ) -> list[Finding]:
     """Left targets whose motion is not the mirror image of that of the right one.
 
-    Args:
-        neutral: The neutral.
-        targets: Targets by name.
-        files: File by name.
-        mirror: The mirror images of the vertices of the neutral.
-        pairs: Names of left and right targets.
-        faulty: Vertices by name that have a finding of their own, so that they are left out.
+    Targets and files are by name; vertices that are ``faulty``, with a finding of their own, are
+    left out.
     """
     found, limits = [], neutral.limits
     for names in pairs:
@@ -154,10 +145,7 @@ def swapped_sides(
     mirror: Mirror,
     pairs: Pairs,
 ) -> list[Finding]:
-    """Pairs whose left is where the right of most others is, or of the face itself.
-
-    Arguments as of `asymmetric_pairs`.
-    """
+    """Pairs whose left is where the right of most others is, or of the face itself."""
     heights = mirror.heights(neutral.mesh.vertices)
     clear = []
     for names in pairs:

@@ -18,16 +18,11 @@ from elastomorph.model.mesh import Mesh
 
 @dataclass(frozen=True)
 class SurfaceFacts:
-    """What a surface is made of; facts, not faults.
-
-    Attributes:
-        counts: Vertices, polygons, edges, pieces, borders, poles and sizes.
-        borders: Connected lines of border edges, such as mouth, eyes and neck.
-        poles_by_valence: Vertices inside the surface without four edges, by their number of edges.
-    """
+    """What a surface is made of; facts, not faults."""
 
     counts: MeshFacts
-    borders: int
+    borders: int  # connected lines of border edges, such as mouth, eyes and neck
+    # Vertices inside the surface without four edges, by their number of edges.
     poles_by_valence: dict[int, int]
 
 

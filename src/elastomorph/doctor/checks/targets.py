@@ -88,12 +88,9 @@ def jumping_vertices(neutral: Neutral, target: Mesh, file: str) -> list[Finding]
 
 
 def roughness(neutral: Neutral, target: Mesh) -> float:
-    """How far the smoothest quarter of the vertices leaves the mean of its neighbours at most.
+    """How far, in mean edges, the smoothest quarter of the vertices leaves their neighbours' mean.
 
     An expression rests, or moves smoothly, in more than a quarter of the face; noise is everywhere.
-
-    Returns:
-        A part of the mean edge of the vertex.
     """
     around = neutral.neighbours
     joined = around.edge > 0

@@ -106,13 +106,9 @@ def inconsistent_winding(neutral: Neutral, file: str) -> list[Finding]:
 
 
 def common_reversal(own: Sequence[NDArray[np.bool_]]) -> NDArray[np.bool_] | None:
-    """The polygons that most targets, all alike, run the other way round: the neutral is wrong.
+    """(F,) polygons that most targets, two at least and alike, run the other way round, or None.
 
-    Args:
-        own: (F,) for each target, which polygons of the neutral it runs the other way round.
-
-    Returns:
-        (F,) those of more than half of the targets, two at least; None where there are none.
+    It is the neutral that is wrong there. ``own`` is (F,) for each target.
     """
     alike = Counter(which.tobytes() for which in own)
     most = max(alike, key=lambda key: alike[key], default=b"")

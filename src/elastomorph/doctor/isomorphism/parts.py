@@ -46,13 +46,7 @@ def mixed(values: Hashes) -> Hashes:
 
 
 class Colouring:
-    """The colours of a mesh, refined as far as asked.
-
-    Attributes:
-        vertices: (V,) uint64.
-        corners: (C,) uint64, of the last round.
-        rounds: Rounds so far.
-    """
+    """The colours of vertices (V,) and, of the last round, corners (C,), refined as asked."""
 
     def __init__(self, half_edges: HalfEdges, seeds: Iterable[int] = ()) -> None:
         """Start with one colour for all vertices but the seeds, which have one each, in order."""
@@ -116,14 +110,11 @@ class Colouring:
 
 
 class Parts:
-    """The connected parts of one mesh.
+    """The connected parts of one mesh: (V,) part of each vertex, and colours to tell them apart.
 
-    Attributes:
-        mesh: The mesh.
-        half_edges: Its polygons, or others in their place.
-        part_of: (V,) part of each vertex.
-        colouring: The colours its parts are told apart by.
-        seeds: Vertices that have a colour of their own from the start.
+    ``faces`` stand in place of its own polygons, on the same edges; ``seeds`` have a colour of
+    their own from the start. Colours are refined in so many rounds, those of the mesh it will be
+    compared with; by default as many as it takes.
     """
 
     def __init__(
@@ -134,15 +125,6 @@ class Parts:
         seeds: Sequence[int] = (),
         rounds: int | None = None,
     ) -> None:
-        """Take a mesh apart.
-
-        Args:
-            mesh: The mesh.
-            faces: Polygons in place of its own, on the same edges.
-            seeds: Vertices known beforehand.
-            rounds: Rounds of refinement, those of the mesh it will be compared with; by default as
-                many as it takes.
-        """
         self.mesh, self.seeds = mesh, tuple(seeds)
         self.half_edges = HalfEdges.of(mesh.faces if faces is None else faces, len(mesh.vertices))
         self.part_of = component_of(len(mesh.vertices), mesh.edges)
@@ -187,11 +169,9 @@ class Parts:
         return np.asarray(corners[self.colouring.corners[corners] == colour])
 
     def images(self, corner: int, other: Parts, seeds: Corners) -> list[Corners] | None:
-        """Where the part of a corner can lie on another mesh, with the corner at one of some.
+        """For each seed where the part of a corner fits, the other's corner for each of `reached`.
 
-        Returns:
-            For each seed where it fits, the corner of the other mesh for each of `reached`; None
-            where the traversal does not reach the whole part.
+        None where the traversal does not reach the whole part.
         """
         part = self.part_of[self.half_edges.start[corner]]
         if len(self.reached(corner)) < len(self.corners[part]):

@@ -29,20 +29,14 @@ _ENOUGH = 8
 
 @dataclass(frozen=True, eq=False)
 class Plausibility:
-    """What positions say of a numbering.
+    """What positions say of a numbering."""
 
-    Attributes:
-        changes_axes: The whole comes out as its mirror image, or with other axes.
-        unlike: (P,) which parts of the neutral come out as their mirror image, or not as
-            themselves at all, while others do not.
-        farther: The vertices come out farther from the neutral than with the numbers they had.
-        left: (P,) what moving and turning each part leaves of its extent.
-    """
-
-    changes_axes: bool
+    changes_axes: bool  # the whole comes out as its mirror image, or with other axes
+    # (P,) which parts of the neutral come out as their mirror image, or not as themselves at all,
+    # while others do not.
     unlike: NDArray[np.bool_]
-    farther: bool
-    left: NDArray[np.float64]
+    farther: bool  # vertices come out farther from the neutral than with the numbers they had
+    left: NDArray[np.float64]  # (P,) what moving and turning each part leaves of its extent
 
     @property
     def plausible(self) -> bool:
@@ -66,14 +60,9 @@ def plausibility(
     parts: Sequence[NDArray[np.int64]],
     scale: float,
 ) -> Plausibility:
-    """Compare positions under a numbering with those of the neutral.
+    """Compare positions of a target under a numbering with those of the neutral.
 
-    Args:
-        here: (V, 3) the neutral.
-        there: (V, 3) a target in its own order.
-        new_index: (V,) number in the neutral of each vertex of the target.
-        parts: The vertices of each part of the neutral.
-        scale: Factors up to this are no change of unit.
+    ``new_index`` is (V,) the number in the neutral of each vertex of the target.
     """
     frame = frame_between(here[new_index], there, scale)
     back = frame.back(there)
@@ -95,9 +84,8 @@ def plausibility(
 def _fit(here: Positions, there: Positions) -> tuple[int, float]:
     """How a part fits itself, however it is moved and turned, and whatever its size.
 
-    Returns:
-        1 where it fits far better than its mirror image, -1 where it does not fit, 0 where that
-        does not tell, as of flat parts; and what the best fit leaves, as a part of its extent.
+    1 where it fits far better than its mirror image, -1 where it does not fit, 0 where that does
+    not tell, as of flat parts; and what the best fit leaves, as a part of its extent.
     """
     here, there = here - here.mean(axis=0), there - there.mean(axis=0)
     lengths = float(np.sqrt((here**2).sum() * (there**2).sum()))

@@ -95,13 +95,7 @@ def reversed_polygons(faces: Polygons, which: NDArray[np.bool_] | None = None) -
 def triangles_of(ours: Polygons, theirs: Polygons, count: int) -> NDArray[np.bool_] | None:
     """Whether triangles are our polygons split: (T,) which of them run the other way round.
 
-    Args:
-        ours: Polygons, not all of them triangles.
-        theirs: Polygons with the same numbering of vertices.
-        count: Number of vertices.
-
-    Returns:
-        None where they are not our polygons, split into triangles.
+    None where they are not; ``count`` is the number of vertices.
     """
     sizes = ours.sizes
     if not len(theirs) or (theirs.sizes != 3).any() or sizes.max(initial=0) == 3:

@@ -36,19 +36,12 @@ _ENOUGH = 8
 
 @dataclass(frozen=True, eq=False)
 class Relabelling:
-    """Which vertex and which corner of the target is which of the neutral.
+    """Which vertex and which corner of the target is which of the neutral."""
 
-    Attributes:
-        new_index: (V,) int64, number in the neutral of each vertex of the target.
-        corners: (C,) int64, corner of the target for each corner of the neutral.
-        chosen: Parts for which connectivity left a choice that positions decided.
-        chosen_vertices: How many vertices they have.
-    """
-
-    new_index: NDArray[np.int64]
-    corners: NDArray[np.int64]
-    chosen: int
-    chosen_vertices: int
+    new_index: NDArray[np.int64]  # (V,) number in the neutral of each vertex of the target
+    corners: NDArray[np.int64]  # (C,) corner of the target for each corner of the neutral
+    chosen: int  # parts for which connectivity left a choice that positions decided
+    chosen_vertices: int  # how many vertices they have
 
 
 @dataclass(frozen=True)
@@ -71,10 +64,8 @@ class _Match:
 def find_relabelling(ours: Parts, target: Parts, *, scale: float = 1.2) -> Relabelling | Mismatch:
     """Match a target with a neutral by connectivity, and by position where that leaves a choice.
 
-    Args:
-        ours: The parts of the neutral.
-        target: The parts of the target, refined as often, with seeds in the same order.
-        scale: Sizes that differ by more are brought to one size before positions are compared.
+    Parts of the target are refined as often, with seeds in the same order. Sizes that differ by
+    more than ``scale`` are brought to one size before positions are compared.
     """
     if {c: len(parts) for c, parts in ours.by_colour.items()} != {
         c: len(parts) for c, parts in target.by_colour.items()
