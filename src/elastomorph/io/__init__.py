@@ -2,8 +2,22 @@
 
 from __future__ import annotations
 
-from elastomorph.io.registry import read, write
-from elastomorph.io.rig_folder import read_rig
-from elastomorph.io.sequences import read_sequence, write_sequence
+from typing import TYPE_CHECKING
+
+from elastomorph._lazy import lazy_names
+
+if TYPE_CHECKING:
+    from elastomorph.io.registry import read, write
+    from elastomorph.io.rig_folder import read_rig
+    from elastomorph.io.sequences import read_sequence, write_sequence
 
 __all__ = ["read", "read_rig", "read_sequence", "write", "write_sequence"]
+
+__getattr__ = lazy_names(
+    __name__,
+    {
+        **dict.fromkeys(("read", "write"), "registry"),
+        "read_rig": "rig_folder",
+        **dict.fromkeys(("read_sequence", "write_sequence"), "sequences"),
+    },
+)

@@ -20,13 +20,7 @@ _MOST_TERMS = 256
 def different_names(
     names: Iterable[str], *, first: int = 2, taken: Collection[str] = ()
 ) -> list[str]:
-    """The names, with a number behind those that another has: ``smile``, ``smile_2``.
-
-    Args:
-        names: Any.
-        first: The first number.
-        taken: Names that are not free.
-    """
+    """The names, with a number behind those that another has or are taken: ``smile_2``."""
     found: dict[str, None] = {}
     numbers: dict[str, int] = {}
     for name in names:
@@ -41,10 +35,7 @@ def different_names(
 def hats(weights: NDArray[np.float64]) -> tuple[BendCurve, ...]:
     """For each in-between the curve that is 1 at its weight, 0 at the others and at 0 and 1.
 
-    Between the weights it is linear.
-
-    Args:
-        weights: (n,) rising between 0 and 1.
+    Between the weights, (n,) rising between 0 and 1, it is linear.
     """
     curves = []
     knots = np.concatenate([[0.0], weights, [1.0]])
@@ -64,11 +55,7 @@ def curve_to_json(curve: BendCurve) -> dict[str, Any]:
 
 
 def curve_from_json(stored: Mapping[str, Any] | Any) -> BendCurve:
-    """The bend curve in a file.
-
-    Raises:
-        ParameterError: It is damaged.
-    """
+    """The bend curve in a file."""
     try:
         if len(stored["coefficients"][0]) > _MOST_TERMS:
             raise ValueError("too many coefficients a piece")
@@ -80,16 +67,7 @@ def curve_from_json(stored: Mapping[str, Any] | Any) -> BendCurve:
 def driven_weights(
     rig: Rig, times: ArrayLike, weights: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A recorded performance as times (T,) and what it does to each morph, (T, J).
-
-    Args:
-        rig: The rig.
-        times: (T,) seconds that rise.
-        weights: (T, S) weight of each slider of ``rig.names``, as for `Rig.batch`.
-
-    Raises:
-        ParameterError: The shapes do not fit, or the times do not rise.
-    """
+    """Times (T,) that rise, in seconds, and what slider weights (T, S) do to each morph, (T, J)."""
     table = rig.sliders.drive(rig.sliders.table(weights))
     try:
         seconds: NDArray[np.float64] = np.asarray(times, dtype=np.float64)

@@ -4,7 +4,7 @@ Some libraries end the whole program on damaged files. A *worker* is a module th
 of a file with such a library and ends with `serve`; `extracted` starts it and gives its arrays.
 
 The process may use memory in proportion to the size of the file beyond what its libraries take,
-and three times the processor time it took to load them (more for files beyond a megabyte), so that
+and six times the processor time it took to load them (more for files beyond a megabyte), so that
 slow machines get longer. Both are enforced by the operating system, where it can: on Linux, and
 the time on macOS. A process that waits instead of working is stopped by the clock everywhere.
 """
@@ -37,8 +37,8 @@ _ARRAYS, _PROBLEM, _NOISE = "arrays.npz", "problem.txt", "noise.txt"
 
 _ROOM = 32 << 20
 _SMALL = 1_000_000
-_TIMES_THE_START = 3.0
-_LEAST_START = 0.3
+_TIMES_THE_START = 6.0
+_LEAST_START = 0.15
 _SECONDS_A_BYTE = 2e-6
 _WAIT, _WAIT_A_BYTE = 60.0, 2e-5
 
@@ -54,33 +54,16 @@ class RefusedError(Exception):
 
 @dataclass(frozen=True)
 class IsolatedReader:
-    """A worker and how to speak of it.
+    """A worker and how to speak of it."""
 
-    Attributes:
-        worker: The module; it must end with `serve`.
-        library: What reads the file, for messages.
-        advice: What to do with a file that it cannot read.
-    """
-
-    worker: str
-    library: str
-    advice: str
+    worker: str  # The module; it must end with `serve`
+    library: str  # What reads the file, for messages
+    advice: str  # What to do with a file that it cannot read
 
 
 @contextmanager
 def extracted(reader: IsolatedReader, path: str | Path, *arguments: str) -> Iterator[NpzMembers]:
-    """The arrays that a worker takes out of a file.
-
-    Args:
-        reader: The worker.
-        path: The file.
-        *arguments: More for the worker.
-
-    Raises:
-        FileError: The file is missing or cannot be read, or no process can be started.
-        FormatError: The worker refuses the file, broke on it, took too long or too much memory, or
-            its arrays are not those asked for.
-    """
+    """The arrays that a worker takes out of a file; a FormatError if it refuses or breaks."""
     with opened(path) as file:
         size = file.seek(0, os.SEEK_END)
     with tempfile.TemporaryDirectory(prefix="elastomorph-") as folder:
@@ -101,9 +84,8 @@ def extracted(reader: IsolatedReader, path: str | Path, *arguments: str) -> Iter
 def serve(prepare: Callable[[], None], content: Content) -> NoReturn:
     """Do the work of a worker and end the process; for the last line of its module.
 
-    Args:
-        prepare: Imports what the worker needs; what it takes of memory and time is no file's fault.
-        content: Path of the file and further arguments to arrays; raises `RefusedError`.
+    ``prepare`` imports what the worker needs: what it takes of memory and time is no file's fault.
+    ``content`` makes arrays of the file and further arguments, or raises a `RefusedError`.
     """
     status = 1
     try:

@@ -22,44 +22,30 @@ _OBJECTS_OF_MESH = 20  # so many arrays the worker wrote of it
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """A blend shape channel: what one slider does to one mesh.
+    """A blend shape channel: what one slider does to one mesh."""
 
-    Attributes:
-        weights: (K,) weight at which each shape is reached in full; 1 is a slider at 100 %.
-        vertices: K arrays (N,) of the vertices that each shape moves.
-        offsets: K arrays (N, 3) of how far, from the neutral.
-    """
-
+    # (K,) weight at which each shape is reached in full; 1 is a slider at 100 %
     weights: tuple[float, ...]
-    vertices: tuple[NDArray[np.int64], ...]
-    offsets: tuple[NDArray[np.float64], ...]
+    vertices: tuple[NDArray[np.int64], ...]  # K arrays (N,) of the vertices that each shape moves
+    offsets: tuple[NDArray[np.float64], ...]  # K arrays (N, 3) of how far, from the neutral
 
 
 @dataclass(frozen=True, eq=False)
 class FbxMesh:
-    """A mesh as the file stores it.
+    """A mesh as the file stores it."""
 
-    Attributes:
-        name: Name of its node, which is what people see in an outliner.
-        shown: Whether its author sees it.
-        matrix: (4, 3) from geometry to world: what x, y and z become, and the origin.
-        vertices: (V, 3) control points in the order of the file.
-        indices: (C,) control point of each polygon corner.
-        offsets: (F + 1,) where each polygon starts.
-        uv: (T, 2) texture coordinates and (C,) which one each corner uses, if any.
-        materials: Names of the materials, and (F,) which one each polygon has, if any.
-        channels: Blend shape channels by the names of their sliders.
-    """
-
-    name: str
-    shown: bool
+    name: str  # Name of its node, which is what people see in an outliner
+    shown: bool  # Whether its author sees it
+    # (4, 3) from geometry to world: what x, y and z become, and the origin
     matrix: NDArray[np.float64]
-    vertices: NDArray[np.float64]
-    indices: NDArray[np.int64]
-    offsets: NDArray[np.int64]
+    vertices: NDArray[np.float64]  # (V, 3) control points in the order of the file
+    indices: NDArray[np.int64]  # (C,) control point of each polygon corner
+    offsets: NDArray[np.int64]  # (F + 1,) where each polygon starts
+    # (T, 2) texture coordinates and (C,) which one each corner uses, if any
     uv: tuple[NDArray[np.float64], NDArray[np.int64]] | None
+    # Names of the materials, and (F,) which one each polygon has, if any
     materials: tuple[list[str], NDArray[np.int64]] | None
-    channels: dict[str, Channel]
+    channels: dict[str, Channel]  # Blend shape channels by the names of their sliders
 
 
 def read_axes(members: NpzMembers) -> NDArray[np.float64]:
@@ -73,11 +59,7 @@ def read_axes(members: NpzMembers) -> NDArray[np.float64]:
 
 
 def read_meshes(path: str | Path, members: NpzMembers) -> list[FbxMesh]:
-    """The meshes in what the worker took from a file.
-
-    Raises:
-        FormatError: The content of a mesh contradicts itself.
-    """
+    """The meshes in what the worker took from a file."""
     names = members.texts("mesh_names")
     members.budget.spend_objects(_OBJECTS_OF_MESH * len(names))
     shown = members.array("mesh_shown", "i", (len(names),)).tolist()
@@ -141,11 +123,7 @@ def _within(indices: NDArray[np.int64], lowest: int, count: int) -> bool:
 
 
 def mesh_of(stored: FbxMesh, source: str) -> Mesh:
-    """The mesh in its own space, control points in the order of the file.
-
-    Raises:
-        MeshError: It is none.
-    """
+    """The mesh in its own space, control points in the order of the file."""
     labels = None
     if stored.materials is not None:
         names, of_face = stored.materials

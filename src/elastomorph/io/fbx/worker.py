@@ -27,11 +27,7 @@ _SPARE_REFERENCES = 8
 
 
 def content_of(source: str) -> dict[str, NDArray[Any]]:
-    """The arrays of a file.
-
-    Raises:
-        RefusedError: It is no FBX file, or a damaged one.
-    """
+    """The arrays of a file; a RefusedError where it is no FBX file, or a damaged one."""
     import ufbx
 
     try:

@@ -38,21 +38,7 @@ _VIEWS: dict[str, dict[str, int]] = {
 def read_floats(
     file: GltfFile, number: Any, width: int, of: str, *, count: int | None = None
 ) -> NDArray[np.float64]:
-    """Coordinates, unpacked from whole numbers where the file has them quantised.
-
-    Args:
-        file: The open file.
-        number: The accessor, as the file names it.
-        width: Components of an element.
-        of: What names it, for messages.
-        count: How many elements it must have, if that is known.
-
-    Returns:
-        (count, width) float64.
-
-    Raises:
-        FormatError: It does not exist, has another shape, or reaches beyond its buffer.
-    """
+    """(count, width) float64 coordinates of an accessor, unpacked where they are quantised."""
     values = _values(file, number, width, of, count)
     found = values.astype(np.float64)
     if file.item("accessors", number, of).get("normalized") is True:
@@ -63,7 +49,7 @@ def read_floats(
 
 
 def read_indices(file: GltfFile, number: Any, of: str) -> NDArray[np.int64]:
-    """Vertex indices (N,); arguments and errors as of `read_floats`."""
+    """Vertex indices (N,)."""
     values = _values(file, number, 1, of, None)
     if values.dtype.kind != "u":
         file.refuse(f"accessor {number} of {of} does not hold vertex indices")
@@ -163,16 +149,10 @@ class AccessorWriter:
     def vertices(
         self, rows: NDArray[np.float32], part: str, *, bounds: bool = False, sparse: bool = False
     ) -> int:
-        """An attribute of the vertices, or of a morph target.
+        """The number of an attribute of the vertices, or of a morph target, (N, 2) or (N, 3).
 
-        Args:
-            rows: (N, 2) or (N, 3) float32.
-            part: What its bytes are counted as.
-            bounds: Whether to state the least and greatest value, as positions must.
-            sparse: Whether to store only the rows that are not zero, where that is smaller.
-
-        Returns:
-            The number of the accessor.
+        Bounds, as positions must have, are its least and greatest value; sparse, only the rows that
+        are not zero are stored, where that is smaller.
         """
         moved = np.flatnonzero(rows.any(axis=1)) if sparse else None
         if moved is not None:

@@ -32,19 +32,12 @@ _BESIDE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """An animation of the morph target weights.
+    """An animation of the morph target weights."""
 
-    Attributes:
-        name: Its name.
-        times: (T,) float32 seconds, rising.
-        weights: (T, targets) float32.
-        key_error: Largest distance of a vertex from its path between keys, fraction of D.
-    """
-
-    name: str
-    times: NDArray[np.float32]
-    weights: NDArray[np.float32]
-    key_error: float
+    name: str  # Its name
+    times: NDArray[np.float32]  # (T,) float32 seconds, rising
+    weights: NDArray[np.float32]  # (T, targets) float32
+    key_error: float  # Largest distance of a vertex from its path between keys, fraction of D
 
 
 def slider_clips(
@@ -55,13 +48,6 @@ def slider_clips(
     The keys lie on the frames of 1/fps s, no more of them than the tolerance asks for; where even
     all frames are too few, on halves, quarters, … of frames. Moments at which two pieces of a
     bend curve meet, as at a scanned in-between, are keys too.
-
-    Args:
-        rig: The rig.
-        targets: Its morph targets.
-        tolerance: Largest distance between keys, as a fraction of D.
-        fps: Frames per second.
-        timing: The t of the path at each moment of the clip.
     """
     scale = rig.neutral.diameter or 1.0
     clips = []
@@ -93,11 +79,7 @@ def slider_clips(
 def performance_clip(
     rig: Rig, targets: MorphTargets, times: ArrayLike, weights: ArrayLike, name: str
 ) -> Clip:
-    """A recorded performance of this name, one key a frame.
-
-    Raises:
-        ParameterError: As of `driven_weights`; or the times do not rise in single precision.
-    """
+    """A recorded performance of this name, one key a frame."""
     exact, table = driven_weights(rig, times, weights)
     seconds = exact.astype(np.float32)
     if seconds[0] < 0 or not np.isfinite(seconds).all() or (np.diff(seconds) <= 0).any():

@@ -46,11 +46,7 @@ class GltfFile:
         self.buffer: Callable[[int], memoryview] = cache(self._buffer)
 
     def refuse(self, problem: str) -> NoReturn:
-        """Refuse the file.
-
-        Raises:
-            FormatError: Always.
-        """
+        """Refuse the file."""
         raise FormatError(self.path, problem)
 
     def items(self, key: str) -> list[Any]:
@@ -158,12 +154,7 @@ class GltfFile:
 
 
 def open_gltf(path: str | Path) -> GltfFile:
-    """Open a .glb or .gltf file; which of them it is, its first bytes tell.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is no glTF 2.0 file.
-    """
+    """Open a .glb or .gltf file; which of them it is, its first bytes tell."""
     content = read_bytes(path)
     text, blob = _chunks(path, content) if content.startswith(_MAGIC) else (content, b"")
     document = _parsed(path, text)

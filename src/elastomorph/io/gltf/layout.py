@@ -21,33 +21,24 @@ __all__ = ["Layout", "MaterialTriangles", "lay_out"]
 
 @dataclass(frozen=True, eq=False)
 class MaterialTriangles:
-    """The triangles of one material.
+    """The triangles of one material."""
 
-    Attributes:
-        label: Index into the names of the materials, or -1 for none.
-        triangles: (T, 3) int32 vertices of the file.
-    """
-
-    label: int
-    triangles: NDArray[np.int32]
+    label: int  # Index into the names of the materials, or -1 for none
+    triangles: NDArray[np.int32]  # (T, 3) int32 vertices of the file
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """The vertices and triangles of a file.
+    """The vertices and triangles of a file."""
 
-    Attributes:
-        vertex_of: (N,) int32 mesh vertex of each vertex of the file; 0 … V - 1 come first.
-        uv_of: (N,) int32 texture coordinate of each vertex of the file, -1 for none.
-        corners: (C,) int32 vertex of the file at each polygon corner.
-        primitives: One a material, in the order of the labels, unlabelled polygons last.
-        texture: (N, 2) float32 u and 1 - v, for glTF counts v from the top; None without UVs.
-    """
-
+    # (N,) int32 mesh vertex of each vertex of the file; 0 … V - 1 come first
     vertex_of: NDArray[np.int32]
+    # (N,) int32 texture coordinate of each vertex of the file, -1 for none
     uv_of: NDArray[np.int32]
-    corners: NDArray[np.int32]
+    corners: NDArray[np.int32]  # (C,) int32 vertex of the file at each polygon corner
+    # One a material, in the order of the labels, unlabelled polygons last
     primitives: tuple[MaterialTriangles, ...]
+    # (N, 2) float32 u and 1 - v, for glTF counts v from the top; None without UVs
     texture: NDArray[np.float32] | None
 
     def rows(self, vectors: NDArray[np.float64]) -> NDArray[np.float32]:

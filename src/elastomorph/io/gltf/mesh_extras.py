@@ -63,19 +63,11 @@ def restored_surface(
     vertices: NDArray[np.float64],
     texture: NDArray[np.float64] | None,
 ) -> dict[str, Any]:
-    """The polygons, texture coordinates and labels that were stored.
+    """The arguments of `Mesh` but its vertices, from what `surface_extras` wrote.
 
-    Args:
-        stored: What `surface_extras` wrote.
-        parts: Triangles (T, 3) of each primitive of the file.
-        vertices: (N, 3) positions of the vertices of the file.
-        texture: (N, 2) texture coordinates of the file, v from the top.
-
-    Returns:
-        The arguments of `Mesh` but its vertices, which are the first ``stored["vertices"]``.
-
-    Raises:
-        ValueError: They do not fit the triangles, or are damaged.
+    The parts are the triangles (T, 3) of each primitive of the file, the vertices (N, 3) and the
+    texture (N, 2), v from the top, those of the file. A ValueError where they do not fit, or are
+    damaged.
     """
     count = _whole(stored, "vertices", 1, len(vertices))
     copies = unpacked(stored.get("copies"), len(vertices) - count)
@@ -224,11 +216,7 @@ def packed(integers: ArrayLike) -> str:
 
 
 def unpacked(text: Any, count: int) -> NDArray[np.int32]:
-    """The list (count,) of int32 in a text of `packed`.
-
-    Raises:
-        ValueError: It is no such text, or holds another number of numbers.
-    """
+    """The list (count,) of int32 in a text of `packed`; a ValueError where it is none."""
     differences = np.frombuffer(unpacked_bytes(text, 4 * count), dtype="<u4")
     return np.cumsum(differences, dtype=np.uint32).view(np.int32)
 

@@ -22,21 +22,14 @@ __all__ = ["KeptMorph", "MorphTargets", "with_positive_weights"]
 
 @dataclass(frozen=True, eq=False)
 class KeptMorph:
-    """The targets of one morph: Δ, then its bends.
+    """The targets of one morph: Δ, then its bends."""
 
-    Attributes:
-        first: Number of the target with Δ.
-        bends: The bends k that became targets.
-        displacements: (V, 3) float64 of each of these bends, zero where it hardly moves.
-        dropped_error: How far what was left out can move a vertex, fraction of D.
-        rounding_error: How far single precision can move a vertex, fraction of D.
-    """
-
-    first: int
-    bends: tuple[int, ...]
+    first: int  # Number of the target with Δ
+    bends: tuple[int, ...]  # The bends k that became targets
+    # (V, 3) float64 of each of these bends, zero where it hardly moves
     displacements: tuple[NDArray[np.float64], ...]
-    dropped_error: float
-    rounding_error: float
+    dropped_error: float  # How far what was left out can move a vertex, fraction of D
+    rounding_error: float  # How far single precision can move a vertex, fraction of D
 
     @classmethod
     def of(cls, morph: Morph, first: int, tolerance: float) -> KeptMorph:
@@ -56,26 +49,15 @@ class KeptMorph:
 
 @dataclass(frozen=True, eq=False)
 class MorphTargets:
-    """The morph targets of a rig.
+    """The morph targets of a rig."""
 
-    Attributes:
-        names: One a target.
-        morphs: The targets of each morph, in the order of the rig.
-        dropped: Names of the bends left out.
-    """
-
-    names: tuple[str, ...]
-    morphs: tuple[KeptMorph, ...]
-    dropped: tuple[str, ...]
+    names: tuple[str, ...]  # One a target
+    morphs: tuple[KeptMorph, ...]  # The targets of each morph, in the order of the rig
+    dropped: tuple[str, ...]  # Names of the bends left out
 
     @classmethod
     def of(cls, rig: Rig, tolerance: float) -> MorphTargets:
-        """All Δ, and of the bends what moves vertices farther than a fraction of D.
-
-        Args:
-            rig: The rig.
-            tolerance: Where max|b_k(t)|·|D_k| is below this fraction of D, the bend is left out.
-        """
+        """All Δ, and of the bends what moves vertices farther than a fraction of D."""
         names: list[str] = []
         dropped: list[str] = []
         morphs: list[KeptMorph] = []

@@ -19,19 +19,14 @@ _BOUND_ALIKE = 1e-4  # single precision, through a chain of joints
 
 @dataclass(frozen=True, eq=False)
 class PlacedMesh:
-    """A mesh as a node shows it.
+    """A mesh as a node shows it."""
 
-    Attributes:
-        number: Number of the mesh.
-        names: Names of the node and of the mesh, as far as they have any; at least one.
-        linear: (3, 3) what directions and displacements are multiplied with, from the left.
-        offset: (3,) what positions are then moved by.
-    """
-
-    number: int
+    number: int  # Number of the mesh
+    # Names of the node and of the mesh, as far as they have any; at least one
     names: tuple[str, ...]
+    # (3, 3) what directions and displacements are multiplied with, from the left
     linear: NDArray[np.float64]
-    offset: NDArray[np.float64]
+    offset: NDArray[np.float64]  # (3,) what positions are then moved by
 
 
 def placed_meshes(file: GltfFile) -> list[PlacedMesh]:

@@ -37,17 +37,11 @@ _UP = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class NormalField:
-    """The corners that vertex normals are summed over.
+    """The corners that vertex normals are summed over."""
 
-    Attributes:
-        before: (C,) vertex before each corner.
-        at: (C,) vertex of each corner.
-        after: (C,) vertex after each corner.
-    """
-
-    before: NDArray[np.int32]
-    at: NDArray[np.int32]
-    after: NDArray[np.int32]
+    before: NDArray[np.int32]  # (C,) vertex before each corner
+    at: NDArray[np.int32]  # (C,) vertex of each corner
+    after: NDArray[np.int32]  # (C,) vertex after each corner
 
     @classmethod
     def of(cls, faces: Polygons) -> NormalField:

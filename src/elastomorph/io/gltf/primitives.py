@@ -22,35 +22,24 @@ _DRACO = "KHR_draco_mesh_compression"
 
 @dataclass(frozen=True, eq=False)
 class Attributes:
-    """What one or several primitives say of their vertices, in place.
+    """What one or several primitives say of their vertices, in place."""
 
-    Attributes:
-        start: Number of the first of them among all vertices.
-        vertices: (N, 3) float64.
-        texture: (N, 2) float64 with v from the top, if any.
-        displacements: What each morph target moves, (N, 3) float64, by its name.
-    """
-
-    start: int
-    vertices: NDArray[np.float64]
-    texture: NDArray[np.float64] | None
+    start: int  # Number of the first of them among all vertices
+    vertices: NDArray[np.float64]  # (N, 3) float64
+    texture: NDArray[np.float64] | None  # (N, 2) float64 with v from the top, if any
+    # What each morph target moves, (N, 3) float64, by its name
     displacements: dict[str, NDArray[np.float64]]
 
 
 @dataclass(eq=False)
 class Primitives:
-    """All primitives of a mesh.
+    """All primitives of a mesh."""
 
-    Attributes:
-        targets: Names of the morph targets, in order.
-        attributes: The vertices.
-        triangles: (T, 3) int32, of all vertices, of each primitive.
-        materials: Name of the material of each primitive, if any.
-    """
-
-    targets: list[str]
-    attributes: list[Attributes] = field(default_factory=list)
+    targets: list[str]  # Names of the morph targets, in order
+    attributes: list[Attributes] = field(default_factory=list)  # The vertices
+    # (T, 3) int32, of all vertices, of each primitive
     triangles: list[NDArray[np.int32]] = field(default_factory=list)
+    # Name of the material of each primitive, if any
     materials: list[str | None] = field(default_factory=list)
 
     @property
@@ -59,7 +48,11 @@ class Primitives:
         return sum(len(own.vertices) for own in self.attributes)
 
     def vertices(self) -> NDArray[np.float64]:
-        """(V, 3) positions of all vertices."""
+        """The number of an attribute of the vertices, or of a morph target, (N, 2) or (N, 3).
+
+        Bounds, as positions must have, are its least and greatest value; sparse, only the rows that
+        are not zero are stored, where that is smaller.
+        """
         return np.concatenate([own.vertices for own in self.attributes])
 
     def texture(self) -> NDArray[np.float64] | None:
@@ -87,9 +80,6 @@ def read_primitives(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[Primit
 
     Triangles, strips and fans are read. Points are only where there is nothing else, as the
     markers of a capture; lines are passed over.
-
-    Raises:
-        FormatError: Something does not exist, does not fit, or is compressed.
     """
     modes = {
         primitive.get("mode", _TRIANGLES)

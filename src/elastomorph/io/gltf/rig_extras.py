@@ -40,19 +40,12 @@ _VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class StoredMorph:
-    """A morph as the file describes it.
+    """A morph as the file describes it."""
 
-    Attributes:
-        name: Its name.
-        target: Name of the morph target with Δ.
-        bends: Name of the morph target of each bend, and its curve.
-        more: Further arguments of `Morph`.
-    """
-
-    name: str
-    target: str
-    bends: tuple[tuple[str, BendCurve], ...]
-    more: Mapping[str, Any]
+    name: str  # Its name
+    target: str  # Name of the morph target with Δ
+    bends: tuple[tuple[str, BendCurve], ...]  # Name of the morph target of each bend, and its curve
+    more: Mapping[str, Any]  # Further arguments of `Morph`
 
     @classmethod
     def straight(cls, name: str) -> StoredMorph:
@@ -62,17 +55,11 @@ class StoredMorph:
 
 @dataclass(frozen=True, eq=False)
 class StoredRig:
-    """A rig as the file describes it.
+    """A rig as the file describes it."""
 
-    Attributes:
-        morphs: Its morphs in order.
-        correctives: Name and drivers of each combination shape.
-        groups: Name and members of each group.
-    """
-
-    morphs: tuple[StoredMorph, ...]
-    correctives: dict[str, list[str]]
-    groups: dict[str, list[str]]
+    morphs: tuple[StoredMorph, ...]  # Its morphs in order
+    correctives: dict[str, list[str]]  # Name and drivers of each combination shape
+    groups: dict[str, list[str]]  # Name and members of each group
 
 
 def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
@@ -107,13 +94,9 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
 
 
 def stored_rig(stored: Any, targets: Sequence[str], budget: MemoryBudget) -> StoredRig:
-    """The description of a rig in ``extras.elastomorph`` of a mesh.
+    """The description of a rig in ``extras.elastomorph`` of a mesh, or a ValueError.
 
     Morph targets that it does not name are morphs of their own, at its end.
-
-    Raises:
-        ValueError: It is damaged, of a later version, or does not fit the morph targets.
-        FormatError: It takes more than a file may.
     """
     if not isinstance(stored, dict) or not isinstance(stored.get("version"), int):
         raise ParameterError("it has no version")

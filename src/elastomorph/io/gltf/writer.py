@@ -281,11 +281,7 @@ def require_glb_settings(
     fps: float = 30.0,
     sparse: bool = True,
 ) -> None:
-    """Check options of `write_glb`.
-
-    Raises:
-        ParameterError: One is out of its range.
-    """
+    """Check options of `write_glb`."""
     if normals not in ("delta", "none"):
         raise ParameterError(f"normals must be 'delta' or 'none', found {normals!r}")
     for name, value in (("tolerance", tolerance), ("keys_tolerance", keys_tolerance)):

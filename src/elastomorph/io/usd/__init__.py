@@ -3,7 +3,17 @@
 Needs usd-core (``pip install 'elastomorph[usd]'``).
 """
 
-from elastomorph.io.usd.reader import read_usd
-from elastomorph.io.usd.writer import BlendShapeReport, UsdReport, write_usd
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from elastomorph._lazy import lazy_names
+
+if TYPE_CHECKING:
+    from elastomorph.io.usd.reader import read_usd
+    from elastomorph.io.usd.writer import BlendShapeReport, UsdReport, write_usd
 
 __all__ = ["BlendShapeReport", "UsdReport", "read_usd", "write_usd"]
+
+_WRITER = ("BlendShapeReport", "UsdReport", "write_usd")
+__getattr__ = lazy_names(__name__, {"read_usd": "reader", **dict.fromkeys(_WRITER, "writer")})

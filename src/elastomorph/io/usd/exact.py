@@ -1,78 +1,36 @@
-"""What UsdSkel has no word for: the curved paths themselves, so that a rig comes back as it was.
+"""What UsdSkel has no word for, as text: the curved paths themselves, and names.
 
-Next to the offsets that UsdSkel plays, each BlendShape prim carries attributes of our own:
-
-    elastomorph:name     string      the name of the morph, as the rig has it
-    elastomorph:path     string      JSON: method, choice, errors, bend curves, limit law, checksum
-    elastomorph:bends    vector3f[]  (K·N) bends, one after another, on the N points of the shape
-                         vector3d[]  the same, where float32 is too coarse
-
-and the mesh prim
-
-    elastomorph:sliders  string      JSON: morphs in order, correctives, groups, checksum
-    elastomorph:points   double3[]   the vertices, where float32 is too coarse
-    elastomorph:settings string      JSON: the settings of the character, where there were any
-
-Attributes, not customData: they are typed and compressed, and survive flattening and layering.
 Where another program has changed the shapes, the checksum no longer fits, and what it has written
-counts: the attributes are then passed over.
+counts: our attributes (see `elastomorph.io.usd.library`) are then passed over.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import zlib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.io.blend_shapes import curve_from_json, curve_to_json
+from elastomorph.io.blend_shapes import curve_from_json, curve_to_json, different_names
 from elastomorph.io.choices import choice_from_json, choice_to_json
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 
-__all__ = [
-    "BENDS",
-    "COARSEST",
-    "GROUP_FAMILY",
-    "NAME",
-    "PATH",
-    "POINTS",
-    "SETTINGS",
-    "SLIDERS",
-    "ExactPath",
-    "checksum",
-    "path_from_json",
-    "path_to_json",
-]
+__all__ = ["ExactPath", "checksum", "path_from_json", "path_to_json", "prim_names"]
 
-NAME = "elastomorph:name"
-PATH = "elastomorph:path"
-BENDS = "elastomorph:bends"
-POINTS = "elastomorph:points"
-SLIDERS = "elastomorph:sliders"
-SETTINGS = "elastomorph:settings"
-GROUP_FAMILY = "elastomorph:group"
-COARSEST = 1e-7  # of D: a rounding to float32 larger than this is not accepted
 _VERSION = 1
 
 
-@dataclass(frozen=True, eq=False)
-class ExactPath:
-    """All of a morph but its shapes.
-
-    Attributes:
-        checksum: Of the shapes that belong to it.
-        curves: K bend curves.
-        more: Further arguments of `Morph`.
-    """
+class ExactPath(NamedTuple):
+    """All of a morph but its shapes: their checksum, K bend curves, and arguments of `Morph`."""
 
     checksum: int
     curves: tuple[BendCurve, ...]
-    more: Mapping[str, Any]
+    more: dict[str, Any]
 
 
 def checksum(arrays: Iterable[NDArray[Any]]) -> int:
@@ -82,6 +40,17 @@ def checksum(arrays: Iterable[NDArray[Any]]) -> int:
         total = zlib.crc32(repr(array.shape).encode(), total)
         total = zlib.crc32(np.ascontiguousarray(array).tobytes(), total)
     return total
+
+
+def prim_names(names: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
+    """A valid prim name for each name, all different, and none of those that are taken.
+
+    Letters of other alphabets become underscores too: USD allows them only since 2024, and many
+    programs still refuse them.
+    """
+    plain = (re.sub(r"[^A-Za-z0-9_]", "_", name) or "_" for name in names)
+    valid = (f"_{name}" if name[0].isdecimal() else name for name in plain)
+    return different_names(valid, first=1, taken=set(taken))
 
 
 def path_to_json(morph: Morph, shapes_checksum: int) -> str:

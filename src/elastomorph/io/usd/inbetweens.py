@@ -29,30 +29,20 @@ _BLOCK = 256
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """The in-betweens of one morph.
+    """The in-betweens of one morph."""
 
-    Attributes:
-        weights: (n,) float64 rising between 0 and 1, each a float32 value.
-        error: Largest distance between the piecewise linear path and the curved one, as a
-            fraction of ``neutral.diameter``.
-        straight_error: The same without any in-between.
-    """
-
-    weights: NDArray[np.float64]
+    weights: NDArray[np.float64]  # (n,) float64 rising between 0 and 1, each a float32 value
+    # Largest distance between the piecewise linear path and the curved one, as a fraction of
+    # ``neutral.diameter``
     error: float
-    straight_error: float
+    straight_error: float  # The same without any in-between
 
 
 def place_inbetweens(morph: Morph, *, tolerance: float, most: int) -> Placement:
-    """The fewest in-betweens that keep a piecewise linear path within a tolerance.
+    """The fewest in-betweens, and no more than ``most``, within a tolerance, a fraction of D.
 
     For each number of in-betweens the best weights on a grid are found: 1/64 apart, with the
     breaks of the bend curves added. The error is then measured at 512 times and those breaks.
-
-    Args:
-        morph: The path.
-        tolerance: Largest distance allowed, as a fraction of ``neutral.diameter``.
-        most: Largest number of in-betweens; the best ones are taken where it does not suffice.
     """
     fields = _moving(morph)
     if fields.size == 0:

@@ -1,27 +1,47 @@
-"""Pixar's USD library, imported when the first USD file is met, and the names it may be given."""
+"""Pixar's USD library, imported when the first USD file is met, and our own attributes in files.
+
+Next to the offsets that UsdSkel plays, each BlendShape prim carries attributes of our own:
+
+    elastomorph:name     string      the name of the morph, as the rig has it
+    elastomorph:path     string      JSON: method, choice, errors, bend curves, limit law, checksum
+    elastomorph:bends    vector3f[]  (K·N) bends, one after another, on the N points of the shape
+                         vector3d[]  the same, where float32 is too coarse
+
+and the mesh prim
+
+    elastomorph:sliders  string      JSON: morphs in order, correctives, groups, checksum
+    elastomorph:points   double3[]   the vertices, where float32 is too coarse
+    elastomorph:settings string      JSON: the settings of the character, where there were any
+
+Attributes, not customData: they are typed and compressed, and survive flattening and layering.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from elastomorph.errors import FileError, FormatError, MissingExtraError
-from elastomorph.io.blend_shapes import different_names
-from elastomorph.rig import Rig
+from elastomorph.errors import FileError, MissingExtraError
 
-__all__ = ["naming_failure", "prim_names", "pxr", "require_storable"]
+__all__ = [
+    *("BENDS", "GROUP_FAMILY", "NAME", "PATH", "POINTS", "SETTINGS", "SLIDERS"),
+    *("naming_failure", "pxr"),
+]
+
+NAME = "elastomorph:name"
+PATH = "elastomorph:path"
+BENDS = "elastomorph:bends"
+POINTS = "elastomorph:points"
+SLIDERS = "elastomorph:sliders"
+SETTINGS = "elastomorph:settings"
+GROUP_FAMILY = "elastomorph:group"
 
 
 def pxr(module: str) -> Any:
-    """A module of USD, such as ``UsdSkel``.
-
-    Raises:
-        MissingExtraError: usd-core is not installed.
-    """
+    """A module of USD, such as ``UsdSkel``; a MissingExtraError where usd-core is missing."""
     try:
         return import_module(f"pxr.{module}")
     except ModuleNotFoundError as error:
@@ -32,41 +52,10 @@ def pxr(module: str) -> Any:
 
 @contextmanager
 def naming_failure(path: str | Path) -> Iterator[None]:
-    """Raise a FileError where USD cannot write a file.
-
-    Raises:
-        FileError: USD failed.
-    """
+    """Raise a FileError where USD cannot write a file."""
     failure = pxr("Tf").ErrorException
     try:
         yield
     except failure as error:
         reasons = [getattr(part, "commentary", str(part)) for part in error.args]
         raise FileError(path, f"the file cannot be written: {'; '.join(reasons)}") from error
-
-
-def prim_names(names: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
-    """A valid prim name for each name, all different.
-
-    Letters of other alphabets become underscores too: USD allows them only since 2024, and many
-    programs still refuse them.
-
-    Args:
-        names: Any text.
-        taken: Prim names that are not free.
-    """
-    plain = (re.sub(r"[^A-Za-z0-9_]", "_", name) or "_" for name in names)
-    valid = (f"_{name}" if name[0].isdecimal() else name for name in plain)
-    return different_names(valid, first=1, taken=set(taken))
-
-
-def require_storable(path: str | Path, rig: Rig) -> None:
-    """Check that USD can keep names as text beside the prim names made from them.
-
-    Raises:
-        FormatError: A name holds a NUL, at which USD would end it, or half a character.
-    """
-    labels = (rig.neutral.materials, rig.neutral.groups)
-    for name in (*rig.morphs, *(name for own in labels if own is not None for name in own.names)):
-        if "\0" in name or name.encode("utf-8", "replace").decode() != name:
-            raise FormatError(path, f"the name {name!r} cannot be stored as text; rename it")

@@ -10,18 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
-from elastomorph.io.usd.exact import (
-    BENDS,
-    COARSEST,
-    GROUP_FAMILY,
-    NAME,
-    PATH,
-    POINTS,
-    checksum,
-    path_to_json,
-)
+from elastomorph.io.usd.exact import checksum, path_to_json, prim_names
 from elastomorph.io.usd.inbetweens import Placement
-from elastomorph.io.usd.library import prim_names, pxr
+from elastomorph.io.usd.library import BENDS, GROUP_FAMILY, NAME, PATH, POINTS, pxr
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig.fields import MorphFields
@@ -40,6 +31,7 @@ __all__ = [
 ]
 
 _JOINT = "root"
+_COARSEST = 1e-7  # of D: a rounding to float32 larger than this is not accepted
 
 
 def set_text(prim: Any, name: str, text: str) -> None:
@@ -54,16 +46,12 @@ def extent_of(low: NDArray[np.floating], high: NDArray[np.floating]) -> Any:
 
 
 def define_mesh(path: str | Path, stage: Any, place: str, mesh: Mesh) -> Any:
-    """A ``UsdGeom.Mesh`` with points, polygons and texture coordinates.
-
-    Raises:
-        FormatError: A coordinate is too large for float32.
-    """
+    """A ``UsdGeom.Mesh`` with points, polygons and texture coordinates."""
     geometry, values, value_types = pxr("UsdGeom"), pxr("Vt"), pxr("Sdf").ValueTypeNames
     prim = geometry.Mesh.Define(stage, place)
     points = _as_float32(path, mesh.vertices, "a coordinate")
     prim.CreatePointsAttr(values.Vec3fArray.FromNumpy(points))
-    if np.abs(points - mesh.vertices).max() > COARSEST * mesh.diameter:
+    if np.abs(points - mesh.vertices).max() > _COARSEST * mesh.diameter:
         exact = prim.GetPrim().CreateAttribute(POINTS, value_types.Double3Array, custom=True)
         exact.Set(values.Vec3dArray.FromNumpy(np.array(mesh.vertices)))
     prim.CreateFaceVertexCountsAttr(values.IntArray.FromNumpy(mesh.faces.sizes.astype(np.int32)))
@@ -140,31 +128,23 @@ def _define_family(
 
 @dataclass(frozen=True, eq=False)
 class SparseShapes:
-    """The shapes that UsdSkel plays, on the points that any of them moves.
+    """The shapes that UsdSkel plays, on the points that any of them moves."""
 
-    Attributes:
-        points: (N,) int32 rising, N ≥ 1.
-        offsets: (1 + n, N, 3) float32 from the neutral: the target, then the in-betweens.
-        weights: (n,) float32 of the in-betweens, rising.
-    """
-
-    points: NDArray[np.int32]
+    points: NDArray[np.int32]  # (N,) int32 rising, N ≥ 1
+    # (1 + n, N, 3) float32 from the neutral: the target, then the in-betweens
     offsets: NDArray[np.float32]
-    weights: NDArray[np.float32]
+    weights: NDArray[np.float32]  # (n,) float32 of the in-betweens, rising
 
 
 def sparse_shapes(path: str | Path, morph: Morph, placement: Placement) -> SparseShapes:
     """The shapes of a morph at 1 and at its in-betweens.
 
     Vertices that move less than 1e-7 of D all along the path stay where they are.
-
-    Raises:
-        FormatError: An offset is too large for float32.
     """
     fields = MorphFields.of(morph)
     reach = np.concatenate([[1.0], _heights(morph)]) @ np.linalg.norm(fields.fields, axis=2)
     # the noise of scans and solvers below float32 would make most points of a face move
-    points = fields.moved[reach > COARSEST * morph.neutral.diameter]
+    points = fields.moved[reach > _COARSEST * morph.neutral.diameter]
     if not points.size:
         points = np.zeros(1, dtype=np.int32)  # no point at all would mean every point to UsdSkel
     times = np.concatenate([[1.0], placement.weights])
@@ -177,11 +157,7 @@ def sparse_shapes(path: str | Path, morph: Morph, placement: Placement) -> Spars
 def define_blend_shape(
     path: str | Path, stage: Any, place: str, name: str, morph: Morph, shapes: SparseShapes
 ) -> None:
-    """A BlendShape prim with its in-betweens, and the exact path of the morph beside them.
-
-    Raises:
-        FormatError: A bend is too large for float32.
-    """
+    """A BlendShape prim with its in-betweens, and the exact path of the morph beside them."""
     values, value_types = pxr("Vt"), pxr("Sdf").ValueTypeNames
     shape = pxr("UsdSkel").BlendShape.Define(stage, place)
     vectors = [values.Vec3fArray.FromNumpy(own) for own in shapes.offsets]
@@ -204,7 +180,7 @@ def define_blend_shape(
     coarse = _as_float32(path, bends, "a bend")
     # how far rounding may move the path: bends of a bake cancel each other
     rounding = (_heights(morph) @ np.linalg.norm(bends - coarse, axis=2)).max()
-    if rounding <= COARSEST * morph.neutral.diameter:
+    if rounding <= _COARSEST * morph.neutral.diameter:
         single = prim.CreateAttribute(BENDS, value_types.Vector3fArray, custom=True)
         single.Set(values.Vec3fArray.FromNumpy(coarse.reshape(-1, 3)))
     else:
@@ -253,17 +229,11 @@ def define_skeleton(stage: Any, place: str, mesh: Any, count: int, shapes: list[
 
 @dataclass(frozen=True, eq=False)
 class WeightAnimation:
-    """Weights of all morphs over time.
+    """Weights of all morphs over time."""
 
-    Attributes:
-        times: (T,) seconds, rising.
-        weights: (T, J) float64, one column a morph.
-        name: What people call it.
-    """
-
-    times: NDArray[np.float64]
-    weights: NDArray[np.float64]
-    name: str
+    times: NDArray[np.float64]  # (T,) seconds, rising
+    weights: NDArray[np.float64]  # (T, J) float64, one column a morph
+    name: str  # What people call it
 
 
 def define_animation(

@@ -26,8 +26,7 @@ from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig, placings
 from elastomorph.io.mesh_choice import wanted_names
 from elastomorph.io.untrusted import naming_file
-from elastomorph.io.usd.exact import checksum, path_from_json
-from elastomorph.io.usd.library import prim_names
+from elastomorph.io.usd.exact import checksum, path_from_json, prim_names
 from elastomorph.io.usd.scene import FoundShape, Scene
 from elastomorph.io.usd.writer import SUFFIXES
 from elastomorph.model.mesh import Mesh
@@ -171,11 +170,7 @@ def _values_needed(shape: FoundShape) -> int:
 
 
 def _morph(path: str | Path, neutral: Mesh, name: str, shape: FoundShape) -> Morph:
-    """The morph of a blend shape.
-
-    Raises:
-        FormatError: Two in-betweens have the same weight and are not the same.
-    """
+    """The morph of a blend shape."""
     delta = _spread(neutral, shape.points, shape.offsets[0])
     with naming_file(path):
         target = neutral.with_vertices(neutral.vertices + delta)

@@ -26,25 +26,16 @@ _OBJECTS_OF_MESH = 10  # so many arrays the worker wrote of it
 
 @dataclass(frozen=True, eq=False)
 class FoundShape:
-    """One blend shape as it stands in the file.
+    """One blend shape as it stands in the file."""
 
-    Attributes:
-        token: Its name to UsdSkel.
-        name: The name that elastomorph gave it, if any.
-        path: JSON of its exact path, if any.
-        points: (N,) int64 points it moves.
-        offsets: (1 + n, N, 3) float64, of the shape and its in-betweens.
-        weights: (n,) float64 of the in-betweens, in any order; NaN where there is none.
-        bends: (M, 3) float64 rows of exact bends, if any.
-    """
-
-    token: str
-    name: str | None
-    path: str | None
-    points: NDArray[np.int64]
-    offsets: NDArray[np.float64]
+    token: str  # Its name to UsdSkel
+    name: str | None  # The name that elastomorph gave it, if any
+    path: str | None  # JSON of its exact path, if any
+    points: NDArray[np.int64]  # (N,) int64 points it moves
+    offsets: NDArray[np.float64]  # (1 + n, N, 3) float64, of the shape and its in-betweens
+    # (n,) float64 of the in-betweens, in any order; NaN where there is none
     weights: NDArray[np.float64]
-    bends: NDArray[np.float64]
+    bends: NDArray[np.float64]  # (M, 3) float64 rows of exact bends, if any
 
 
 class Scene:
@@ -109,11 +100,7 @@ class FoundMesh:
         return found if isinstance(found, str) else None
 
     def mesh(self) -> Mesh:
-        """The neutral.
-
-        Raises:
-            FormatError: Points and polygons do not form a mesh.
-        """
+        """The neutral."""
         points = self._array("points", (None, 3))
         counts = self._indices("counts", 0, None)
         indices = self._indices("indices", 0, len(points) - 1)
@@ -145,11 +132,7 @@ class FoundMesh:
         return len(self._scene["shapes"])
 
     def shape(self, i: int, vertices: int) -> FoundShape:
-        """One blend shape.
-
-        Raises:
-            FormatError: Its arrays do not fit each other or the mesh.
-        """
+        """One blend shape."""
         found, prefix = self._scene["shapes"][i], f"shape_{i}"
         main = self._array(f"{prefix}_offsets", (None, 3))
         points = np.arange(vertices)

@@ -13,8 +13,16 @@ from numpy.typing import NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.io.isolated import RefusedError, allow_for, serve
 from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes
-from elastomorph.io.usd.exact import BENDS, GROUP_FAMILY, NAME, PATH, POINTS, SETTINGS, SLIDERS
-from elastomorph.io.usd.library import pxr
+from elastomorph.io.usd.library import (
+    BENDS,
+    GROUP_FAMILY,
+    NAME,
+    PATH,
+    POINTS,
+    SETTINGS,
+    SLIDERS,
+    pxr,
+)
 
 __all__ = ["content_of"]
 
@@ -22,15 +30,7 @@ _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
 
 
 def content_of(source: str, *wanted: str) -> dict[str, NDArray[Any]]:
-    """The arrays of a file.
-
-    Args:
-        source: The file.
-        *wanted: Names or paths of the meshes to take; none for all.
-
-    Raises:
-        RefusedError: It is no USD file, a damaged one, or holds no such mesh.
-    """
+    """The arrays of the meshes of these names or paths, or of all, in a file."""
     try:
         return _content(source, wanted)
     except pxr("Tf").ErrorException as error:
@@ -65,9 +65,6 @@ def _follow(layer: Any, folder: Path) -> int:
     Sublayers, references and payloads, in all variants, must be files below the folder; links
     are resolved first. Those of a layer in a package (.usdz) must lie in that package. Search
     paths, URLs and value clips are not followed.
-
-    Raises:
-        RefusedError: The layer must not be composed.
     """
     waiting, seen = [layer], {layer.identifier}
     known: set[str] = set()

@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing_path
 from elastomorph.io.blend_shapes import driven_weights
-from elastomorph.io.usd.exact import SETTINGS, SLIDERS, checksum
+from elastomorph.io.usd.exact import checksum, prim_names
 from elastomorph.io.usd.inbetweens import place_inbetweens
-from elastomorph.io.usd.library import naming_failure, prim_names, pxr, require_storable
+from elastomorph.io.usd.library import SETTINGS, SLIDERS, naming_failure, pxr
 from elastomorph.io.usd.prims import (
     WeightAnimation,
     define_animation,
@@ -134,7 +134,10 @@ def write_usd(
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise FormatError(path, f"expected a name that ends in {', '.join(SUFFIXES)}")
-    require_storable(path, rig)
+    labels = (rig.neutral.materials, rig.neutral.groups)
+    for name in (*rig.morphs, *(name for own in labels if own is not None for name in own.names)):
+        if "\0" in name or name.encode("utf-8", "replace").decode() != name:
+            raise FormatError(path, f"the name {name!r} cannot be stored as text; rename it")
     motion = None
     if animation is not None:
         motion = WeightAnimation(*driven_weights(rig, *animation[:2]), str(animation[2]))
@@ -158,11 +161,7 @@ def require_usd_settings(
     fps: float = 30.0,
     meters_per_unit: float = 0.01,
 ) -> None:
-    """Check options of `write_usd`.
-
-    Raises:
-        ParameterError: One is out of its range.
-    """
+    """Check options of `write_usd`."""
     for what, number in (("fps", fps), ("meters_per_unit", meters_per_unit)):
         if not (np.isfinite(number) and number > 0):
             raise ParameterError(f"{what} must be a number above 0, found {number!r}")

@@ -7,7 +7,7 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elastomorph.io.usd.library import prim_names
+from elastomorph.io.usd.exact import prim_names
 
 
 def test_illegal_characters_become_underscores() -> None:
