@@ -16,7 +16,6 @@ from elastomorph.io.isolated import RefusedError
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import reader, worker
-from elastomorph.io.usd.scene import Scene
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
@@ -164,7 +163,7 @@ def read_in_this_process(
     except RefusedError as error:
         raise FormatError(path, str(error)) from error
     with open_npz(archive, budget or MemoryBudget(path, 1 << 22)) as members:
-        return reader._rig(path, Scene(path, members))
+        return reader._rig(path, members)
 
 
 def assert_same_paths(one: Morph, other: Morph, tolerance: float = 1e-6) -> None:

@@ -15,8 +15,6 @@ from elastomorph.io.npz.members import NpzMembers
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["Channel", "FbxMesh", "mesh_of", "read_axes", "read_meshes"]
-
 _OBJECTS_OF_MESH = 20  # so many arrays the worker wrote of it
 
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from elastomorph.io.isolated import RefusedError, serve
 
-__all__ = ["ADVICE", "content_of"]
-
 ADVICE = (
     "export it again as binary FBX 2014 or later from the program it was made with, or as another "
     "format"

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from elastomorph.io.gltf.container import GltfFile
 
-__all__ = ["AccessorWriter", "read_floats", "read_indices"]
-
 _DTYPES = {5120: "|i1", 5121: "|u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COMPONENT_TYPES = {name: number for number, name in _DTYPES.items()}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "MAT4": 16}

@@ -22,8 +22,6 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 from elastomorph.rig.timing import Timing, linear
 
-__all__ = ["Clip", "performance_clip", "slider_clips", "weight_animation"]
-
 _FINEST = 4096
 _BETWEEN = 8
 # A frame closer to a corner than this part of a frame is left out: the corner is the key.

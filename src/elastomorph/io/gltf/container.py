@@ -21,8 +21,6 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.untrusted import MemoryBudget
 
-__all__ = ["GltfFile", "glb_chunks", "open_gltf", "without_empty"]
-
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _HALF_CHARACTER = re.compile(rb"\\u[dD][89a-fA-F]")

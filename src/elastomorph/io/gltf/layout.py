@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from elastomorph.model.mesh import Mesh, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["Layout", "MaterialTriangles", "lay_out"]
-
 
 @dataclass(frozen=True, eq=False)
 class MaterialTriangles:

@@ -24,15 +24,6 @@ from elastomorph.io.gltf.layout import Layout
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = [
-    "packed",
-    "packed_bytes",
-    "restored_surface",
-    "surface_extras",
-    "unpacked",
-    "unpacked_bytes",
-]
-
 _DECIMALS = range(8)
 _FREE_ENTRIES = 1 << 20
 

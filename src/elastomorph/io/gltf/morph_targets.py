@@ -17,8 +17,6 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
 
-__all__ = ["KeptMorph", "MorphTargets", "with_positive_weights"]
-
 
 @dataclass(frozen=True, eq=False)
 class KeptMorph:

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import GltfFile
 
-__all__ = ["PlacedMesh", "placed_meshes"]
-
 _BOUND_ALIKE = 1e-4  # single precision, through a chain of joints
 
 

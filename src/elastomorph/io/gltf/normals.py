@@ -26,8 +26,6 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["NormalField", "normal_deltas"]
-
 # A bend that moves vertices less than this fraction of D turns no normal: what a fit would find
 # for it is rounding over nothing.
 _NOTHING = 1e-12

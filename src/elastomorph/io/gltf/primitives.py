@@ -14,8 +14,6 @@ from elastomorph.io.gltf.accessors import read_floats, read_indices
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.nodes import PlacedMesh
 
-__all__ = ["Attributes", "Primitives", "read_primitives", "target_count"]
-
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
 _DRACO = "KHR_draco_mesh_compression"
 

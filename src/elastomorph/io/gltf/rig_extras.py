@@ -33,8 +33,6 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import Sliders
 
-__all__ = ["StoredMorph", "StoredRig", "rig_extras", "stored_rig"]
-
 _VERSION = 1
 
 

@@ -20,8 +20,6 @@ from elastomorph.io.choices import choice_from_json, choice_to_json
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 
-__all__ = ["ExactPath", "checksum", "path_from_json", "path_to_json", "prim_names"]
-
 _VERSION = 1
 
 

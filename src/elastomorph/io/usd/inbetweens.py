@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from elastomorph.model.morph import Morph
 
-__all__ = ["Placement", "deviation", "place_inbetweens"]
-
 _CELLS = 64
 _CHECKS = 512
 _MOST_BREAKS = 96

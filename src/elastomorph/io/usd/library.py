@@ -26,11 +26,6 @@ from typing import Any
 
 from elastomorph.errors import FileError, MissingExtraError
 
-__all__ = [
-    *("BENDS", "GROUP_FAMILY", "NAME", "PATH", "POINTS", "SETTINGS", "SLIDERS"),
-    *("naming_failure", "pxr"),
-]
-
 NAME = "elastomorph:name"
 PATH = "elastomorph:path"
 BENDS = "elastomorph:bends"

@@ -17,19 +17,6 @@ from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig.fields import MorphFields
 
-__all__ = [
-    "SparseShapes",
-    "WeightAnimation",
-    "define_animation",
-    "define_blend_shape",
-    "define_mesh",
-    "define_skeleton",
-    "define_subsets",
-    "extent_of",
-    "set_text",
-    "sparse_shapes",
-]
-
 _JOINT = "root"
 _COARSEST = 1e-7  # of D: a rounding to float32 larger than this is not accepted
 

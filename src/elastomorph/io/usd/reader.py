@@ -25,9 +25,10 @@ from elastomorph.io.blend_shapes import different_names, hats
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig, placings
 from elastomorph.io.mesh_choice import wanted_names
-from elastomorph.io.untrusted import naming_file
+from elastomorph.io.npz.members import NpzMembers
+from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json, prim_names
-from elastomorph.io.usd.scene import FoundShape, Scene
+from elastomorph.io.usd.scene import FoundMesh, FoundShape, found_meshes
 from elastomorph.io.usd.writer import SUFFIXES
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
@@ -67,8 +68,8 @@ def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
             or it is composed of files outside its folder.
         ParameterError: An empty list of names.
     """
-    with _scene(path, wanted_names(mesh)) as scene:
-        return _rig(path, scene)
+    with _members(path, wanted_names(mesh)) as members:
+        return _rig(path, members)
 
 
 def read_usd_settings(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> str | None:
@@ -76,13 +77,14 @@ def read_usd_settings(path: str | Path, *, mesh: str | Sequence[str] | None = No
 
     Arguments and errors are those of `read_usd`.
     """
-    with _scene(path, wanted_names(mesh)) as scene:
-        return scene.settings
+    with _members(path, wanted_names(mesh)) as members:
+        found = [own.settings for own in found_meshes(path, members)]
+        return next((text for text in found if text is not None), None)
 
 
 @contextmanager
-def _scene(path: str | Path, wanted: Sequence[str]) -> Iterator[Scene]:
-    """The content of a file."""
+def _members(path: str | Path, wanted: Sequence[str]) -> Iterator[NpzMembers]:
+    """The content of a file, as the worker found it."""
     if Path(path).suffix.lower() not in _SUFFIXES:
         raise FormatError(path, f"expected a name that ends in {', '.join(_SUFFIXES)}")
     with opened(path):  # a file that is not there is no matter of what is installed
@@ -90,23 +92,23 @@ def _scene(path: str | Path, wanted: Sequence[str]) -> Iterator[Scene]:
     if find_spec("pxr") is None:
         raise MissingExtraError("usd-core", "usd")
     with extracted(_READER, path, *wanted) as members:
-        yield Scene(path, members)
+        yield members
 
 
-def _rig(path: str | Path, scene: Scene) -> Rig:
-    parts = _parts(path, scene)
+def _rig(path: str | Path, members: NpzMembers) -> Rig:
+    found = found_meshes(path, members)
+    parts = _parts(path, found, members.budget)
     with naming_file(path):
         neutral, morphs = joined_rig(parts, str(path))
     correctives, groups = (
-        {name: own for mesh in scene.meshes for name, own in _lists(mesh.sliders.get(kind)).items()}
+        {name: own for mesh in found for name, own in _lists(mesh.sliders.get(kind)).items()}
         for kind in ("correctives", "groups")
     )
     entries = sum(map(len, (*correctives.values(), *groups.values())))
-    scene.budget.spend_lookups(entries, len(morphs))
+    members.budget.spend_lookups(entries, len(morphs))
     known = set(morphs)
-    lost = any({n, *own} - known for n, own in correctives.items())
-    lost = lost or any(set(own) - known for own in groups.values())
-    if lost:
+    named = [*({n, *own} for n, own in correctives.items()), *map(set, groups.values())]
+    if any(own - known for own in named):
         warnings.warn(
             f"{path}: blend shapes that correctives or groups name are gone; both are left out",
             ElastomorphWarning,
@@ -117,31 +119,30 @@ def _rig(path: str | Path, scene: Scene) -> Rig:
         return Rig(neutral, morphs, correctives=correctives, groups=groups)
 
 
-def _parts(path: str | Path, scene: Scene) -> list[RigPart]:
+def _parts(path: str | Path, found: list[FoundMesh], budget: MemoryBudget) -> list[RigPart]:
     """The meshes with their morphs, each where it goes."""
-    meshes = [found.mesh() for found in scene.meshes]
+    meshes = [one.mesh() for one in found]
     shapes = [
-        [found.shape(i, len(mesh.vertices)) for i in range(found.shape_count())]
-        for found, mesh in zip(scene.meshes, meshes, strict=True)
+        [one.shape(i, len(mesh.vertices)) for i in range(one.shape_count)]
+        for one, mesh in zip(found, meshes, strict=True)
     ]
     vertices = sum(len(mesh.vertices) for mesh in meshes)
-    fields = sum(_values_needed(shape) for own in shapes for shape in own)
-    scene.budget.spend_fields(vertices, fields, copies=1 if len(meshes) == 1 else 2)
+    # displacement fields that the morph of a shape will have, at most
+    fields = sum(
+        2 + max(len(shape.bends) // max(len(shape.points), 1), len(shape.weights))
+        for own in shapes
+        for shape in own
+    )
+    budget.spend_fields(vertices, fields, copies=1 if len(meshes) == 1 else 2)
     main = max(range(len(meshes)), key=lambda number: len(shapes[number]))
     with naming_file(path):
-        places = placings(None, scene.meshes, main)
-    return [
-        RigPart(
-            found.name,
-            mesh,
-            {
-                name: _morph(path, mesh, name, shape)
-                for name, shape in zip(_names(own), own, strict=True)
-            },
-            place,
-        )
-        for found, mesh, own, place in zip(scene.meshes, meshes, shapes, places, strict=True)
-    ]
+        places = placings(None, found, main)
+    parts = []
+    for one, mesh, own, place in zip(found, meshes, shapes, places, strict=True):
+        by_name = zip(_names(own), own, strict=True)
+        morphs = {name: _morph(path, mesh, name, shape) for name, shape in by_name}
+        parts.append(RigPart(one.name, mesh, morphs, place))
+    return parts
 
 
 def _names(shapes: Iterable[FoundShape]) -> list[str]:
@@ -161,12 +162,6 @@ def _lists(content: Any) -> dict[str, list[str]]:
     return {
         str(name): [str(n) for n in own] for name, own in content.items() if isinstance(own, list)
     }
-
-
-def _values_needed(shape: FoundShape) -> int:
-    """How many displacement fields the morph of a shape will have, at most."""
-    bends = len(shape.bends) // max(len(shape.points), 1)
-    return 2 + max(bends, len(shape.weights))
 
 
 def _morph(path: str | Path, neutral: Mesh, name: str, shape: FoundShape) -> Morph:

@@ -19,8 +19,6 @@ from elastomorph.io.usd.exact import checksum
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["FoundMesh", "FoundShape", "Scene"]
-
 _OBJECTS_OF_MESH = 10  # so many arrays the worker wrote of it
 
 
@@ -38,46 +36,27 @@ class FoundShape:
     bends: NDArray[np.float64]  # (M, 3) float64 rows of exact bends, if any
 
 
-class Scene:
-    """The meshes of one file.
-
-    Attributes:
-        budget: Memory that the file may still take.
-        meshes: The meshes, in its order.
-    """
-
-    def __init__(self, path: str | Path, members: NpzMembers) -> None:
-        scene = json.loads(members.array("scene", "u", (None,)).tobytes())
-        self.budget = members.budget
-        self.budget.add_size(scene["size_of_others"])
-        self.budget.spend_objects(_OBJECTS_OF_MESH * len(scene["meshes"]))
-        self.meshes = [
-            FoundMesh(path, members, f"{number}_", entry)
-            for number, entry in enumerate(scene["meshes"])
-        ]
-
-    @property
-    def settings(self) -> str | None:
-        """The settings that elastomorph stored, as JSON."""
-        found = [mesh.settings for mesh in self.meshes]
-        return next((text for text in found if text is not None), None)
+def found_meshes(path: str | Path, members: NpzMembers) -> list[FoundMesh]:
+    """The meshes of a file, in its order."""
+    scene = json.loads(members.array("scene", "u", (None,)).tobytes())
+    members.budget.add_size(scene["size_of_others"])
+    members.budget.spend_objects(_OBJECTS_OF_MESH * len(scene["meshes"]))
+    return [FoundMesh(path, members, f"{i}_", own) for i, own in enumerate(scene["meshes"])]
 
 
 class FoundMesh:
-    """A mesh and its blend shapes.
-
-    Attributes:
-        name: Name of its prim.
-    """
+    """A mesh and its blend shapes."""
 
     def __init__(
-        self, path: str | Path, members: NpzMembers, prefix: str, scene: dict[str, Any]
+        self, path: str | Path, members: NpzMembers, prefix: str, entry: dict[str, Any]
     ) -> None:
         self._path = path
         self._members = members
         self._prefix = prefix
-        self._scene = scene
-        self.name: str = scene["name"]
+        self._entry = entry
+        self.name: str = entry["name"]
+        self.settings: str | None = entry["settings"]  # as JSON, where elastomorph stored them
+        self.shape_count = len(entry["shapes"])
 
     @cached_property
     def matrix(self) -> NDArray[np.float64]:
@@ -88,16 +67,10 @@ class FoundMesh:
     def sliders(self) -> dict[str, Any]:
         """What elastomorph stored of the sliders; empty where it did not."""
         try:
-            found = json.loads(self._scene["sliders"] or "")
+            found = json.loads(self._entry["sliders"] or "")
         except (ValueError, RecursionError):
             return {}
         return found if isinstance(found, dict) and found.get("version") == 1 else {}
-
-    @property
-    def settings(self) -> str | None:
-        """The settings that elastomorph stored, as JSON."""
-        found = self._scene.get("settings")
-        return found if isinstance(found, str) else None
 
     def mesh(self) -> Mesh:
         """The neutral."""
@@ -113,9 +86,8 @@ class FoundMesh:
         library = self.sliders.get("materialLibrary")
         with naming_file(self._path):
             offsets = np.concatenate([[0], np.cumsum(counts)])
-            order = np.arange(len(indices))
-            if self._scene["left_handed"]:
-                order = turned_corners(offsets)
+            left = self._entry["left_handed"]
+            order = turned_corners(offsets) if left else np.arange(len(indices))
             faces = Polygons(indices[order], offsets)
             return Mesh(
                 self._exact_points(points),
@@ -127,13 +99,9 @@ class FoundMesh:
                 source=Source(str(self._path)),
             )
 
-    def shape_count(self) -> int:
-        """Number of blend shapes."""
-        return len(self._scene["shapes"])
-
     def shape(self, i: int, vertices: int) -> FoundShape:
         """One blend shape."""
-        found, prefix = self._scene["shapes"][i], f"shape_{i}"
+        found, prefix = self._entry["shapes"][i], f"shape_{i}"
         main = self._array(f"{prefix}_offsets", (None, 3))
         points = np.arange(vertices)
         if self._has(f"{prefix}_points"):
@@ -141,11 +109,8 @@ class FoundMesh:
             points = named if named.size else points
         if not len(main) and len(points) == vertices:
             main = np.zeros((vertices, 3))  # an empty shape moves nothing
-        rows = [main]
-        rows += [
-            self._array(f"{prefix}_inbetween_{k}", (None, 3))
-            for k in range(len(found["inbetweens"]))
-        ]
+        between = range(len(found["inbetweens"]))
+        rows = [main, *(self._array(f"{prefix}_inbetween_{k}", (None, 3)) for k in between)]
         for row in rows:
             if len(row) != len(points):
                 raise FormatError(
@@ -154,9 +119,6 @@ class FoundMesh:
                     f"{len(row):,} offsets; the file is damaged or was written wrongly",
                 )
         weights = [entry["weight"] for entry in found["inbetweens"]]
-        bends = np.zeros((0, 3))
-        if self._has(f"{prefix}_bends"):
-            bends = self._array(f"{prefix}_bends", (None, 3))
         return FoundShape(
             found["token"],
             found["name"],
@@ -164,7 +126,7 @@ class FoundMesh:
             points,
             np.stack(rows),
             np.array([np.nan if w is None else w for w in weights], dtype=np.float64),
-            bends,
+            self._array(f"{prefix}_bends", (None, 3)),
         )
 
     def _has(self, name: str) -> bool:
@@ -205,7 +167,7 @@ class FoundMesh:
     def _texture(
         self, indices: NDArray[np.int64], order: NDArray[np.int64], vertices: int
     ) -> UVMap | None:
-        found = self._scene["texture"]
+        found = self._entry["texture"]
         if found is None:
             return None
         uv = self._members.array(f"{self._prefix}uv", "f", (None, None))
@@ -213,14 +175,13 @@ class FoundMesh:
         if coordinates.shape[1] not in (2, 3) or not np.isfinite(coordinates).all():
             return None
         corner = found["kind"] == "faceVarying"
-        own = np.arange(len(indices) if corner else vertices)
+        count, of = (len(indices), "corners") if corner else (vertices, "points")
+        own = np.arange(count)
         if self._has("uv_indices"):
             own = self._indices("uv_indices", -1, len(coordinates) - 1)
-        if len(own) != (len(indices) if corner else vertices):
+        if len(own) != count:
             raise FormatError(
-                self._path,
-                f"there are {len(own):,} texture coordinates for "
-                f"{len(indices) if corner else vertices:,} {'corners' if corner else 'points'}",
+                self._path, f"there are {len(own):,} texture coordinates for {count:,} {of}"
             )
         if own.size and int(own.max()) >= len(coordinates):
             raise FormatError(
@@ -237,16 +198,16 @@ class FoundMesh:
     def _labels(self, faces: int, *, material: bool) -> FaceLabels | None:
         subsets = [
             (i, subset["name"])
-            for i, subset in enumerate(self._scene["subsets"])
+            for i, subset in enumerate(self._entry["subsets"])
             if subset["material"] == material
         ]
-        whole = self._scene["material"] if material else None
+        whole = self._entry["material"] if material else None
         if not subsets and whole is None:
             return None
         names = list(dict.fromkeys(name for _, name in subsets))
         of_face = np.full(faces, -1, dtype=np.int32)
         if whole is not None:
-            names = [*names, *([] if whole in names else [whole])]
+            names += [whole] if whole not in names else []
             of_face[:] = names.index(whole)
         for i, name in subsets:
             of_face[self._indices(f"subset_{i}", 0, faces - 1)] = names.index(name)

@@ -24,8 +24,6 @@ from elastomorph.io.usd.library import (
     pxr,
 )
 
-__all__ = ["content_of"]
-
 _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
 
 
