@@ -61,12 +61,10 @@ def _set_texture_coordinates(path: str | Path, prim: Any, uv: UVMap) -> None:
         # a corner without coordinates points to a value that is marked as standing for none
         corners[bare] = len(coordinates)
         coordinates = np.concatenate([coordinates, np.zeros((1, coordinates.shape[1]), np.float32)])
-    kind, array = value_types.TexCoord3fArray, values.Vec3fArray
-    if coordinates.shape[1] == 2:
-        kind, array = value_types.TexCoord2fArray, values.Vec2fArray
-    primvars = geometry.PrimvarsAPI(prim)
-    primvar = primvars.CreatePrimvar("st", kind, geometry.Tokens.faceVarying)
-    primvar.Set(array.FromNumpy(coordinates))
+    width = coordinates.shape[1]
+    kind = getattr(value_types, f"TexCoord{width}fArray")
+    primvar = geometry.PrimvarsAPI(prim).CreatePrimvar("st", kind, geometry.Tokens.faceVarying)
+    primvar.Set(getattr(values, f"Vec{width}fArray").FromNumpy(coordinates))
     primvar.SetIndices(values.IntArray.FromNumpy(corners.astype(np.int32)))
     if sparse:
         primvar.SetUnauthoredValuesIndex(len(coordinates) - 1)
@@ -167,12 +165,10 @@ def define_blend_shape(
     coarse = _as_float32(path, bends, "a bend")
     # how far rounding may move the path: bends of a bake cancel each other
     rounding = (_heights(morph) @ np.linalg.norm(bends - coarse, axis=2)).max()
-    if rounding <= _COARSEST * morph.neutral.diameter:
-        single = prim.CreateAttribute(BENDS, value_types.Vector3fArray, custom=True)
-        single.Set(values.Vec3fArray.FromNumpy(coarse.reshape(-1, 3)))
-    else:
-        double = prim.CreateAttribute(BENDS, value_types.Vector3dArray, custom=True)
-        double.Set(values.Vec3dArray.FromNumpy(bends.reshape(-1, 3)))
+    fine = rounding <= _COARSEST * morph.neutral.diameter
+    stored, of = (coarse, "f") if fine else (bends, "d")
+    kind, array = getattr(value_types, f"Vector3{of}Array"), getattr(values, f"Vec3{of}Array")
+    prim.CreateAttribute(BENDS, kind, custom=True).Set(array.FromNumpy(stored.reshape(-1, 3)))
 
 
 def _heights(morph: Morph) -> NDArray[np.float64]:
@@ -214,26 +210,18 @@ def define_skeleton(stage: Any, place: str, mesh: Any, count: int, shapes: list[
     return skeleton
 
 
-@dataclass(frozen=True, eq=False)
-class WeightAnimation:
-    """Weights of all morphs over time."""
-
-    times: NDArray[np.float64]  # (T,) seconds, rising
-    weights: NDArray[np.float64]  # (T, J) float64, one column a morph
-    name: str  # What people call it
-
-
 def define_animation(
     stage: Any,
     place: str,
     skeleton: Any,
     shapes: list[str],
-    animation: WeightAnimation | None,
+    animation: tuple[NDArray[np.float64], NDArray[np.float64], str] | None,
     fps: float,
 ) -> None:
-    """The weights of the blend shapes, of these names: all at rest, or over time.
+    """The weights of the blend shapes of these names: all at rest, or an animation.
 
-    The time range of the stage is set where there is an animation.
+    That is rising times (T,) in seconds, weights (T, J), one column a morph, and a name. It sets
+    the time range of the stage.
     """
     gf, values = pxr("Gf"), pxr("Vt")
     prim = pxr("UsdSkel").Animation.Define(stage, place)
@@ -249,11 +237,12 @@ def define_animation(
     stage.SetFramesPerSecond(fps)
     if animation is None:
         return
-    prim.GetPrim().SetDisplayName(animation.name)
-    codes = animation.times * fps
+    times, rows, name = animation
+    prim.GetPrim().SetDisplayName(name)
+    codes = times * fps
     near = np.round(codes)
     codes = np.where(np.abs(codes - near) < 1e-6, near, codes)  # 7 / 30 · 30 is not quite 7
-    for code, row in zip(codes.tolist(), animation.weights.astype(np.float32), strict=True):
+    for code, row in zip(codes.tolist(), rows.astype(np.float32), strict=True):
         weights.Set(values.FloatArray.FromNumpy(row), code)
     stage.SetStartTimeCode(float(codes[0]))
     stage.SetEndTimeCode(float(codes[-1]))

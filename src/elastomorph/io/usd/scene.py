@@ -118,7 +118,7 @@ class FoundMesh:
                     f"the blend shape '{found['token']}' moves {len(points):,} points, but has "
                     f"{len(row):,} offsets; the file is damaged or was written wrongly",
                 )
-        weights = [entry["weight"] for entry in found["inbetweens"]]
+        weights = found["inbetweens"]
         return FoundShape(
             found["token"],
             found["name"],

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -148,7 +149,8 @@ def _chosen(stage: Any, wanted: Sequence[str]) -> list[Any]:
     except ParameterError as problem:
         raise RefusedError(str(problem)) from None
     # Meshes without points show nothing; exporters leave them where something was.
-    full = [i for i in chosen if listed[i].shapes or _has_points(prims[i])]
+    mesh = pxr("UsdGeom").Mesh
+    full = [i for i in chosen if listed[i].shapes or _value(mesh(prims[i]).GetPointsAttr())]
     return [prims[i] for i in full or chosen]
 
 
@@ -159,27 +161,23 @@ def _is_shown(prim: Any) -> bool:
     return drawn and image.ComputeVisibility() != tokens.invisible
 
 
-def _has_points(prim: Any) -> bool:
-    return bool(_value(pxr("UsdGeom").Mesh(prim).GetPointsAttr()))
-
-
 def _mesh(arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any) -> dict[str, Any]:
-    """What JSON can hold of a mesh; the rest goes into the arrays."""
-    mesh = pxr("UsdGeom").Mesh(prim)
-    _keep(arrays, f"{prefix}points", mesh.GetPointsAttr(), 3)
-    _keep(arrays, f"{prefix}counts", mesh.GetFaceVertexCountsAttr())
-    _keep(arrays, f"{prefix}indices", mesh.GetFaceVertexIndicesAttr())
-    _keep(arrays, f"{prefix}exact_points", prim.GetAttribute(POINTS), 3)
+    """What JSON can hold of a mesh; the rest goes into the arrays, under names with a prefix."""
+    mesh, keep = pxr("UsdGeom").Mesh(prim), partial(_keep, arrays, prefix)
+    keep("points", mesh.GetPointsAttr(), 3)
+    keep("counts", mesh.GetFaceVertexCountsAttr())
+    keep("indices", mesh.GetFaceVertexIndicesAttr())
+    keep("exact_points", prim.GetAttribute(POINTS), 3)
     arrays[f"{prefix}matrix"] = np.array(_to_world(prim), dtype=np.float64)[:, :3]
     return {
         "name": prim.GetName(),
         "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
         "sliders": _text(prim, SLIDERS),
         "settings": _text(prim, SETTINGS),
-        "texture": _texture(arrays, prefix, mesh),
-        "subsets": _subsets(arrays, prefix, prim),
+        "texture": _texture(keep, mesh),
+        "subsets": _subsets(keep, prim),
         "material": _material(prim),
-        "shapes": _shapes(arrays, prefix, stage, prim),
+        "shapes": _shapes(keep, stage, prim),
     }
 
 
@@ -208,7 +206,10 @@ def _value(attribute: Any) -> Any:
     return attribute.Get(pxr("Usd").TimeCode.EarliestTime()) if value is None else value
 
 
-def _keep(arrays: dict[str, NDArray[Any]], name: str, attribute: Any, columns: int = 0) -> bool:
+def _keep(
+    arrays: dict[str, NDArray[Any]], prefix: str, name: str, attribute: Any, columns: int = 0
+) -> bool:
+    """Whether an attribute has a value, which goes into the arrays."""
     value = _value(attribute)
     if value is None:
         return False
@@ -217,7 +218,7 @@ def _keep(arrays: dict[str, NDArray[Any]], name: str, attribute: Any, columns: i
         raise RefusedError(f"{attribute.GetPath()} holds values that are not numbers")
     if columns and not array.size:
         array = array.reshape(0, columns)
-    arrays[name] = array
+    arrays[f"{prefix}{name}"] = array
     return True
 
 
@@ -226,7 +227,7 @@ def _text(prim: Any, name: str) -> str | None:
     return value if isinstance(value, str) else None
 
 
-def _texture(arrays: dict[str, NDArray[Any]], prefix: str, mesh: Any) -> dict[str, Any] | None:
+def _texture(keep: Callable[..., bool], mesh: Any) -> dict[str, Any] | None:
     known = pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvarsWithValues()
     by_name = {primvar.GetPrimvarName(): primvar for primvar in known}
     marked = [n for n, p in by_name.items() if p.GetTypeName().role == "TextureCoordinate"]
@@ -236,13 +237,13 @@ def _texture(arrays: dict[str, NDArray[Any]], prefix: str, mesh: Any) -> dict[st
         kind = str(primvar.GetInterpolation())
         if kind not in ("faceVarying", "vertex", "varying"):
             continue
-        if _keep(arrays, f"{prefix}uv", primvar.GetAttr()):
-            _keep(arrays, f"{prefix}uv_indices", primvar.GetIndicesAttr())
+        if keep("uv", primvar.GetAttr()):
+            keep("uv_indices", primvar.GetIndicesAttr())
             return {"kind": kind, "unauthored": primvar.GetUnauthoredValuesIndex()}
     return None
 
 
-def _subsets(arrays: dict[str, NDArray[Any]], prefix: str, prim: Any) -> list[dict[str, Any]]:
+def _subsets(keep: Callable[..., bool], prim: Any) -> list[dict[str, Any]]:
     geometry = pxr("UsdGeom")
     found: list[dict[str, Any]] = []
     for subset in geometry.Subset.GetAllGeomSubsets(geometry.Imageable(prim)):
@@ -251,7 +252,7 @@ def _subsets(arrays: dict[str, NDArray[Any]], prefix: str, prim: Any) -> list[di
             continue
         if subset.GetElementTypeAttr().Get() != "face":
             continue
-        if _keep(arrays, f"{prefix}subset_{len(found)}", subset.GetIndicesAttr()):
+        if keep(f"subset_{len(found)}", subset.GetIndicesAttr()):
             own = subset.GetPrim()
             name = _text(own, NAME) or _material(own) or own.GetDisplayName() or own.GetName()
             found.append({"name": name, "material": family != GROUP_FAMILY})
@@ -270,9 +271,7 @@ def _material(prim: Any) -> str | None:
     return name
 
 
-def _shapes(
-    arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any
-) -> list[dict[str, Any]]:
+def _shapes(keep: Callable[..., bool], stage: Any, prim: Any) -> list[dict[str, Any]]:
     skel = pxr("UsdSkel")
     tokens = list(_value(skel.BindingAPI(prim).GetBlendShapesAttr()) or [])
     found = []
@@ -281,23 +280,17 @@ def _shapes(
         if not shape:
             raise RefusedError(f"{prim.GetPath()} names the blend shape {target}, which is none")
         own = shape.GetPrim()
-        _keep(arrays, f"{prefix}shape_{i}_offsets", shape.GetOffsetsAttr(), 3)
-        _keep(arrays, f"{prefix}shape_{i}_points", shape.GetPointIndicesAttr())
-        _keep(arrays, f"{prefix}shape_{i}_bends", own.GetAttribute(BENDS), 3)
+        keep(f"shape_{i}_offsets", shape.GetOffsetsAttr(), 3)
+        keep(f"shape_{i}_points", shape.GetPointIndicesAttr())
+        keep(f"shape_{i}_bends", own.GetAttribute(BENDS), 3)
         inbetweens = []
         for k, inbetween in enumerate(shape.GetInbetweens()):
             weight = inbetween.GetWeight()
-            if _keep(arrays, f"{prefix}shape_{i}_inbetween_{k}", inbetween.GetAttr(), 3):
-                inbetweens.append({"name": inbetween.GetAttr().GetName(), "weight": weight})
+            if keep(f"shape_{i}_inbetween_{k}", inbetween.GetAttr(), 3):
+                inbetweens.append(weight)
         token = str(tokens[i]) if i < len(tokens) else own.GetName()
-        found.append(
-            {
-                "token": token,
-                "name": _text(own, NAME),
-                "path": _text(own, PATH),
-                "inbetweens": inbetweens,
-            }
-        )
+        texts = {"token": token, "name": _text(own, NAME), "path": _text(own, PATH)}
+        found.append({**texts, "inbetweens": inbetweens})
     return found
 
 

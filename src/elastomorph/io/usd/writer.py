@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing_path
@@ -23,7 +23,6 @@ from elastomorph.io.usd.exact import checksum, prim_names
 from elastomorph.io.usd.inbetweens import place_inbetweens
 from elastomorph.io.usd.library import SETTINGS, SLIDERS, naming_failure, pxr
 from elastomorph.io.usd.prims import (
-    WeightAnimation,
     define_animation,
     define_blend_shape,
     define_mesh,
@@ -140,7 +139,7 @@ def write_usd(
             raise FormatError(path, f"the name {name!r} cannot be stored as text; rename it")
     motion = None
     if animation is not None:
-        motion = WeightAnimation(*driven_weights(rig, *animation[:2]), str(animation[2]))
+        motion = (*driven_weights(rig, *animation[:2]), str(animation[2]))
     with replacing_path(path) as temporary, naming_failure(path):
         stage = pxr("Usd").Stage.CreateInMemory()
         pxr("UsdGeom").SetStageMetersPerUnit(stage, meters_per_unit)
@@ -179,7 +178,7 @@ def _author(
     rig: Rig,
     tolerance: float,
     most: int,
-    animation: WeightAnimation | None,
+    animation: tuple[NDArray[np.float64], NDArray[np.float64], str] | None,
     fps: float,
 ) -> tuple[BlendShapeReport, ...]:
     pxr("UsdGeom").SetStageUpAxis(stage, pxr("UsdGeom").Tokens.y)
@@ -202,18 +201,13 @@ def _author(
     skeleton = define_skeleton(stage, f"{_ROOT}/Skeleton", mesh, len(low), names)
     define_animation(stage, f"{_ROOT}/Animation", skeleton, names, animation, fps)
     root.CreateExtentAttr(extent_of(low, high))
-    set_text(mesh.GetPrim(), SLIDERS, _sliders_to_json(rig))
+    sliders = {
+        "version": 1,
+        "morphs": list(rig.morphs),
+        "correctives": {name: list(own) for name, own in rig.sliders.correctives.items()},
+        "groups": {name: list(own) for name, own in rig.sliders.groups.items()},
+        "materialLibrary": rig.neutral.material_library,
+        "checksum": checksum([rig.neutral.vertices.astype(np.float32)]),
+    }
+    set_text(mesh.GetPrim(), SLIDERS, json.dumps(sliders))
     return tuple(reports)
-
-
-def _sliders_to_json(rig: Rig) -> str:
-    return json.dumps(
-        {
-            "version": 1,
-            "morphs": list(rig.morphs),
-            "correctives": {name: list(own) for name, own in rig.sliders.correctives.items()},
-            "groups": {name: list(own) for name, own in rig.sliders.groups.items()},
-            "materialLibrary": rig.neutral.material_library,
-            "checksum": checksum([rig.neutral.vertices.astype(np.float32)]),
-        }
-    )
