@@ -39,8 +39,8 @@ from elastomorph.evaluation import (
 from elastomorph.evaluation.movements import Movement, evaluate_movements
 from elastomorph.evaluation.summary import mean_summaries, same
 from elastomorph.evaluation.table import method_table
-from elastomorph.io.curve_file import read_curves
-from elastomorph.io.npz.markers import read_marker_take
+from elastomorph.io.npz.mesh import read_marker_take
+from elastomorph.io.vertex_lists import read_curves
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import interpolate
 from elastomorph.paths.through import LAWS, through

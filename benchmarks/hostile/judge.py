@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastomorph.errors import ElastomorphError, ElastomorphWarning
-from elastomorph.io.npz.markers import MarkerTake
+from elastomorph.io.npz.mesh import MarkerTake
 from elastomorph.io.point_cache import PointCache
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence

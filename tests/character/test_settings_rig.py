@@ -15,8 +15,8 @@ from elastomorph.character import Settings, read_settings, rig_from_settings
 from elastomorph.character.choice import MethodChoice
 from elastomorph.curves import extract_curves, region_weights
 from elastomorph.errors import ElastomorphWarning, FileError, FormatError, TopologyError
-from elastomorph.io.curve_file import read_curves
 from elastomorph.io.rig_folder import read_rig_folder
+from elastomorph.io.vertex_lists import read_curves
 from elastomorph.rig import Rig
 
 TIMES = [0.25, 0.5, 1.2]

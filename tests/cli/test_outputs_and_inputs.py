@@ -15,8 +15,7 @@ import elastomorph as em
 from elastomorph.cli import verb
 from elastomorph.cli.app import VERBS, loaded
 from elastomorph.errors import FileError
-from elastomorph.io.atomic import read_bytes, replacing
-from elastomorph.io.kept_inputs import inputs_kept, unnoted
+from elastomorph.io.atomic import inputs_kept, read_bytes, replacing, unnoted
 
 CALLS = [
     (["interpolate", "neutral.obj", "jawOpen.obj", "-o", "{}"], "jawOpen.obj"),

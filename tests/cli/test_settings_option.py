@@ -12,7 +12,7 @@ from calls import status_of as run
 
 import elastomorph as em
 from elastomorph.io.performance import write_performance_csv
-from elastomorph.io.settings_used import settings_used
+from elastomorph.io.registry import settings_used
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig.performance import Performance
 from needs import extra

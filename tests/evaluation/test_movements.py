@@ -20,8 +20,8 @@ from elastomorph.evaluation.movements import (
     evaluate_movements,
     mean_lines,
 )
-from elastomorph.io.curve_file import read_curves
-from elastomorph.io.npz.markers import read_marker_take
+from elastomorph.io.npz.mesh import read_marker_take
+from elastomorph.io.vertex_lists import read_curves
 
 PLAIN = {"smoothing": 0.0}
 

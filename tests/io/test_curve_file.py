@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.curve_file import read_curves, write_curves
+from elastomorph.io.vertex_lists import read_curves, write_curves
 
 patiently = settings(
     max_examples=150,

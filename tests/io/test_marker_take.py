@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elastomorph.errors import FormatError
-from elastomorph.io.npz.markers import holds_markers, read_marker_take
+from elastomorph.io.npz.mesh import holds_markers, read_marker_take
 
 FRAMES = np.random.default_rng(0).normal(size=(5, 4, 3))
 NAMES = np.array(["chin", "lip", "brow", "nose"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from elastomorph.errors import ParameterError
-from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
+from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
 
 HEAD = ListedMesh(("/a/head", "head"), 5)
 HAIR = ListedMesh(("/a/hair", "hair"), 0)

@@ -13,8 +13,8 @@ import pytest
 
 from elastomorph.errors import FormatError
 from elastomorph.io.npz import read_npz, read_npz_sequence
-from elastomorph.io.npz.markers import read_marker_take
 from elastomorph.io.npz.members import open_npz
+from elastomorph.io.npz.mesh import read_marker_take
 from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
 from elastomorph.io.untrusted import allowed_memory
 from elastomorph.model.mesh import Mesh

@@ -15,7 +15,7 @@ from mesh_samples import assert_same_surface, house, meshes
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.ply import read_ply, write_ply
-from elastomorph.io.ply.writer import Encoding
+from elastomorph.io.ply.mesh import Encoding
 from elastomorph.model.mesh import Mesh
 from needs import extra
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from elastomorph.errors import ElastomorphError, FormatError, ParameterError
-from elastomorph.io.region_file import read_region
+from elastomorph.io.vertex_lists import read_region
 
 
 def test_ranges_and_files_say_the_same(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from mesh_samples import house, same_bits
 
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.settings_used import settings_used
+from elastomorph.io.registry import settings_used
 from needs import extra
 
 TABLES = {

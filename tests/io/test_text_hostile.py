@@ -14,7 +14,7 @@ from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.obj import read_obj
 from elastomorph.io.performance import read_performance
 from elastomorph.io.ply import read_ply
-from elastomorph.io.region_file import read_region
+from elastomorph.io.vertex_lists import read_region
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 XYZ = "property float x\nproperty float y\nproperty float z\n"

@@ -14,11 +14,10 @@ from elastomorph.character.settings import Inbetweens, Settings
 from elastomorph.character.sources import Sources, find_sources
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import FormatError
-from elastomorph.io.curve_file import read_curves
-from elastomorph.io.region_file import read_region
 from elastomorph.io.registry import read
 from elastomorph.io.rig_cache import RigCache, content_digests
 from elastomorph.io.rig_folder import read_targets, rig_as_stored
+from elastomorph.io.vertex_lists import read_curves, read_region
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, prepare, through

@@ -185,7 +185,7 @@ def _region(document: Document, name: str) -> Region:
         if vertices.lower().endswith(".json"):
             document.require_file((*where, "vertices"), vertices)
         else:
-            from elastomorph.io.region_file import read_region
+            from elastomorph.io.vertex_lists import read_region
 
             with document.naming((*where, "vertices")):
                 read_region(vertices)

@@ -11,10 +11,8 @@ from typing import Any
 
 from elastomorph.errors import ElastomorphError, FileError
 from elastomorph.io.atomic import read_bytes
-from elastomorph.io.curve_file import read_curves
 from elastomorph.io.npz.members import open_npz
 from elastomorph.io.performance import read_performance
-from elastomorph.io.region_file import read_region
 from elastomorph.io.registry import (
     MESH_FORMATS,
     RIG_FORMATS,
@@ -22,6 +20,7 @@ from elastomorph.io.registry import (
     read,
 )
 from elastomorph.io.rig_folder import find_neutral, rig_as_stored
+from elastomorph.io.vertex_lists import read_curves, read_region
 
 __all__ = ["Survey", "survey"]
 

@@ -28,8 +28,8 @@ def curves(
     Example: elastomorph curves face.obj -o curves.json --picture curves.png
     """
     from elastomorph.io import read
-    from elastomorph.io.curve_file import write_curves
     from elastomorph.io.registry import BUILT_IN
+    from elastomorph.io.vertex_lists import write_curves
     from elastomorph.samples import head
 
     with options.progress(as_json) as say:

@@ -124,7 +124,7 @@ def _settings(
     from elastomorph.doctor.checks.sides import parse_sides
     from elastomorph.doctor.files import read_seeds
     from elastomorph.doctor.settings import SIDES
-    from elastomorph.io.region_file import read_region
+    from elastomorph.io.vertex_lists import read_region
     from elastomorph.physics import Material
 
     mass, damping, rigidity, order, closure = beam

@@ -165,7 +165,7 @@ def _require_elastic(texts: Sequence[str]) -> None:
 
 def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
     from elastomorph.io import read_sequence
-    from elastomorph.io.npz.markers import holds_markers, read_marker_take
+    from elastomorph.io.npz.mesh import holds_markers, read_marker_take
 
     if holds_markers(truth):
         take = read_marker_take(truth)
@@ -229,7 +229,7 @@ def _compared(
 
 def _bodies(result: Evaluation, motion: MeshSequence, rigid: str | None) -> dict[str, Rigidity]:
     from elastomorph.evaluation import rigidity
-    from elastomorph.io.region_file import read_region
+    from elastomorph.io.vertex_lists import read_region
 
     if rigid is None:
         return {}

@@ -44,7 +44,7 @@ def inspect(
     from elastomorph.cli.render_words import holds_mesh
     from elastomorph.errors import ParameterError
     from elastomorph.io import read
-    from elastomorph.io.settings_used import settings_used
+    from elastomorph.io.registry import settings_used
     from elastomorph.model.inspection import displacement, mesh_facts
 
     first = files[0]

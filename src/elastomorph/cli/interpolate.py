@@ -64,7 +64,7 @@ def interpolate(
     from elastomorph.character.build import Part
     from elastomorph.errors import ParameterError
     from elastomorph.io import read
-    from elastomorph.io.region_file import read_region
+    from elastomorph.io.vertex_lists import read_region
     from elastomorph.model.mesh import require_same_topology
 
     if time and frames:

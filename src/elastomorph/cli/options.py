@@ -189,7 +189,7 @@ def timing(text: str | None) -> Timing | None:
 def network(mesh: Mesh, file: Path | None, names: tuple[str, ...] = ()) -> CurveNetwork:
     """The curves of a mesh, artists' own first."""
     from elastomorph.curves import extract_curves
-    from elastomorph.io.curve_file import read_curves
+    from elastomorph.io.vertex_lists import read_curves
 
     keep = () if file is None else read_curves(file, len(mesh.vertices), names or None)
     return extract_curves(mesh, keep)

@@ -39,7 +39,7 @@ def keeping_inputs(verb: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(verb)
     def kept(*arguments: Any, overwrite: bool = False, **options: Any) -> Any:
-        from elastomorph.io.kept_inputs import inputs_kept
+        from elastomorph.io.atomic import inputs_kept
 
         given = signature.bind(*arguments, **options).arguments
         _require_packages(given, verb.__name__)

@@ -4,6 +4,10 @@ A file is written under a temporary name in the folder it goes to, flushed to th
 over the old one. Whoever opens the path sees the old file or the new one, nothing between. A
 folder that does not exist is an error, not an invitation: a mistyped path should not grow folders.
 A process that is killed cannot clean up after itself; the next one that writes there does.
+
+What a command has read is not what it writes over. Files are known by their identity on the disk,
+so links of either kind make no difference. Only the command line keeps its inputs: a program that
+calls us may well mean what it says.
 """
 
 from __future__ import annotations
@@ -16,10 +20,10 @@ from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from elastomorph.errors import FileError, FormatError, ParameterError
-from elastomorph.io.kept_inputs import note_input, note_output, require_no_input
 from elastomorph.io.temporaries import remove_orphans, temporary_name
 
 __all__ = [
+    "inputs_kept",
     "is_file",
     "is_folder",
     "made_folder",
@@ -29,9 +33,17 @@ __all__ = [
     "replacing_path",
     "require_name",
     "size_of",
+    "unnoted",
 ]
 
 _GZIP = b"\x1f\x8b\x08"
+
+
+Identity = tuple[int, int]
+
+# Of each command that is running, the innermost last, what it has read and what it has written; of
+# the process, for threads read too.
+_noted: list[tuple[set[Identity], set[Identity]]] = []
 
 
 def require_name(path: object) -> None:
@@ -60,7 +72,7 @@ def opened(path: str | Path) -> Iterator[BinaryIO]:
             if not stat.S_ISREG(mode):
                 raise FileError(path, "this is a device or a pipe; expected an ordinary file")
             file = stack.enter_context(Path(path).open("rb"))
-            note_input(os.fstat(file.fileno()))
+            _note_input(os.fstat(file.fileno()))
         except (OSError, ValueError) as error:
             _refuse_reading(path, error)
         try:
@@ -133,7 +145,7 @@ def replacing_path(path: str | Path) -> Iterator[Path]:
 def _temporary_beside(path: str | Path) -> Iterator[Path]:
     try:
         final = Path(path).resolve()
-        require_no_input(path, final)
+        _require_no_input(path, final)
         kept_mode = _require_replaceable(path, final)
         remove_orphans(final.parent)
         temporary = temporary_name(final)
@@ -146,7 +158,7 @@ def _temporary_beside(path: str | Path) -> Iterator[Path]:
         if kept_mode is not None:
             temporary.chmod(kept_mode)
         temporary.replace(final)
-        note_output(final)
+        _note_output(final)
     except OSError as error:
         _refuse_writing(path, error)
     except FileError as error:
@@ -203,3 +215,57 @@ def _refuse_writing(path: str | Path, error: Exception) -> NoReturn:
 
 def _reason(error: Exception) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+@contextmanager
+def inputs_kept() -> Iterator[None]:
+    """Refuse, from here on, to write over a file that was read."""
+    _noted.append((set(), set()))
+    try:
+        yield
+    finally:
+        _noted.pop()
+
+
+@contextmanager
+def unnoted() -> Iterator[None]:
+    """Read and write what is nobody's input, such as a cache."""
+    before = _noted[:]
+    _noted.clear()
+    try:
+        yield
+    finally:
+        _noted[:] = before
+
+
+def _note_input(found: os.stat_result) -> None:
+    """Remember a file that is being read, unless this command has written it."""
+    if _noted and _identity(found) not in _noted[-1][1]:
+        _noted[-1][0].add(_identity(found))
+
+
+def _note_output(final: Path) -> None:
+    """Remember a file that was written: it may be read and written again."""
+    if _noted:
+        with suppress(OSError):
+            _noted[-1][1].add(_identity(final.stat()))
+
+
+def _require_no_input(path: str | Path, final: Path) -> None:
+    """Refuse to write over a file that was read."""
+    if not _noted:
+        return
+    try:
+        there = _identity(final.stat())
+    except OSError:
+        return
+    if there in _noted[-1][0]:
+        raise FileError(
+            path,
+            "this file was read as an input and is not written over; name another output, or add "
+            "--overwrite",
+        )
+
+
+def _identity(found: os.stat_result) -> Identity:
+    return found.st_dev, found.st_ino

@@ -6,6 +6,7 @@ first met, so a program that reads OBJ files never loads the rest.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
-from elastomorph.io.atomic import is_file, is_folder, require_name
+from elastomorph.io.atomic import is_file, is_folder, read_bytes, require_name
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
@@ -27,6 +28,7 @@ __all__ = [
     "known_suffixes",
     "read",
     "require_there",
+    "settings_used",
     "write",
     "writer_of",
 ]
@@ -35,7 +37,6 @@ T = TypeVar("T")
 
 BUILT_IN = "built-in"
 """What our own head is called where a rig is named; a file of that name is ``./built-in``."""
-
 
 Reader = Callable[..., T]
 Writer = Callable[..., Any]
@@ -114,13 +115,14 @@ MESH_FORMATS: tuple[Format[Mesh], ...] = (
     Format("NumPy archive", (".npz",), _npz),
 )
 
+_USD_FILES = (".usd", ".usda", ".usdc")
 _USD_CORE = ("pxr", "usd-core", "usd")
 
 RIG_FORMATS: tuple[Format[Rig], ...] = (
     Format("glTF binary", (".glb",), _gltf),
     Format("glTF", (".gltf",), _gltf, read_only=True),
     Format("VRM", (".vrm",), _gltf, read_only=True),
-    Format("USD", (".usd", ".usda", ".usdc"), _usd, package=_USD_CORE),
+    Format("USD", _USD_FILES, _usd, package=_USD_CORE),
     Format("USD package", (".usdz",), _usd, read_only=True),
     Format("Autodesk FBX", (".fbx",), _fbx, read_only=True),
     Format("NumPy archive", (".npz",), _npz_rig),
@@ -231,3 +233,54 @@ def writer_of(path: str | Path, formats: tuple[Format[Any], ...]) -> Writer:
     writer = known.load()[1]
     assert writer is not None
     return writer
+
+
+def settings_used(path: str | Path) -> dict[str, Any] | None:
+    """The settings of the character that a file was made with.
+
+    Args:
+        path: A rig (.glb, .gltf, .vrm, .usd, .usda, .usdc, .npz), or an evaluation (.json).
+
+    Returns:
+        The settings as tables, as `elastomorph.character.settings_tables` made them; None where
+        the file was made without any, or is of another kind.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: The file is damaged.
+        MissingExtraError: The format needs a package that is not installed.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix in (".glb", ".gltf", ".vrm"):
+        from elastomorph.io.gltf.container import open_gltf
+
+        for mesh in open_gltf(path).items("meshes"):
+            own: Any = mesh
+            for name in ("extras", "elastomorph", "settings"):
+                own = own.get(name) if isinstance(own, dict) else None
+            if isinstance(own, dict):
+                return own
+    if suffix in _USD_FILES:
+        from elastomorph.io.usd.reader import read_usd_settings
+
+        return _parsed(read_usd_settings(path) or "")
+    if suffix == ".npz":
+        from elastomorph.io.npz.members import open_npz
+
+        with open_npz(path) as members:
+            there = "rig_version" in members.names and "settings" in members.names
+            return _parsed(str(members.array("settings", "U", ()))) if there else None
+    if suffix == ".json":
+        return _table((_parsed(read_bytes(path)) or {}).get("settings"))
+    return None
+
+
+def _parsed(text: str | bytes) -> dict[str, Any] | None:
+    try:
+        return _table(json.loads(text))
+    except (ValueError, RecursionError):
+        return None
+
+
+def _table(content: Any) -> dict[str, Any] | None:
+    return content if isinstance(content, dict) else None

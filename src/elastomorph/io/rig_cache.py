@@ -28,8 +28,7 @@ import numpy as np
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphError, FileError
-from elastomorph.io.atomic import opened
-from elastomorph.io.kept_inputs import unnoted
+from elastomorph.io.atomic import opened, unnoted
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.npz.rig import rig_arrays, rig_of_members
 from elastomorph.rig import Rig

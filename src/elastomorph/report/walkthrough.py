@@ -21,7 +21,7 @@ from elastomorph.evaluation.target_paths import TargetPaths, target_paths
 from elastomorph.evaluation.words import Lengths
 from elastomorph.io import write
 from elastomorph.io.atomic import made_folder, replacing
-from elastomorph.io.curve_file import write_curves
+from elastomorph.io.vertex_lists import write_curves
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
 from elastomorph.report.comparison import write_evaluation

@@ -28,11 +28,11 @@ from elastomorph.errors import (
     ParameterError,
 )
 from elastomorph.io.blend_shapes import hats
+from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.fbx.meshes import Channel, FbxMesh, mesh_of, read_axes, read_meshes
 from elastomorph.io.fbx.worker import ADVICE
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import Placing, RigPart, joined_rig, placings
-from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.mesh_extras import restored_surface
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
 from elastomorph.io.gltf.primitives import Primitives, read_primitives, target_count
 from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
 from elastomorph.io.joined_rig import Placing, RigPart, joined_rig
-from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.untrusted import naming_file, shortened
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph

@@ -110,7 +110,7 @@ def write_glb(
         timing: The t of a path at each moment of its animation; see `elastomorph.rig.timing`.
         animation: A recorded performance, in place of an animation a morph: times (T,) in
             seconds from 0, weights (T, J) of the sliders of ``rig.names``, and its name.
-        settings: How the rig was made, as JSON; `elastomorph.io.settings_used` gives it back.
+        settings: How the rig was made, as JSON; `elastomorph.io.registry` gives it back.
 
     Returns:
         What was written, and how far it can be from the rig.

@@ -1,15 +1,16 @@
-"""NumPy archives (.npz): meshes and recorded motion, complete and bit for bit.
+"""NumPy archives (.npz): meshes, recorded motion and markers, complete and bit for bit.
 
 A mesh is stored as ``vertices`` (V, 3), ``face_indices`` (C,) and ``face_offsets`` (F + 1,), and
 where it has them ``uv_coordinates`` (T, 2 or 3) and ``uv_corners`` (C,), ``material_names`` and
 ``material_of_face`` (F,), ``group_names`` and ``group_of_face`` (F,), ``material_library``, and
 ``name_encoding`` where names were Latin-1. A sequence has ``frames`` (T, V, 3), ``times`` (T,),
 ``names`` and ``missing`` in place of ``vertices``. Polygons may be left out, and a sequence may
-leave out all but its frames.
+leave out all but its frames. Markers are named points in motion, without polygons.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,13 +18,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
+from elastomorph.io.atomic import is_file
 from elastomorph.io.npz.members import NpzMembers, open_npz, write_arrays
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["read_npz", "read_npz_sequence", "write_npz", "write_npz_sequence"]
+__all__ = [
+    "MarkerTake",
+    "holds_markers",
+    "mesh_of",
+    "read_marker_take",
+    "read_npz",
+    "read_npz_sequence",
+    "surface_arrays",
+    "write_npz",
+    "write_npz_sequence",
+]
+
+_MARKERS = ("positions", "markers", "stab")
 
 
 def read_npz(path: str | Path) -> Mesh:
@@ -70,6 +84,46 @@ def write_npz_sequence(path: str | Path, sequence: MeshSequence) -> None:
         "missing": np.array(sequence.missing, dtype=np.str_),
     }
     write_arrays(path, {**motion, **surface_arrays(sequence.mesh)})
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerTake:
+    """A take of named markers.
+
+    Attributes:
+        motion: The frames, on a mesh without polygons.
+        names: The name of each marker.
+    """
+
+    motion: MeshSequence
+    names: tuple[str, ...]
+
+
+def holds_markers(path: str | Path) -> bool:
+    """Whether a file is an archive of markers rather than of a mesh in motion."""
+    if Path(path).suffix.lower() != ".npz" or not is_file(path):
+        return False
+    with open_npz(path) as members:
+        return "names" in members.names and any(p in members.names for p in _MARKERS)
+
+
+def read_marker_take(path: str | Path) -> MarkerTake:
+    """The markers of an archive of (N,) ``names`` and (T, N, 3) positions, at a constant rate.
+
+    The rigid motion of the head is removed from these.
+    """
+    with open_npz(path) as members:
+        called = next((p for p in _MARKERS if p in members.names), None)
+        if called is None:
+            raise FormatError(
+                path, f"expected (T, N, 3) positions of markers called {' or '.join(_MARKERS)}"
+            )
+        frames = members.array(called, "f", (None, None, 3)).astype(np.float64)
+        names = members.array("names", "U", (frames.shape[1],))
+    if len(frames) < 2:
+        raise FormatError(path, f"a take needs at least 2 frames, found {len(frames)}")
+    with naming_file(path):
+        return MarkerTake(MeshSequence(Mesh(frames[0]), frames), tuple(str(name) for name in names))
 
 
 def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:

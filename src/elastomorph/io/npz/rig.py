@@ -57,7 +57,7 @@ def write_rig_npz(path: str | Path, rig: Rig, *, settings: Mapping[str, Any] | N
         path: The file; its folder must exist. A file that is there is replaced at once.
         rig: The rig.
         settings: How the rig was made, as JSON: given back by
-            `elastomorph.io.settings_used.settings_used`.
+            `elastomorph.io.registry.settings_used`.
 
     Raises:
         FileError: The file cannot be written.

@@ -4,7 +4,6 @@ Only positions and polygons are read and written. Colours, normals, texture coor
 whatever else a file holds are passed over; materials and groups have no place in PLY.
 """
 
-from elastomorph.io.ply.reader import read_ply
-from elastomorph.io.ply.writer import write_ply
+from elastomorph.io.ply.mesh import read_ply, write_ply
 
 __all__ = ["read_ply", "write_ply"]

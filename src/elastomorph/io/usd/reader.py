@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from elastomorph.errors import ElastomorphWarning, FormatError, MissingExtraError
 from elastomorph.io.atomic import opened
 from elastomorph.io.blend_shapes import different_names, hats
+from elastomorph.io.choices import wanted_names
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.io.joined_rig import RigPart, joined_rig, placings
-from elastomorph.io.mesh_choice import wanted_names
 from elastomorph.io.npz.members import NpzMembers
 from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json, prim_names

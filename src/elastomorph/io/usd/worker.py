@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.io.choices import ListedMesh, chosen_meshes
 from elastomorph.io.isolated import RefusedError, allow_for, serve
-from elastomorph.io.mesh_choice import ListedMesh, chosen_meshes
 from elastomorph.io.usd.library import (
     BENDS,
     GROUP_FAMILY,

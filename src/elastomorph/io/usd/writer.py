@@ -116,7 +116,7 @@ def write_usd(
             ``rig.names``, 1 the target; and a name. All weights are 0 where it is left out.
         fps: Time codes in a second.
         meters_per_unit: Length of a unit in metres; by default that of files that state none.
-        settings: How the rig was made, as JSON; `elastomorph.io.settings_used` gives it back.
+        settings: How the rig was made, as JSON; `elastomorph.io.registry` gives it back.
 
     Returns:
         The in-betweens and the remaining error of each morph, and the size of the file.

@@ -1,4 +1,4 @@
-"""Reads PLY, binary or ASCII.
+"""Reads and writes PLY, binary or ASCII: positions bit for bit, and polygons.
 
 Nothing is allocated for rows that the rest of the file could not hold.
 """
@@ -13,18 +13,19 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import FormatError
-from elastomorph.io.atomic import read_bytes
-from elastomorph.io.ply.header import Element, PlyHeader, read_header
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import read_bytes, replacing
+from elastomorph.io.ply.header import ENCODINGS, Element, PlyHeader, read_header
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import Mesh, Source
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["read_ply"]
+__all__ = ["read_ply", "write_ply"]
 
 _AXES = ("x", "y", "z")
 _CORNERS = ("vertex_indices", "vertex_index")
 _WANTED = {"vertex": _AXES, "face": _CORNERS}
+Encoding = Literal["ascii", "binary_little_endian", "binary_big_endian"]
 ByteOrder = Literal["big", "little"]
 _LARGEST_INDEX = int(np.iinfo(np.int32).max)
 
@@ -261,3 +262,52 @@ def _gathered(
     everything = np.frombuffer(content, dtype=np.uint8)
     values: NDArray[Any] = everything[first[:, None] + np.arange(kind.itemsize)].reshape(-1)
     return values.view(kind)
+
+
+def write_ply(path: str | Path, mesh: Mesh, encoding: Encoding = "binary_little_endian") -> None:
+    """Write the vertices and polygons of a mesh as PLY, coordinates bit for bit.
+
+    Args:
+        path: The file; its folder must exist. A file that is there is replaced at once.
+        mesh: The mesh. Its texture coordinates, materials and groups are not written.
+        encoding: ``ascii``, ``binary_little_endian`` or ``binary_big_endian``. Positions are
+            float64 (``double``), indices int32.
+
+    Raises:
+        FileError: The file cannot be written.
+        ParameterError: Another encoding.
+    """
+    if encoding not in ENCODINGS:
+        raise ParameterError(f"expected one of {', '.join(ENCODINGS)}, found {encoding!r}")
+    sizes = mesh.faces.sizes
+    count = "uchar" if sizes.max(initial=0) <= 255 else "int"
+    header = [
+        "ply",
+        f"format {encoding} 1.0",
+        f"element vertex {len(mesh.vertices)}",
+        *(f"property double {axis}" for axis in "xyz"),
+        f"element face {len(mesh.faces)}",
+        f"property list {count} int vertex_indices",
+        "end_header\n",
+    ]
+    order = ENCODINGS[encoding]
+    if order:
+        counts = sizes.astype(np.dtype(order + ("u1" if count == "uchar" else "i4")))
+        indices = mesh.faces.indices.astype(np.dtype(order + "i4"))
+        positions = mesh.vertices.astype(np.dtype(order + "f8")).tobytes()
+        body = positions + _interleaved(counts, indices, mesh.faces.offsets)
+    else:
+        rows = [f"{x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist()]
+        rows += [f"{len(face)} {' '.join(map(str, face.tolist()))}\n" for face in mesh.faces]
+        body = "".join(rows).encode("ascii")
+    with replacing(path) as file:
+        file.write("\n".join(header).encode("ascii") + body)
+
+
+def _interleaved(
+    counts: NDArray[np.integer], indices: NDArray[np.integer], offsets: NDArray[np.int64]
+) -> bytes:
+    """Each polygon's count, then its indices, as they stand in the file."""
+    raw = indices.view(np.uint8).reshape(-1, indices.itemsize)
+    before = np.repeat(offsets[:-1] * indices.itemsize, counts.itemsize)
+    return np.insert(raw.ravel(), before, counts.view(np.uint8)).tobytes()

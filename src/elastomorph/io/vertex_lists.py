@@ -1,12 +1,16 @@
-"""Curve files: artists' curves and extracted networks as JSON.
+"""Lists of vertices that people keep in files: curves, and regions.
 
-Two forms are read. The full form names what it holds::
+Curves, drawn by artists or extracted, are JSON in one of two forms. The full form names what it
+holds::
 
     {"vertex_count": 26719,
      "curves": [{"vertices": [4, 8, 15], "closed": true, "name": "upper lip"}]}
 
 The bare form is a list of vertex lists, ``[[4, 8, 15, 4], [16, 23]]``, in which a curve is closed
 when its last vertex repeats its first. Vertices are indices from 0, or the names of markers.
+
+A region is a JSON list of indices, ``[3, 4, 5]`` or ``{"vertices": [3, 4, 5]}``, or a text of
+ranges, ``0-9408,11248``.
 """
 
 from __future__ import annotations
@@ -16,17 +20,24 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from elastomorph.curves import Curve, CurveNetwork
-from elastomorph.errors import FormatError
-from elastomorph.io.atomic import read_bytes, replacing
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["read_curves", "write_curves"]
+from elastomorph.curves import Curve, CurveNetwork
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import read_bytes, replacing
+from elastomorph.io.untrusted import shortened
+
+__all__ = ["read_curves", "read_region", "write_curves"]
 
 _EXPECTED = (
     'expected {"curves": [{"vertices": [0, 1, 2], "closed": false, "name": "brow"}, ...]} '
     "or a list of vertex lists [[0, 1, 2], ...]"
 )
 _SHOWN = 40
+_DIGITS = 9
+# No mesh is as large; a mistyped range must not fill the memory.
+_MOST_VERTICES = 1 << 24
 
 
 def read_curves(
@@ -48,7 +59,9 @@ def read_curves(
         raise FormatError(path, f"this is no list of curves: {_EXPECTED}")
     if not entries:
         raise FormatError(path, f"the file holds no curves: {_EXPECTED}")
-    indices = _indices_by_name(vertex_names)
+    indices: dict[str, int] = {}
+    for vertex, name in enumerate(vertex_names or ()):
+        indices[name] = -1 if name in indices else vertex  # -1: several have this name
     curves: list[Curve] = []
     curve_of: dict[int, str] = {}
     for number, entry in enumerate(entries):
@@ -101,30 +114,15 @@ def _parsed(path: str | Path) -> Any:
         raise FormatError(path, "a number in the file has too many digits") from None
 
 
-def _indices_by_name(vertex_names: Sequence[str] | None) -> dict[str, int] | None:
-    """The vertex of each name; -1 for a name that several vertices have."""
-    if vertex_names is None:
-        return None
-    indices: dict[str, int] = {}
-    for vertex, name in enumerate(vertex_names):
-        indices[name] = -1 if name in indices else vertex
-    return indices
-
-
 class _EntryReader:
     """Reads one curve, and knows how to name it in a complaint."""
 
     def __init__(
-        self,
-        path: str | Path,
-        number: int,
-        entry: Any,
-        vertex_count: int,
-        indices: Mapping[str, int] | None,
+        self, path: str | Path, number: int, entry: Any, count: int, indices: Mapping[str, int]
     ) -> None:
         self.path = path
         self.title = f"curve {number}"
-        self.vertex_count = vertex_count
+        self.vertex_count = count
         self.indices = indices
         self.fields: dict[str, Any] = entry if isinstance(entry, dict) else {"vertices": entry}
         name = self.fields.get("name", "")
@@ -138,7 +136,7 @@ class _EntryReader:
 
     def named(self, vertex: int) -> str:
         """A vertex as the file may have written it."""
-        for name, index in (self.indices or {}).items():
+        for name, index in self.indices.items():
             if index == vertex:
                 return f"{vertex} ({_shown(name)})"
         return str(vertex)
@@ -170,7 +168,7 @@ class _EntryReader:
 
     def _vertex(self, item: Any) -> int:
         if isinstance(item, str):
-            if self.indices is None:
+            if not self.indices:
                 self.refuse(
                     f"vertex {_shown(item)} is a name, but the vertices of this mesh have none; "
                     f"use indices from 0 to {self.vertex_count - 1}"
@@ -198,3 +196,48 @@ def _shown(value: Any) -> str:
         return "a list" if isinstance(value, list) else "an object"
     text = json.dumps(value, ensure_ascii=True)
     return text if len(text) <= _SHOWN else text[:_SHOWN] + "…"
+
+
+def read_region(region: str | Path) -> NDArray[np.int64]:
+    """(N,) vertex indices: from a JSON file, or of at most 16,777,216 vertices in ranges."""
+    text = str(region)
+    if not text.lower().endswith(".json"):
+        return _ranges(text)
+    try:
+        content = json.loads(read_bytes(region))
+    except (ValueError, RecursionError) as error:
+        raise FormatError(region, f"not JSON: {shortened(error)}") from None
+    if isinstance(content, dict):
+        content = content.get("vertices")
+    if not isinstance(content, list) or not all(
+        isinstance(i, int) and not isinstance(i, bool) and 0 <= i < 2**31 for i in content
+    ):
+        raise FormatError(region, "expected a list of vertex indices, such as [3, 4, 5]")
+    return np.array(content, dtype=np.int64)
+
+
+def _ranges(text: str) -> NDArray[np.int64]:
+    parts: list[NDArray[np.int64]] = []
+    count = 0
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not _is_index(first) or (dash and not _is_index(last)):
+            raise ParameterError(
+                f"region {_cited(text)}: expected a .json file or ranges such as 0-9408,11248"
+            )
+        start, stop = int(first), int(last) if dash else int(first)
+        count += stop + 1 - start
+        if stop < start or count > _MOST_VERTICES:
+            raise ParameterError(
+                f"region {_cited(text)}: the range {_cited(part.strip())} is empty or too large"
+            )
+        parts.append(np.arange(start, stop + 1))
+    return np.concatenate(parts)
+
+
+def _is_index(text: str) -> bool:
+    return text.isdecimal() and text.isascii() and len(text) <= _DIGITS
+
+
+def _cited(text: str) -> str:
+    return repr(text if len(text) <= 60 else text[:60] + "…")
