@@ -11,8 +11,9 @@ Frames are written one by one as they come, so a cache may be larger than the me
 
 from __future__ import annotations
 
+import os
 import struct
-from collections.abc import Callable, Iterable, Sized
+from collections.abc import Callable, Iterable, Iterator, Sized
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
@@ -70,15 +71,13 @@ def write_mdd(
     may be overwritten by the next, as those of ``chain.from_iterable(rig.stream(weights))``. Their
     number is needed where ``frames`` has no length.
     """
-    _require_number("rate", rate, positive=True)
-    _require_number("start", start)
-    total = _counted(frames, count)
+    total = _counted(frames, count, rate, start)
 
-    def header(file: BinaryIO, points: int) -> None:
-        file.write(_MDD_HEADER.pack(total, points))
+    def header(points: int) -> Iterator[bytes]:
+        yield _MDD_HEADER.pack(total, points)
         for first in range(0, total, _BLOCK):
             numbers = np.arange(first, min(first + _BLOCK, total), dtype=np.float64)
-            file.write(((start + numbers) / rate).astype(">f4").tobytes())
+            yield ((start + numbers) / rate).astype(">f4").tobytes()
 
     _write(path, frames, total, ">f4", header)
 
@@ -92,12 +91,10 @@ def write_pc2(
     start: float = 0.0,
 ) -> None:
     """As `write_mdd`, PC2: ``rate`` is frames from one sample to the next."""
-    _require_number("rate", rate, positive=True)
-    _require_number("start", start)
-    total = _counted(frames, count)
+    total = _counted(frames, count, rate, start)
 
-    def header(file: BinaryIO, points: int) -> None:
-        file.write(_MAGIC + _PC2_HEADER.pack(1, points, start, rate, total))
+    def header(points: int) -> Iterator[bytes]:
+        yield _MAGIC + _PC2_HEADER.pack(1, points, start, rate, total)
 
     _write(path, frames, total, "<f4", header)
 
@@ -105,8 +102,7 @@ def write_pc2(
 def read_mdd(path: str | Path) -> PointCache:
     """The point cache in an MDD file."""
     with opened(path) as file:
-        size = file.seek(0, 2)
-        file.seek(0)
+        size = os.fstat(file.fileno()).st_size
         head = file.read(_MDD_HEADER.size)
         if len(head) < _MDD_HEADER.size:
             raise FormatError(path, f"this is not MDD: it has only {size:,} bytes")
@@ -124,8 +120,7 @@ def read_mdd(path: str | Path) -> PointCache:
 def read_pc2(path: str | Path) -> PointCache:
     """The point cache in a PC2 file."""
     with opened(path) as file:
-        size = file.seek(0, 2)
-        file.seek(0)
+        size = os.fstat(file.fileno()).st_size
         length = len(_MAGIC) + _PC2_HEADER.size
         head = file.read(length)
         if not head.startswith(_MAGIC) or len(head) < length:
@@ -140,17 +135,17 @@ def read_pc2(path: str | Path) -> PointCache:
     return PointCache(frames, start + rate * np.arange(total), rate, start)
 
 
-def _require_number(what: str, number: float, *, positive: bool = False) -> None:
-    try:
-        as_stored = abs(float(number))
-    except (TypeError, ValueError):
-        as_stored = np.inf
-    if not as_stored < float(np.finfo(np.float32).max) or (positive and not number > 0):
-        wanted = "a number above 0" if positive else "a number"
-        raise ParameterError(f"the {what} of a point cache must be {wanted}, found {number!r}")
-
-
-def _counted(frames: Frames, count: int | None) -> int:
+def _counted(frames: Frames, count: int | None, rate: float, start: float) -> int:
+    """How many frames there are, where these and the numbers of the header can be stored."""
+    for what, number in (("rate", rate), ("start", start)):
+        wanted = "a number above 0" if what == "rate" else "a number"
+        try:
+            as_stored = abs(float(number))
+        except (TypeError, ValueError):
+            as_stored = np.inf
+        too_large = not as_stored < float(np.finfo(np.float32).max)
+        if too_large or (what == "rate" and not number > 0):
+            raise ParameterError(f"the {what} of a point cache must be {wanted}, found {number!r}")
     if count is None:
         if not isinstance(frames, Sized):
             raise ParameterError("say how many frames will come: count=…")
@@ -165,7 +160,7 @@ def _write(
     frames: Frames,
     total: int,
     kind: str,
-    header: Callable[[BinaryIO, int], None],
+    header: Callable[[int], Iterable[bytes]],
 ) -> None:
     with replacing(path) as file:
         shape = (0, 3)
@@ -189,7 +184,7 @@ def _write(
                     "float32"
                 )
             if not written:
-                header(file, shape[0])
+                file.writelines(header(shape[0]))
             file.write(stored.tobytes())
             written += 1
         if written != total:

@@ -11,21 +11,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 
-__all__ = [
-    "BASES",
-    "TakeTiming",
-    "Timecode",
-    "TimecodeClock",
-    "TimingError",
-    "parse_timecode",
-    "take_timing",
-]
+__all__ = ["TimecodeClock", "TimingError", "parse_timecode", "take_timing"]
 
 _LIVE_LINK_BASE = 60
 _MOST_DROPPED = 100_000
@@ -50,15 +43,8 @@ _TIMECODE = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class Timecode:
-    """One timecode as it is written.
-
-    Attributes:
-        second: Whole seconds since midnight.
-        frame: Number of the frame in its second; a fraction is a sub-frame.
-        semicolon: Whether a semicolon stands before the frame, the sign of drop-frame.
-    """
+class Timecode(NamedTuple):
+    """Whole seconds since midnight, the frame with its fraction, and whether ; stands before it."""
 
     second: int
     frame: float
@@ -125,11 +111,7 @@ class TimecodeClock:
 
 
 class TimingError(ParameterError):
-    """Timecodes that are those of no one take.
-
-    Attributes:
-        frame: Index of the frame at which that shows.
-    """
+    """Timecodes that are those of no one take, and the index of the frame at which that shows."""
 
     def __init__(self, problem: str, frame: int) -> None:
         self.frame = frame
@@ -179,8 +161,10 @@ def take_timing(timecodes: Sequence[Timecode], rate: float | None = None) -> Tak
         )
     semicolon = any(timecode.semicolon for timecode in timecodes)
     drop = _drops_numbers(base, seconds, frames, semicolon)
-    clock = TimecodeClock(base, drop, _real_rate(base, drop, rate))
-
+    real = BASES[base][-1 if drop else 0]
+    if rate is not None:
+        real = min(BASES[base], key=lambda known: abs(known - rate))
+    clock = TimecodeClock(base, drop, real)
     count = clock.count(seconds, frames)
     count += clock.day * np.cumsum(np.diff(count, prepend=count[0]) < -clock.day / 2)
     steps = np.diff(count)
@@ -251,12 +235,6 @@ def _base_of(rate: float) -> int:
             return base
     known = ", ".join(f"{real:.5g}" for rates in BASES.values() for real in sorted(rates))
     raise ParameterError(f"no timecode counts {rate:g} frames a second; expected one of {known}")
-
-
-def _real_rate(base: int, drop: bool, rate: float | None) -> float:
-    if rate is not None:
-        return min(BASES[base], key=lambda real: abs(real - rate))
-    return BASES[base][-1 if drop else 0]
 
 
 def _drops_numbers(
