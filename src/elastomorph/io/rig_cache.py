@@ -33,14 +33,7 @@ from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.npz.rig import rig_arrays, rig_of_members
 from elastomorph.rig import Rig
 
-__all__ = [
-    "CACHE_SUFFIX",
-    "RigCache",
-    "code_version",
-    "content_digests",
-    "settings_digest",
-    "user_cache_folder",
-]
+__all__ = ["CACHE_SUFFIX", "RigCache", "content_digests", "settings_digest", "user_cache_folder"]
 
 # No suffix of a mesh, so that a cache beside the meshes of a rig is never taken for one.
 CACHE_SUFFIX = ".rigcache"
@@ -154,10 +147,9 @@ def content_digests(files: Sequence[Path]) -> tuple[str, ...]:
 def settings_digest(*settings: object) -> str | None:
     """A digest that differs wherever settings do, or None where text cannot stand for them."""
     try:
-        described = _described(settings)
+        return _digest(json.dumps(_described(settings), ensure_ascii=True).encode())
     except _NotDescribableError:
         return None
-    return _digest(json.dumps(described, ensure_ascii=True).encode())
 
 
 @cache

@@ -7,9 +7,8 @@ interpreter, and processes save no more than they cost to start (``benchmarks/ri
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import FileError, ParameterError
@@ -29,34 +28,20 @@ from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig, with_paths
 
-__all__ = [
-    "RigFiles",
-    "find_neutral",
-    "find_rig_files",
-    "read_rig",
-    "read_rig_folder",
-    "read_targets",
-    "rig_as_stored",
-]
+__all__ = ["find_neutral", "find_rig_files", "read_rig", "read_rig_folder", "rig_as_stored"]
 
 _WORD = "neutral"
 
 
-@dataclass(frozen=True)
-class RigFiles:
-    """The files of a rig.
-
-    Attributes:
-        neutral: The file of the neutral.
-        targets: The file of each target by its name, which is that of the file without suffix.
-    """
+class RigFiles(NamedTuple):
+    """The file of the neutral, and that of each target by its name, the file's without suffix."""
 
     neutral: Path
     targets: dict[str, Path]
 
     @property
     def all(self) -> tuple[Path, ...]:
-        """The neutral and the targets in the order of their names."""
+        """The neutral, and the targets in the order of their names."""
         return (self.neutral, *self.targets.values())
 
 
@@ -164,7 +149,11 @@ def read_rig_folder(
         if known is not None:
             say(f"{len(known)} targets of {folder} read from {place.file}")
             return known
-    rig = _built(files, method, curves, settings, say)
+    say(f"reading {files.neutral.name}")
+    face = read(files.neutral)
+    # All targets first: how far they reach decides how close a straight line is to a turn.
+    bare = bare_rig(face, read_targets(face, files.targets, say))
+    rig = with_paths(bare, method, curves=curves, say=say, **settings)  # type: ignore[arg-type]
     # A file that changed while it was read must not be remembered under its content before.
     if place is not None and _contents(files) == contents:
         place.write(contents, rig)
@@ -178,8 +167,7 @@ def find_rig_files(folder: str | Path, neutral: str | Path | None = None) -> Rig
     is the file called "neutral", or the only one with that word in its name.
     """
     place = Path(folder)
-    suffixes = known_suffixes(MESH_FORMATS)
-    files = _meshes_in(place, suffixes)
+    files = _meshes_in(place)
     chosen = _only_neutral(place, files) if neutral is None else _named(place, files, neutral)
     targets: dict[str, Path] = {}
     for file in files:
@@ -196,29 +184,14 @@ def find_rig_files(folder: str | Path, neutral: str | Path | None = None) -> Rig
         raise FileError(
             folder,
             f"there are no targets beside the neutral {chosen.name}; expected a mesh file "
-            f"({', '.join(suffixes)}) for each",
+            f"({', '.join(known_suffixes(MESH_FORMATS))}) for each",
         )
     return RigFiles(chosen, targets)
 
 
 def find_neutral(folder: str | Path) -> Path:
     """The file of a folder that is the neutral of a rig by its name."""
-    place = Path(folder)
-    return _only_neutral(place, _meshes_in(place, known_suffixes(MESH_FORMATS)))
-
-
-def _built(
-    files: RigFiles,
-    method: str | Method,
-    curves: CurveNetwork | None,
-    settings: dict[str, object],
-    say: Callable[[str], None],
-) -> Rig:
-    say(f"reading {files.neutral.name}")
-    neutral = read(files.neutral)
-    # All targets first: how far they reach decides how close a straight line is to a turn.
-    targets = read_targets(neutral, files.targets, say)
-    return with_paths(bare_rig(neutral, targets), method, curves=curves, say=say, **settings)  # type: ignore[arg-type]
+    return _only_neutral(Path(folder), _meshes_in(Path(folder)))
 
 
 def read_targets(
@@ -240,7 +213,7 @@ def _contents(files: RigFiles) -> tuple[str, ...]:
     return tuple(f"{file.name}:{own}" for file, own in zip(files.all, digests, strict=True))
 
 
-def _meshes_in(place: Path, suffixes: tuple[str, ...]) -> list[Path]:
+def _meshes_in(place: Path) -> list[Path]:
     if not is_folder(place):
         what = "this is a file" if is_file(place) else "there is no such folder"
         raise FileError(place, f"{what}; name a folder with a neutral and its targets")
@@ -248,7 +221,7 @@ def _meshes_in(place: Path, suffixes: tuple[str, ...]) -> list[Path]:
         return sorted(
             file
             for file in place.iterdir()
-            if file.suffix.lower() in suffixes
+            if file.suffix.lower() in known_suffixes(MESH_FORMATS)
             and not file.name.startswith(".")
             and not file.is_dir()
         )
@@ -271,15 +244,12 @@ def _only_neutral(place: Path, files: list[Path]) -> Path:
 
 
 def _named(place: Path, files: list[Path], neutral: str | Path) -> Path:
+    path = Path(neutral)
     for file in files:
         if str(neutral) in (file.name, file.stem):
             return file
-    path = Path(neutral)
-    for file in files:
-        if is_file(path) and path.samefile(file):
-            return file
     if is_file(path):
-        return path
+        return next((file for file in files if path.samefile(file)), path)
     raise FileError(
         place,
         f"there is no neutral '{neutral}', neither among the {len(files)} mesh files of this "

@@ -23,8 +23,8 @@ import io
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,6 @@ _FEWEST_IN_PERCENT = 0.25
 # Turns and places of head and eyes may be in degrees or centimetres beside weights of 1.
 _POSE = re.compile(r"(head|neck|eye).*(yaw|pitch|roll|rot\w*|pos\w*|trans\w*|[xyz])", re.IGNORECASE)
 
-
 _RATES = (24000 / 1001, 24.0, 25.0, 30000 / 1001, 30.0, 48.0, 50.0, 60000 / 1001, 60.0, 120.0)
 _SAME_RATE = 5e-4
 _LATEST = 1e15
@@ -72,22 +71,19 @@ def read_performance(path: str | Path, timecode_rate: float | None = None) -> Pe
         ParameterError: No timecode counts at ``timecode_rate``, or there are none.
     """
     table = read_table(path)
-    if not is_livelink(table) and timecode_rate is not None:
+    if is_livelink(table):
+        performance = livelink_performance(table, timecode_rate)
+        _say(table, ())
+        return performance
+    if timecode_rate is not None:
         raise ParameterError(
             f"{path} has times in seconds and no timecodes: leave the timecode rate out"
         )
-    if is_livelink(table):
-        performance = livelink_performance(table, timecode_rate)
-        _say(table, table.said)
-        return performance
     return _plain(table)
 
 
 def read_performance_csv(path: str | Path) -> Performance:
-    """The performance in a file with a column ``time`` and one column a weight.
-
-    The rate is that of the file as a whole, or of a standard one where it is that close.
-    """
+    """The performance in a file with a column ``time``; a rate close to a standard one is that."""
     return _plain(read_table(path))
 
 
@@ -106,31 +102,23 @@ def write_performance_csv(path: str | Path, performance: Performance) -> None:
         ParameterError: A name cannot be that of a column.
     """
     for name in performance.names:
-        if (
-            name.casefold() in TIME_COLUMNS
-            or not name
-            or name != name.strip()
-            or not name.isprintable()
-        ):
+        taken = name.casefold() in TIME_COLUMNS
+        if taken or not name or name != name.strip() or not name.isprintable():
             raise ParameterError(
                 f"a weight cannot be called {name!r} in a file with columns; rename it"
             )
+    try:
+        units = units_of("time", performance.names, performance.times, performance.weights)
+        column = _AS_IT_IS if units.said else "time"
+    except AmbiguousUnitsError:
+        column = _AS_IT_IS
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([_time_column(performance), *performance.names])
+    writer.writerow([column, *performance.names])
     table = np.column_stack([performance.times, performance.weights])
     writer.writerows([repr(value) for value in row] for row in table.tolist())
     with replacing(path) as file:
         file.write(text.getvalue().encode())
-
-
-def _time_column(performance: Performance) -> str:
-    """A name under which the numbers are read as they are."""
-    try:
-        units = units_of("time", performance.names, performance.times, performance.weights)
-    except AmbiguousUnitsError:
-        return "seconds"
-    return "seconds" if units.said else "time"
 
 
 def _plain(table: CsvTable) -> Performance:
@@ -173,12 +161,12 @@ def _plain(table: CsvTable) -> Performance:
         performance = Performance(
             names, when, values[:, 1:] * units.weights, _rate(when), source=str(table.path)
         )
-    _say(table, (*table.said, *units.said))
+    _say(table, units.said)
     return performance
 
 
-def _say(table: CsvTable, said: Sequence[str]) -> None:
-    if said:
+def _say(table: CsvTable, guessed: Sequence[str]) -> None:
+    if said := (*table.said, *guessed):
         warnings.warn(f"{table.path}: {'; '.join(said)}", ElastomorphWarning, stacklevel=4)
 
 
@@ -198,15 +186,8 @@ class AmbiguousUnitsError(ValueError):
     """Nothing tells which units numbers have; the sentence says how to tell."""
 
 
-@dataclass(frozen=True, eq=False)
-class Units:
-    """What to multiply with.
-
-    Attributes:
-        time: For seconds.
-        weights: (N,) for each column of weights.
-        said: What was taken for what, if anything was guessed.
-    """
+class Units(NamedTuple):
+    """What to multiply times and (N,) weights with, and what was guessed to tell that."""
 
     time: float
     weights: NDArray[np.float64]
@@ -217,15 +198,13 @@ def units_of(
     column: str, names: Sequence[str], times: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> Units:
     """The units of a table of (T,) times and (T, N) weights as they stand in the file."""
-    unchanged = np.ones(len(names))
+    time, scales = 1.0, np.ones(len(names))
+    said: list[str] = []
     if column.casefold() == _AS_IT_IS:
-        return Units(1.0, unchanged, ())
-    said = []
-    time = 1.0
+        return Units(time, scales, ())
     if column.casefold() in _MILLISECONDS or _in_milliseconds(times):
         time = 1e-3
         said.append(f"the times in '{column}' are taken for milliseconds")
-    scales = unchanged
     own = np.array([not _POSE.fullmatch(name) for name in names])
     if _in_percent(weights[:, own]):
         scales = np.where(own, 0.01, 1.0)

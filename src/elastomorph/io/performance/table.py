@@ -29,15 +29,9 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*", re.ASCII)
 
 @dataclass(frozen=True)
 class CsvTable:
-    """The cells of a file.
+    """The cells of a file, and the line number of each row; empty lines are left out.
 
-    Attributes:
-        path: The file.
-        header: Names of the columns, each there once, without blanks around them.
-        rows: Cells of each row, as many as the header or fewer; empty lines are left out.
-        lines: Line number of each row.
-        separator: What stands between columns.
-        decimal_comma: Whether numbers are written 0,5.
+    Names in the header are different and have no blanks around them.
     """
 
     path: str | Path
@@ -53,9 +47,8 @@ class CsvTable:
         if self.separator == ",":
             return ()
         found = "semicolons" if self.separator == ";" else "tabs"
-        return (
-            f"columns are separated by {found}" + " and decimals by commas" * self.decimal_comma,
-        )
+        commas = " and decimals by commas" * self.decimal_comma
+        return (f"columns are separated by {found}{commas}",)
 
 
 def read_table(path: str | Path) -> CsvTable:
@@ -107,21 +100,20 @@ def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDA
         cells += [own[column] for column in columns]
     written = cells
     if table.decimal_comma:
-        cells = [_with_point(cell) for cell in cells]
+        cells = ["" if "." in cell else cell.replace(",", ".", 1) for cell in cells]
     values = _floats(cells)
     if values is None:
-        blocks = range(0, len(cells), _BLOCK)
-        wrong = next((b for b in blocks if _floats(cells[b : b + _BLOCK]) is None), len(cells))
-        for i, cell in enumerate(cells[wrong:], start=wrong):
-            if _floats([cell]) is None:
-                name = _cut(table.header[columns[i % len(columns)]])
-                with_comma = " with a decimal comma, as others have" * table.decimal_comma
-                raise FormatError(
-                    table.path,
-                    f"{name} is {_shown(written[i])}, expected a finite number{with_comma}",
-                    line=table.lines[rows[i // len(columns)]],
-                )
-    return np.array(values).reshape(len(rows), len(columns))
+        blocks = range(0, len(cells), _BLOCK)  # one by one, a large file would take minutes
+        first = next(b for b in blocks if _floats(cells[b : b + _BLOCK]) is None)
+        i = next(i for i in range(first, len(cells)) if _floats([cells[i]]) is None)
+        name = _cut(table.header[columns[i % len(columns)]])
+        with_comma = " with a decimal comma, as others have" * table.decimal_comma
+        raise FormatError(
+            table.path,
+            f"{name} is {_shown(written[i])}, expected a finite number{with_comma}",
+            line=table.lines[rows[i // len(columns)]],
+        )
+    return values.reshape(len(rows), len(columns))
 
 
 def _separator(text: str) -> str:
@@ -132,11 +124,6 @@ def _separator(text: str) -> str:
         with suppress(csv.Error):
             columns[mark] = len(next(csv.reader([first], delimiter=mark), []))
     return max(columns, key=columns.__getitem__, default=",")
-
-
-def _with_point(cell: str) -> str:
-    """A number with a decimal comma as Python writes it; nothing for one that has a point."""
-    return "" if "." in cell else cell.replace(",", ".", 1)
 
 
 def _floats(cells: list[str]) -> NDArray[np.float64] | None:

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import gcd
 from pathlib import Path
+from typing import NamedTuple
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import is_file, is_folder
 
-__all__ = ["FrameFiles", "FramePattern", "find_frames", "frame_pattern"]
+__all__ = ["find_frames", "frame_pattern"]
 
 _MOST_MISSING = 100_000
 _DIGITS = re.compile(r"([0-9]+)")
@@ -23,12 +24,7 @@ _DIGITS = re.compile(r"([0-9]+)")
 class FramePattern:
     """A file name with a run of # in place of the frame number, as in ``scan.####.obj``.
 
-    Attributes:
-        pattern: The path as the user gave it.
-        folder: Where the files are.
-        before: The name up to the number.
-        width: Digits that a number written by us is filled up to with zeros.
-        after: The name after the number.
+    A number written by us is filled up to ``width`` digits with zeros.
     """
 
     pattern: str | Path
@@ -61,15 +57,8 @@ class FramePattern:
             )
 
 
-@dataclass(frozen=True)
-class FrameFiles:
-    """The files of a motion in the order of their frame numbers.
-
-    Attributes:
-        files: The files.
-        numbers: Their frame numbers, rising.
-        missing: Names of the frames that the numbering leaves out.
-    """
+class FrameFiles(NamedTuple):
+    """The files of a motion, their rising frame numbers, and names of frames that are left out."""
 
     files: tuple[Path, ...]
     numbers: tuple[int, ...]
@@ -123,11 +112,8 @@ def find_frames(pattern: str | Path, suffixes: Sequence[str]) -> FrameFiles:
                 f"{one.name} and {other.name} both have the frame number {numbers[one]}; keep the "
                 "frames of one take together and name only those",
             )
-    return FrameFiles(
-        tuple(files),
-        tuple(numbers[file] for file in files),
-        _missing(pattern, files, [numbers[file] for file in files]),
-    )
+    rising = [numbers[file] for file in files]
+    return FrameFiles(tuple(files), tuple(rising), _missing(pattern, files, rising))
 
 
 def _meshes_in(folder: Path, suffixes: Sequence[str]) -> list[Path]:
@@ -146,11 +132,11 @@ def _numbered(pattern: str | Path, files: list[Path]) -> dict[Path, int]:
     parts = {file: _DIGITS.split(file.stem) for file in files}
     without = [file.name for file in files if len(parts[file]) < 3]
     if without:
+        more = f", and {len(without) - 1} more have none" if len(without) > 1 else ""
         raise FileError(
             pattern,
-            f"{without[0]} has no frame number in its name"
-            + (f", and {len(without) - 1} more have none" if len(without) > 1 else "")
-            + "; number the frames or name only those that are numbered",
+            f"{without[0]} has no frame number in its name{more}; number the frames or name only "
+            "those that are numbered",
         )
     column = -2
     if len({tuple(own[::2]) for own in parts.values()}) == 1:
@@ -200,11 +186,9 @@ def _too_few(path: Path, found: list[Path]) -> str:
     if found:
         return f"a motion needs at least 2 frames, found only {found[0].name}"
     folder = path if is_folder(path) else path.parent
-    there = _names_in(folder) if is_folder(folder) else None
-    if there is None:
+    if not is_folder(folder):
         return f"no frames found: the folder {folder} does not exist"
-    shown = ", ".join(there[:5]) + (", …" if len(there) > 5 else "")
+    there = _names_in(folder)
+    shown = f"{len(there):,} files: {', '.join(there[:5])}" if there else "no files"
     what = "mesh files" if is_folder(path) else f"files called '{path.name}'"
-    return f"no {what} in {folder}, which holds " + (
-        f"{len(there):,} files: {shown}" if there else "no files"
-    )
+    return f"no {what} in {folder}, which holds {shown}{', …' if len(there) > 5 else ''}"

@@ -68,8 +68,8 @@ def write_take(
     seconds = performance.times - performance.times[0]
     if not holds_positions(path):
         weights = slider_weights(rig, performance, by, clip=clip)
-        options = dict(export or {})
-        options["animation"] = (seconds, weights, Path(performance.source).stem or "take")
+        animation = (seconds, weights, Path(performance.source).stem or "take")
+        options = {**(export or {}), "animation": animation}
         if suffix != ".glb":
             options["fps"] = performance.rate
         write(path, rig, **options)
@@ -77,31 +77,25 @@ def write_take(
     in_files = _is_folder(path) or "#" in Path(path).name
     kind = np.float64 if in_files else np.float32
     frames = watch(play(rig, performance, by, clip=clip, dtype=kind))
+    count = len(performance)
     if in_files:
-        _write_files(path, rig, frames, len(performance))
+        pattern = Path(path)
+        if _is_folder(path):
+            try:
+                pattern.mkdir(exist_ok=True)
+            except OSError as error:
+                problem = f"the folder cannot be made: {error.strerror or error}"
+                raise FileError(path, problem) from error
+            pattern /= f"frame.{'#' * max(_LEAST_DIGITS, len(str(count)))}.obj"
+        named = frame_pattern(pattern)
+        named.require_only([named.file(number) for number in range(1, count + 1)])
+        write_face_files(pattern, rig.neutral, (frame[None] for frame in frames))
     elif suffix == ".npz":
         write_npz_take(path, rig.neutral, frames, seconds)
     elif suffix == ".mdd":
-        write_mdd(path, frames, count=len(performance), rate=performance.rate)
+        write_mdd(path, frames, count=count, rate=performance.rate)
     else:
-        write_pc2(path, frames, count=len(performance))  # it counts frames, not seconds
-
-
-def _write_files(
-    path: str | Path, rig: Rig, frames: Iterable[NDArray[np.floating]], count: int
-) -> None:
-    pattern = Path(path)
-    if _is_folder(path):
-        try:
-            pattern.mkdir(exist_ok=True)
-        except OSError as error:
-            raise FileError(
-                path, f"the folder cannot be made: {error.strerror or error}"
-            ) from error
-        pattern /= f"frame.{'#' * max(_LEAST_DIGITS, len(str(count)))}.obj"
-    named = frame_pattern(pattern)
-    named.require_only([named.file(number) for number in range(1, count + 1)])
-    write_face_files(pattern, rig.neutral, (frame[None] for frame in frames))
+        write_pc2(path, frames, count=count)  # it counts frames, not seconds
 
 
 def _is_folder(path: str | Path) -> bool:
