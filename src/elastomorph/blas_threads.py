@@ -15,8 +15,6 @@ from functools import lru_cache
 from threading import Lock
 from typing import Any, TypeVar
 
-__all__ = ["in_own_threads", "one_blas_thread", "usable_cores"]
-
 Task = TypeVar("Task")
 
 
@@ -24,14 +22,9 @@ def in_own_threads(work: Callable[[Task], object], tasks: Iterable[Task]) -> Non
     """Do all tasks, with one BLAS thread each: in threads of our own if there are several.
 
     There are as many threads as BLAS would use (``OPENBLAS_NUM_THREADS``, ``threadpool_limits``),
-    at most one for each core this process may use. None outlives the call.
-
-    Args:
-        work: Called with each task. Tasks must not share what they write.
-        tasks: What there is to do, each worth about a millisecond: starting one costs a fortieth.
-
-    Raises:
-        Exception: That of a task; tasks not yet begun are left out.
+    at most one for each core this process may use. None outlives the call. Tasks must not share
+    what they write, and be worth about a millisecond each: starting one costs a fortieth. After the
+    error of a task, those not yet begun are left out.
     """
     waiting = list(tasks)
     with one_blas_thread() as allowed:
@@ -49,8 +42,7 @@ def in_own_threads(work: Callable[[Task], object], tasks: Iterable[Task]) -> Non
 def one_blas_thread() -> Iterator[int]:
     """One BLAS thread as long as any thread of this process is inside.
 
-    Yields:
-        How many threads BLAS would use otherwise; all cores where nothing is known of it.
+    Yields how many threads BLAS would use otherwise; all cores where nothing is known of it.
     """
     libraries = _libraries()
     _inside.enter(libraries)

@@ -9,23 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 
-__all__ = ["as_number", "as_numbers"]
-
 _LONGEST = 60
 
 
 def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArray[np.float64]:
     """Numbers as float64, C-contiguous, of any shape; the array itself where it is that already.
 
-    NumPy takes None for a NaN, True for 1 and the text "1" for a number; nobody means that.
-
-    Args:
-        values: What was given.
-        what: What it is, for the message.
-        switches: Whether True and False are meant, as 1 and 0.
-
-    Raises:
-        ParameterError: Something else, named by `what`.
+    NumPy takes None for a NaN, True for 1 and the text "1" for a number; nobody means that. With
+    `switches` True and False are meant, as 1 and 0.
     """
     try:
         given = np.asarray(values)
@@ -44,11 +35,7 @@ def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArr
 def as_number(
     value: object, what: str, *, above: float | None = None, least: float | None = None
 ) -> float:
-    """One finite number as a float.
-
-    Raises:
-        ParameterError: Something else, not above a bound, or less than the least allowed.
-    """
+    """One finite number as a float, above a bound or not less than the least allowed."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     number = float(value) if isinstance(value, Real) and _is_number(value) else np.nan

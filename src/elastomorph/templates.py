@@ -7,20 +7,15 @@ from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-__all__ = ["rendered"]
-
 # Control characters have no place in HTML, not even as references; lone halves of surrogate pairs
 # cannot be written as UTF-8. Both come from file names.
 _UNFIT = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
 
 
 def rendered(package: str, template: str, **context: object) -> str:
-    """What a template of a package makes of some values.
+    """What a template of a package such as ``elastomorph.report`` makes of some values.
 
-    Args:
-        package: Such as ``elastomorph.report``; its templates are in the folder ``templates``.
-        template: Name of the file.
-        **context: The values; what is not `markupsafe.Markup` is text.
+    It is in the folder ``templates``; what is not `markupsafe.Markup` is text.
     """
     page = _environment(package).get_template(template).render(context)
     return _UNFIT.sub("\ufffd", page.replace("\r", "\n"))

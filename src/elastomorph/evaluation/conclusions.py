@@ -13,8 +13,6 @@ from elastomorph.evaluation.inbetweens import Suggestion
 from elastomorph.evaluation.summary import MethodSummary, Outcome, places, same
 from elastomorph.evaluation.words import SPACE, Lengths, listed, percent, share_of
 
-__all__ = ["Verdict", "conclusions", "rankings", "reach_verdict"]
-
 # A win by less than a twentieth of the error of straight lines is a narrow one.
 _NARROW = 0.95
 # Paths that turn parts of a face differ from the limit law by less than this without any gap.
@@ -22,12 +20,7 @@ _GAP = 1e-2
 
 
 def conclusions(lines: Sequence[MethodSummary], informed: Collection[str] = ()) -> list[str]:
-    """What a table shows.
-
-    Args:
-        lines: The methods.
-        informed: Those that were given frames of the recording; they have a sentence of their own.
-    """
+    """What a table shows; methods given frames of the recording have a sentence of their own."""
     found = Outcome.of(lines, informed)
     said = [] if found.judged == found.informed else _table_sentences(found)
     if found.informed:
@@ -95,17 +88,11 @@ def _error(fraction: float) -> str:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The outcome in words.
+    """The outcome in words."""
 
-    Attributes:
-        headline: One sentence.
-        reasons: One or two sentences each.
-        timing_alone: Whether the method of smallest error won by its timing alone.
-    """
-
-    headline: str
-    reasons: tuple[str, ...]
-    timing_alone: bool = False
+    headline: str  # One sentence
+    reasons: tuple[str, ...]  # One or two sentences each
+    timing_alone: bool = False  # Whether the method of smallest error won by its timing alone
 
 
 def reach_verdict(
@@ -117,19 +104,10 @@ def reach_verdict(
     timing_known: bool = True,
     what: str = "this recording",
 ) -> Verdict:
-    """Say what a page shows.
+    """Say what a page shows; the method labelled ``linear`` is the yardstick, if it is there.
 
-    Args:
-        lines: The methods. The one labelled ``linear`` is the yardstick, if it is there.
-        lengths: Writes errors.
-        informed: Labels of the methods that were given frames of the recording, besides its first
-            and last. They are ranked, but win nothing against methods that were not.
-        suggestions: What in-betweens would leave, from none to several.
-        timing_known: Whether errors at the recorded times mean anything.
-        what: What the errors were measured on.
-
-    Raises:
-        ValueError: There are no lines.
+    `informed` were given frames of the recording between its ends: they are ranked, but win nothing
+    against methods that were not. `suggestions` are what in-betweens would leave.
     """
     found = Outcome.of(lines, informed, "lme" if timing_known else "path_lme")
     headline, reasons = (_as_timed if timing_known else _as_path)(found, lengths, what)

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import CurveError, MeshError
 
-__all__ = ["CurveVertices", "curve_errors"]
-
 
 class HasVertices(Protocol):
     """Anything with the vertex indices of a curve, in order."""
@@ -24,25 +22,15 @@ class HasVertices(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class CurveVertices:
-    """The vertices of all curves one after another, so that all curves are measured at once.
+    """The vertices of all curves one after another, so that all curves are measured at once."""
 
-    Attributes:
-        indices: (N,) int64 vertex indices.
-        starts: (C,) int64, where each curve starts in ``indices``.
-        counts: (C,) int64 vertices of each curve.
-    """
-
-    indices: NDArray[np.int64]
-    starts: NDArray[np.int64]
-    counts: NDArray[np.int64]
+    indices: NDArray[np.int64]  # (N,) int64 vertex indices
+    starts: NDArray[np.int64]  # (C,) int64, where each curve starts in ``indices``
+    counts: NDArray[np.int64]  # (C,) int64 vertices of each curve
 
     @classmethod
     def of(cls, curves: Iterable[HasVertices], vertex_count: int) -> CurveVertices:
-        """Flatten curves of a mesh with ``vertex_count`` vertices.
-
-        Raises:
-            CurveError: There is no curve, a curve is empty, or it names a vertex the mesh lacks.
-        """
+        """Flatten curves of a mesh with ``vertex_count`` vertices."""
         parts = [np.asarray(curve.vertices, dtype=np.int64) for curve in curves]
         counts = np.array([part.size for part in parts], dtype=np.int64)
         if counts.size == 0 or counts.min() == 0:
@@ -67,21 +55,11 @@ def curve_errors(
     curves: CurveVertices,
     diameter: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """E_A and E_M of every curve at one time (Eq. 35, with the norm the paper leaves out).
+    """E_A and E_M, (C,) fractions of D, of curves at one time (Eq. 35, with the norm it lacks).
 
         E_A = 1/M Σ_m ‖w̄_m - w_m‖ / D        E_M = max_m ‖w̄_m - w_m‖ / D
 
-    Args:
-        positions: (V, 3) vertices as interpolated, w̄.
-        captured: (V, 3) vertices as captured, w.
-        curves: The C curves.
-        diameter: D, the largest distance between two vertices of the neutral, in the same unit.
-
-    Returns:
-        (C,) average and (C,) maximum error, as fractions of D.
-
-    Raises:
-        MeshError: D is not above 0.
+    w̄ are (V, 3) vertices as interpolated, w as captured, in the unit of D.
     """
     if not diameter > 0:
         raise MeshError(

@@ -23,8 +23,6 @@ from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.paths import Method, interpolate
 from elastomorph.physics import Material
 
-__all__ = ["DEFAULT_METHODS", "evaluate"]
-
 DEFAULT_METHODS = ("linear", "cosine", "ease:2", "ease:3", "beam:1", "beam:2", "beam:3")
 
 # A morph read from a file of 32-bit numbers starts and ends this close to the captured frames.

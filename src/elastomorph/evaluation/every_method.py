@@ -12,8 +12,6 @@ from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.physics import Material
 
-__all__ = ["every_method", "left_out"]
-
 _MOST_INBETWEENS = 2
 
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from elastomorph.evaluation.results import Evaluation
 
-__all__ = ["data_frame", "evaluation_json", "long_csv", "summary_csv"]
-
 
 _MEASURED = (
     "average",
@@ -47,11 +45,7 @@ def long_csv(evaluation: Evaluation) -> str:
 
 
 def data_frame(evaluation: Evaluation, long: bool) -> DataFrame:
-    """One of the two as a table of pandas.
-
-    Raises:
-        MissingExtraError: pandas is not installed.
-    """
+    """One of the two as a table of pandas."""
     try:
         from pandas import DataFrame
     except ImportError:

@@ -18,8 +18,6 @@ from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.numbers import as_number
 from elastomorph.paths.through import law_for, through
 
-__all__ = ["MEASURES", "Suggestion", "suggest_inbetweens"]
-
 MEASURES = ("lme", "lae", "mean")
 _SMOOTH_LAWS = ("smooth", "spline")
 

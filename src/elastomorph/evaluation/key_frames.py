@@ -25,8 +25,6 @@ from numpy.typing import NDArray
 
 from elastomorph.paths.through import inner_curvatures
 
-__all__ = ["EFFORT", "Choice", "LargestError", "MeanSquare", "best_frames", "cardinal_weights"]
-
 EFFORT = 20_000_000.0
 """How many choices times frames are compared at once, unless told: seconds on one core."""
 _CHUNK = 1_000_000
@@ -36,33 +34,19 @@ _FEW = 16
 
 @dataclass(frozen=True)
 class Choice:
-    """Frames for in-betweens.
+    """Frames for in-betweens."""
 
-    Attributes:
-        frames: Indices of the frames, rising.
-        error: The error of the path through them, by the measure of the judge.
-        certain: Whether all choices of as many frames were compared.
-    """
-
-    frames: tuple[int, ...]
-    error: float
-    certain: bool = False
+    frames: tuple[int, ...]  # Indices of the frames, rising
+    error: float  # The error of the path through them, by the measure of the judge
+    certain: bool = False  # Whether all choices of as many frames were compared
 
 
 def cardinal_weights(
     keys: NDArray[np.float64], times: NDArray[np.float64], law: str = "spline"
 ) -> NDArray[np.float64]:
-    """Values of the cardinal curves of many choices of times.
+    """(S, T, n) values at times (T,) of the cardinal curves of (S, n) rising keys within (0, 1).
 
     The same numbers as `elastomorph.paths.through.cardinal_curves`, for all choices at once.
-
-    Args:
-        keys: (S, n) rising times within (0, 1).
-        times: (T,) times from 0 to 1.
-        law: One of `elastomorph.paths.through.LAWS`.
-
-    Returns:
-        (S, T, n).
     """
     ends = np.zeros((len(keys), 1))
     breaks = np.concatenate([ends, keys, ends + 1.0], axis=1)
@@ -93,14 +77,9 @@ class LargestError:
         counts: NDArray[np.int64],
         law: str = "spline",
     ) -> None:
-        """Prepare to judge.
+        """Judge by (T, N, 3) offsets of the frames from the straight path.
 
-        Args:
-            offsets: (T, N, 3) of the frames from the straight path.
-            times: (T,) times of the frames, from 0 to 1.
-            starts: (G,) where each group starts among the N vertices.
-            counts: (G,) vertices of each group; the error of a group is the mean over them.
-            law: One of `elastomorph.paths.through.LAWS`.
+        Groups are (G,) starts and counts among the N vertices; errors are means over each.
         """
         self.times = times
         self._law = law
@@ -177,13 +156,7 @@ class MeanSquare:
     def __init__(
         self, offsets: NDArray[np.float64], times: NDArray[np.float64], law: str = "spline"
     ) -> None:
-        """Prepare to judge.
-
-        Args:
-            offsets: (T, N, 3) of the frames from the straight path.
-            times: (T,) times of the frames, from 0 to 1.
-            law: One of `elastomorph.paths.through.LAWS`.
-        """
+        """Judge by (T, N, 3) offsets of the frames from the straight path."""
         self.times = times
         self._law = law
         self._size = offsets.shape[0] * offsets.shape[1]
@@ -228,18 +201,9 @@ def best_frames(
 ) -> list[Choice]:
     """The best choice of n frames for n = 1 … count.
 
-    All choices are compared where that is affordable. Else all choices among every second, third
-    … frame are, and the best of them is improved by moving all its frames a little and by
-    exchanging one of them for any other while that helps.
-
-    Args:
-        judge: The measure of error.
-        count: Most frames to choose, at most T - 2.
-        effort: Choices times T that may be compared at once; infinite to compare all choices.
-        progress: Called with a few words before each n.
-
-    Returns:
-        One choice for each n.
+    All choices are compared where that is affordable, as many times T as `effort`. Else all choices
+    among every second, third … frame are, and the best of them is improved by moving all its frames
+    a little and by exchanging one of them for any other while that helps.
     """
     total = len(judge.times)
     found: list[Choice] = []

@@ -13,8 +13,6 @@ from elastomorph.paths import Method
 from elastomorph.paths.through import law_for
 from elastomorph.physics import Material
 
-__all__ = ["method_of"]
-
 
 def method_of(
     text: str,
@@ -24,18 +22,9 @@ def method_of(
     material: Material | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[str, Method | Morph]:
-    """The label and the method of a text.
+    """The label and the method of a text, as for `Method.parse`, or ``through:N[:law]``.
 
-    Args:
-        text: As for `Method.parse`, or ``through:N`` or ``through:N:law``: the path through the N
-            frames of the motion that leave the smallest LME, see `suggest_inbetweens`.
-        truth: The recorded motion.
-        curves: The curves errors are measured along.
-        material: Of the elastic methods; 1, 1, 1 by default.
-        progress: Told what is being looked for.
-
-    Raises:
-        ParameterError: The text is not understood, or the motion has too few frames.
+    That is the path through the N frames that leave the smallest LME, see `suggest_inbetweens`.
     """
     name, *options = text.strip().split(":")
     if name != "through":

@@ -18,16 +18,6 @@ from elastomorph.evaluation.summary import MethodSummary, mean_summaries
 from elastomorph.model.geometry import largest_distance
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = [
-    "JudgedMovement",
-    "Movement",
-    "activity",
-    "evaluate_movements",
-    "find_movements",
-    "mean_lines",
-    "resting_pose",
-]
-
 
 @dataclass(frozen=True)
 class Movement:
@@ -65,18 +55,7 @@ def resting_pose(frames: ArrayLike) -> NDArray[np.float64]:
 
 
 def activity(frames: ArrayLike, rest: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far each frame is from a pose: the RMS distance over the markers, as a fraction of D.
-
-    Args:
-        frames: (T, N, 3) positions.
-        rest: (N, 3) the pose; D is its largest distance between two markers.
-
-    Returns:
-        (T,) fractions of D.
-
-    Raises:
-        MeshError: Frames are not finite (T, N, 3) numbers, or all markers of the pose coincide.
-    """
+    """(T,) RMS distance of (T, N, 3) frames from a (N, 3) pose, as a fraction of D of the pose."""
     moving = _as_take(frames)
     diameter = largest_distance(rest)
     if not diameter > 0:
@@ -233,15 +212,10 @@ def _as_take(frames: ArrayLike) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class JudgedMovement:
-    """One movement and how the methods did on it.
+    """One movement and how the methods did on it."""
 
-    Attributes:
-        movement: Where it is in the take.
-        evaluation: The methods compared with it.
-    """
-
-    movement: Movement
-    evaluation: Evaluation
+    movement: Movement  # Where it is in the take
+    evaluation: Evaluation  # The methods compared with it
 
 
 def evaluate_movements(
@@ -252,17 +226,9 @@ def evaluate_movements(
     edge: float = 0.05,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[JudgedMovement]:
-    """Find the movements of a take and evaluate methods on each.
+    """Find the movements of a take without rigid motion of the head, and evaluate methods on each.
 
-    Args:
-        take: A recorded take, rigid motion of the head removed.
-        curves: The curves errors are measured along.
-        methods: The methods for one movement; scanned in-betweens differ from one to the next.
-        edge: Share of the rise cut off at either end, see `find_movements`.
-        progress: Told which movement is being evaluated.
-
-    Raises:
-        ParameterError: The take holds no movement.
+    `methods` gives those for one movement: scanned in-betweens differ from one to the next.
     """
     movements = find_movements(take.frames, edge=edge)
     if not movements:

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from rich.console import Group
 
-__all__ = ["Evaluation", "MethodResult"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MethodResult:

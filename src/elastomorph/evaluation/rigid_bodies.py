@@ -15,18 +15,6 @@ from elastomorph.model.mesh import FaceLabels, Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = [
-    "TIMES",
-    "Hinge",
-    "HingeError",
-    "RigidParts",
-    "Rigidity",
-    "find_hinge",
-    "find_rigid_parts",
-    "hinge_errors",
-    "rigidity",
-]
-
 TIMES = (0.25, 0.5, 0.75)
 """Moments at which paths are compared with the arc of a hinge."""
 _RIGID = 1e-3
@@ -41,21 +29,14 @@ _MOST_IN_PAIRS = 1500
 
 @dataclass(frozen=True, eq=False)
 class RigidParts:
-    """Components of a mesh that one rigid motion carries from neutral to target.
+    """Components of a mesh that one rigid motion carries from neutral to target."""
 
-    Attributes:
-        vertices: (N,) their vertices in the whole mesh, rising.
-        components: How many there are.
-        screw: The motion.
-        residual: Largest distance of a target vertex from it, as a fraction of D.
-        truth: The parts alone, on the screw at constant speed. Where they are at which time is
-            not known, so only errors with free timing say something about a method.
-    """
-
-    vertices: NDArray[np.int64]
-    components: int
-    screw: Screw
-    residual: float
+    vertices: NDArray[np.int64]  # (N,) their vertices in the whole mesh, rising
+    components: int  # How many there are
+    screw: Screw  # The motion
+    residual: float  # Largest distance of a target vertex from it, as a fraction of D
+    # The parts alone, on the screw at constant speed. Where they are at which time is not known,
+    # so only errors with free timing say something about a method.
     truth: MeshSequence
 
     def curves(self, network: CurveNetwork) -> CurveNetwork:
@@ -73,18 +54,7 @@ class RigidParts:
 
 
 def find_rigid_parts(neutral: Mesh, target: Mesh) -> RigidParts | None:
-    """Find the components that turn rigidly, together.
-
-    Args:
-        neutral: The mesh at t = 0.
-        target: The mesh at t = 1.
-
-    Returns:
-        The largest set of components with one common motion, or none.
-
-    Raises:
-        TopologyError: Neutral and target differ in vertices or polygons.
-    """
+    """The largest set of components that one rigid motion turns together, or none."""
     require_same_topology(neutral, target)
     scale = neutral.diameter or 1.0
     rigid: list[NDArray[np.int64]] = []
@@ -131,22 +101,17 @@ def _of(labels: FaceLabels | None, faces: Sequence[int]) -> FaceLabels | None:
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
-    """What turns about one axis, rigidly, from a neutral to a target.
+    """What turns about one axis, rigidly, from a neutral to a target."""
 
-    Attributes:
-        neutral: The whole face at rest.
-        screw: The motion.
-        parts: (N,) vertices of pieces that move as one rigid body, such as teeth; rising.
-        along: (M,) vertices that the motion carries as closely, of further pieces that it carries
-            for the most part, such as gums; rising.
-        residual: How far the target itself is from the motion on all of these, as a fraction of D.
-    """
-
-    neutral: Mesh
-    screw: Screw
+    neutral: Mesh  # The whole face at rest
+    screw: Screw  # The motion
+    # (N,) vertices of pieces that move as one rigid body, such as teeth; rising.
     parts: NDArray[np.int64]
+    # (M,) vertices that the motion carries as closely, of further pieces that it carries for the
+    # most part, such as gums; rising.
     along: NDArray[np.int64]
 
+    # How far the target itself is from the motion on all of these, as a fraction of D.
     residual: float
 
     @property
@@ -163,27 +128,15 @@ class Hinge:
 
 @dataclass(frozen=True)
 class HingeError:
-    """Largest distances from the true arc at t = 0.25, 0.5 and 0.75, as fractions of D.
+    """Largest distances from the true arc at t = 0.25, 0.5 and 0.75, as fractions of D."""
 
-    Attributes:
-        label: The method.
-        parts: Of the rigid parts.
-        along: Of what moves along with them; 0 where there is nothing.
-    """
-
-    label: str
-    parts: float
-    along: float
+    label: str  # The method
+    parts: float  # Of the rigid parts
+    along: float  # Of what moves along with them; 0 where there is nothing
 
 
 def find_hinge(neutral: Mesh, target: Mesh, parts: RigidParts) -> Hinge:
-    """The hinge of rigid parts, and what else it carries.
-
-    Args:
-        neutral: The face at rest.
-        target: The face with its jaw open.
-        parts: What `find_rigid_parts` found between the two.
-    """
+    """The hinge of rigid parts, and what else turns with it from a neutral to a target."""
     start, end = neutral.vertices, target.vertices
     screw, residual = fit_rigid(start[parts.vertices], end[parts.vertices])
     left_over = np.linalg.norm(screw.at(1.0, start) - end, axis=1)
@@ -201,12 +154,7 @@ def find_hinge(neutral: Mesh, target: Mesh, parts: RigidParts) -> Hinge:
 
 
 def hinge_errors(hinge: Hinge, morphs: Mapping[str, Morph]) -> list[HingeError]:
-    """How far each method leaves the true arc, at even timing.
-
-    Args:
-        hinge: What turns.
-        morphs: Paths of the whole face by the labels of their methods.
-    """
+    """How far each labelled path of the whole face leaves the true arc, at even timing."""
     is_part = np.isin(hinge.vertices, hinge.parts)
     found = []
     for label, morph in morphs.items():

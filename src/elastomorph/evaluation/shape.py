@@ -17,24 +17,17 @@ from elastomorph.model.polygons import Polygons, polygon_normals
 from elastomorph.paths.interpolate import interpolate
 from elastomorph.physics import CLOSURES, Material
 
-__all__ = ["ClosureSeam", "Shape", "ShapeProbe", "closure_seams"]
-
 
 @dataclass(frozen=True)
 class Shape:
-    """The worst of an in-between, or of several.
+    """The worst of an in-between, or of several."""
 
-    Attributes:
-        seam: Largest jump between two curves that share an edge, as a fraction of D: by how much
-            more the two ends of the edge part than they do when the whole face follows the limit
-            law.
-        flips: Polygons whose normal turns against that of the neutral and that of the target.
-        stretch: Largest ratio, at least 1, by which an edge is longer than at both ends or shorter
-            than at both ends; infinite where an edge collapses to a point.
-    """
-
+    # Largest jump between two curves that share an edge, as a fraction of D: by how much more the
+    # two ends of the edge part than they do when the whole face follows the limit law.
     seam: float = 0.0
-    flips: int = 0
+    flips: int = 0  # Polygons whose normal turns against that of the neutral and that of the target
+    # Largest ratio, at least 1, by which an edge is longer than at both ends or shorter than at
+    # both ends; infinite where an edge collapses to a point.
     stretch: float = 1.0
 
     def worst(self, other: Shape) -> Shape:
@@ -48,37 +41,21 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class ShapeProbe:
-    """What in-betweens are compared with: edges and normals of neutral and target, found once.
+    """What in-betweens are compared with: edges and normals of neutral and target, found once."""
 
-    Attributes:
-        faces: The polygons.
-        edges: (E, 2) edges whose length is above 0 at one end at least.
-        shorter: (E,) length of each edge at the end where it is shorter.
-        longer: (E,) length at the end where it is longer.
-        seam_edges: (S, 2) edges between vertices of different curves, or of a curve and of none.
-        neutral_normals: (F, 3) area-weighted normals.
-        target_normals: (F, 3) area-weighted normals.
-        diameter: D.
-    """
-
-    faces: Polygons
-    edges: NDArray[np.int32]
-    shorter: NDArray[np.float64]
-    longer: NDArray[np.float64]
+    faces: Polygons  # The polygons
+    edges: NDArray[np.int32]  # (E, 2) edges whose length is above 0 at one end at least
+    shorter: NDArray[np.float64]  # (E,) length of each edge at the end where it is shorter
+    longer: NDArray[np.float64]  # (E,) length at the end where it is longer
+    # (S, 2) edges between vertices of different curves, or of a curve and of none.
     seam_edges: NDArray[np.int32]
-    neutral_normals: NDArray[np.float64]
-    target_normals: NDArray[np.float64]
-    diameter: float
+    neutral_normals: NDArray[np.float64]  # (F, 3) area-weighted normals
+    target_normals: NDArray[np.float64]  # (F, 3) area-weighted normals
+    diameter: float  # D
 
     @classmethod
     def of(cls, neutral: Mesh, target: Mesh, curve_of: NDArray[np.integer]) -> ShapeProbe:
-        """Prepare for the in-betweens of two meshes.
-
-        Args:
-            neutral: Mesh at t = 0.
-            target: Mesh at t = 1, of the same topology.
-            curve_of: (V,) curve of each vertex, -1 for none.
-        """
+        """Prepare for in-betweens of two meshes; `curve_of` is -1 where a vertex has no curve."""
         edges = neutral.edges
         lengths = np.stack(
             [_edge_lengths(mesh.vertices, edges) for mesh in (neutral, target)], axis=0
@@ -97,13 +74,7 @@ class ShapeProbe:
         )
 
     def at(self, morph: Morph, time: float, positions: NDArray[np.float64]) -> Shape:
-        """Measure one in-between.
-
-        Args:
-            morph: The path.
-            time: t.
-            positions: (V, 3) ``morph.at(time)``.
-        """
+        """Measure one in-between, whose (V, 3) positions are ``morph.at(time)``."""
         return Shape(self.seam(morph, time), self.flips(positions), self.stretch(positions))
 
     def seam(self, morph: Morph, time: float) -> float:
@@ -146,17 +117,11 @@ def _edge_lengths(
 
 @dataclass(frozen=True, eq=False)
 class ClosureSeam:
-    """One in-between under one closure.
+    """One in-between under one closure."""
 
-    Attributes:
-        closure: Its name.
-        morph: The path.
-        shape: Seam, flips and stretch of the in-between.
-    """
-
-    closure: str
-    morph: Morph
-    shape: Shape
+    closure: str  # Its name
+    morph: Morph  # The path
+    shape: Shape  # Seam, flips and stretch of the in-between
 
 
 def closure_seams(
@@ -169,22 +134,9 @@ def closure_seams(
     order: int = 2,
     material: Material | None = None,
 ) -> list[ClosureSeam]:
-    """Solve one in-between under several closures and measure its seams.
+    """Solve one in-between under several closures, with the load t^order, and measure its seams.
 
     That a closure's law runs backwards is no news here, so no warning is given of it.
-
-    Args:
-        neutral: The mesh at t = 0.
-        target: The mesh at t = 1.
-        curves: The curves of the neutral.
-        closures: Names of closures.
-        time: t of the in-between.
-        order: R of the load t^R.
-        material: m, c, k; 1, 1, 1 by default.
-
-    Raises:
-        ParameterError: A closure that does not exist.
-        TopologyError: Neutral and target differ in vertices or polygons.
     """
     probe = ShapeProbe.of(neutral, target, curves.curve_of)
     found = []

@@ -11,17 +11,6 @@ import numpy as np
 if TYPE_CHECKING:
     from elastomorph.evaluation.results import Evaluation
 
-__all__ = [
-    "SAME",
-    "MethodSummary",
-    "Outcome",
-    "informed_methods",
-    "mean_summaries",
-    "places",
-    "same",
-    "summaries",
-]
-
 # Two errors are called the same when they differ by less than one part in a hundred, or by less
 # than 0.001 % of D, the last digit of the table.
 SAME = 0.01
@@ -94,37 +83,25 @@ class Outcome:
     The method of smallest error is compared with the one labelled ``linear``, the yardstick. A win
     by LME is one of timing alone if the winner's path, with free timing, is no closer to the motion
     than the straight line.
-
-    Attributes:
-        judged: The methods that are ranked, at least one.
-        informed: Those that were given frames of the recording: they win nothing against methods
-            that know its ends only.
-        error: The error compared: ``lme``, or ``path_lme`` where no times are known.
-        best: The method of smallest error.
-        linear: The yardstick, if it is there.
-        won: Whether the best method beats the yardstick by more than a table shows.
-        closer: The errors with free timing, ``path_lme`` and ``path_lae``, in which it does.
-        timing: Whether free timing brings the yardstick closer.
     """
 
-    judged: tuple[MethodSummary, ...]
+    judged: tuple[MethodSummary, ...]  # The methods that are ranked, at least one
+    # Those that were given frames of the recording: they win nothing against methods that know
+    # its ends only.
     informed: tuple[MethodSummary, ...]
-    error: str
-    best: MethodSummary
-    linear: MethodSummary | None
-    won: bool
+    error: str  # The error compared: ``lme``, or ``path_lme`` where no times are known
+    best: MethodSummary  # The method of smallest error
+    linear: MethodSummary | None  # The yardstick, if it is there
+    won: bool  # Whether the best method beats the yardstick by more than a table shows
+    # The errors with free timing, ``path_lme`` and ``path_lae``, in which it does.
     closer: tuple[str, ...]
-    timing: bool
+    timing: bool  # Whether free timing brings the yardstick closer
 
     @classmethod
     def of(
         cls, lines: Sequence[MethodSummary], informed: Collection[str] = (), error: str = "lme"
     ) -> Outcome:
-        """Judge methods; where all of them were informed, these are ranked.
-
-        Raises:
-            ValueError: There are no lines.
-        """
+        """Judge methods; where all of them were informed, these are ranked."""
         told = tuple(line for line in lines if line.label in informed)
         judged = tuple(line for line in lines if line.label not in informed) or told
         best = min(judged, key=lambda line: float(getattr(line, error)))
@@ -170,12 +147,7 @@ def _is_less(first: MethodSummary, second: MethodSummary, error: str) -> bool:
 
 
 def places(lines: Sequence[MethodSummary], name: str) -> list[list[MethodSummary]]:
-    """The methods by rising error, those that read the same in one place.
-
-    Args:
-        lines: The methods.
-        name: The error, a field of `MethodSummary`.
-    """
+    """The methods by rising error, the field `name`; those that read the same are in one place."""
     found: list[list[MethodSummary]] = []
     for line in sorted(lines, key=lambda line: float(getattr(line, name))):
         if found and same(float(getattr(line, name)), float(getattr(found[-1][0], name))):

@@ -18,15 +18,6 @@ from elastomorph.evaluation.summary import MethodSummary, informed_methods, summ
 if TYPE_CHECKING:
     from elastomorph.evaluation.results import Evaluation
 
-__all__ = [
-    "SHAPE_COLUMNS",
-    "evaluation_html",
-    "evaluation_table",
-    "method_table",
-    "number_text",
-    "plain_text",
-]
-
 _COLUMNS = {
     "LME": "lme",
     "LAE": "lae",
@@ -52,13 +43,7 @@ def evaluation_table(evaluation: Evaluation) -> Group:
 
 
 def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = True) -> Table:
-    """A table with one row a method; the best of each column is bold, unless all are alike.
-
-    Args:
-        lines: The methods.
-        title: What was measured.
-        shape: Whether there are columns for seam, flips and stretch, which markers do not have.
-    """
+    """A row a method, the best of each column bold, unless all are alike; markers have no shape."""
     # Narrow enough for a terminal of 80 columns: cut numbers are no numbers.
     table = Table(
         title=title,

@@ -14,8 +14,6 @@ from elastomorph.model.morph import Choice, Morph
 from elastomorph.paths import prepare
 from elastomorph.paths.auto import INBETWEEN_PAYS
 
-__all__ = ["TargetPath", "TargetPaths", "target_paths"]
-
 _TIMES = (0.25, 0.5, 0.75)
 # In a file a vertex that a morph target moves is an index and three numbers of four bytes each.
 _ROW = 16

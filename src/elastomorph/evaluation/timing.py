@@ -18,8 +18,6 @@ from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["free_timing"]
-
 _MEASURES = ("lme", "lae")
 _GRID = 257
 # Each round looks two spacings to either side in steps of an eighth: in a chain of ordered convex
@@ -92,15 +90,7 @@ class _Gaps:
     def __init__(
         self, morph: Morph, frames: NDArray[np.float64], along: CurveVertices, *, averaged: bool
     ) -> None:
-        """Prepare to measure the inner frames.
-
-        Args:
-            morph: The path.
-            frames: (T, V, 3) captured vertices.
-            along: The curves, which are the groups if errors are averaged.
-            averaged: Whether the error of a group is the mean over a curve; else every vertex of
-                a curve is a group of its own.
-        """
+        """Groups are curves if errors are averaged over them, else every vertex of a curve."""
         indices = along.indices if averaged else np.unique(along.indices)
         self._starts = along.starts if averaged else np.arange(len(indices))
         self._counts = along.counts if averaged else np.ones(len(indices), dtype=np.int64)
@@ -168,14 +158,9 @@ def _in_finer_steps(costs: _Costs, count: int) -> NDArray[np.float64]:
 
 
 def least_in_order(moments: NDArray[np.float64], costs: NDArray[np.float64]) -> NDArray[np.float64]:
-    """One moment a frame, never falling from frame to frame, of least largest cost.
+    """(T,) one of (T, G) rising moments a frame, never falling, of least largest (T, G) cost.
 
-    Args:
-        moments: (T, G) moments to choose from, rising along each row.
-        costs: (T, G) cost of each.
-
-    Returns:
-        (T,) the moments chosen: of those whose largest cost is least, those of least total cost.
+    Of several such choices that of least total cost.
     """
     before = [
         np.searchsorted(earlier, later, side="right") - 1 for earlier, later in pairwise(moments)

@@ -5,23 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["SPACE", "Lengths", "counted", "listed", "percent", "share_of", "significant"]
-
 SPACE = "\u00a0"
 """Between a number and its unit, which belong on one line."""
 
 
 @dataclass(frozen=True)
 class Lengths:
-    """Writes fractions of D as lengths.
+    """Writes fractions of D as lengths."""
 
-    Attributes:
-        diameter: D in the unit of the vertices; None for several motions, each with its own D.
-        unit: Its name, or an empty string.
-    """
-
+    # D in the unit of the vertices; None for several motions, each with its own D.
     diameter: float | None
-    unit: str = ""
+    unit: str = ""  # Its name, or an empty string
 
     def __call__(self, fraction: float) -> str:
         """Such as "0.412 cm (1.37 % of D)"."""

@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import as_numbers
 
-__all__ = ["BendCurve", "as_times"]
-
 
 @dataclass(frozen=True, eq=False)
 class BendCurve:
@@ -138,11 +136,7 @@ class BendCurve:
 
 
 def as_times(times: ArrayLike) -> NDArray[np.float64]:
-    """Times as a float64 array of at most one dimension.
-
-    Raises:
-        ParameterError: A time is not a finite number.
-    """
+    """One time or (T,) times as float64, all finite."""
     t = as_numbers(times, "times")
     if t.ndim > 1:
         raise ParameterError(f"times must be one number or a list of them, found shape {t.shape}")

@@ -17,35 +17,26 @@ from numpy.typing import NDArray
 from elastomorph.errors import MeshError
 from elastomorph.model.geometry import component_of
 
-__all__ = ["Cholesky", "EliminationTree"]
-
 # Pieces of at most this many vertices are not cut again: small dense matrices are fast.
 _LEAF = 120
 
 
 @dataclass(frozen=True, eq=False)
 class EliminationTree:
-    """Cuts and pieces of a graph; all neighbours of a piece are in it or in cuts above it.
+    """Cuts and pieces of a graph; all neighbours of a piece are in it or in cuts above it."""
 
-    Attributes:
-        order: (V,) vertices in the order of elimination.
-        starts: (N + 1,) where the vertices of each node begin in `order`.
-        parents: (N,) the cut that made a node, a later one; -1 for the last cut of a component.
-        borders: For each node the places in `order`, rising, of what its elimination joins.
-    """
-
-    order: NDArray[np.int64]
-    starts: NDArray[np.int64]
+    order: NDArray[np.int64]  # (V,) vertices in the order of elimination
+    starts: NDArray[np.int64]  # (N + 1,) where the vertices of each node begin in `order`
+    # (N,) the cut that made a node, a later one; -1 for the last cut of a component.
     parents: NDArray[np.int64]
+    # For each node the places in `order`, rising, of what its elimination joins.
     borders: tuple[NDArray[np.int64], ...]
 
     @classmethod
     def of(cls, points: NDArray[np.float64], ends: NDArray[np.integer]) -> EliminationTree:
         """Cut along the longest side of the box around each piece, at its median.
 
-        Args:
-            points: (V, 3) positions; they make cuts short, and do not matter otherwise.
-            ends: (E, 2) edges of the graph.
+        Positions (V, 3) make cuts short, and do not matter otherwise; `ends` are (E, 2) edges.
         """
         node_of, parents = _cut(points, ends)
         # Cuts were numbered from the top: eliminated last.
@@ -159,15 +150,10 @@ class _Front:
 
 @dataclass(frozen=True, eq=False)
 class Cholesky:
-    """A = P L Lᵀ Pᵀ of a symmetric positive definite matrix.
+    """A = P L Lᵀ Pᵀ of a symmetric positive definite matrix."""
 
-    Attributes:
-        order: (N,) rows of the matrix in the order of elimination.
-        fronts: The factor by nodes.
-    """
-
-    order: NDArray[np.int64]
-    fronts: tuple[_Front, ...]
+    order: NDArray[np.int64]  # (N,) rows of the matrix in the order of elimination
+    fronts: tuple[_Front, ...]  # The factor by nodes
 
     @classmethod
     def of(
@@ -178,14 +164,10 @@ class Cholesky:
         weights: Matrix,
         diagonal: Matrix,
     ) -> Cholesky:
-        """Factor the matrix that has -w at the edges of some vertices of a graph.
+        """Factor the matrix of -w at (E, 2) edges between the N kept vertices of the tree's graph.
 
-        Args:
-            tree: Of the whole graph.
-            kept: (V,) the N vertices that have a row.
-            ends: (E, 2) vertices joined, all kept, each pair once.
-            weights: (E,) w ≥ 0.
-            diagonal: (N,) larger than the sum of the weights at the vertex.
+        Each pair of vertices is there once, w ≥ 0; the (N,) diagonal is larger than the sum of the
+        weights at the vertex.
         """
         inside = kept[tree.order]
         place: NDArray[np.int64] = np.cumsum(inside) - inside

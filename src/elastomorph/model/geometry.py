@@ -8,26 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Screw",
-    "component_of",
-    "connected_parts",
-    "fit_rigid",
-    "largest_distance",
-    "moved_extent",
-]
-
 _BLOCK = 512
 
 
 def largest_distance(points: NDArray[np.float64]) -> float:
-    """The largest distance between two of the points, exact up to rounding.
+    """The largest distance between two of (N, 3) points, N ≥ 1, exact up to rounding.
 
     Only corners of the convex hull can be farthest apart, so the hull is taken first, in the
     dimension that the points really span.
-
-    Args:
-        points: (N, 3) coordinates with N ≥ 1.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -53,16 +41,9 @@ def largest_distance(points: NDArray[np.float64]) -> float:
 
 
 def moved_extent(neutral: NDArray[np.float64], targets: Iterable[NDArray[np.float64]]) -> float:
-    """D of a rig: the largest distance between two vertices that a target moves.
+    """D of a rig: the largest distance between two vertices that a target moves, 0 without any.
 
     A body below the face, which no target moves, does not count: it would loosen every tolerance.
-
-    Args:
-        neutral: (V, 3) positions at rest.
-        targets: (V, 3) positions of each target.
-
-    Returns:
-        A length in the unit of the vertices; 0 where nothing moves.
     """
     moved = np.zeros(len(neutral), dtype=bool)
     for target in targets:
@@ -71,15 +52,7 @@ def moved_extent(neutral: NDArray[np.float64], targets: Iterable[NDArray[np.floa
 
 
 def component_of(count: int, edges: NDArray[np.integer]) -> NDArray[np.int32]:
-    """The connected component of each vertex.
-
-    Args:
-        count: Number of vertices V.
-        edges: (E, 2) pairs of vertices, in any order, repeats allowed.
-
-    Returns:
-        (V,) numbers from 0; a vertex on no edge is a component of its own.
-    """
+    """(V,) numbers from 0 of the connected components; edges may repeat, in any order."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -89,15 +62,7 @@ def component_of(count: int, edges: NDArray[np.integer]) -> NDArray[np.int32]:
 
 
 def connected_parts(count: int, edges: NDArray[np.integer]) -> list[NDArray[np.int64]]:
-    """The vertices of each connected component.
-
-    Args:
-        count: Number of vertices.
-        edges: (E, 2) pairs of vertices.
-
-    Returns:
-        Rising vertex indices of each component, in the order of their first vertices.
-    """
+    """Rising vertices of each connected component, in the order of their first vertices."""
     part_of = component_of(count, edges)
     order = np.argsort(part_of, kind="stable")
     starts = np.flatnonzero(np.diff(part_of[order], prepend=-1))
@@ -106,19 +71,12 @@ def connected_parts(count: int, edges: NDArray[np.integer]) -> list[NDArray[np.i
 
 @dataclass(frozen=True, eq=False)
 class Screw:
-    """A turn about an axis and a slide along it.
+    """A turn about an axis and a slide along it."""
 
-    Attributes:
-        axis: (3,) unit vector.
-        angle: Turn about the axis, radians from 0 to π.
-        centre: (3,) a point on the axis.
-        slide: Distance moved along the axis.
-    """
-
-    axis: NDArray[np.float64]
-    angle: float
-    centre: NDArray[np.float64]
-    slide: float
+    axis: NDArray[np.float64]  # (3,) unit vector
+    angle: float  # Turn about the axis, radians from 0 to π
+    centre: NDArray[np.float64]  # (3,) a point on the axis
+    slide: float  # Distance moved along the axis
 
     def at(self, part: float, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 3) the points after a part of the motion: 0 none, 1 all of it."""
@@ -135,15 +93,10 @@ def fit_rigid(
     end: NDArray[np.float64],
     weights: NDArray[np.float64] | None = None,
 ) -> tuple[Screw, NDArray[np.float64]]:
-    """The rigid motion nearest to a motion of points in least squares (Kabsch, Chasles).
+    """The rigid motion of (N, 3) points nearest to a motion in least squares (Kabsch, Chasles).
 
-    Args:
-        start: (N, 3) positions before, not all on one line.
-        end: (N, 3) positions after.
-        weights: (N,) of the squared distances; all alike by default.
-
-    Returns:
-        The screw, and (N,) the distance of each end point from where the screw leads.
+    And (N,) the distance of each end point from where the screw leads. The points are not all on
+    one line; `weights` are those of the squared distances, all alike by default.
     """
     start_mean, end_mean = (np.average(points, axis=0, weights=weights) for points in (start, end))
     arms = (start - start_mean).T * (1.0 if weights is None else weights)

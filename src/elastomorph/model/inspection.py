@@ -9,59 +9,35 @@ import numpy as np
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh, require_same_topology
 
-__all__ = ["Displacement", "MeshFacts", "displacement", "mesh_facts"]
-
 
 @dataclass(frozen=True)
 class MeshFacts:
-    """Counts and sizes of one mesh.
+    """Counts and sizes of one mesh."""
 
-    Attributes:
-        vertices: Number of vertices.
-        polygons: Number of polygons by their number of vertices, such as {3: 548, 4: 25836}.
-        edges: Number of edges.
-        border_edges: Edges with one polygon.
-        non_manifold_edges: Edges with more than two polygons.
-        components: Connected pieces, isolated vertices not counted.
-        isolated_vertices: Vertices on no polygon.
-        poles: Vertices inside the surface with a valence other than 4.
-        diameter: D, the largest distance between two vertices, in the unit of the file.
-        lowest: Smallest x, y, z.
-        highest: Largest x, y, z.
-        materials: Names of materials, in order of use.
-        groups: Names of groups, in order of use.
-    """
-
-    vertices: int
+    vertices: int  # Number of vertices
+    # Number of polygons by their number of vertices, such as {3: 548, 4: 25836}.
     polygons: dict[int, int]
-    edges: int
-    border_edges: int
-    non_manifold_edges: int
-    components: int
-    isolated_vertices: int
-    poles: int
-    diameter: float
-    lowest: tuple[float, float, float]
-    highest: tuple[float, float, float]
-    materials: tuple[str, ...]
-    groups: tuple[str, ...]
+    edges: int  # Number of edges
+    border_edges: int  # Edges with one polygon
+    non_manifold_edges: int  # Edges with more than two polygons
+    components: int  # Connected pieces, isolated vertices not counted
+    isolated_vertices: int  # Vertices on no polygon
+    poles: int  # Vertices inside the surface with a valence other than 4
+    diameter: float  # D, the largest distance between two vertices, in the unit of the file
+    lowest: tuple[float, float, float]  # Smallest x, y, z
+    highest: tuple[float, float, float]  # Largest x, y, z
+    materials: tuple[str, ...]  # Names of materials, in order of use
+    groups: tuple[str, ...]  # Names of groups, in order of use
 
 
 @dataclass(frozen=True)
 class Displacement:
-    """How far a target is from its neutral.
+    """How far a target is from its neutral."""
 
-    Attributes:
-        moved: Vertices that move at all.
-        largest: Largest distance, as a fraction of D.
-        mean_of_moved: Mean distance of the vertices that move, as a fraction of D.
-        farthest_vertex: The vertex that moves most.
-    """
-
-    moved: int
-    largest: float
-    mean_of_moved: float
-    farthest_vertex: int
+    moved: int  # Vertices that move at all
+    largest: float  # Largest distance, as a fraction of D
+    mean_of_moved: float  # Mean distance of the vertices that move, as a fraction of D
+    farthest_vertex: int  # The vertex that moves most
 
 
 def mesh_facts(mesh: Mesh) -> MeshFacts:
@@ -99,11 +75,7 @@ def mesh_facts(mesh: Mesh) -> MeshFacts:
 
 
 def displacement(neutral: Mesh, target: Mesh) -> Displacement:
-    """Measure how far a target is from its neutral.
-
-    Raises:
-        TopologyError: They differ in vertices or polygons.
-    """
+    """Measure how far a target is from its neutral."""
     require_same_topology(neutral, target)
     distance = np.linalg.norm(target.vertices - neutral.vertices, axis=1)
     scale = neutral.diameter or 1.0

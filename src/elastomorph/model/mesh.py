@@ -16,17 +16,6 @@ from elastomorph.model.geometry import largest_distance
 from elastomorph.model.polygons import Polygons
 from elastomorph.numbers import as_numbers
 
-__all__ = [
-    "LARGEST",
-    "FaceLabels",
-    "Mesh",
-    "Source",
-    "UVMap",
-    "as_vertices",
-    "require_mesh",
-    "require_same_topology",
-]
-
 LARGEST = 1e75
 """The largest coordinate of a mesh: products of four lengths, as in a squared area, are numbers."""
 
@@ -185,11 +174,7 @@ class Mesh:
 
 
 def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
-    """A read-only float64 copy of (V, 3) coordinates.
-
-    Raises:
-        MeshError: Not (V, 3) with V ≥ 1, or a coordinate is NaN, infinite or beyond `LARGEST`.
-    """
+    """A read-only float64 copy of (V, 3) coordinates, V ≥ 1 and none beyond `LARGEST`."""
     try:
         own = np.array(as_numbers(vertices, "vertices"))
     except ParameterError as error:
@@ -208,11 +193,7 @@ def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
 
 
 def require_mesh(value: object, what: str) -> None:
-    """Check that what should be a mesh is one.
-
-    Raises:
-        MeshError: It is something else; of a file's name the message says to read the file.
-    """
+    """Raise MeshError where something is no mesh; of a file's name it says to read the file."""
     if not isinstance(value, Mesh):
         raise MeshError(f"{what} must be a Mesh, found {_found(value)}")
 
@@ -224,12 +205,7 @@ def _found(value: object) -> str:
 
 
 def require_same_topology(neutral: Mesh, target: Mesh) -> None:
-    """Check that two meshes share their vertices and polygons, in the same order.
-
-    Raises:
-        TopologyError: They do not; the message names the first polygon that differs.
-        MeshError: One of them is no mesh.
-    """
+    """Raise TopologyError, with the first polygon that differs, where two meshes do not match."""
     require_mesh(neutral, "the neutral")
     require_mesh(target, "the target")
     if len(neutral.vertices) != len(target.vertices):

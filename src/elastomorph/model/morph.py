@@ -13,8 +13,6 @@ from elastomorph.model.bend_curve import BendCurve, as_times
 from elastomorph.model.mesh import LARGEST, Mesh, require_same_topology
 from elastomorph.numbers import as_numbers
 
-__all__ = ["Choice", "Morph"]
-
 
 @dataclass(frozen=True)
 class Choice:

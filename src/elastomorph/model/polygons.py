@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MeshError
 
-__all__ = ["Polygons", "polygon_normals"]
-
 
 class Polygons(Sequence[NDArray[np.int32]]):
     """An immutable list of polygons, each a list of vertex indices.
@@ -138,15 +136,7 @@ class Polygons(Sequence[NDArray[np.int32]]):
 
 
 def polygon_normals(vertices: NDArray[np.float64], faces: Polygons) -> NDArray[np.float64]:
-    """Area-weighted normals: n = ½ Σ_c p_c × p_{c+1} over the corners c (Newell).
-
-    Args:
-        vertices: (V, 3) positions.
-        faces: Polygons of three or more vertices, flat or not.
-
-    Returns:
-        (F, 3) normals, as long as the area of the polygon projected along them.
-    """
+    """(F, 3) area-weighted normals: n = ½ Σ_c p_c × p_{c+1} over the corners c (Newell)."""
     if not len(faces):
         return np.zeros((0, 3))
     corners = vertices[faces.indices]

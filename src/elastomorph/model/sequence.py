@@ -12,8 +12,6 @@ from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.mesh import LARGEST, Mesh, require_mesh
 from elastomorph.numbers import as_numbers
 
-__all__ = ["MeshSequence", "require_motion"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeshSequence:
@@ -118,11 +116,7 @@ class MeshSequence:
 
 
 def require_motion(value: object, what: str = "a motion") -> None:
-    """Check that what should be a recorded motion is one.
-
-    Raises:
-        ParameterError: It is something else.
-    """
+    """Raise ParameterError where something is no recorded motion."""
     if not isinstance(value, MeshSequence):
         raise ParameterError(
             f"{what} must be a MeshSequence, as em.read_sequence('scan.####.obj') reads it or "

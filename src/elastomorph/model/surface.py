@@ -18,23 +18,17 @@ from elastomorph.model.mesh import Mesh
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-__all__ = ["SurfaceOperators", "Triangulation", "surface_operators", "triangulate"]
-
 # Splits this close in length are equally good; rounding must not choose between them.
 _TIE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Triangulation:
-    """Triangles that stand for the polygons of a mesh.
+    """Triangles that stand for the polygons of a mesh."""
 
-    Attributes:
-        triangles: (T, 3) int32 vertex indices, wound as the polygons are.
-        shares: (T,) float64 in (0, 1], how much of each triangle counts: below 1 where several
-            splits of a polygon are equally good and each stands for its part.
-    """
-
-    triangles: NDArray[np.int32]
+    triangles: NDArray[np.int32]  # (T, 3) int32 vertex indices, wound as the polygons are
+    # (T,) float64 in (0, 1], how much of each triangle counts: below 1 where several splits of a
+    # polygon are equally good and each stands for its part.
     shares: NDArray[np.float64]
 
 
@@ -45,9 +39,6 @@ def triangulate(mesh: Mesh) -> Triangulation:
     all of them count in equal shares, so the result does not depend on the order or rotation of
     the corners. Polygons of the same vertices count once, and triangles that name a vertex twice
     are left out.
-
-    Args:
-        mesh: Polygons of any size.
     """
     triangles = [np.zeros((0, 3), np.int32)]
     shares = [np.zeros(0)]
@@ -107,26 +98,21 @@ _NO_WEIGHT = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class SurfaceOperators:
-    """The discrete Laplacian of a surface: -Δv ≈ M⁻¹ L v, in units in which the area is 1.
+    """The discrete Laplacian of a surface: -Δv ≈ M⁻¹ L v, in units in which the area is 1."""
 
-    Attributes:
-        triangles: (T, 3) int32, the polygons split for the operator only.
-        shares: (T,) float64 in (0, 1], how much of each triangle counts, see `Triangulation`.
-        stiffness: (V, V) L, symmetric, positive semi-definite, its rows sum to 0; its kernel are
-            the functions that are constant on each component. Free of scale.
-        mass: (V,) the diagonal of M, a third of the area around each vertex over the whole area:
-            above 0, sums to 1 but for vertices without area.
-        component_of: (V,) int32 connected piece of each vertex, joined by triangles; a vertex on
-            no triangle is a piece of its own.
-        area: Of the surface, in the unit of the vertices squared.
-    """
-
-    triangles: NDArray[np.int32]
+    triangles: NDArray[np.int32]  # (T, 3) int32, the polygons split for the operator only
+    # (T,) float64 in (0, 1], how much of each triangle counts, see `Triangulation`.
     shares: NDArray[np.float64]
+    # (V, V) L, symmetric, positive semi-definite, its rows sum to 0; its kernel are the functions
+    # that are constant on each component. Free of scale.
     stiffness: csc_array
+    # (V,) the diagonal of M, a third of the area around each vertex over the whole area: above 0,
+    # sums to 1 but for vertices without area.
     mass: NDArray[np.float64]
+    # (V,) int32 connected piece of each vertex, joined by triangles; a vertex on no triangle is a
+    # piece of its own.
     component_of: NDArray[np.int32]
-    area: float
+    area: float  # Of the surface, in the unit of the vertices squared
 
 
 def surface_operators(mesh: Mesh) -> SurfaceOperators:
@@ -139,12 +125,6 @@ def surface_operators(mesh: Mesh) -> SurfaceOperators:
     their corners together with a cotangent of at most about 1000 instead of infinity. Edges with
     more than two polygons add up; polygons of the same vertices count once. A vertex without area
     has the mass of a millionth of an average vertex.
-
-    Args:
-        mesh: Polygons of any size; see `triangulate` for how they are split.
-
-    Raises:
-        MeshError: The mesh has no polygon with an area.
     """
     split = triangulate(mesh)
     count = len(mesh.vertices)

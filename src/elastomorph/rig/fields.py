@@ -14,16 +14,6 @@ from elastomorph.errors import MissingExtraError, ParameterError
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 
-__all__ = [
-    "BACKENDS",
-    "BLOCK",
-    "FieldProduct",
-    "MorphFields",
-    "RigFields",
-    "Span",
-    "checked_output",
-]
-
 # Vertices that stay still between two moved ones are cheaper to add as zeros than to skip, up to
 # about this many.
 _GAP = 512
@@ -31,15 +21,10 @@ _GAP = 512
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """Fields on a run of consecutive vertices.
+    """Fields on a run of consecutive vertices."""
 
-    Attributes:
-        start: The first vertex.
-        fields: (1 + K, N, 3) float64, C-contiguous, Δ first.
-    """
-
-    start: int
-    fields: NDArray[np.float64]
+    start: int  # The first vertex
+    fields: NDArray[np.float64]  # (1 + K, N, 3) float64, C-contiguous, Δ first
 
     @property
     def vertices(self) -> slice:
@@ -49,17 +34,11 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class MorphFields:
-    """Δ and bends of one morph on the vertices they move.
+    """Δ and bends of one morph on the vertices they move."""
 
-    Attributes:
-        count: 1 + K, number of fields.
-        spans: The fields, on runs of vertices that hold all moved ones.
-        bend_curves: K scalar curves.
-    """
-
-    count: int
-    spans: tuple[Span, ...]
-    bend_curves: tuple[BendCurve, ...]
+    count: int  # 1 + K, number of fields
+    spans: tuple[Span, ...]  # The fields, on runs of vertices that hold all moved ones
+    bend_curves: tuple[BendCurve, ...]  # K scalar curves
 
     @classmethod
     def of(cls, morph: Morph) -> MorphFields:
@@ -104,12 +83,7 @@ class MorphFields:
         return np.stack([ones, *(curve.slope(times) for curve in self.bend_curves)], axis=-1)
 
     def add_to(self, positions: NDArray[np.float64], factors: Iterable[float]) -> None:
-        """Add the fields, each times its factor; zero factors cost nothing.
-
-        Args:
-            positions: (V, 3) float64, C-contiguous, changed in place.
-            factors: 1 + K numbers.
-        """
+        """Add the fields to (V, 3) C-contiguous positions, in place, each times its factor."""
         from scipy.linalg.blas import daxpy
 
         flat, numbers = positions.reshape(-1), list(factors)
@@ -127,15 +101,10 @@ class MorphFields:
 
 @dataclass(frozen=True, eq=False)
 class RigFields:
-    """The fields of all morphs of a rig, as one matrix for products.
+    """The fields of all morphs of a rig, as one matrix for products."""
 
-    Attributes:
-        neutral: (V, 3) float64.
-        morphs: The fields of each morph, in the order of the rig.
-    """
-
-    neutral: NDArray[np.float64]
-    morphs: tuple[MorphFields, ...]
+    neutral: NDArray[np.float64]  # (V, 3) float64
+    morphs: tuple[MorphFields, ...]  # The fields of each morph, in the order of the rig
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
@@ -173,14 +142,10 @@ _TOGETHER = 8
 
 @dataclass(frozen=True, eq=False)
 class FieldProduct:
-    """Products with the matrix of a rig's neutral and fields.
+    """Products with the matrix of a rig's neutral and fields."""
 
-    Attributes:
-        fields: The fields of the rig.
-        matrix: (1 + F, 3V) float32 or float64, the neutral and all fields, one a row.
-    """
-
-    fields: RigFields
+    fields: RigFields  # The fields of the rig
+    # (1 + F, 3V) float32 or float64, the neutral and all fields, one a row.
     matrix: NDArray[np.floating]
 
     def into(
@@ -190,17 +155,9 @@ class FieldProduct:
         out: NDArray[np.floating],
         backend: str = "numpy",
     ) -> None:
-        """Write V₀ + Σ ζ_j (w^j(t_j) - V₀) of many faces into a buffer.
+        """Write V₀ + Σ ζ_j (w^j(t_j) - V₀) of S faces into (S, 3V) of the type of the matrix.
 
-        Args:
-            weights: (S, J) ζ of each morph.
-            times: (S, J) time of each morph.
-            out: (S, 3V) of the type of the matrix, C-contiguous.
-            backend: ``numpy`` or ``torch`` (on the CPU).
-
-        Raises:
-            ParameterError: Another backend.
-            MissingExtraError: PyTorch is not installed.
+        Weights ζ and times are (S, J), one of each morph; the torch backend runs on the CPU.
         """
         if backend not in BACKENDS:
             raise ParameterError(f"backend must be one of {', '.join(BACKENDS)}, found {backend!r}")
@@ -274,11 +231,7 @@ def _torch_multiply() -> Callable[..., object]:
 
 
 def checked_output(out: NDArray[np.floating], shape: tuple[int, ...]) -> NDArray[np.floating]:
-    """The caller's buffer, if faces can be written straight into it.
-
-    Raises:
-        ParameterError: Another shape, type or layout, or it is read-only.
-    """
+    """The caller's buffer, if faces can be written straight into it."""
     if not isinstance(out, np.ndarray) or out.dtype not in (np.float32, np.float64):
         found = out.dtype if isinstance(out, np.ndarray) else type(out).__name__
         raise ParameterError(f"out must be a float32 or float64 array, found {found}")

@@ -30,8 +30,6 @@ from elastomorph.rig.targets import paths_to
 if TYPE_CHECKING:
     from elastomorph.paths import Method
 
-__all__ = ["Rig"]
-
 
 class Rig:
     """Named morphs on one neutral. Immutable.

@@ -14,17 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import as_number, as_numbers
 
-__all__ = [
-    "Sliders",
-    "Times",
-    "Weights",
-    "named_lists",
-    "named_moments",
-    "spread_rows",
-    "table_moments",
-    "weight_combinations",
-]
-
 Weights = Mapping[str, float] | ArrayLike
 
 Number = TypeVar("Number", np.float64, np.complex128)
@@ -36,19 +25,12 @@ class Sliders:
 
     A morph without drivers has a slider of its own name. A *corrective* is driven by several: its
     weight is the product of theirs. Where it has a slider of its own, it is one of its drivers.
-
-    Attributes:
-        morphs: Names of all morphs, in the order of the rig.
-        correctives: Name of each corrective, and its drivers.
-        groups: Names of groups, and the sliders in each.
-
-    Raises:
-        ParameterError: A corrective or group names what does not exist, or a corrective drives
-            another one.
     """
 
-    morphs: tuple[str, ...]
+    morphs: tuple[str, ...]  # Names of all morphs, in the order of the rig
+    # Name of each corrective, and its drivers.
     correctives: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # Names of groups, and the sliders in each.
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -73,15 +55,7 @@ class Sliders:
         return tuple(name for name in self.morphs if name in self.correctives.get(name, (name,)))
 
     def row(self, weights: Weights) -> NDArray[np.float64]:
-        """(sliders,) weights in the order of the sliders; those that no name was given are 0.
-
-        Args:
-            weights: Weights by name, or one for each slider in their order.
-
-        Raises:
-            ParameterError: An unknown name, a weight that is not a finite number, or more or fewer
-                weights than sliders.
-        """
+        """(sliders,) weights in the order of the sliders; those that no name was given are 0."""
         if not isinstance(weights, Mapping):
             given = as_numbers(weights, "weights", switches=True)
             if given.shape != (len(self.names),):
@@ -105,11 +79,7 @@ class Sliders:
         return self._finite(row)
 
     def table(self, weights: ArrayLike, what: str = "weights") -> NDArray[np.float64]:
-        """(S, sliders) float64 from an array.
-
-        Raises:
-            ParameterError: Another shape, or a number that is not finite.
-        """
+        """(S, sliders) float64 from an array."""
         table = as_numbers(weights, what, switches=True)
         if table.ndim != 2 or table.shape[1] != len(self.names):
             raise ParameterError(
@@ -141,11 +111,7 @@ class Sliders:
         return {name: i for i, name in enumerate(self.names)}
 
     def require(self, name: str, known: tuple[str, ...]) -> None:
-        """Check a name.
-
-        Raises:
-            ParameterError: It is not among the known ones; the message suggests the nearest.
-        """
+        """Check that a name is among the known ones; else suggest the nearest."""
         if name not in known:
             near = get_close_matches(str(name), known, n=1, cutoff=0.5)
             hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known[:8])}, …"
@@ -163,11 +129,7 @@ class Sliders:
 
 
 def named_lists(named: Mapping[str, Sequence[str]] | None, what: str) -> dict[str, tuple[str, ...]]:
-    """Drivers of correctives or members of groups, by name.
-
-    Raises:
-        ParameterError: Not a mapping from names to lists of names.
-    """
+    """Drivers of correctives or members of groups, by name."""
     named = {} if named is None else named
     lists = isinstance(named, Mapping) and not any(isinstance(of, str) for of in named.values())
     try:
@@ -224,11 +186,7 @@ def table_moments(
 
 
 def _normalized(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Each row over its sum.
-
-    Raises:
-        ParameterError: A sum is zero, or nothing but rounding.
-    """
+    """Each row over its sum."""
     total = weights.sum(axis=1, keepdims=True)
     none = np.abs(total) <= _NOISE * np.abs(weights).sum(axis=1, keepdims=True)
     if none.any():
@@ -244,17 +202,9 @@ MOST = 10_000_000
 
 
 def weight_combinations(expressions: int, levels: int = 6) -> NDArray[np.float64]:
-    """All rows of weights from {0, 1/(L-1), …, 1} but the one of zeros.
+    """(L^J - 1, J) all rows of weights from {0, 1/(L-1), …, 1} but the one of zeros.
 
-    Args:
-        expressions: J, number of expressions; the paper has 5.
-        levels: L, number of values from 0 to 1; the paper has 6.
-
-    Returns:
-        (L^J - 1, J) float64, the last column changing fastest.
-
-    Raises:
-        ParameterError: J < 1, L < 2, or more than ten million rows.
+    J expressions, of which the paper has 5, at L levels; the last column changes fastest.
     """
     if expressions < 1 or levels < 2:
         raise ParameterError(

@@ -14,26 +14,23 @@ from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
 
 if TYPE_CHECKING:
+    from elastomorph.curves import CurveNetwork
     from elastomorph.paths import Method
-
-__all__ = ["each_path", "paths_to"]
 
 
 def paths_to(
-    neutral: Mesh, morphs: Mapping[str, Morph | Mesh], method: str | Method | None = None
+    neutral: Mesh,
+    morphs: Mapping[str, Morph | Mesh],
+    method: str | Method | None = None,
+    *,
+    curves: CurveNetwork | None = None,
+    extent: float | None = None,
+    say: Callable[[str], None] = lambda _: None,
+    **settings: object,
 ) -> dict[str, Morph]:
-    """A path from the neutral by each name, in the order of the names.
+    """A path from the neutral by each name, in their order: those given, and made to targets.
 
-    Args:
-        neutral: The face at rest.
-        morphs: Paths from this neutral, or targets of its vertices and polygons.
-        method: How paths are made to the targets; the default of `Method` if none is named.
-
-    Raises:
-        MeshError: The neutral is no mesh, or something is neither a path nor a mesh.
-        TopologyError: Something belongs to another mesh.
-        ParameterError: Not a mapping from names, a path starts at another neutral, or a method is
-            given and there is no mesh.
+    They are made on all cores, by ``auto`` where no method is named, with D of what all move.
     """
     require_mesh(neutral, "the neutral of a rig")
     if not isinstance(morphs, Mapping):
@@ -46,7 +43,11 @@ def paths_to(
         if not isinstance(name, str):
             raise ParameterError(f"the names of a rig are texts, found {name!r}")
         if isinstance(given, Morph):
-            _require_start(neutral, name, given)
+            require_same_topology(neutral, given.neutral)
+            if not np.array_equal(neutral.vertices, given.neutral.vertices):
+                raise ParameterError(
+                    f"the morph {name!r} starts at another neutral than that of the rig"
+                )
         else:
             require_mesh(given, f"{name!r} of the rig (if it is no Morph)")
             require_same_topology(neutral, given)
@@ -58,41 +59,17 @@ def paths_to(
     # Imported here: a rig whose paths are there needs nothing of what makes them.
     from elastomorph.paths import Method, prepare
 
-    chosen = Method() if method is None else Method.of(method)
-    extent = None
-    if "extent" in chosen.inputs():
+    chosen = "auto" if method is None else method
+    if extent is None and "extent" in Method.of(chosen).inputs():
         ends = [m.target if isinstance(m, Morph) else m for m in morphs.values()]
         extent = moved_extent(neutral.vertices, [end.vertices for end in ends])
-    made = each_path(prepare(neutral, chosen, extent=extent), targets)
-    whole = {name: m for name, m in morphs.items() if isinstance(m, Morph)} | made
-    return {name: whole[name] for name in morphs}
+    to = prepare(neutral, chosen, curves=curves, extent=extent, **settings)  # type: ignore[arg-type]
+    whole = dict(morphs)
 
+    def make(task: tuple[int, str]) -> None:
+        number, name = task
+        say(f"the path to {name}, {number} of {len(targets)}")
+        whole[name] = to(targets[name])
 
-def each_path(
-    to: Callable[[Mesh], Morph],
-    targets: Mapping[str, Mesh],
-    say: Callable[[str], None] = lambda _: None,
-) -> dict[str, Morph]:
-    """The path to each target by its name, made on all cores.
-
-    Args:
-        to: Makes a path, as `elastomorph.prepare` gives it.
-        targets: Targets by name.
-        say: Told which path is being made.
-    """
-    names = list(targets)
-    made: dict[str, Morph] = {}
-
-    def make(number: int) -> None:
-        name = names[number]
-        say(f"the path to {name}, {number + 1} of {len(names)}")
-        made[name] = to(targets[name])
-
-    in_own_threads(make, range(len(names)))
-    return made
-
-
-def _require_start(neutral: Mesh, name: str, morph: Morph) -> None:
-    require_same_topology(neutral, morph.neutral)
-    if not np.array_equal(neutral.vertices, morph.neutral.vertices):
-        raise ParameterError(f"the morph {name!r} starts at another neutral than that of the rig")
+    in_own_threads(make, enumerate(targets, start=1))
+    return whole  # type: ignore[return-value]

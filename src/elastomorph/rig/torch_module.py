@@ -19,8 +19,6 @@ try:
 except ImportError:
     raise MissingExtraError("torch", "torch") from None
 
-__all__ = ["RigModule"]
-
 
 class RigModule(torch.nn.Module):
     """Faces from slider weights, differentiable with respect to weights and times.
