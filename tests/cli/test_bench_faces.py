@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import elastomorph as em
 from elastomorph.cli.bench_faces import PAPER_MILLISECONDS, DirectBlend, bench_faces
@@ -40,3 +41,12 @@ def test_every_row_is_timed() -> None:
     assert all(row.seconds_a_face > 0 for row in rows)
     assert abs(rows[0].seconds_a_face - PAPER_MILLISECONDS / 1e3) < 1e-12
     assert round(PAPER_MILLISECONDS, 2) == 9.36
+
+
+@pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
+@pytest.mark.parametrize("method", ["linear", "ease:3", "plate:2", "arc"])
+def test_a_method_without_beams_is_timed(method: str) -> None:
+    """Its faces beside Eq. 39 of a beam."""
+    neutral, targets = strip()
+    _, rows = bench_faces(neutral, targets, method=method, levels=2, repeats=1)
+    assert len(rows) > 4

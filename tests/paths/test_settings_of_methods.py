@@ -100,11 +100,15 @@ def test_old_spellings_work_until_they_go() -> None:
         assert em.Method("linear", order=2) == em.Method("linear")
     with pytest.warns(DeprecationWarning, match="auto has no closure"):
         assert em.Method().closure == "limit"
+    with pytest.warns(DeprecationWarning, match="arc has no load"):
+        assert em.Method("arc").external_load == em.Load.power(2)  # type: ignore[attr-defined]
     with pytest.warns(DeprecationWarning, match="go by their names"):
         given = em.Method("beam", 3, em.Material(2, 1, 1), "rest")
     assert given == em.Method("beam", order=3, material=em.Material(2, 1, 1), closure="rest")
     with pytest.warns(DeprecationWarning, match=r"METHODS is now Method\.known"):
         assert tuple(kind.name for kind in em.Method.known) == paths.METHODS
+    other: object = replace(em.Method("ease", order=3), name="beam")  # type: ignore[call-arg]
+    assert other == em.Method("beam", order=3)
     with pytest.raises(AttributeError, match="'Auto' object has no attribute 'ordre'"):
         em.Method().ordre  # noqa: B018
 

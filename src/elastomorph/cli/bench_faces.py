@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import extract_curves
 from elastomorph.model.mesh import Mesh
-from elastomorph.paths import Method, prepare
+from elastomorph.paths import Beam, Method, prepare
 from elastomorph.physics import mean_response, modal_response
 from elastomorph.physics.beam import ModeTransform
 from elastomorph.rig import Rig
@@ -121,7 +121,11 @@ def _ways(
     count = len(rows)
     out = np.empty((count, *neutral.vertices.shape), dtype=np.float32)
     other = np.zeros_like(out)
-    direct = DirectBlend(neutral, targets, Method.parse(method))
+    own = Method.parse(method)
+    # Eq. 39 is of beams: beside another method stands the beam of the load that both have.
+    shared = ("order", "load", "closure", "material")
+    beam = Beam(**{option: getattr(own, option) for option in shared if own.has(option)})
+    direct = DirectBlend(neutral, targets, beam)
     some = rows[:_DIRECT_FACES]
     matrix = rig.fields.matrix(np.float32)
     coefficients = np.full((count, len(matrix)), 0.1, dtype=np.float32)

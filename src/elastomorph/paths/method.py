@@ -12,7 +12,7 @@ from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths.options import Option, options_of
-from elastomorph.physics import Material
+from elastomorph.physics import Load, Material
 
 if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
@@ -29,7 +29,7 @@ class _ByName(type):
     """Lets ``Method("beam", order=3)`` make a `Beam`, and refuses options a method has not."""
 
     def __call__(cls, *positional: Any, **options: Any) -> Any:
-        if cls is Method:
+        if cls is Method or "name" in options:  # also where `dataclasses.replace` names another
             return _by_name(*positional, **options)
         cls._require(options, repr(cls.name))  # type: ignore[attr-defined]
         return super().__call__(*positional, **options)
@@ -74,6 +74,9 @@ class Method(metaclass=_ByName):
             object.__setattr__(self, name, its.check(getattr(self, name), name))
 
     def __getattr__(self, name: str) -> Any:
+        if name == "external_load":
+            _warn_of(f"{self.name} has no load")
+            return Load.power(2)
         if name.startswith("_") or name not in self.every_option():
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         _warn_of(f"{self.name} has no {name}")
