@@ -193,18 +193,16 @@ def _require_replaceable(path: str | Path, final: Path) -> int | None:
 
 def _refuse_reading(path: str | Path, error: OSError | ValueError) -> NoReturn:
     if isinstance(error, FileNotFoundError):
-        raise FileError(path, _missing(Path(path))) from None
+        parts, folder = Path(path).parts, Path(path).parent
+        problem = "there is no such file; check the name and the folder it is looked for in"
+        if parts[:1] and parts[0].startswith("~"):
+            problem = f"'{parts[0]}' stands for a home folder in a shell only; write the whole path"
+        elif not folder.exists():
+            problem = f"the folder {folder} does not exist"
+        raise FileError(path, problem) from None
     if isinstance(error, PermissionError):
         raise FileError(path, "you have no permission to read this file") from None
     raise FileError(path, f"the file cannot be read: {_reason(error)}") from error
-
-
-def _missing(path: Path) -> str:
-    if path.parts[:1] and path.parts[0].startswith("~"):
-        return f"'{path.parts[0]}' stands for a home folder in a shell only; write the whole path"
-    if not path.parent.exists():
-        return f"the folder {path.parent} does not exist"
-    return "there is no such file; check the name and the folder it is looked for in"
 
 
 def _refuse_writing(path: str | Path, error: Exception) -> NoReturn:
@@ -253,18 +251,13 @@ def _note_output(final: Path) -> None:
 
 def _require_no_input(path: str | Path, final: Path) -> None:
     """Refuse to write over a file that was read."""
-    if not _noted:
-        return
-    try:
-        there = _identity(final.stat())
-    except OSError:
-        return
-    if there in _noted[-1][0]:
-        raise FileError(
-            path,
-            "this file was read as an input and is not written over; name another output, or add "
-            "--overwrite",
-        )
+    with suppress(OSError):
+        if _noted and _identity(final.stat()) in _noted[-1][0]:
+            raise FileError(
+                path,
+                "this file was read as an input and is not written over; name another output, or "
+                "add --overwrite",
+            )
 
 
 def _identity(found: os.stat_result) -> Identity:

@@ -73,10 +73,8 @@ class Placing:
         exchange = np.zeros((3, 3))
         exchange[np.arange(3), columns] = signs
         if np.array_equal(exchange, self.linear) and set(np.abs(signs).tolist()) == {1.0}:
-            turned: NDArray[np.float64] = vectors[..., columns] * signs
-        else:
-            turned = vectors @ self.linear.T
-        return turned
+            return np.asarray(vectors[..., columns] * signs)
+        return np.asarray(vectors @ self.linear.T)
 
     def positions(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 3) positions in the space of the rig."""
@@ -92,35 +90,27 @@ def placings(
     The rows of ``axes`` (3, 3) are right, up and front of the file; None leaves the main mesh as it
     is turned.
     """
+    whole = parts[main].matrix
+    linear, origin = whole[:3].T, whole[3]
+    placed = []
     try:
-        return _placings(axes, parts, parts[main].matrix)
+        scales = np.linalg.svd(linear, compute_uv=False)
+        if not scales[-1] > _ROUNDING * scales[0]:
+            linear = np.eye(3)
+        turn = np.eye(3)
+        if axes is not None:  # the rotation and mirroring in it without scale: its polar factor
+            left, _, right = np.linalg.svd(axes @ linear)
+            turn = _rounded(left @ right)
+        for part in parts:
+            if np.array_equal(part.matrix, whole):
+                placed.append(Placing(turn, np.zeros(3)))
+                continue
+            beside = np.column_stack([part.matrix[:3].T, part.matrix[3] - origin])
+            relative = np.linalg.solve(linear, beside)
+            placed.append(Placing(_rounded(turn @ relative[:, :3]), turn @ relative[:, 3]))
     except np.linalg.LinAlgError:
         raise MeshError("its meshes stand at no place: their transforms are too large") from None
-
-
-def _placings(
-    axes: NDArray[np.float64] | None, parts: Sequence[HasPlace], main: NDArray[np.float64]
-) -> list[Placing]:
-    linear, origin = main[:3].T, main[3]
-    if not _is_regular(linear):
-        linear = np.eye(3)
-    turn = np.eye(3) if axes is None else _orthogonal(axes @ linear)
-    placed = []
-    for part in parts:
-        if np.array_equal(part.matrix, main):
-            placed.append(Placing(turn, np.zeros(3)))
-            continue
-        relative = np.linalg.solve(
-            linear, np.column_stack([part.matrix[:3].T, part.matrix[3] - origin])
-        )
-        placed.append(Placing(_rounded(turn @ relative[:, :3]), turn @ relative[:, 3]))
     return placed
-
-
-def _orthogonal(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation (and mirroring) in a linear map, without its scale: its polar factor."""
-    left, _, right = np.linalg.svd(linear)
-    return _rounded(left @ right)
 
 
 def _rounded(linear: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -129,21 +119,9 @@ def _rounded(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     return whole if np.abs(whole - linear).max() < _ROUNDING else linear
 
 
-def _is_regular(linear: NDArray[np.float64]) -> bool:
-    scales = np.linalg.svd(linear, compute_uv=False)
-    return bool(scales[-1] > _ROUNDING * scales[0])
-
-
 @dataclass(frozen=True, eq=False)
 class RigPart:
-    """A mesh with its own morphs, in the space it was made in.
-
-    Attributes:
-        name: What people call it.
-        mesh: The mesh.
-        morphs: Its morphs by name.
-        place: Where it goes.
-    """
+    """A mesh with its own morphs by name, in the space it was made in, and where it goes."""
 
     name: str
     mesh: Mesh
@@ -193,22 +171,18 @@ def _joined_mesh(parts: Sequence[RigPart], source: str) -> Mesh:
     ]
     offsets = [own.offsets[1:] + start for own, start in zip(faces, corners[:-1], strict=True)]
     meshes = [part.mesh for part in parts]
+    names = [
+        (FaceLabels((part.name,), np.zeros(len(own), dtype=np.int32)), len(own))
+        for part, own in zip(parts, faces, strict=True)
+    ]
     return Mesh(
         np.concatenate([part.place.positions(part.mesh.vertices) for part in parts]),
         Polygons(np.concatenate(indices), np.concatenate([[0], *offsets])),
         uv=_joined_texture(meshes, orders),
         materials=_joined_labels([(mesh.materials, len(mesh.faces)) for mesh in meshes]),
-        groups=meshes[0].groups if len(parts) == 1 else _mesh_names(parts),
+        groups=meshes[0].groups if len(parts) == 1 else _joined_labels(names),
         material_library=next((m.material_library for m in meshes if m.material_library), None),
         source=Source(source),
-    )
-
-
-def _mesh_names(parts: Sequence[RigPart]) -> FaceLabels | None:
-    counts = [len(part.mesh.faces) for part in parts]
-    return _joined_labels(
-        (FaceLabels((part.name,), np.zeros(count, dtype=np.int32)), count)
-        for part, count in zip(parts, counts, strict=True)
     )
 
 

@@ -95,12 +95,7 @@ class RigCache:
         return cls(place / f"{whole.name or 'rig'}-{slot}{CACHE_SUFFIX}", digest)
 
     def read(self, contents: Sequence[str], source: Path) -> Rig | None:
-        """The rig, where it was built from these contents by this code.
-
-        Args:
-            contents: Digest of each file it depends on.
-            source: The file that its neutral came from.
-        """
+        """The rig, where this code built it from files of these digests; ``source`` its neutral."""
         # Whatever is wrong with a file that we can do without, we do without it.
         quiet = suppress(ElastomorphError, OSError, MemoryError)
         with quiet, unnoted(), open_npz(self.file) as members:
@@ -112,12 +107,7 @@ class RigCache:
         return None
 
     def write(self, contents: Sequence[str], rig: Rig) -> None:
-        """Keep a rig, if the folder allows.
-
-        Args:
-            contents: Digest of each file it depends on.
-            rig: The rig built from them.
-        """
+        """Keep a rig built from files of these digests, if the folder allows."""
         arrays = {"cache_key": np.array(self._key(contents)), **rig_arrays(rig)}
         with suppress(FileError, OSError), unnoted():
             self.file.parent.mkdir(parents=True, exist_ok=True)

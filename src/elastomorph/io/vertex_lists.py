@@ -16,6 +16,7 @@ ranges, ``0-9408,11248``.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -35,7 +36,7 @@ _EXPECTED = (
     "or a list of vertex lists [[0, 1, 2], ...]"
 )
 _SHOWN = 40
-_DIGITS = 9
+_INDEX = re.compile("[0-9]{1,9}")
 # No mesh is as large; a mistyped range must not fill the memory.
 _MOST_VERTICES = 1 << 24
 
@@ -221,7 +222,7 @@ def _ranges(text: str) -> NDArray[np.int64]:
     count = 0
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
-        if not _is_index(first) or (dash and not _is_index(last)):
+        if not all(_INDEX.fullmatch(number) for number in ([first, last] if dash else [first])):
             raise ParameterError(
                 f"region {_cited(text)}: expected a .json file or ranges such as 0-9408,11248"
             )
@@ -233,10 +234,6 @@ def _ranges(text: str) -> NDArray[np.int64]:
             )
         parts.append(np.arange(start, stop + 1))
     return np.concatenate(parts)
-
-
-def _is_index(text: str) -> bool:
-    return text.isdecimal() and text.isascii() and len(text) <= _DIGITS
 
 
 def _cited(text: str) -> str:

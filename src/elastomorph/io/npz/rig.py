@@ -19,7 +19,7 @@ an archive holds, for J morphs with K bends in all:
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -105,8 +105,10 @@ def rig_arrays(rig: Rig) -> dict[str, NDArray[Any]]:
         "curve_of_bend": np.array(of_bend, dtype=np.int64),
         "curve_of_limit_law": np.array(of_limit_law, dtype=np.int64),
         "curve_shapes": np.array(shapes, dtype=np.int64).reshape(-1, 2),
-        "curve_breaks": _joined(curve.breaks for curve in curves.values()),
-        "curve_coefficients": _joined(curve.coefficients.ravel() for curve in curves.values()),
+        "curve_breaks": np.concatenate([np.empty(0), *(c.breaks for c in curves.values())]),
+        "curve_coefficients": np.concatenate(
+            [np.empty(0), *(curve.coefficients.ravel() for curve in curves.values())]
+        ),
         **_list_arrays("corrective", "drivers", rig.sliders.correctives),
         **_list_arrays("slider_group", "members", rig.sliders.groups),
     }
@@ -172,8 +174,7 @@ def _require_version(members: NpzMembers) -> None:
             "this archive holds no rig; expected one written by write_rig_npz, with the array "
             f"'rig_version' (found {members.listed()})",
         )
-    version = int(members.array("rig_version", "iu", ()))
-    if version != _VERSION:
+    if (version := int(members.array("rig_version", "iu", ()))) != _VERSION:
         raise FormatError(
             members.path, f"this rig has version {version}, expected {_VERSION}; update elastomorph"
         )
@@ -276,10 +277,6 @@ def _lists(members: NpzMembers, kind: str, what: str) -> dict[str, list[str]]:
     entries = members.texts(f"{kind}_{what}", sum(counts))
     ends = pairwise(_starts(counts).tolist())
     return {name: entries[start:stop] for name, (start, stop) in zip(names, ends, strict=True)}
-
-
-def _joined(arrays: Iterable[NDArray[np.float64]]) -> NDArray[np.float64]:
-    return np.concatenate([np.empty(0), *arrays])
 
 
 def _starts(sizes: list[int]) -> NDArray[np.int64]:

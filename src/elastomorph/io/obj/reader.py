@@ -10,7 +10,7 @@ import math
 import re
 import warnings
 from bisect import bisect
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -39,11 +39,9 @@ _INDEX = re.compile(rb"[+-]?[0-9]+")
 _LARGEST_INDEX = int(np.iinfo(np.int32).max)
 
 _VERTEX_COLUMNS = (3, 4, 6, 7)
-_VERTEX = (
-    "expected 'v x y z', optionally followed by a weight, a colour r g b or both, found {} numbers"
-)
+_VERTEX = "expected 'v x y z', optionally followed by a weight, a colour r g b or both"
 _TEXTURE_COLUMNS = (1, 2, 3)
-_TEXTURE = "expected 'vt u', 'vt u v' or 'vt u v w', found {} numbers"
+_TEXTURE = "expected 'vt u', 'vt u v' or 'vt u v w'"
 
 Indices = NDArray[np.int64]
 
@@ -70,25 +68,22 @@ def read_obj(path: str | Path) -> Mesh:
         FormatError: The content is not OBJ text; the message names the line.
     """
     found = Statements(plain_text(path, read_bytes(path)))
-    problems = found.problems
-    read = []
-    for rows, columns, expected in (
-        (found.vertices, _VERTEX_COLUMNS, _VERTEX),
-        (found.texture, _TEXTURE_COLUMNS, _TEXTURE),
-    ):
-        try:
-            read.append(_table(rows, columns, expected))
-        except StatementError as problem:
-            problems.append(problem)
     faces = _Faces(found)
-    try:
-        faces.read()
-    except StatementError as problem:
-        problems.append(problem)
-    if problems:
-        first = min(problems, key=lambda problem: problem.line)
+    tables: list[NDArray[np.float64]] = []
+    steps: tuple[Callable[[], None], ...] = (
+        lambda: tables.append(_table(found.vertices, _VERTEX_COLUMNS, _VERTEX)),
+        lambda: tables.append(_table(found.texture, _TEXTURE_COLUMNS, _TEXTURE)),
+        faces.read,
+    )
+    for read in steps:
+        try:
+            read()
+        except StatementError as problem:
+            found.problems.append(problem)
+    if found.problems:
+        first = min(found.problems, key=lambda problem: problem.line)
         raise FormatError(path, str(first), line=first.line)
-    vertices, texture = read
+    vertices, texture = tables
     if not len(vertices):
         raise FormatError(path, "there are no vertices; expected lines such as 'v 0.5 1.25 -3'")
     faces.require_existing(path)
@@ -111,37 +106,28 @@ def _table(rows: Rows, columns: Sequence[int], expected: str) -> NDArray[np.floa
     for row, line, body in zip(table, rows.lines, bodies, strict=True):
         own = body.split()
         if len(own) not in columns:
-            raise StatementError(line, expected.format(len(own)))
+            raise StatementError(line, f"{expected}, found {len(own)} numbers")
         row[: len(own)] = [_number(line, word) for word in own]
     return table
 
 
 def _number(line: int, word: bytes) -> float:
     if not _NUMBER.fullmatch(word):
-        advice = ""
-        if b"," in word and _NUMBER.fullmatch(word.replace(b",", b".")):
-            advice = "; write decimals with a point"
+        comma = b"," in word and _NUMBER.fullmatch(word.replace(b",", b"."))
+        advice = "; write decimals with a point" if comma else ""
         raise StatementError(
             line, f"expected a finite decimal number, found '{shown(word)}'{advice}"
         )
-    value = float(word)
-    if not math.isfinite(value):
-        raise StatementError(
-            line, f"the number '{shown(word)}' is larger than a 64-bit float can hold"
-        )
-    return value
+    if math.isfinite(value := float(word)):
+        return value
+    raise StatementError(line, f"the number '{shown(word)}' is larger than a 64-bit float can hold")
 
 
 class _Faces:
-    """The polygons of a file.
+    """The polygons of a file: the line and the number of corners of each (F,).
 
-    Attributes:
-        corners: (C,) a vertex for each polygon corner, counted from 0.
-        texture_corners: (C,) a ``vt`` for each corner, or -1 for none; any where there is no
-            ``vt`` at all.
-        sizes: (F,) corners of each polygon.
-        lines: Line number of each polygon.
-        two_corners: Lines of polygons that show no surface.
+    Each corner (C,) has a vertex, counted from 0, and a ``vt``: -1 for none, any where the file has
+    no ``vt`` at all. Lines of polygons with two corners, which show no surface, are kept apart.
     """
 
     def __init__(self, found: Statements) -> None:
@@ -150,11 +136,7 @@ class _Faces:
         self.two_corners: list[int] = []
 
     def read(self) -> None:
-        """Read the statements.
-
-        Raises:
-            StatementError: One is not what the format allows.
-        """
+        """Read the statements, or raise StatementError where one is not what the format allows."""
         bodies = self._rows.without_comments()
         self.lines = self._rows.lines
         self.sizes = np.array([len(body.split()) for body in bodies], dtype=np.int64)
@@ -206,11 +188,8 @@ class _Faces:
                 self.two_corners.append(line)
                 continue
             if len(corners) < 3:
-                raise StatementError(
-                    line,
-                    f"a polygon needs at least 3 vertices, found {len(corners)}; complete or "
-                    "delete it",
-                )
+                problem = f"needs at least 3 vertices, found {len(corners)}; complete or delete it"
+                raise StatementError(line, f"a polygon {problem}")
             yield line, corners
 
     def require_existing(self, path: str | Path) -> None:

@@ -9,18 +9,6 @@ from typing import Literal
 
 from elastomorph.errors import FormatError
 
-__all__ = [
-    "Rows",
-    "StatementError",
-    "Statements",
-    "encoding_of",
-    "is_continued",
-    "name_in",
-    "plain_text",
-    "shown",
-    "without_comment",
-]
-
 NAMING = frozenset({b"usemtl", b"mtllib", b"g", b"o"})
 
 IGNORED = frozenset(
@@ -48,12 +36,7 @@ class StatementError(ValueError):
 
 
 class Rows:
-    """The statements of one keyword.
-
-    Attributes:
-        lines: Line number of each, counted from 1.
-        bodies: What follows the keyword in each.
-    """
+    """The statements of one keyword: the line of each, from 1, and what follows the keyword."""
 
     def __init__(self) -> None:
         self.lines: list[int] = []
@@ -115,14 +98,12 @@ class Statements:
             self.stray[keyword].append(number)
         elif keyword not in IGNORED and not self.problems:
             problem = (
-                f"unknown keyword '{shown(keyword)}'; expected v, vt, vn, f, g, o, s, usemtl, "
-                "mtllib, another keyword of the OBJ format, or # before a comment"
+                "unknown keyword '{}'; expected v, vt, vn, f, g, o, s, usemtl, mtllib, another "
             )
+            problem += "keyword of the OBJ format, or # before a comment"
             if keyword in (b"call", b"csh"):
-                problem = (
-                    f"'{shown(keyword)}' draws in other files, which is not supported; merge them "
-                    "first"
-                )
+                problem = "'{}' draws in other files, which is not supported; merge them first"
+            problem = problem.format(shown(keyword))
             self.problems.append(StatementError(number, problem))
 
 
@@ -179,10 +160,8 @@ def is_continued(line: bytes, keyword: bytes) -> bool:
 
     In Shift-JIS, a backslash is also the second byte of letters: ``usemtl ソ`` ends in one.
     """
-    if not line.endswith(b"\\"):
-        return False
     in_letter = keyword in NAMING and line[-2:-1] >= b"\x81" and encoding_of([line]) != "utf-8"
-    return not in_letter
+    return line.endswith(b"\\") and not in_letter
 
 
 def name_in(statement: bytes) -> bytes:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import replacing
 from elastomorph.io.obj.statements import is_continued, name_in, without_comment
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import Mesh
 
 __all__ = ["write_obj"]
 
@@ -59,8 +59,7 @@ def _faces(mesh: Mesh) -> Iterator[str]:
             f"{corner}/{coordinate}" if coordinate else corner
             for corner, coordinate in zip(corners, coordinates, strict=True)
         ]
-    offsets = mesh.faces.offsets.tolist()
-    for start, stop in pairwise(offsets):
+    for start, stop in pairwise(mesh.faces.offsets.tolist()):
         yield "f " + " ".join(corners[start:stop])
 
 
@@ -74,15 +73,10 @@ def _switches(path: str | Path, mesh: Mesh, encoding: str) -> dict[int, list[str
         statements = {-1: keyword}
         for name in used.tolist():
             statements[name] = _naming(path, keyword, labels.names[name], encoding)
-        for face in _changes(labels):
+        # where the label is not that of the polygon before; none comes before the first
+        for face in np.flatnonzero(np.diff(labels.of_face, prepend=np.int32(-1))).tolist():
             switches.setdefault(face, []).append(statements[int(labels.of_face[face])])
     return switches
-
-
-def _changes(labels: FaceLabels) -> list[int]:
-    """The polygons whose label is not that of the one before; none comes before the first."""
-    faces: list[int] = np.flatnonzero(np.diff(labels.of_face, prepend=np.int32(-1))).tolist()
-    return faces
 
 
 def _encoding(mesh: Mesh) -> str:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from elastomorph.errors import FormatError
 
-__all__ = ["ENCODINGS", "Element", "PlyHeader", "Property", "read_header"]
+__all__ = ["ENCODINGS", "Element", "PlyHeader", "read_header"]
 
 ENCODINGS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 """Name of each encoding, and the byte order NumPy knows it by."""
@@ -25,19 +26,15 @@ _MOST_PROPERTIES = 1000
 _LONGEST_NAME = 100
 
 
-@dataclass(frozen=True)
-class Property:
-    """One property of an element: a number, or a list of numbers with its length before it.
+class Property(NamedTuple):
+    """A number, or where it has the type of a length, a list of numbers with its length before it.
 
-    Attributes:
-        name: Its name.
-        kind: The type of its numbers, with the byte order of the file.
-        count: The type of its length; None if it is a single number.
+    The types have the byte order of the file.
     """
 
     name: str
     kind: np.dtype[np.generic]
-    count: np.dtype[np.generic] | None = None
+    length: np.dtype[np.generic] | None = None
 
 
 @dataclass(frozen=True)
@@ -54,16 +51,8 @@ class Element:
         return next((own.index(name) for name in names if name in own), None)
 
 
-@dataclass(frozen=True)
-class PlyHeader:
-    """What the header says.
-
-    Attributes:
-        order: A value of `ENCODINGS`.
-        elements: The elements in the order of the file.
-        size: Bytes of the header; the elements begin there.
-        lines: Lines of the header.
-    """
+class PlyHeader(NamedTuple):
+    """The header: byte order (a value of `ENCODINGS`), elements, and its bytes and lines."""
 
     order: str
     elements: list[Element]
@@ -116,13 +105,18 @@ def _order(words: list[str]) -> str:
 
 
 def _element(words: list[str]) -> Element:
-    if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18 or _is_long(words[1]):
+    if (
+        len(words) != 3
+        or not words[2].isdecimal()
+        or len(words[2]) > 18
+        or len(words[1]) > _LONGEST_NAME
+    ):
         raise ValueError("expected 'element', a name and how many there are")
     return Element(words[1], int(words[2]))
 
 
 def _property(words: list[str], order: str) -> Property:
-    if _is_long(words[-1]):
+    if len(words[-1]) > _LONGEST_NAME:
         raise ValueError(f"expected a name of at most {_LONGEST_NAME} characters")
     if len(words) == 3 and words[1] in _TYPES:
         return Property(words[2], np.dtype(order + _TYPES[words[1]]))
@@ -134,7 +128,3 @@ def _property(words: list[str], order: str) -> Property:
         "expected 'property TYPE NAME' or 'property list INTEGER-TYPE TYPE NAME' with types out "
         f"of {', '.join(_TYPES)}"
     )
-
-
-def _is_long(name: str) -> bool:
-    return len(name) > _LONGEST_NAME

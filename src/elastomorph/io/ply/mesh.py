@@ -6,9 +6,8 @@ Nothing is allocated for rows that the rest of the file could not hold.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,14 +51,8 @@ def read_ply(path: str | Path) -> Mesh:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class _Column:
-    """One property of all rows of an element.
-
-    Attributes:
-        values: (rows,) numbers, or the numbers of all lists one after another.
-        sizes: (rows,) int64, the length of each list; ones where each row has one number.
-    """
+class _Column(NamedTuple):
+    """A property of all rows: the numbers of all lists, and the (rows,) length of each; or ones."""
 
     values: NDArray[Any]
     sizes: NDArray[np.int64]
@@ -75,7 +68,7 @@ def _require_mesh(path: str | Path, header: PlyHeader) -> None:
         raise FormatError(path, "there are no vertices: the header announces no 'element vertex'")
     for axis in _AXES:
         place = first.place(axis)
-        if place is None or first.properties[place].count is not None:
+        if place is None or first.properties[place].length is not None:
             raise FormatError(path, f"the vertices have no property '{axis}' that is a number")
     if "tristrips" in elements:
         raise FormatError(
@@ -85,7 +78,7 @@ def _require_mesh(path: str | Path, header: PlyHeader) -> None:
         face = elements["face"]
         place = face.place(*_CORNERS)
         corners = None if place is None else face.properties[place]
-        if corners is None or corners.count is None or corners.kind.kind not in "iu":
+        if corners is None or corners.length is None or corners.kind.kind not in "iu":
             raise FormatError(
                 path, "the faces have no list of whole numbers called 'vertex_indices'"
             )
@@ -132,7 +125,7 @@ def _columns_of_lines(
             start = 0
             for j, p in enumerate(element.properties):
                 size = 1
-                if p.count is not None:
+                if p.length is not None:
                     size = int(words[start])
                     start += 1
                 if size < 0 or start + size > len(words):
@@ -144,7 +137,7 @@ def _columns_of_lines(
             if start != len(words) or b"_" in b"".join(words):
                 raise IndexError
         except (IndexError, ValueError):
-            each = [p.name if p.count is None else f"N N×{p.name}" for p in element.properties]
+            each = [p.name if p.length is None else f"N N×{p.name}" for p in element.properties]
             raise FormatError(
                 path,
                 f"expected the numbers of one '{element.name}' ({' '.join(each)[:200]}), found "
@@ -164,7 +157,7 @@ def _binary_columns(path: str | Path, content: bytes, header: PlyHeader) -> Colu
     order: ByteOrder = "big" if header.order == ">" else "little"
     for element in header.elements:
         smallest = sum(
-            (p.kind if p.count is None else p.count).itemsize for p in element.properties
+            (p.kind if p.length is None else p.length).itemsize for p in element.properties
         )
         left = len(content) - position
         if element.length * smallest > left:
@@ -200,32 +193,27 @@ def _alike_rows(
     sizes = _walk(path, content, position, element, 1, order)[1][0].tolist()
     fields: list[tuple[Any, ...]] = []
     for j, (p, size) in enumerate(zip(element.properties, sizes, strict=True)):
-        if p.count is not None:
-            fields.append((f"n{j}", p.count))
-        fields.append((f"f{j}", p.kind) if p.count is None else (f"f{j}", p.kind, (size,)))
+        if p.length is not None:
+            fields.append((f"n{j}", p.length))
+        fields.append((f"f{j}", p.kind) if p.length is None else (f"f{j}", p.kind, (size,)))
     row = np.dtype(fields)
     if 0 in sizes or element.length * row.itemsize > len(content) - position:
         return None
     table = np.frombuffer(content, dtype=row, count=element.length, offset=position)
     for j, p in enumerate(element.properties):
-        if p.count is not None and (table[f"n{j}"] != sizes[j]).any():
+        if p.length is not None and (table[f"n{j}"] != sizes[j]).any():
             return None
     return table
 
 
 def _walk(
-    path: str | Path,
-    content: bytes,
-    position: int,
-    element: Element,
-    length: int,
-    order: ByteOrder,
+    path: str | Path, content: bytes, position: int, element: Element, length: int, order: ByteOrder
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
     """(rows, properties) first byte and number of values of each entry, and where the rows end."""
     steps = [
         (p.kind.itemsize, 0, False)
-        if p.count is None
-        else (p.kind.itemsize, p.count.itemsize, p.count.kind == "i")
+        if p.length is None
+        else (p.kind.itemsize, p.length.itemsize, p.length.kind == "i")
         for p in element.properties
     ]
     places: list[tuple[int, int]] = []
@@ -250,10 +238,7 @@ def _walk(
 
 
 def _gathered(
-    content: bytes,
-    starts: NDArray[np.int64],
-    sizes: NDArray[np.int64],
-    kind: np.dtype[np.generic],
+    content: bytes, starts: NDArray[np.int64], sizes: NDArray[np.int64], kind: np.dtype[Any]
 ) -> NDArray[Any]:
     """The values of all lists one after another."""
     before = np.cumsum(sizes) - sizes
