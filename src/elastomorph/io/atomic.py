@@ -22,20 +22,6 @@ from typing import BinaryIO, NoReturn
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.temporaries import remove_orphans, temporary_name
 
-__all__ = [
-    "inputs_kept",
-    "is_file",
-    "is_folder",
-    "made_folder",
-    "opened",
-    "read_bytes",
-    "replacing",
-    "replacing_path",
-    "require_name",
-    "size_of",
-    "unnoted",
-]
-
 _GZIP = b"\x1f\x8b\x08"
 
 

@@ -22,12 +22,9 @@ _MOST_SHOWN = 12
 
 @dataclass(frozen=True)
 class ListedMesh:
-    """A mesh that may be chosen.
+    """A mesh that may be asked for by any of its names; the first is shown in messages.
 
-    Attributes:
-        names: What it may be asked for by; the first is shown in messages.
-        shapes: Number of its blend shapes.
-        shown: Whether its author sees it.
+    It has so many blend shapes, and its author sees it or not.
     """
 
     names: tuple[str, ...]

@@ -19,20 +19,6 @@ from elastomorph.io.atomic import is_file, is_folder, read_bytes, require_name
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
-__all__ = [
-    "BUILT_IN",
-    "MESH_FORMATS",
-    "RIG_FORMATS",
-    "Format",
-    "format_of",
-    "known_suffixes",
-    "read",
-    "require_there",
-    "settings_used",
-    "write",
-    "writer_of",
-]
-
 T = TypeVar("T")
 
 BUILT_IN = "built-in"
@@ -236,19 +222,9 @@ def writer_of(path: str | Path, formats: tuple[Format[Any], ...]) -> Writer:
 
 
 def settings_used(path: str | Path) -> dict[str, Any] | None:
-    """The settings of the character that a file was made with.
+    """The tables of a character's settings that a rig or an evaluation (.json) was made with.
 
-    Args:
-        path: A rig (.glb, .gltf, .vrm, .usd, .usda, .usdc, .npz), or an evaluation (.json).
-
-    Returns:
-        The settings as tables, as `elastomorph.character.settings_tables` made them; None where
-        the file was made without any, or is of another kind.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: The file is damaged.
-        MissingExtraError: The format needs a package that is not installed.
+    None where it was made without any, or is a file of another kind.
     """
     suffix = Path(path).suffix.lower()
     if suffix in (".glb", ".gltf", ".vrm"):

@@ -25,18 +25,6 @@ from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = [
-    "MarkerTake",
-    "holds_markers",
-    "mesh_of",
-    "read_marker_take",
-    "read_npz",
-    "read_npz_sequence",
-    "surface_arrays",
-    "write_npz",
-    "write_npz_sequence",
-]
-
 _MARKERS = ("positions", "markers", "stab")
 
 
@@ -88,12 +76,7 @@ def write_npz_sequence(path: str | Path, sequence: MeshSequence) -> None:
 
 @dataclass(frozen=True, eq=False)
 class MarkerTake:
-    """A take of named markers.
-
-    Attributes:
-        motion: The frames, on a mesh without polygons.
-        names: The name of each marker.
-    """
+    """A take of named markers, on a mesh without polygons."""
 
     motion: MeshSequence
     names: tuple[str, ...]

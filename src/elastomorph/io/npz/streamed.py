@@ -74,6 +74,7 @@ def write_npz_take(path: str | Path, mesh: Mesh, frames: Blocks, times: ArrayLik
     shape = mesh.vertices.shape
     with replacing_path(path) as temporary:
         write_npz(temporary, mesh)
+        count = 0
         with temporary.open("r+b") as file:
             with zipfile.ZipFile(file, "a") as archive:
                 with archive.open(zipfile.ZipInfo("times.npy"), "w") as member:
@@ -81,14 +82,11 @@ def write_npz_take(path: str | Path, mesh: Mesh, frames: Blocks, times: ArrayLik
                 info = zipfile.ZipInfo("frames.npy")  # of itself dated 1980
                 with archive.open(info, "w", force_zip64=True) as member:
                     npy.write_array_header_1_0(member, _header((len(when), *shape)))
-                    count = 0
-                    for frame in frames:
+                    for count, frame in enumerate(frames, start=1):
                         if frame.shape != shape:
-                            raise ParameterError(
-                                f"frame {count} has the shape {frame.shape}, expected {shape}"
-                            )
+                            problem = f"has the shape {frame.shape}, expected {shape}"
+                            raise ParameterError(f"frame {count - 1} {problem}")
                         member.write(np.ascontiguousarray(frame, dtype="<f4").tobytes())
-                        count += 1
             file.flush()
             os.fsync(file.fileno())
         if count != len(when):

@@ -56,16 +56,6 @@ def read_obj(path: str | Path) -> Mesh:
 
     What looks like part of the surface but is not is passed over with a warning: texture indices
     in a file without ``vt``, polygons of two corners, and the lines ``vw`` and ``t``.
-
-    Args:
-        path: The file.
-
-    Returns:
-        The mesh; ``source.face_lines`` has the line number of each polygon.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: The content is not OBJ text; the message names the line.
     """
     found = Statements(plain_text(path, read_bytes(path)))
     faces = _Faces(found)

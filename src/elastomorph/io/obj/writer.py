@@ -22,14 +22,6 @@ def write_obj(path: str | Path, mesh: Mesh) -> None:
 
     Reading the file gives back the same mesh, coordinates bit for bit. Names stand in it as in the
     file that the mesh was read from, if that was OBJ, and in UTF-8 otherwise.
-
-    Args:
-        path: The file; its folder must exist. A file that is there is replaced at once.
-        mesh: The mesh.
-
-    Raises:
-        FileError: The file cannot be written.
-        FormatError: A name or a texture coordinate is nothing that OBJ text can hold.
     """
     lines: list[str] = []
     encoding = _encoding(mesh)

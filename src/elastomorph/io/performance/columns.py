@@ -62,7 +62,8 @@ def read_performance(path: str | Path, timecode_rate: float | None = None) -> Pe
 
     Args:
         path: A .csv file.
-        timecode_rate: Frames a second that timecodes count, as for `read_livelink`.
+        timecode_rate: Frames a second that timecodes count, such as 29.97, where it is known better
+            than the file shows.
 
     Raises:
         FileError: The file is missing or cannot be read.
@@ -92,14 +93,6 @@ def write_performance_csv(path: str | Path, performance: Performance) -> None:
 
     Timecodes and what was dropped are not kept. The column of times is called ``time``, or
     ``seconds`` where numbers would otherwise be taken for milliseconds or percent.
-
-    Args:
-        path: The file; its folder must exist.
-        performance: The performance.
-
-    Raises:
-        FileError: The file cannot be written.
-        ParameterError: A name cannot be that of a column.
     """
     for name in performance.names:
         taken = name.casefold() in TIME_COLUMNS

@@ -25,16 +25,6 @@ def read_livelink(path: str | Path, timecode_rate: float | None = None) -> Perfo
     Times are those of the timecodes, from 0 at the first frame, also past midnight and where
     frames were dropped. A frame with the timecode of the one before is left out. So is one without
     weights, which is what a take has where no face was seen. Angles are kept under their names.
-
-    Args:
-        path: The file.
-        timecode_rate: Frames a second that the timecodes count, such as 29.97, where it is known
-            better than the file shows.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is no such take; the message names the line.
-        ParameterError: No timecode counts at ``timecode_rate``.
     """
     return livelink_performance(read_table(path), timecode_rate)
 

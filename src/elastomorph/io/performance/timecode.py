@@ -63,12 +63,9 @@ def parse_timecode(text: str) -> Timecode | None:
 
 @dataclass(frozen=True)
 class TimecodeClock:
-    """How timecodes count.
+    """How timecodes count: ``base`` numbers in a second of timecode, ``rate`` in one of the clock.
 
-    Attributes:
-        base: Frame numbers in a second of timecode.
-        drop: Whether numbers are left out to keep up with the clock.
-        rate: Frames in a second of the clock.
+    With ``drop``, numbers are left out to keep up with the clock.
     """
 
     base: int
@@ -118,18 +115,11 @@ class TimingError(ParameterError):
         super().__init__(problem)
 
 
-@dataclass(frozen=True, eq=False)
-class TakeTiming:
-    """When each frame of a take was recorded.
+class TakeTiming(NamedTuple):
+    """When each frame of a take was recorded, in seconds since the first.
 
-    Attributes:
-        clock: How the timecodes count.
-        rate: Nominal frames a second of the recording, which may be every second number or two
-            frames a number.
-        kept: (T,) indices of the frames that are not the same again.
-        times: (T,) float64, seconds since the first frame.
-        dropped: Timecodes of the frames that are missing.
-        dropped_times: When they would have been.
+    The nominal rate of the recording may be every second number or two frames a number. What is
+    kept are (T,) indices of the frames that are not the same again.
     """
 
     clock: TimecodeClock
