@@ -184,8 +184,7 @@ def _methods(
 ) -> dict[str, Method | Morph]:
     """The methods for one motion by their labels: those named, or all and those named."""
     from elastomorph.errors import ParameterError
-    from elastomorph.evaluation import every_method
-    from elastomorph.evaluation.method_texts import method_of
+    from elastomorph.evaluation.methods import every_method, method_of
 
     found: dict[str, Method | Morph] = {}
     for text in texts:

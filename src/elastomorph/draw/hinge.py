@@ -14,7 +14,7 @@ from elastomorph.draw.materials import parts_of
 from elastomorph.draw.pictures import Image
 from elastomorph.draw.sheet import Face, face_sheet, scale_of
 from elastomorph.evaluation.rigid_bodies import TIMES, Hinge
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import Mesh, part_of
 from elastomorph.model.morph import Morph
 
 _VIEW = (55.0, 12.0)
@@ -48,7 +48,7 @@ def hinge_faces(
         faces.append(Face(morph.at(time)[hinge.vertices], caption, off))
     words = f"distance from the hinge's true arc at t = {time:g}, % of D"
     return face_sheet(
-        _part(hinge.neutral, hinge.vertices),
+        part_of(hinge.neutral, hinge.vertices),
         [faces],
         Camera.framing(np.stack([drawn.vertices for drawn in faces]), _VIEW, size=face),
         face,
@@ -122,16 +122,3 @@ def _seen(hinge: Hinge, points: NDArray[np.float64]) -> NDArray[np.float64]:
     forward *= 1.0 if forward[2] >= 0 else -1.0
     arms = points - hinge.screw.centre
     return np.stack([arms @ forward, arms @ up], axis=1)
-
-
-def _part(mesh: Mesh, vertices: NDArray[np.int64]) -> Mesh:
-    """The polygons between some of the vertices, which are numbered anew."""
-    new_index = np.full(len(mesh.vertices), -1)
-    new_index[vertices] = np.arange(len(vertices))
-    kept = [number for number, face in enumerate(mesh.faces) if (new_index[face] >= 0).all()]
-    faces = [new_index[mesh.faces[number]] for number in kept]
-    labels = [
-        None if own is None else FaceLabels(own.names, own.of_face[kept])
-        for own in (mesh.materials, mesh.groups)
-    ]
-    return Mesh(mesh.vertices[vertices], faces, materials=labels[0], groups=labels[1])

@@ -1,15 +1,14 @@
 """How an interpolated face is judged against a recorded one."""
 
-from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
-from elastomorph.evaluation.evaluation import DEFAULT_METHODS, evaluate
-from elastomorph.evaluation.every_method import every_method, left_out
+from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors, free_timing
+from elastomorph.evaluation.evaluation import evaluate
 from elastomorph.evaluation.inbetweens import Suggestion, suggest_inbetweens
+from elastomorph.evaluation.methods import DEFAULT_METHODS, every_method, left_out
 from elastomorph.evaluation.movements import Movement, find_movements, resting_pose
 from elastomorph.evaluation.results import Evaluation, MethodResult
 from elastomorph.evaluation.rigid_bodies import Rigidity, rigidity
 from elastomorph.evaluation.shape import Shape, ShapeProbe
 from elastomorph.evaluation.target_paths import TargetPath, TargetPaths, target_paths
-from elastomorph.evaluation.timing import free_timing
 
 __all__ = [
     "DEFAULT_METHODS",

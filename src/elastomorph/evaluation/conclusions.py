@@ -111,22 +111,17 @@ def reach_verdict(
     """
     found = Outcome.of(lines, informed, "lme" if timing_known else "path_lme")
     headline, reasons = (_as_timed if timing_known else _as_path)(found, lengths, what)
-    nearest = _nearest_path(found, lengths) if timing_known else []
+    nearest = _nearest_path(found, lengths) if timing_known else ""
     if nearest and found.timing_alone:
         labels = [line.label for line in places(found.judged, "path_lme")[0]]
         headline += f"; by path {listed(labels)} {_verb(labels, 'come')} closest"
-    told = () if found.judged == found.informed else found.informed
-    reasons += [
-        *nearest,
-        *_shape(found.judged, lengths),
-        *_informed(told, found.error),
-        *_in_betweens(suggestions, lengths),
-    ]
-    return Verdict(f"{headline}.", tuple(reasons), found.timing_alone)
+    reasons += [nearest, *_shape(found.judged, lengths)]
+    reasons += [_informed(found), _in_betweens(suggestions, lengths)]
+    return Verdict(f"{headline}.", tuple(filter(None, reasons)), found.timing_alone)
 
 
 def _as_timed(found: Outcome, lengths: Lengths, what: str) -> tuple[str, list[str]]:
-    """A headline without its full stop, and the reasons for it."""
+    """A headline without its full stop, and the reasons for it, some of them empty."""
     best, linear = found.best, found.linear
     at_times = f"At the recorded times, {_off(best, lengths)} {lengths(best.lme)}"
     if linear is None:
@@ -149,12 +144,12 @@ def _as_timed(found: Outcome, lengths: Lengths, what: str) -> tuple[str, list[st
             f"No method comes closer to {what} than straight lines (linear)",
             [
                 f"At the recorded times, {_off(linear, lengths)} {lengths(linear.lme)}.",
-                *_others(found, linear),
+                _others(found, linear),
                 timing,
             ],
         )
     narrowly = ", narrowly" if best.lme > _NARROW * linear.lme else ""
-    reasons = [f"{at_times}, {_difference(best.lme, linear.lme, lengths)}.", *_eases(found), timing]
+    reasons = [f"{at_times}, {_difference(best.lme, linear.lme, lengths)}.", _eases(found), timing]
     headline = f"{_winners(found)} closest to {what}{narrowly}"
     if found.timing_alone:
         reasons.append(
@@ -188,7 +183,7 @@ def _as_path(found: Outcome, lengths: Lengths, what: str) -> tuple[str, list[str
         size = f"With free timing, {_off(linear, lengths)} {lengths(linear.path_lme)}."
         return (
             f"No path comes closer to {what} than straight lines (linear)",
-            [size, *_others(found, linear)],
+            [size, _others(found, linear)],
         )
     difference = _difference(best.path_lme, linear.path_lme, lengths)
     return f"{_winners(found)} closest to {what} by path", [f"{size}, {difference}."]
@@ -233,38 +228,37 @@ def _share_of_timing(found: Outcome, linear: MethodSummary, lengths: Lengths) ->
     )
 
 
-def _eases(found: Outcome) -> list[str]:
+def _eases(found: Outcome) -> str:
     """Whether the win is shared by the same timing on straight lines."""
-    eases = found.eases
-    if not eases:
-        return []
-    return [
+    if not (eases := found.eases):
+        return ""
+    return (
         f"{listed(eases)}, straight lines at another pace, {_verb(eases, 'read')} the same: what "
         f"{found.best.label} gains at the recorded times, an ease gains as well."
-    ]
+    )
 
 
-def _others(found: Outcome, linear: MethodSummary) -> list[str]:
+def _others(found: Outcome, linear: MethodSummary) -> str:
     """Who reads the same as the straight line where nobody beats it."""
     alike = found.alike(linear)
     if not alike:
-        return []
+        return ""
     if len(alike) == len(found.judged) - 1:
-        return ["All other methods read the same in this error."]
-    return [f"{listed(alike)} {_verb(alike, 'read')} the same in this error."]
+        return "All other methods read the same in this error."
+    return f"{listed(alike)} {_verb(alike, 'read')} the same in this error."
 
 
-def _nearest_path(found: Outcome, lengths: Lengths) -> list[str]:
+def _nearest_path(found: Outcome, lengths: Lengths) -> str:
     """Whose path is closest, where that is not the method that came closest as timed."""
     best, nearest = found.best, places(found.judged, "path_lme")[0]
     least = nearest[0].path_lme
     if least >= best.path_lme or same(least, best.path_lme):
-        return []
+        return ""
     subject = "path is that" if len(nearest) == 1 else "paths are those"
-    return [
+    return (
         f"The closest {subject} of {listed([line.label for line in nearest])}: with free timing "
         f"{lengths(least)} off, against {lengths.plain(best.path_lme)} for {best.label}."
-    ]
+    )
 
 
 def _shape(judged: Sequence[MethodSummary], lengths: Lengths) -> list[str]:
@@ -284,22 +278,22 @@ def _shape(judged: Sequence[MethodSummary], lengths: Lengths) -> list[str]:
     return said
 
 
-def _informed(told: Sequence[MethodSummary], error: str) -> list[str]:
-    """How the methods that know more of the recording did."""
-    if not told:
-        return []
-    each = [f"{line.label} ({percent(getattr(line, error))})" for line in told]
-    return [
+def _informed(found: Outcome) -> str:
+    """How the methods that know more of the recording did, where others are ranked."""
+    if not found.informed or found.judged == found.informed:
+        return ""
+    each = [f"{line.label} ({percent(getattr(line, found.error))})" for line in found.informed]
+    return (
         f"{listed(each)} passed through frames of this very recording, so their small errors are "
         "what scanned in-betweens are worth, not a win over methods that know only the two ends."
-    ]
+    )
 
 
-def _in_betweens(suggestions: Sequence[Suggestion], lengths: Lengths) -> list[str]:
+def _in_betweens(suggestions: Sequence[Suggestion], lengths: Lengths) -> str:
     """What in-betweens would leave of the largest error."""
     bare = next((one for one in suggestions if not one.frames), None)
     if bare is None:
-        return []
+        return ""
     said, least = [], bare.lme
     for one in suggestions:
         if one.frames and one.lme < least and not same(one.lme, least):
@@ -310,9 +304,9 @@ def _in_betweens(suggestions: Sequence[Suggestion], lengths: Lengths) -> list[st
             )
             least = one.lme
     if not said:
-        return []
-    return [
+        return ""
+    return (
         "What would help: scanned or sculpted in-betweens, and a smooth path through them. With "
         "the best frames found in this very recording, the largest error of straight lines falls "
         f"from {lengths.plain(bare.lme)} {listed(said)}."
-    ]
+    )

@@ -12,18 +12,15 @@ import numpy as np
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import MeshError, ParameterError
-from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
-from elastomorph.evaluation.method_texts import method_of
+from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors, free_timing
+from elastomorph.evaluation.methods import DEFAULT_METHODS, method_of
 from elastomorph.evaluation.results import Evaluation, MethodResult
 from elastomorph.evaluation.shape import Shape, ShapeProbe
-from elastomorph.evaluation.timing import free_timing
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.paths import Method, interpolate
 from elastomorph.physics import Material
-
-DEFAULT_METHODS = ("linear", "cosine", "ease:2", "ease:3", "beam:1", "beam:2", "beam:3")
 
 # A morph read from a file of 32-bit numbers starts and ends this close to the captured frames.
 _END_TOLERANCE = 1e-5

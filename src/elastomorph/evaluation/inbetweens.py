@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import ElastomorphWarning, ParameterError
-from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
+from elastomorph.evaluation.curve_errors import CurveErrors, CurveVertices, curve_errors
 from elastomorph.evaluation.key_frames import EFFORT, Choice, LargestError, MeanSquare, best_frames
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence, require_motion
@@ -23,7 +23,7 @@ _SMOOTH_LAWS = ("smooth", "spline")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Suggestion:
+class Suggestion(CurveErrors):
     """In-betweens at some frames of a motion and the errors they leave, as fractions of D.
 
     Attributes:
@@ -51,26 +51,6 @@ class Suggestion:
     def largest_weight(self) -> float:
         """Largest weight of an in-between at any time; above 1 the path overshoots."""
         return max((abs(curve.peak[1]) for curve in self.morph.bend_curves), default=0.0)
-
-    @property
-    def lme(self) -> float:
-        """Largest maximum error over curves and times (Table 1)."""
-        return float(self.maximum.max())
-
-    @property
-    def lae(self) -> float:
-        """Largest average error over curves and times (Table 1)."""
-        return float(self.average.max())
-
-    @property
-    def mean_lme(self) -> float:
-        """Mean over the inner times of the largest maximum error over curves."""
-        return float(self.maximum[1:-1].mean()) if len(self.maximum) > 2 else 0.0
-
-    @property
-    def mean_lae(self) -> float:
-        """Mean over the inner times of the largest average error over curves."""
-        return float(self.average[1:-1].mean()) if len(self.average) > 2 else 0.0
 
     def __repr__(self) -> str:
         where = f"{', '.join(self.names)}, {self.law}" if self.names else self.law

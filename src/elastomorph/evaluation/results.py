@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
+from elastomorph.evaluation.curve_errors import CurveErrors, inner_mean
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MethodResult:
+class MethodResult(CurveErrors):
     """How one method did. All errors are fractions of D, the diameter of the neutral.
 
     With free timing `path_lme` and `path_lae` are the smallest that any order of moments reaches,
@@ -55,26 +56,6 @@ class MethodResult:
     stretch: float
 
     @property
-    def lme(self) -> float:
-        """Largest maximum error over curves and times (Table 1)."""
-        return float(self.maximum.max())
-
-    @property
-    def lae(self) -> float:
-        """Largest average error over curves and times (Table 1)."""
-        return float(self.average.max())
-
-    @property
-    def mean_lme(self) -> float:
-        """Mean over the inner times of the largest maximum error over curves."""
-        return _inner_mean(self.maximum)
-
-    @property
-    def mean_lae(self) -> float:
-        """Mean over the inner times of the largest average error over curves."""
-        return _inner_mean(self.average)
-
-    @property
     def path_lme(self) -> float:
         """Largest maximum error over curves and times with free timing."""
         return float(self.path_maximum.max())
@@ -87,12 +68,12 @@ class MethodResult:
     @property
     def path_mean_lme(self) -> float:
         """Mean over the inner times of the largest maximum error, at ``path_times``."""
-        return _inner_mean(self.path_maximum)
+        return inner_mean(self.path_maximum)
 
     @property
     def path_mean_lae(self) -> float:
         """Mean over the inner times of the largest average error, at ``path_average_times``."""
-        return _inner_mean(self.path_average)
+        return inner_mean(self.path_average)
 
     def __repr__(self) -> str:
         return (
@@ -152,22 +133,22 @@ class Evaluation:
         Raises:
             FileError: The file cannot be written.
         """
-        from elastomorph.evaluation.formats import summary_csv
+        from elastomorph.evaluation.table import csv_text
 
-        return _kept(summary_csv(self), path)
+        return _kept(csv_text(self, long=False), path)
 
     def to_long_csv(self, path: str | Path | None = None) -> str:
         """One line for each method, curve and frame, errors as fractions of D.
 
         Arguments and errors as for `to_csv`.
         """
-        from elastomorph.evaluation.formats import long_csv
+        from elastomorph.evaluation.table import csv_text
 
-        return _kept(long_csv(self), path)
+        return _kept(csv_text(self, long=True), path)
 
     def to_json(self, path: str | Path | None = None) -> str:
         """Everything measured, as strict JSON. Arguments and errors as for `to_csv`."""
-        from elastomorph.evaluation.formats import evaluation_json
+        from elastomorph.evaluation.table import evaluation_json
 
         return _kept(evaluation_json(self), path)
 
@@ -180,7 +161,7 @@ class Evaluation:
         Raises:
             MissingExtraError: pandas is not installed.
         """
-        from elastomorph.evaluation.formats import data_frame
+        from elastomorph.evaluation.table import data_frame
 
         return data_frame(self, long)
 
@@ -240,9 +221,3 @@ def _kept(text: str, path: str | Path | None) -> str:
         with replacing(path) as file:
             file.write(text.encode())
     return text
-
-
-def _inner_mean(errors: NDArray[np.float64]) -> float:
-    """Mean over the inner times of the largest of all curves; 0 where there is no inner time."""
-    inner = errors[:, 1:-1]
-    return float(inner.max(axis=0).mean()) if inner.size else 0.0

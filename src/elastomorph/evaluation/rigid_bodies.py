@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.curves import CurveNetwork, region_of
 from elastomorph.errors import ParameterError
 from elastomorph.model.geometry import Screw, connected_parts, fit_rigid, largest_distance
-from elastomorph.model.mesh import FaceLabels, Mesh, require_same_topology
+from elastomorph.model.mesh import Mesh, part_of, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 
@@ -71,32 +71,17 @@ def find_rigid_parts(neutral: Mesh, target: Mesh) -> RigidParts | None:
         largest = max(rigid, key=len)
         rigid, together = [largest], np.sort(largest)
         screw, residual = fit_rigid(neutral.vertices[together], target.vertices[together])
-    return RigidParts(
-        together,
-        len(rigid),
-        screw,
-        float(residual.max()) / scale,
-        _truth(neutral, target, together, screw),
-    )
+    off = float(residual.max()) / scale
+    return RigidParts(together, len(rigid), screw, off, _truth(neutral, target, together, screw))
 
 
 def _truth(neutral: Mesh, target: Mesh, vertices: NDArray[np.int64], screw: Screw) -> MeshSequence:
-    new_index = np.full(len(neutral.vertices), -1)
-    new_index[vertices] = np.arange(len(vertices))
-    kept = [number for number, face in enumerate(neutral.faces) if (new_index[face] >= 0).all()]
-    faces = [new_index[neutral.faces[number]] for number in kept]
     start, end = neutral.vertices[vertices], target.vertices[vertices]
     left_over = end - screw.at(1.0, start)
     times = np.linspace(0.0, 1.0, _FRAMES)
     positions = np.stack([screw.at(float(t), start) + t * left_over for t in times])
     positions[-1] = end
-    materials, groups = (_of(labels, kept) for labels in (neutral.materials, neutral.groups))
-    return MeshSequence(Mesh(start, faces, materials=materials, groups=groups), positions, times)
-
-
-def _of(labels: FaceLabels | None, faces: Sequence[int]) -> FaceLabels | None:
-    """The labels of some of the polygons."""
-    return None if labels is None else FaceLabels(labels.names, labels.of_face[list(faces)])
+    return MeshSequence(part_of(neutral, vertices), positions, times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +95,6 @@ class Hinge:
     # (M,) vertices that the motion carries as closely, of further pieces that it carries for the
     # most part, such as gums; rising.
     along: NDArray[np.int64]
-
     # How far the target itself is from the motion on all of these, as a fraction of D.
     residual: float
 
@@ -138,9 +122,8 @@ class HingeError:
 def find_hinge(neutral: Mesh, target: Mesh, parts: RigidParts) -> Hinge:
     """The hinge of rigid parts, and what else turns with it from a neutral to a target."""
     start, end = neutral.vertices, target.vertices
-    screw, residual = fit_rigid(start[parts.vertices], end[parts.vertices])
-    left_over = np.linalg.norm(screw.at(1.0, start) - end, axis=1)
-    allowed = max(float(residual.max()), _CARRIED * neutral.diameter)
+    left_over = np.linalg.norm(parts.screw.at(1.0, start) - end, axis=1)
+    allowed = max(float(left_over[parts.vertices].max()), _CARRIED * neutral.diameter)
     carried = (left_over <= allowed) & (start != end).any(axis=1)
     carried[parts.vertices] = False
     along = np.zeros_like(carried)
@@ -150,7 +133,7 @@ def find_hinge(neutral: Mesh, target: Mesh, parts: RigidParts) -> Hinge:
             along[piece] = carried[piece]
     turning = np.union1d(parts.vertices, np.flatnonzero(along))
     own = float(left_over[turning].max()) / (neutral.diameter or 1.0)
-    return Hinge(neutral, screw, parts.vertices, np.flatnonzero(along), own)
+    return Hinge(neutral, parts.screw, parts.vertices, np.flatnonzero(along), own)
 
 
 def hinge_errors(hinge: Hinge, morphs: Mapping[str, Morph]) -> list[HingeError]:

@@ -1,21 +1,27 @@
-"""The table of an evaluation, for terminals and notebooks."""
+"""The numbers of an evaluation: tables for terminals and notebooks, CSV, JSON and pandas."""
 
 from __future__ import annotations
 
+import csv
 import io
+import json
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
+from elastomorph.errors import MissingExtraError
 from elastomorph.evaluation.conclusions import conclusions, rankings
 from elastomorph.evaluation.summary import MethodSummary, informed_methods, summaries
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
+
     from elastomorph.evaluation.results import Evaluation
 
 _COLUMNS = {
@@ -55,17 +61,12 @@ def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = Tr
         pad_edge=False,
     )
     table.add_column("method", no_wrap=True)
-    cells = []
-    for column in _columns(lines, shape=shape):
-        table.add_column(column.header, justify="right", no_wrap=True)
-        cells.append(
-            [
-                Text(text, style="bold" if best else "")
-                for text, best in zip(column.texts, column.best, strict=True)
-            ]
-        )
-    for line, row in zip(lines, zip(*cells, strict=True), strict=True):
-        table.add_row(Text(line.label), *row)
+    columns = _columns(lines, shape=shape)
+    for header in columns:
+        table.add_column(header, justify="right", no_wrap=True)
+    for line, *row in zip(lines, *columns.values(), strict=True):
+        cells = [Text(text, style="bold" if best else "") for text, best in row]
+        table.add_row(Text(line.label), *cells)
     return table
 
 
@@ -94,24 +95,16 @@ def number_text(line: MethodSummary, name: str) -> str:
     return f"{value:.3f}" if name == "stretch" else f"{100 * value:.3f}"
 
 
-@dataclass(frozen=True)
-class _Column:
-    """A column of numbers as they are read; none is the best where all are alike."""
-
-    header: str
-    texts: tuple[str, ...]
-    best: tuple[bool, ...]
-
-
-def _columns(lines: Sequence[MethodSummary], *, shape: bool) -> list[_Column]:
-    columns = []
+def _columns(lines: Sequence[MethodSummary], *, shape: bool) -> dict[str, list[tuple[str, bool]]]:
+    """By header the numbers as they are read, and which are best; none where all are alike."""
+    columns = {}
     for header, name in (_COLUMNS | (SHAPE_COLUMNS if shape else {})).items():
         values = [float(getattr(line, name)) for line in lines]
-        texts = tuple(number_text(line, name) for line in lines)
+        texts = [number_text(line, name) for line in lines]
         # What reads the same is equally good: a digit nobody sees must not pick a winner.
         best = texts[values.index(min(values))]
         alike = len(set(texts)) == 1
-        columns.append(_Column(header, texts, tuple(t == best and not alike for t in texts)))
+        columns[header] = [(text, text == best and not alike) for text in texts]
     return columns
 
 
@@ -128,3 +121,92 @@ def plain_text(renderable: Table | Group, width: int = 120) -> str:
     console = Console(file=page, width=width, color_system=None, force_terminal=False)
     console.print(renderable)
     return "\n".join(line.rstrip() for line in page.getvalue().splitlines())
+
+
+_MEASURED = (
+    "average",
+    "maximum",
+    "path_times",
+    "path_average_times",
+    "path_average",
+    "path_maximum",
+)
+"""Of a method in each frame, and but for times on each curve."""
+
+
+def csv_text(evaluation: Evaluation, long: bool) -> str:
+    """The rows in full precision; errors and seam are fractions of D."""
+    page = io.StringIO()
+    csv.writer(page, lineterminator="\n").writerows(_rows(evaluation, long))
+    return page.getvalue()
+
+
+def data_frame(evaluation: Evaluation, long: bool) -> DataFrame:
+    """The rows as a table of pandas."""
+    try:
+        from pandas import DataFrame
+    except ImportError:
+        raise MissingExtraError("pandas") from None
+    header, *rows = _rows(evaluation, long)
+    return DataFrame(rows, columns=header)
+
+
+def _rows(evaluation: Evaluation, long: bool) -> list[list[Any]]:
+    """A header and one row a method, or for each method, curve and frame.
+
+    ``path_maximum`` is taken at ``path_time``, ``path_average`` at ``path_average_time``.
+    """
+    if not long:
+        lines = [asdict(line) for line in summaries(evaluation)]
+        return [list(lines[0]), *(list(line.values()) for line in lines)]
+    header = [name.replace("times", "time") for name in _MEASURED]
+    rows: list[list[Any]] = [["method", "curve", "frame", "time", *header]]
+    truth = evaluation.truth
+    for result in evaluation.results:
+        measured = [getattr(result, name) for name in _MEASURED]
+        for number, curve in enumerate(_curve_names(evaluation)):
+            own = [each if each.ndim == 1 else each[number] for each in measured]
+            columns = (each.tolist() for each in (truth.times, *own))
+            rows += [
+                [result.label, curve, *values] for values in zip(truth.names, *columns, strict=True)
+            ]
+    return rows
+
+
+def evaluation_json(evaluation: Evaluation) -> str:
+    """Everything measured, as strict JSON (an infinite stretch becomes null).
+
+    Errors and seam are fractions of ``diameter``. ``average``, ``maximum``, ``path_average`` and
+    ``path_maximum`` hold one row a curve and one column a frame; ``path_maximum`` is taken at
+    ``path_times``, ``path_average`` at ``path_average_times``.
+    """
+    lines = summaries(evaluation)
+    methods = []
+    for line, result in zip(lines, evaluation.results, strict=True):
+        entry = {
+            name: value if isinstance(value, str) or math.isfinite(value) else None
+            for name, value in asdict(line).items()
+        }
+        for name in sorted(_MEASURED, key=lambda name: "times" not in name):
+            entry[name] = getattr(result, name).tolist()
+        methods.append(entry)
+    page = {
+        "unit": "fraction of diameter",
+        "diameter": evaluation.diameter,
+        "frames": list(evaluation.truth.names),
+        "times": evaluation.truth.times.tolist(),
+        "curves": [
+            {"name": name, "vertices": len(curve.vertices), "closed": bool(curve.closed)}
+            for name, curve in zip(_curve_names(evaluation), evaluation.curves, strict=True)
+        ],
+        "methods": methods,
+        "conclusions": conclusions(lines),
+    }
+    if evaluation.settings is not None:
+        page["settings"] = dict(evaluation.settings)
+    return json.dumps(page, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _curve_names(evaluation: Evaluation) -> list[str]:
+    """The name of each curve, or its number where it has none."""
+    return [curve.name or str(number) for number, curve in enumerate(evaluation.curves)]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -117,17 +117,10 @@ class Mesh:
                 raise MeshError("materials and groups need one entry for each polygon")
         if uv is not None and uv.corners.shape != polygons.indices.shape:
             raise MeshError("texture coordinates need one entry for each polygon corner")
-        values: dict[str, Any] = {
-            "vertices": own,
-            "faces": polygons,
-            "uv": uv,
-            "materials": materials,
-            "groups": groups,
-            "material_library": material_library,
-            "source": source,
-        }
-        for key, value in values.items():
-            object.__setattr__(self, key, value)
+        vars(self).update(  # frozen, so that nothing can be set by its name
+            vertices=own, faces=polygons, uv=uv, materials=materials, groups=groups
+        )
+        vars(self).update(material_library=material_library, source=source)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} polygons)"
@@ -150,10 +143,8 @@ class Mesh:
         if own.shape != self.vertices.shape:
             raise MeshError(f"expected {len(self.vertices):,} vertices, found {len(own):,}")
         copy = object.__new__(Mesh)
-        for name, value in vars(self).items():
-            if name != "diameter":  # the polygons were checked once; their edges stay true
-                object.__setattr__(copy, name, value)
-        object.__setattr__(copy, "vertices", own)
+        vars(copy).update(vars(self), vertices=own)  # polygons were checked; edges stay true
+        vars(copy).pop("diameter", None)
         return copy
 
     @cached_property
@@ -192,16 +183,25 @@ def as_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
     return own
 
 
+def part_of(mesh: Mesh, vertices: NDArray[np.integer]) -> Mesh:
+    """The polygons between some of the vertices, which are numbered anew, with their labels."""
+    new_index = np.full(len(mesh.vertices), -1)
+    new_index[vertices] = np.arange(len(vertices))
+    kept = [number for number, face in enumerate(mesh.faces) if (new_index[face] >= 0).all()]
+    faces = [new_index[mesh.faces[number]] for number in kept]
+    materials, groups = (
+        None if own is None else FaceLabels(own.names, own.of_face[kept])
+        for own in (mesh.materials, mesh.groups)
+    )
+    return Mesh(mesh.vertices[vertices], faces, materials=materials, groups=groups)
+
+
 def require_mesh(value: object, what: str) -> None:
     """Raise MeshError where something is no mesh; of a file's name it says to read the file."""
     if not isinstance(value, Mesh):
-        raise MeshError(f"{what} must be a Mesh, found {_found(value)}")
-
-
-def _found(value: object) -> str:
-    if isinstance(value, str | PathLike):
-        return f"{str(value)!r}; read the file first: em.read({str(value)!r})"
-    return type(value).__name__
+        file = isinstance(value, str | PathLike)
+        read = f"{str(value)!r}; read the file first: em.read({str(value)!r})"
+        raise MeshError(f"{what} must be a Mesh, found {read if file else type(value).__name__}")
 
 
 def require_same_topology(neutral: Mesh, target: Mesh) -> None:
@@ -209,17 +209,18 @@ def require_same_topology(neutral: Mesh, target: Mesh) -> None:
     require_mesh(neutral, "the neutral")
     require_mesh(target, "the target")
     if len(neutral.vertices) != len(target.vertices):
-        raise TopologyError(
+        found = (
             f"{target.name} has {len(target.vertices):,} vertices, {neutral.name} has "
-            f"{len(neutral.vertices):,}: {_first_difference(neutral, target)}. A target must have "
-            "the vertices and polygons of its neutral, in the same order"
+            f"{len(neutral.vertices):,}"
         )
-    if neutral.faces != target.faces:
-        raise TopologyError(
-            f"{target.name} and {neutral.name} have different polygons: "
-            f"{_first_difference(neutral, target)}. A target must have the vertices and polygons "
-            "of its neutral, in the same order"
-        )
+    elif neutral.faces != target.faces:
+        found = f"{target.name} and {neutral.name} have different polygons"
+    else:
+        return
+    raise TopologyError(
+        f"{found}: {_first_difference(neutral, target)}. A target must have the vertices and "
+        "polygons of its neutral, in the same order"
+    )
 
 
 def _first_difference(neutral: Mesh, target: Mesh) -> str:

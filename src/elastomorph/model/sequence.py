@@ -68,15 +68,9 @@ class MeshSequence:
             raise ParameterError(f"expected {len(own)} frame names, found {len(names)}")
         for array in (own, when):
             array.flags.writeable = False
-        values = {
-            "mesh": mesh.with_vertices(own[0]),
-            "frames": own,
-            "times": when,
-            "names": tuple(names) or tuple(str(i) for i in range(len(own))),
-            "missing": tuple(missing),
-        }
-        for key, value in values.items():
-            object.__setattr__(self, key, value)
+        own_names = tuple(names) or tuple(str(i) for i in range(len(own)))
+        vars(self).update(mesh=mesh.with_vertices(own[0]), frames=own, times=when)
+        vars(self).update(names=own_names, missing=tuple(missing))
 
     @property
     def neutral(self) -> Mesh:
