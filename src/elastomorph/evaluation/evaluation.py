@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import cast
 
@@ -96,29 +96,19 @@ def _measure(
     """Frame by frame, so that memory holds one in-between at a time."""
     errors = np.empty((4, len(along.counts), len(truth)))
     average, maximum, path_average, path_maximum = errors
-    path_times = free_timing(morph, truth, along)
-    path_average_times = free_timing(morph, truth, along, "lae")
+    moments = free_timing(morph, truth, along), free_timing(morph, truth, along, "lae")
     worst = Shape()
-    for i, (time, captured) in enumerate(zip(truth.times, truth.frames, strict=True)):
+    each = zip(truth.frames, truth.times, *moments, strict=True)
+    for i, (captured, time, path_time, path_average_time) in enumerate(each):
         positions = morph.at(float(time))
         average[:, i], maximum[:, i] = curve_errors(positions, captured, along, probe.diameter)
         worst = worst.worst(probe.at(morph, float(time), positions))
-        positions = morph.at(float(path_times[i]))
+        positions = morph.at(float(path_time))
         _, path_maximum[:, i] = curve_errors(positions, captured, along, probe.diameter)
-        positions = morph.at(float(path_average_times[i]))
+        positions = morph.at(float(path_average_time))
         path_average[:, i], _ = curve_errors(positions, captured, along, probe.diameter)
     return MethodResult(
-        label,
-        morph,
-        average,
-        maximum,
-        path_times,
-        path_average_times,
-        path_average,
-        path_maximum,
-        worst.seam,
-        worst.flips,
-        worst.stretch,
+        label, morph, average, maximum, *moments, path_average, path_maximum, **asdict(worst)
     )
 
 
@@ -145,16 +135,13 @@ def _labelled(
         raise ParameterError(
             f"methods are texts such as 'beam:2', Methods or Morphs, found {methods!r}"
         )
-    pairs: list[tuple[str | None, AnyMethod]] = (
-        list(methods.items())
+    pairs: Iterable[tuple[str | None, AnyMethod]] = (
+        methods.items()
         if isinstance(methods, Mapping)
-        else [(None, method) for method in cast("Iterable[AnyMethod]", methods)]
+        else ((None, method) for method in cast("Iterable[AnyMethod]", methods))
     )
-    if not pairs:
-        raise ParameterError("there is no method to evaluate")
     found: dict[str, Method | Morph] = {}
     for label, method in pairs:
-        own = ""
         if isinstance(method, str):
             own, method = method_of(method, truth, curves, material=material)
         elif not isinstance(method, Method | Morph):
@@ -170,6 +157,8 @@ def _labelled(
                 "methods"
             )
         found[name] = method
+    if not found:
+        raise ParameterError("there is no method to evaluate")
     return found
 
 

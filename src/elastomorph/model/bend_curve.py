@@ -33,15 +33,9 @@ class BendCurve:
 
     def __post_init__(self) -> None:
         breaks = np.array(as_numbers(self.breaks, "the breaks of a bend curve"))
-        rows = as_numbers(self.coefficients, "the coefficients of a bend curve")
-        coefficients = np.array(rows)
-        if (
-            breaks.ndim != 1
-            or breaks.size < 2
-            or breaks[0] != 0
-            or breaks[-1] != 1
-            or (np.diff(breaks) <= 0).any()
-        ):
+        coefficients = np.array(as_numbers(self.coefficients, "the coefficients of a bend curve"))
+        ends = breaks.ndim == 1 and breaks.size > 1 and breaks[0] == 0 and breaks[-1] == 1
+        if not ends or (np.diff(breaks) <= 0).any():
             raise ParameterError("the breaks of a bend curve must rise from 0 to 1")
         if coefficients.ndim != 2 or len(coefficients) != breaks.size - 1:
             raise ParameterError("a bend curve needs one row of coefficients for each piece")
@@ -86,9 +80,10 @@ class BendCurve:
     def at(self, time: float) -> float:
         """The value at one time, without the cost of an array: for posing a rig."""
         if 0.0 < time < 1.0:
-            piece = bisect_right(self._break_list, time) - 1
-            local, value = time - self._break_list[piece], 0.0
-            for coefficient in self._descending[piece]:
+            breaks, descending = self._pieces
+            piece = bisect_right(breaks, time) - 1
+            local, value = time - breaks[piece], 0.0
+            for coefficient in descending[piece]:
                 value = value * local + coefficient
             return value
         first, last = self.end_slopes
@@ -119,12 +114,8 @@ class BendCurve:
         return float(times[highest]), float(values[highest])
 
     @cached_property
-    def _break_list(self) -> list[float]:
-        return [float(time) for time in self.breaks]
-
-    @cached_property
-    def _descending(self) -> list[list[float]]:
-        return [[float(c) for c in row[::-1]] for row in self.coefficients]
+    def _pieces(self) -> tuple[list[float], list[list[float]]]:
+        return self.breaks.tolist(), self.coefficients[:, ::-1].tolist()
 
     def _horner(self, rows: NDArray[np.float64], t: NDArray[np.float64]) -> NDArray[np.float64]:
         pieces = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.breaks) - 2)

@@ -22,23 +22,13 @@ if TYPE_CHECKING:
 _TIE = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
-class Triangulation:
-    """Triangles that stand for the polygons of a mesh."""
-
-    triangles: NDArray[np.int32]  # (T, 3) int32 vertex indices, wound as the polygons are
-    # (T,) float64 in (0, 1], how much of each triangle counts: below 1 where several splits of a
-    # polygon are equally good and each stands for its part.
-    shares: NDArray[np.float64]
-
-
-def triangulate(mesh: Mesh) -> Triangulation:
-    """Split every polygon into the fan with the shortest diagonals.
+def triangulate(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """Split every polygon into the fan with the shortest diagonals: (T, 3) corners, (T,) shares.
 
     A quad is split along its shorter diagonal. Where several fans are equally short (a rectangle),
-    all of them count in equal shares, so the result does not depend on the order or rotation of
-    the corners. Polygons of the same vertices count once, and triangles that name a vertex twice
-    are left out.
+    all of them count in equal shares, below 1, so the result does not depend on the order or
+    rotation of the corners. Polygons of the same vertices count once, and triangles that name a
+    vertex twice are left out.
     """
     triangles = [np.zeros((0, 3), np.int32)]
     shares = [np.zeros(0)]
@@ -59,7 +49,7 @@ def triangulate(mesh: Mesh) -> Triangulation:
     all_triangles, all_shares = np.concatenate(triangles), np.concatenate(shares)
     a, b, c = all_triangles.T
     real = (a != b) & (b != c) & (c != a)
-    return Triangulation(all_triangles[real], all_shares[real])
+    return all_triangles[real], all_shares[real]
 
 
 def _without_duplicates(polygons: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -101,7 +91,7 @@ class SurfaceOperators:
     """The discrete Laplacian of a surface: -Δv ≈ M⁻¹ L v, in units in which the area is 1."""
 
     triangles: NDArray[np.int32]  # (T, 3) int32, the polygons split for the operator only
-    # (T,) float64 in (0, 1], how much of each triangle counts, see `Triangulation`.
+    # (T,) float64 in (0, 1], how much of each triangle counts, see `triangulate`.
     shares: NDArray[np.float64]
     # (V, V) L, symmetric, positive semi-definite, its rows sum to 0; its kernel are the functions
     # that are constant on each component. Free of scale.
@@ -126,33 +116,31 @@ def surface_operators(mesh: Mesh) -> SurfaceOperators:
     more than two polygons add up; polygons of the same vertices count once. A vertex without area
     has the mass of a millionth of an average vertex.
     """
-    split = triangulate(mesh)
+    triangles, shares = triangulate(mesh)
     count = len(mesh.vertices)
-    corners = mesh.vertices[split.triangles]
+    corners = mesh.vertices[triangles]
     # Over the diameter, so that squares of tiny or huge lengths neither vanish nor overflow.
     scale = mesh.diameter or 1.0
     sides = (np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)) / scale
     doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    areas = 0.5 * doubled * split.shares
+    areas = 0.5 * doubled * shares
     area = float(areas.sum())
     if not area > 0:
         raise MeshError(
             f"{mesh.name} has no surface: none of its {len(mesh.faces):,} polygons has an area"
         )
-    mass = np.bincount(split.triangles.ravel(), np.repeat(areas / 3, 3), minlength=count) / area
+    mass = np.bincount(triangles.ravel(), np.repeat(areas / 3, 3), minlength=count) / area
     mass = np.maximum(mass, _LEAST_MASS / count)
 
-    start = np.roll(split.triangles, -1, axis=1).ravel()
-    end = np.roll(split.triangles, -2, axis=1).ravel()
+    start = np.roll(triangles, -1, axis=1).ravel()
+    end = np.roll(triangles, -2, axis=1).ravel()
     cotangents = _cotangents(np.linalg.norm(sides, axis=2))
-    weights = (0.5 * split.shares[:, None] * cotangents).ravel()
+    weights = (0.5 * shares[:, None] * cotangents).ravel()
     piece_of = component_of(count, np.stack([start, end], axis=1))
     for array in (mass, piece_of):
         array.flags.writeable = False
     stiffness = _stiffness(start, end, weights, count)
-    return SurfaceOperators(
-        split.triangles, split.shares, stiffness, mass, piece_of, area * scale**2
-    )
+    return SurfaceOperators(triangles, shares, stiffness, mass, piece_of, area * scale**2)
 
 
 def _stiffness(

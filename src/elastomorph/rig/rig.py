@@ -147,11 +147,7 @@ class Rig:
         zeta, times = named_moments(self.sliders, weights, t, normalize)
         return self._sum(zeta, times)
 
-    def velocity(
-        self,
-        weights: Weights,
-        rates: Weights,
-    ) -> NDArray[np.float64]:
+    def velocity(self, weights: Weights, rates: Weights) -> NDArray[np.float64]:
         """How fast the vertices of a pose move while sliders move.
 
         Args:
