@@ -19,8 +19,7 @@ from elastomorph.cli.method_options import VerbWithOptions
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import every_method
 from elastomorph.model.bend_curve import BendCurve
-from elastomorph.paths.ease import straight_path
-from elastomorph.paths.option_table import option_table
+from elastomorph.paths.straight import straight_path
 
 
 @dataclass(frozen=True)
@@ -154,5 +153,6 @@ def test_the_command_line_has_its_options(tmp_path: Path) -> None:
     assert completion.methods("ho") == ["hop", "hop:2"]
 
 
-def test_the_documentation_has_its_options() -> None:
-    assert "| `height` | how far it is ahead halfway | `0.1` | `hop` |\n" in option_table()
+def test_the_list_of_options_has_its_own() -> None:
+    row = ("height", "number", "how far it is ahead halfway", "0.1", ("hop",))
+    assert options.option_rows(em.Method.known)[-1] == row

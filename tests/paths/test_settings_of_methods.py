@@ -13,7 +13,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph import paths
-from elastomorph.paths.option_table import option_table
+from elastomorph.paths.options import option_rows
 
 pytestmark = pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
 
@@ -94,6 +94,42 @@ def test_a_name_and_a_class_are_the_same_method(kind: type[em.Method]) -> None:
     assert list(inspect.signature(kind).parameters) == [own.name for own in fields(kind)]  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("kind", [*em.Method.known, paths.Through])
+def test_methods_are_values(kind: type[em.Method]) -> None:
+    """Copied, replaced, compared, hashed and shown as what they are made of."""
+    given = {name: value for name, value in VALUES.items() if kind.has(name)}
+    given |= {"inbetweens": {0.5: BENT}, "law": "spline"} if kind is paths.Through else {}
+    method = kind(**given)
+    for same in (copy.copy(method), replace(method), kind(**given)):  # type: ignore[type-var]
+        assert same == method
+        assert hash(same) == hash(method)
+    if given:
+        assert method != (kind({0.5: BENT}) if kind is paths.Through else kind())
+    assert repr(method).startswith(f"{kind.__name__}(" + "".join(f"{n}=" for n in [*given][:1]))
+    loaded = pickle.loads(pickle.dumps(method))
+    assert type(loaded) is kind
+    assert loaded.label == method.label
+    np.testing.assert_array_equal(
+        loaded.prepare(SHEET, CURVES)(BENT).bends, method.prepare(SHEET, CURVES)(BENT).bends
+    )
+
+
+def test_a_path_through_shapes_is_a_method_like_others() -> None:
+    method = paths.Through({0.4: BENT})
+    path = em.interpolate(SHEET, BENT, method)
+    assert path.method == "through 0.4"
+    np.testing.assert_array_equal(path.bends, em.through(SHEET, BENT, {0.4: BENT}).bends)
+    inside = em.interpolate(SHEET, BENT, method, region=np.arange(15), falloff=1)
+    assert inside.bends[:, :5].any()
+    assert not inside.bends[:, 15:].any()
+    rig = em.Rig(SHEET, {"bend": BENT}, method=method)
+    assert rig.morphs["bend"].method == "through 0.4"
+    with pytest.raises(em.ParameterError, match="give law within the Method"):
+        em.interpolate(SHEET, BENT, method, law="spline")
+    with pytest.raises(em.ParameterError, match="method 'through': through has no order; it has"):
+        paths.Through({0.4: BENT}, order=2)
+
+
 def test_old_spellings_work_until_they_go() -> None:
     """Every method once had every option, where it had no meaning with its default."""
     with pytest.warns(DeprecationWarning, match=r"linear has no order; this is let pass until"):
@@ -161,7 +197,13 @@ def test_a_material_is_only_given_to_methods_that_have_one() -> None:
 
 def test_the_page_on_methods_lists_every_option() -> None:
     page = (Path(__file__).parents[2] / "docs" / "choosing-a-method.md").read_text()
-    assert option_table() in page
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    table = []
+    for row in option_rows(em.Method.known):
+        default = f"`{row.default}`" if row.default else ""
+        methods = ", ".join(f"`{name}`" for name in row.methods)
+        table.append(f"| `{row.name}` | {row.means} | {default} | {methods} |")
+    assert rows[-len(table) :] == table
     for kind in em.Method.known:
         pattern = kind.pattern().replace("distance", "straight_within")
         assert f"`{pattern}`" in page, pattern

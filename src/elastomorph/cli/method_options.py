@@ -53,13 +53,14 @@ def _patterns() -> str:
 
 def _options() -> list[Any]:
     """An option of the command line for each option of a method."""
-    from elastomorph.paths.option_table import option_rows
+    from elastomorph.paths import Method
+    from elastomorph.paths.options import option_rows
 
     def verb(**_: object) -> None:
         pass
 
     parameters = []
-    for row in option_rows():
+    for row in option_rows(Method.known):
         default = f"; {row.default} by default" if row.default else ""
         means = f"{row.means[0].upper()}{row.means[1:]}{default}. For {', '.join(row.methods)}."
         kind: Any = Annotated[_KINDS.get(row.kind, str) | None, typer.Option(help=means)]

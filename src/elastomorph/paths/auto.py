@@ -18,10 +18,10 @@ from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Choice, Morph
 from elastomorph.numbers import as_number
 from elastomorph.paths.arc import Arcs, neighbourhoods
-from elastomorph.paths.linear import Linear
 from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.rotation import Turning
 from elastomorph.paths.rotations import SurfaceEdges
+from elastomorph.paths.straight import Linear
 
 __all__ = ["INBETWEEN_PAYS", "Auto"]
 

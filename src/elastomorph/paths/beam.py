@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.model.mesh import Mesh
-from elastomorph.paths.ease import Loaded, modal_path
+from elastomorph.paths.loaded import Loaded
 from elastomorph.paths.method import Prepared
 from elastomorph.physics import BASES, STIFFNESSES, BeamModes, Material
 
@@ -48,12 +48,9 @@ class Beam(Loaded):
     material: Material = options.material()
 
     def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
-        """A function from target to path.
+        """As `Method.prepare`, with the curves of `extract_curves` where none are given.
 
-        Args:
-            neutral: The mesh at t = 0.
-            curves: The curves of the neutral; found by `extract_curves` by default. Vertices on no
-                curve follow the limit law.
+        Vertices on no curve follow the limit law.
 
         Raises:
             ResonanceError: The material is singular for this load.
@@ -69,7 +66,7 @@ class Beam(Loaded):
             harmonics=self.harmonics,
             lengths=_lengths(neutral, curves) if self.stiffness == "length" else None,
         )
-        return modal_path(neutral, self, modes.bends)
+        return self.modal_path(neutral, modes.bends)
 
 
 def _lengths(neutral: Mesh, curves: CurveNetwork) -> NDArray[np.float64]:

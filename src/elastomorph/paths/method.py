@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import inspect
-import warnings
 from collections.abc import Callable, Iterable
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths.options import Option, options_of
-from elastomorph.physics import Load, Material
+from elastomorph.paths.until_0_3 import OldAttributes, with_new_spelling
+from elastomorph.physics import Material
 
 if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
@@ -22,14 +22,12 @@ __all__ = ["Method", "Prepared"]
 Prepared = Callable[[Mesh], Morph]
 """From a target to the path that leads there."""
 
-_POSITIONAL = ("order", "material", "closure", "load", "basis", "stiffness", "harmonics")
-
 
 class _ByName(type):
     """Lets ``Method("beam", order=3)`` make a `Beam`, and refuses options a method has not."""
 
     def __call__(cls, *positional: Any, **options: Any) -> Any:
-        if cls is Method or "name" in options:  # also where `dataclasses.replace` names another
+        if cls is Method or "name" in options:  # until 0.3: `replace` with the name of another
             return _by_name(*positional, **options)
         cls._require(options, repr(cls.name))  # type: ignore[attr-defined]
         return super().__call__(*positional, **options)
@@ -41,7 +39,7 @@ class _ByName(type):
 
 
 @dataclass(frozen=True, init=False)
-class Method(metaclass=_ByName):
+class Method(OldAttributes, metaclass=_ByName):
     """How the path from neutral to target is made.
 
     Every method is a class of its own in `elastomorph.paths`, with its options as fields:
@@ -72,15 +70,6 @@ class Method(metaclass=_ByName):
     def __post_init__(self) -> None:
         for name, its in options_of(self).items():
             object.__setattr__(self, name, its.check(getattr(self, name), name))
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "external_load":
-            _warn_of(f"{self.name} has no load")
-            return Load.power(2)
-        if name.startswith("_") or name not in self.every_option():
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        _warn_of(f"{self.name} has no {name}")
-        return _default_anywhere(name)
 
     def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path, for many targets of one neutral.
@@ -209,40 +198,16 @@ class Method(metaclass=_ByName):
 
     @classmethod
     def _require(cls, options: Iterable[str], text: str) -> None:
+        own = [each.name for each in fields(cls)]
         for option in options:
-            if not cls.has(option):
-                has = ", ".join(options_of(cls)) or "no settings"
+            if option not in own:
+                has = ", ".join(own) or "no settings"
                 raise ParameterError(f"method {text}: {cls.name} has no {option}; it has {has}")
 
 
 def _by_name(name: str = "auto", *positional: Any, **options: Any) -> Method:
     kind = Method.named(name)
-    if len(positional) > 1:
-        _warn_of("options behind the order go by their names")
-    options |= dict(zip(_POSITIONAL, positional, strict=False))
-    every = Method.every_option()
-    idle = [own for own in options if own in every and not kind.has(own)]
-    for option in idle:
-        if options[option] == _default_anywhere(option):
-            _warn_of(f"{name} has no {option}")
-            del options[option]
-    kind._require(options, repr(name))
-    return kind(**options)
-
-
-def _default_anywhere(option: str) -> Any:
-    """The default of an option, of whichever method has it."""
-    return next(
-        each.default
-        for kind in Method.known
-        for each in fields(kind)
-        if each.name == option and each.default is not MISSING
-    )
-
-
-def _warn_of(problem: str) -> None:
-    message = f"{problem}; this is let pass until elastomorph 0.3"
-    warnings.warn(message, DeprecationWarning, stacklevel=4)
+    return kind(**with_new_spelling(kind, positional, options))
 
 
 def _read_word(kind: type[Method], text: str, whole: str) -> tuple[str, Any]:

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from elastomorph.errors import ParameterError
 from elastomorph.numbers import as_number
 from elastomorph.physics import CLOSURES, Load, Material
-
-__all__ = ["Kind", "Option", "Word", "choice", "number", "option", "options_of", "whole_number"]
 
 Kind = Literal["text", "number", "whole", "numbers", "table"]
 Check = Callable[[Any, str], Any]
@@ -22,21 +20,13 @@ Check = Callable[[Any, str], Any]
 
 @dataclass(frozen=True)
 class Word:
-    """How an option stands behind the name in a short text, as the 3 of ``beam:3``.
+    """How an option stands behind the name in a short text, as the 3 of ``beam:3``."""
 
-    Attributes:
-        read: The value that a word stands for; None where it is no such word.
-        shown: What stands for it in a pattern, as the R of ``beam:R``.
-        kind: What such a word is, without an article, for messages.
-        examples: Words that the tab key offers.
-        needed: Whether patterns show it as usual, without brackets.
-    """
-
-    read: Callable[[str], Any]
-    shown: str
-    kind: str
-    examples: tuple[str, ...] = ()
-    needed: bool = False
+    read: Callable[[str], Any]  # the value that a word stands for; None where it is no such word
+    shown: str  # in a pattern, as the R of ``beam:R``
+    kind: str  # what such a word is, without an article, for messages
+    examples: tuple[str, ...] = ()  # words that the tab key offers
+    needed: bool = False  # whether patterns show it without brackets
 
 
 @dataclass(frozen=True)
@@ -68,6 +58,16 @@ class Option:
     parts: Mapping[str, str] = field(default_factory=dict)
 
 
+class OptionRow(NamedTuple):
+    """One option of all methods; in place of one that is a table, each of its parts."""
+
+    name: str
+    kind: str
+    means: str
+    default: str  # empty where it has none
+    methods: tuple[str, ...]
+
+
 def option(default: Any, kind: Kind, means: str, example: str, check: Check, **more: Any) -> Any:
     """A field of a method; ``more`` are further attributes of `Option`."""
     return field(default=default, metadata={"option": Option(kind, means, example, check, **more)})
@@ -76,6 +76,27 @@ def option(default: Any, kind: Kind, means: str, example: str, check: Check, **m
 def options_of(method: Any) -> dict[str, Option]:
     """The options of a method, or of a class of methods, by name."""
     return {own.name: own.metadata["option"] for own in fields(method) if "option" in own.metadata}
+
+
+def option_rows(methods: Sequence[Any]) -> list[OptionRow]:
+    """The options of methods, each once, in the order in which they have them."""
+    found: dict[str, OptionRow] = {}
+    for method in methods:
+        for name, its in options_of(method).items():
+            default = getattr(method, name)
+            for own in its.parts or [name]:
+                value = getattr(default, own) if its.parts else default
+                found.setdefault(
+                    own,
+                    OptionRow(
+                        own,
+                        "number" if its.parts else its.kind,
+                        its.parts.get(own, its.means),
+                        f"{value:g}" if isinstance(value, float) else str(value or ""),
+                        tuple(each.name for each in methods if name in options_of(each)),
+                    ),
+                )
+    return list(found.values())
 
 
 def number(

@@ -12,7 +12,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.surface import surface_operators
-from elastomorph.paths.ease import Loaded, modal_path
+from elastomorph.paths.loaded import Loaded
 from elastomorph.paths.method import Prepared
 from elastomorph.physics import Material
 from elastomorph.physics.plate import PlateModes
@@ -77,7 +77,7 @@ class Plate(Loaded):
             pinned=_pinned(pinned, count),
             harmonics=self.harmonics,
         )
-        return modal_path(neutral, self, modes.bends)
+        return self.modal_path(neutral, modes.bends)
 
 
 def _painted(rigidity: ArrayLike | None, count: int) -> NDArray[np.float64] | None:

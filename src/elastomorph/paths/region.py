@@ -18,8 +18,6 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 
-__all__ = ["RESTS", "blend_into_rest", "curve_edges", "laid_over", "weights_inside"]
-
 RESTS = ("linear", "neutral")
 
 
@@ -31,18 +29,7 @@ def curve_edges(curves: CurveNetwork) -> NDArray[np.int32]:
 def weights_inside(
     neutral: Mesh, curves: CurveNetwork, region: ArrayLike, falloff: float
 ) -> NDArray[np.float64]:
-    """(V,) from 0 outside a region to 1 from ``falloff`` rings of edges inwards.
-
-    Args:
-        neutral: The mesh.
-        curves: They stand in for edges on a mesh without polygons.
-        region: (N,) vertex indices, or (V,) bool.
-        falloff: Rings of edges.
-
-    Raises:
-        CurveError: The region names a vertex that does not exist.
-        ParameterError: The region is empty, or the falloff out of its range.
-    """
+    """(V,) from 0 outside a region to 1 from ``falloff`` rings of edges, or of curves, inwards."""
     edges = neutral.edges if len(neutral.faces) else curve_edges(curves)
     weights = region_weights(edges, len(neutral.vertices), region, falloff)
     if not weights.any():
@@ -51,20 +38,12 @@ def weights_inside(
 
 
 def blend_into_rest(
-    prepared: Callable[[Mesh], Morph],
-    weights: NDArray[np.float64],
-    rest: str,
+    prepared: Callable[[Mesh], Morph], weights: NDArray[np.float64], rest: str
 ) -> Callable[[Mesh], Morph]:
-    """Fade a path out towards the border of a region.
+    """Fade a path out where (V,) weights fall from 1 inside a region to 0.
 
-    Args:
-        prepared: A function from target to path on the whole mesh.
-        weights: (V,) from 0 outside the region to 1 inside.
-        rest: What the other vertices do: ``linear``, straight to the target; ``neutral``, nothing:
-            the whole motion fades out, so the path ends at a target that is blended too.
-
-    Raises:
-        ParameterError: `rest` is unknown.
+    What is outside goes straight to the target; with the rest ``neutral`` it does not move: the
+    whole motion fades out, and the path ends at a target that is blended too.
     """
     if rest not in RESTS:
         raise ParameterError(f"rest must be one of {', '.join(RESTS)}, found {rest!r}")
@@ -88,17 +67,8 @@ def laid_over(below: Morph, above: Morph, weights: NDArray[np.float64], label: s
 
         V(t) = V₀ + tΔ + Σ_k b_k(t) (1 - s) D_k + Σ_k c_k(t) s E_k
 
-    is exact at both ends and has no jump where s has none. Bends of one curve become one.
-
-    Args:
-        below: The path where weights are 0.
-        above: The path where weights are 1, between the same shapes; its bends are whole, not
-            faded out already.
-        weights: (V,) from 0 to 1.
-        label: What the path is called.
-
-    Raises:
-        ParameterError: The paths do not lead from the same neutral to the same target.
+    is exact at both ends and has no jump where s has none. Bends of one curve become one; those of
+    the path above are whole, not faded out already.
     """
     for one, other in ((below.neutral, above.neutral), (below.target, above.target)):
         if not np.array_equal(one.vertices, other.vertices):

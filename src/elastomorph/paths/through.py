@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -33,15 +33,7 @@ from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.paths.method import Method, Prepared
 
-__all__ = [
-    "LAWS",
-    "OVERSHOOT",
-    "Through",
-    "cardinal_curves",
-    "inner_curvatures",
-    "law_for",
-    "through",
-]
+__all__ = ["LAWS", "Through", "cardinal_curves", "inner_curvatures", "law_for", "through"]
 
 LAWS = ("smooth", "spline", "piecewise")
 
@@ -56,11 +48,7 @@ OVERSHOOT = 1.2
 _NOISE = 8 * float(np.finfo(np.float64).eps)
 
 
-def _law(value: str | None, _: str) -> str | None:
-    return None if value is None else law_for(value, 0)
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Through(Method):
     """A path through shapes at given times, each reached to rounding, both ends to the last bit.
 
@@ -73,9 +61,13 @@ class Through(Method):
     name = "through"
     path = "through shapes on the way"
 
-    inbetweens: Mapping[float, Mesh]
+    inbetweens: Mapping[float, Mesh] = field(hash=False)
     law: str | None = options.option(
-        None, "text", "smooth, spline, or piecewise from shape to shape", '"spline"', _law
+        None,
+        "text",
+        "smooth, spline, or piecewise from shape to shape",
+        '"spline"',
+        lambda value, _: None if value is None else law_for(value, 0),
     )
 
     def __post_init__(self) -> None:
@@ -150,15 +142,10 @@ def through(
 
 
 def law_for(method: str | None, count: int) -> str:
-    """The law between shapes that a text asks for.
+    """The law between shapes that a text asks for, ``linear`` too; by default that of their number.
 
-    Args:
-        method: ``smooth``, ``spline`` or ``piecewise`` (also ``linear``), or None for the default.
-        count: Number of in-betweens, which the default depends on: the spline through a single
-            one swings; two and more stop each other from swinging, and no acceleration jumps.
-
-    Raises:
-        ParameterError: The text is none of them.
+    The spline through a single shape swings; two and more stop each other from swinging, and no
+    acceleration jumps.
     """
     if method is None:
         return "smooth" if count == 1 else "spline"
@@ -169,18 +156,7 @@ def law_for(method: str | None, count: int) -> str:
 
 
 def cardinal_curves(times: Sequence[float], law: str = "spline") -> tuple[BendCurve, ...]:
-    """The bend curves b_i with b_i(t_j) = 1 where i = j, else 0, and b_i(0) = b_i(1) = 0.
-
-    Args:
-        times: n rising times within (0, 1).
-        law: One of `LAWS`, see `through`.
-
-    Returns:
-        n curves, each with pieces between the times.
-
-    Raises:
-        ParameterError: The times do not rise from above 0 to below 1.
-    """
+    """The bend curves b_i with b_i(t_j) = 1 where i = j, else 0, and b_i(0) = b_i(1) = 0."""
     breaks = np.concatenate([[0.0], np.asarray(times, dtype=np.float64), [1.0]])
     gaps = np.diff(breaks)
     if not (gaps > 0).all():
@@ -210,11 +186,8 @@ def inner_curvatures(breaks: ArrayLike) -> NDArray[np.float64]:
         h_{i-1} M_{i-1} + 2(h_{i-1} + h_i) M_i + h_i M_{i+1}
             = 6 ((y_{i+1} - y_i)/h_i - (y_i - y_{i-1})/h_{i-1})
 
-    Args:
-        breaks: (…, n + 2) rising times; the values at the first and the last are zero.
-
-    Returns:
-        (…, n, n) matrices; times the n values between the ends they give the n second derivatives.
+    (…, n, n) matrices from (…, n + 2) rising times; times the n values between the ends, which are
+    zero themselves, they give the n second derivatives.
     """
     gaps = np.diff(np.asarray(breaks, dtype=np.float64))
     before, after = gaps[..., :-1], gaps[..., 1:]
@@ -232,7 +205,6 @@ def inner_curvatures(breaks: ArrayLike) -> NDArray[np.float64]:
 
 
 def _in_order(inbetweens: Mapping[float, Mesh]) -> list[tuple[float, Mesh]]:
-    """The shapes by rising time."""
     if not isinstance(inbetweens, Mapping):
         raise ParameterError(
             f"in-betweens are a mapping from times to meshes, found {type(inbetweens).__name__}"
