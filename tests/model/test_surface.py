@@ -101,7 +101,7 @@ def crumpled(seed: int = 0) -> em.Mesh:
 def modes(mesh: em.Mesh) -> np.ndarray:
     surface = surface_operators(mesh)
     root = np.sqrt(surface.mass)
-    return np.linalg.eigvalsh(surface.stiffness.toarray() / np.outer(root, root))
+    return np.linalg.eigvalsh(surface.laplacian.toarray() / np.outer(root, root))
 
 
 def test_equilateral_triangle_by_hand():
@@ -109,14 +109,14 @@ def test_equilateral_triangle_by_hand():
     mesh = em.Mesh(vertices=[[0, 0, 0], [2, 0, 0], [1, 3**0.5, 0]], faces=[[0, 1, 2]])
     surface = surface_operators(mesh)
     expected = (3 * np.eye(3) - 1) / (2 * 3**0.5)
-    assert surface.stiffness.toarray() == pytest.approx(expected)
+    assert surface.laplacian.toarray() == pytest.approx(expected)
     assert surface.mass == pytest.approx(np.full(3, 1 / 3))
     assert surface.area == pytest.approx(3**0.5)
 
 
 def test_a_square_grid_has_the_five_point_stencil():
     surface = surface_operators(grid(5, 5))
-    row = surface.stiffness.toarray()[12]
+    row = surface.laplacian.toarray()[12]
     assert row[12] == pytest.approx(4)
     assert row[[7, 11, 13, 17]] == pytest.approx(np.full(4, -1))
     assert np.count_nonzero(row) == 5
@@ -132,10 +132,10 @@ def test_linear_functions_on_a_flat_mesh_are_harmonic_inside_and_have_their_exac
     surface = surface_operators(flat.with_vertices(moved))
     for axis in (0, 1):
         x = moved[:, axis]
-        assert surface.stiffness @ x == pytest.approx(
-            np.where(inside, 0, surface.stiffness @ x), abs=1e-12
+        assert surface.laplacian @ x == pytest.approx(
+            np.where(inside, 0, surface.laplacian @ x), abs=1e-12
         )
-        assert x @ surface.stiffness @ x == pytest.approx(surface.area)
+        assert x @ surface.laplacian @ x == pytest.approx(surface.area)
 
 
 def test_spheres_have_the_eigenvalues_of_a_sphere_of_area_one():
@@ -152,7 +152,7 @@ def test_nothing_depends_on_place_size_or_numbering():
     random = np.random.default_rng(1)
     turn = np.linalg.qr(random.standard_normal((3, 3)))[0]
     moved = surface_operators(mesh.with_vertices(1e-4 * mesh.vertices @ turn.T + [3, 4, 5]))
-    assert moved.stiffness.toarray() == pytest.approx(surface.stiffness.toarray(), abs=1e-8)
+    assert moved.laplacian.toarray() == pytest.approx(surface.laplacian.toarray(), abs=1e-8)
     assert moved.mass == pytest.approx(surface.mass, rel=1e-8)
     assert moved.area == pytest.approx(1e-8 * surface.area)
 
@@ -163,8 +163,8 @@ def test_nothing_depends_on_place_size_or_numbering():
         vertices=mesh.vertices[order], faces=[faces[i] for i in random.permutation(len(faces))]
     )
     other = surface_operators(renamed)
-    assert other.stiffness.toarray() == pytest.approx(
-        surface.stiffness.toarray()[np.ix_(order, order)], abs=1e-12
+    assert other.laplacian.toarray() == pytest.approx(
+        surface.laplacian.toarray()[np.ix_(order, order)], abs=1e-12
     )
     assert other.mass == pytest.approx(surface.mass[order])
 
@@ -196,7 +196,7 @@ def test_degenerate_polygons_tie_their_corners_together(broken):
     points = np.concatenate([broken, [[0, 0, 1], [1, 0, 1], [0, 1, 1]]])
     faces = [[0, 1, 2, 3], [3, 2, 1], [0, 1, 2], [0, 1, 4], [4, 5, 6], [0, 1, 5]]
     surface = surface_operators(em.Mesh(vertices=points, faces=faces))
-    dense = surface.stiffness.toarray()
+    dense = surface.laplacian.toarray()
     assert np.isfinite(dense).all()
     assert np.abs(dense).max() < 1e4
     assert np.linalg.eigvalsh(dense)[0] > -1e-10
@@ -221,7 +221,7 @@ def test_any_soup_of_polygons_gives_a_laplacian(faces, seed):
             surface_operators(mesh)
         return
     surface = surface_operators(mesh)
-    dense = surface.stiffness.toarray()
+    dense = surface.laplacian.toarray()
     assert np.array_equal(dense, dense.T)
     assert dense.sum(axis=1) == pytest.approx(np.zeros(9), abs=1e-9)
     values = np.linalg.eigvalsh(dense)
@@ -243,4 +243,4 @@ def test_a_real_face_has_its_teeth_and_eyes_as_pieces(data_dir):
     surface = surface_operators(em.read(data_dir / "ict-facekit" / "generic_neutral_mesh.obj"))
     assert surface.component_of.max() + 1 > 30
     assert surface.mass.sum() == pytest.approx(1)
-    assert abs(surface.stiffness.sum(axis=0)).max() < 1e-10
+    assert abs(surface.laplacian.sum(axis=0)).max() < 1e-10

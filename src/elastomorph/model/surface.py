@@ -1,4 +1,4 @@
-"""A polygon mesh as a surface: its triangles, cotangent stiffness and lumped mass.
+"""A polygon mesh as a surface: its triangles, cotangent Laplacian and lumped mass.
 
 Polygons are split in a way that no numbering can change.
 """
@@ -95,7 +95,7 @@ class SurfaceOperators:
     shares: NDArray[np.float64]
     # (V, V) L, symmetric, positive semi-definite, its rows sum to 0; its kernel are the functions
     # that are constant on each component. Free of scale.
-    stiffness: csc_array
+    laplacian: csc_array
     # (V,) the diagonal of M, a third of the area around each vertex over the whole area: above 0,
     # sums to 1 but for vertices without area.
     mass: NDArray[np.float64]
@@ -139,11 +139,11 @@ def surface_operators(mesh: Mesh) -> SurfaceOperators:
     piece_of = component_of(count, np.stack([start, end], axis=1))
     for array in (mass, piece_of):
         array.flags.writeable = False
-    stiffness = _stiffness(start, end, weights, count)
-    return SurfaceOperators(triangles, shares, stiffness, mass, piece_of, area * scale**2)
+    laplacian = _laplacian(start, end, weights, count)
+    return SurfaceOperators(triangles, shares, laplacian, mass, piece_of, area * scale**2)
 
 
-def _stiffness(
+def _laplacian(
     start: NDArray[np.int32], end: NDArray[np.int32], weights: NDArray[np.float64], count: int
 ) -> csc_array:
     """(V, V) with minus the weights, where vertices are joined, and rows that sum to 0."""

@@ -33,16 +33,6 @@ from elastomorph.paths.rotations import (
 from elastomorph.paths.rotations.bends import at_nodes
 from elastomorph.paths.rotations.flips import without_flips
 
-__all__ = [
-    "Arc",
-    "Arcs",
-    "bent_path",
-    "local_rotations",
-    "neighbourhoods",
-    "stored",
-    "warn_of_loose",
-]
-
 _RINGS = 12
 
 

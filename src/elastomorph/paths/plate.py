@@ -67,7 +67,7 @@ class Plate(Loaded):
         count = len(neutral.vertices)
         surface = surface_operators(neutral)
         modes = PlateModes.prepare(
-            surface.stiffness,
+            surface.laplacian,
             surface.mass,
             surface.component_of,
             self.material,

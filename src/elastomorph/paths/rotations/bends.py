@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from elastomorph.paths.bake import bend_basis, chebyshev_nodes
 
-__all__ = ["ArcBend", "EdgeBend", "PolynomialBend", "at_nodes", "moments_needed"]
-
 # Edges that are turned together, so that what is computed of them stays in the cache.
 _BLOCK = 8192
 

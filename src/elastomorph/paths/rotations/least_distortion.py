@@ -35,8 +35,6 @@ from elastomorph.paths.rotations.vertex_rotations import VertexRotations
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-__all__ = ["LeastDistortion", "SurfaceEdges"]
-
 # The part of its shorter length that an edge may be off its rotated self and still count half.
 _HALF_TRUSTED = 0.3
 # μ: only waves far longer than the whole surface, such as a shift of a part, are left to the arcs.
@@ -138,19 +136,12 @@ class _Whole:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceEdges:
-    """The edges of a surface with their weights, found once for all targets.
-
-    Attributes:
-        ends: (E, 2) vertices.
-        weights: (E,) half the sum of the cotangents opposite, not below 0.
-        mass: (V,) share of the area.
-        tree: The order in which equations of these edges are solved.
-    """
+    """The (E, 2) edges of a surface with their weights, found once for all targets."""
 
     ends: NDArray[np.integer]
-    weights: NDArray[np.float64]
-    mass: NDArray[np.float64]
-    tree: EliminationTree
+    weights: NDArray[np.float64]  # (E,) half the sum of the cotangents opposite, not below 0
+    mass: NDArray[np.float64]  # (V,) share of the area
+    tree: EliminationTree  # the order in which equations of these edges are solved
 
     @classmethod
     def of(cls, mesh: Mesh) -> SurfaceEdges:
@@ -165,7 +156,7 @@ class SurfaceEdges:
         from scipy.sparse import coo_array
 
         surface = surface_operators(mesh)
-        joined = coo_array(surface.stiffness)
+        joined = coo_array(surface.laplacian)
         once = (joined.row < joined.col) & (joined.data < 0)
         ends = np.stack([joined.row[once], joined.col[once]], axis=1)
         tree = EliminationTree.of(mesh.vertices, ends)

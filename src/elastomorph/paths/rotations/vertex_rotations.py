@@ -22,8 +22,6 @@ from elastomorph.paths.rotations.quaternions import (
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-__all__ = ["Neighbourhoods", "VertexRotations", "vertex_rotations"]
-
 # The change of length, as a logarithm, at which an edge counts half. Edges between lips or between
 # gums are stretched many times over; what they turn by means nothing.
 _HALF_TRUSTED = 0.3
@@ -36,19 +34,12 @@ _ALIGNMENTS = 8
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhoods:
-    """The edges around every vertex of a mesh, found once for all targets.
-
-    Attributes:
-        edges: (E, 2) pairs of vertices.
-        at_vertex: (V, E) ones where an edge ends at a vertex.
-        adjacency: (V, V) ones where an edge joins two vertices.
-        parts: Vertices of each connected component.
-    """
+    """The (E, 2) edges around every vertex of a mesh, found once for all targets."""
 
     edges: NDArray[np.integer]
-    at_vertex: csr_array
-    adjacency: csr_array
-    parts: list[NDArray[np.int64]]
+    at_vertex: csr_array  # (V, E) ones where an edge ends at a vertex
+    adjacency: csr_array  # (V, V) ones where an edge joins two vertices
+    parts: list[NDArray[np.int64]]  # vertices of each connected component
 
     @classmethod
     def of(cls, count: int, edges: NDArray[np.integer]) -> Neighbourhoods:
@@ -72,11 +63,9 @@ class Neighbourhoods:
 
 @dataclass(frozen=True, eq=False)
 class VertexRotations:
-    """A rotation at each vertex.
+    """A rotation at each vertex: (V, 4) unit (w, x, y, z), where w < 0 is a turn by more than π.
 
-    Attributes:
-        quaternions: (V, 4) unit (w, x, y, z), signed: w < 0 is a turn by more than π.
-        whole: Vertices of each component that moves and turns as a whole, by one rotation.
+    ``whole`` are the vertices of each component that moves and turns as a whole, by one rotation.
     """
 
     quaternions: NDArray[np.float64]
