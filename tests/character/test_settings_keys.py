@@ -10,8 +10,7 @@ import pytest
 from characters import TABLES, changed, write_settings_file
 
 from elastomorph.character import read_settings, rig_from_settings, settings_tables
-from elastomorph.character.schema import FREE, tables
-from elastomorph.character.tables import export_options
+from elastomorph.character.schema import FREE, export_options, tables
 from elastomorph.io.npz.rig import rig_arrays
 from elastomorph.rig import Rig
 

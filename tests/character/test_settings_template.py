@@ -12,15 +12,16 @@ from characters import shapes, sheet
 
 import elastomorph as em
 from elastomorph.character import read_settings, rig_from_settings
-from elastomorph.character.suggestions import (
+from elastomorph.character.survey import survey
+from elastomorph.character.template import (
     arkit_names,
     correctives,
     missing_arkit,
+    settings_text,
     slider_groups,
     turning,
+    write_settings,
 )
-from elastomorph.character.survey import survey
-from elastomorph.character.template import settings_text, write_settings
 from elastomorph.errors import FileError
 from elastomorph.io.performance import write_performance_csv
 from elastomorph.model.sequence import MeshSequence

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from elastomorph.character.build import PathMaker, rig_from_settings
 from elastomorph.character.read import FILE_NAME, find_settings, read_settings
+from elastomorph.character.schema import settings_tables
 from elastomorph.character.settings import Character, Inbetweens, Region, Settings
-from elastomorph.character.tables import settings_tables
 
 __all__ = [
     "FILE_NAME",

@@ -25,8 +25,6 @@ from elastomorph.paths.region import blend_into_rest, laid_over, weights_inside
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig, extent_of
 
-__all__ = ["Part", "PathMaker", "rig_from_settings"]
-
 
 def rig_from_settings(
     settings: Settings,

@@ -16,8 +16,6 @@ from elastomorph.paths import Method
 from elastomorph.paths.options import options_of
 from elastomorph.physics import Material
 
-__all__ = ["MethodChoice"]
-
 
 @dataclass(frozen=True)
 class MethodChoice:

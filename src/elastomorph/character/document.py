@@ -17,8 +17,6 @@ from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
 from elastomorph.io.atomic import opened
 from elastomorph.io.untrusted import shortened
 
-__all__ = ["Document", "Where", "line_of", "nearest", "open_document"]
-
 Where = tuple[str, ...]
 """The names that lead to a key: ``("regions", "mouth", "falloff")``."""
 

@@ -8,9 +8,8 @@ from typing import Any
 
 from elastomorph.character.choice import MethodChoice
 from elastomorph.character.document import Document, Where, nearest, open_document
-from elastomorph.character.schema import FREE, Key, tables
+from elastomorph.character.schema import FREE, UNITS, Key, tables
 from elastomorph.character.settings import (
-    UNITS,
     Character,
     Inbetweens,
     Region,
@@ -24,8 +23,6 @@ from elastomorph.io.usd.writer import require_usd_settings
 from elastomorph.paths import Method
 from elastomorph.paths.through import law_for
 from elastomorph.rig.timing import by_name
-
-__all__ = ["FILE_NAME", "find_settings", "read_settings"]
 
 FILE_NAME = "elastomorph.toml"
 _FILE = Key("file", '"jawOpen_30.obj"')

@@ -12,11 +12,6 @@ from elastomorph.character.choice import MethodChoice
 from elastomorph.character.document import nearest
 from elastomorph.errors import FormatError
 
-__all__ = ["UNITS", "Character", "Inbetweens", "Region", "Settings", "is_pattern"]
-
-UNITS = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
-"""Metres in each unit that a character may be measured in."""
-
 
 @dataclass(frozen=True)
 class Character:

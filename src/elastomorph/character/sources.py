@@ -11,8 +11,6 @@ from elastomorph.errors import FileError
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes
 from elastomorph.io.rig_folder import find_neutral, find_rig_files
 
-__all__ = ["Sources", "find_sources"]
-
 
 @dataclass(frozen=True)
 class Sources:

@@ -22,8 +22,6 @@ from elastomorph.io.registry import (
 from elastomorph.io.rig_folder import find_neutral, rig_as_stored
 from elastomorph.io.vertex_lists import read_curves, read_region
 
-__all__ = ["Survey", "survey"]
-
 _FRAME = re.compile(r"(?P<before>.*[._-])(?P<number>[0-9]{3,})")
 _BETWEEN = re.compile(r"(?P<target>.*?)[._-]?(?:(?P<share>0\.[0-9]+)|(?P<percent>[0-9]{1,2}))%?")
 _LEAST_FRAMES = 3

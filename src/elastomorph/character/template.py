@@ -1,32 +1,32 @@
-"""A settings file written from what a folder holds, for people to go on from.
+"""A settings file written from what a folder holds and its names suggest, to go on from.
 
-Prose stands behind ``# ``. Lines that begin with ``#`` and no space are settings to switch on:
-without the ``#`` they are valid, one by one and all together.
+In the file, prose stands behind ``# ``. Lines that begin with ``#`` and no space are settings to
+switch on: without the ``#`` they are valid, one by one and all together.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from textwrap import wrap
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
 from elastomorph.character.read import FILE_NAME
-from elastomorph.character.suggestions import (
-    arkit_names,
-    correctives,
-    missing_arkit,
-    slider_groups,
-    turning,
-)
 from elastomorph.character.survey import Survey, survey
 from elastomorph.errors import FileError
 from elastomorph.io.atomic import replacing
-
-__all__ = ["settings_text", "write_settings"]
+from elastomorph.rig.performance.naming import ARKIT, shape_of, wholes
 
 _WIDTH = 88
 _MOST_NAMES = 60
+_TURNING = re.compile(r"jawOpen|eyeBlink|eyeLook|blink|look")
+_TURNING_WORDS = re.compile(
+    r"jaw[._ -]?(open|drop|down)|mouth[._ -]?open|blink|lid[._ -]?clos", re.I
+)
+_PARTS = ("brow", "eye", "cheek", "nose", "jaw", "mouth", "tongue")
 
 
 def write_settings(
@@ -67,167 +67,32 @@ def settings_text(found: Survey) -> str:
     ends = [name for name in found.shapes if name not in between]
     corrected = correctives(found.shapes)
     plain = [name for name in ends if name not in corrected]
-    lines = [
-        f"# Settings of {_plain(_title(found))}, as 'elastomorph init' found them.",
-        "# Lines that begin with # and no space are suggestions: delete the # to use one.",
-        "# Names of files are relative to this file. All keys: docs/settings.md",
-        "",
-        *_character(found),
-        *_method(found),
-        *_methods([name for name in turning(plain) if name not in found.inbetweens]),
-        *_regions(found),
-        *_inbetweens(found),
-        *_correctives(corrected),
-        *_groups(slider_groups(ends)),
-        *_rest(),
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _character(found: Survey) -> list[str]:
-    lines = ["[character]", f"name = {_text(_title(found))}"]
-    lines.append('#unit = "cm"                  # mm, cm, m or in: USD files state it')
-    if found.rig is not None:
-        lines += [f"rig = {_text(found.rig.name)}", *_prose(_what_shapes(found, "sliders"))]
-    else:
-        neutral = [] if found.neutral is None else [found.neutral]
-        lines += [
-            *(f"neutral = {_text(_relative(found, file))}" for file in neutral),
-            f"targets = {_targets(found)}",
-            *_prose(_what_shapes(found, "targets")),
-        ]
-    lines += _prose(*_arkit(found))
-    if found.curves:
-        lines.append(f"curves = {_text(found.curves[0].name)}")
-        for file in found.curves[1:]:
-            lines += _prose(f"{_plain(file.name)} has curves for this neutral too.")
-    for name, count in found.sequences.items():
-        lines += _prose(
-            f"Motion, not used for the rig: {_plain(name)}, {count} frames. "
-            "Compare methods with it: elastomorph evaluate"
-        )
-    for file in found.takes:
-        lines += _prose(f"A performance: {_plain(file.name)}. Play it: elastomorph animate")
-    for file in found.other_rigs:
-        lines += _prose(f"Another rig, not used: {_plain(file.name)}")
-    return [*lines, ""]
-
-
-def _what_shapes(found: Survey, what: str) -> str:
-    names = ", ".join(found.shapes[:_MOST_NAMES]) + (
-        ", …" if len(found.shapes) > _MOST_NAMES else ""
+    page = Environment(
+        loader=PackageLoader("elastomorph.character"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        keep_trailing_newline=True,
     )
-    return f"{len(found.shapes)} {what} of {found.vertices:,} vertices: {_plain(names)}"
-
-
-def _arkit(found: Survey) -> list[str]:
-    known, missing = arkit_names(found.shapes), missing_arkit(found.shapes)
-    if not known:
-        return ["None of them has a name of ARKit's shapes."]
-    lines = [f"{len(known)} have names of ARKit's 52 shapes, which recorded performances drive."]
-    if missing:
-        lines.append(f"Missing of ARKit's: {', '.join(missing)}")
-    return lines
-
-
-def _method(found: Survey) -> list[str]:
-    default = 'default = "auto"'
-    lines = ["[method]"]
-    if found.rig is None:
-        lines += [
-            *_prose(
-                "Of every target that no other line names: straight where a turn would hardly "
-                "differ from it, else turned."
-            ),
-            default,
-        ]
-    else:
-        lines += [
-            *_prose("Paths that the rig has of its own stay; this makes new ones for all."),
-            "#" + default,
-        ]
-    return [
-        *lines,
-        "#straight_within = 5e-4       # so close, of D, that a straight line will do",
-        "#tolerance = 1e-4             # how closely bends hold their path, of D",
-        *_prose(
-            'The paper\'s methods change the timing too, as default = "beam:2" does. Their '
-            "closure, material and stiffness: docs/settings.md"
-        ),
-        "",
-    ]
-
-
-def _methods(names: list[str]) -> list[str]:
-    lines = ["[methods]"]
-    if names:
-        lines += _prose(
-            "By their names these turn: on a straight path a jaw shrinks and a lid cuts through "
-            "the eye. 'auto' measures that; 'rotation' turns them however little it is."
-        )
-    else:
-        lines += _prose('A target or a pattern and its method, such as "eyeBlink_*" = "rotation".')
-    return [*lines, *(f'#{_key(name)} = "rotation"' for name in names), ""]
-
-
-def _regions(found: Survey) -> list[str]:
-    lines = _prose("Parts of the face with a method or material of their own.")
-    if not found.regions:
-        lines += _prose('[regions.mouth] needs vertices = "mouth.json" and a method or material.')
-    for file in found.regions:
-        lines += [
-            f"#[regions.{_key(file.stem)}]",
-            f"#vertices = {_text(file.name)}",
-            "#falloff = 3                  # rings of edges over which it blends into the rest",
-            '#method = "rotation"',
-        ]
-    return [*lines, ""]
-
-
-def _inbetweens(found: Survey) -> list[str]:
-    if not found.inbetweens:
-        return []
-    lines = _prose(
-        "By their names these are shapes on the way to a target. Its path then passes through "
-        "them, and they are no targets of their own."
+    page.filters |= {
+        "key": _key,
+        "list_of": _list,
+        "plain": _plain,
+        "prose": lambda text: "".join(f"# {line}\n" for line in wrap(text, _WIDTH)),
+        "relative": lambda file: file.relative_to(found.folder).as_posix(),
+        "text": _text,
+    }
+    more = ["…"] if len(found.shapes) > _MOST_NAMES else []
+    return page.get_template(FILE_NAME).render(
+        found=found,
+        title=found.folder.name or found.folder.resolve().name or "face",
+        targets=None if found.rig else _targets(found),
+        shapes=", ".join([*found.shapes[:_MOST_NAMES], *more]),
+        arkit=arkit_names(found.shapes),
+        missing=missing_arkit(found.shapes),
+        turning=[name for name in turning(plain) if name not in found.inbetweens],
+        correctives=corrected,
+        groups=slider_groups(ends),
     )
-    for name, shapes in found.inbetweens.items():
-        lines.append(f"#[inbetweens.{_key(name)}]")
-        lines += [f'#"{t:g}" = {_text(_relative(found, file))}' for t, file in shapes.items()]
-    return [*lines, ""]
-
-
-def _correctives(drivers: dict[str, list[str]]) -> list[str]:
-    lines = ["[correctives]"]
-    if drivers:
-        lines += _prose(
-            "By their names these correct others: their weight is the product of those named. "
-            "Switch one on where the shape was made on top of them."
-        )
-    else:
-        lines += _prose("A corrective and the sliders whose weights, multiplied, drive it.")
-    return [*lines, *(f"#{_key(name)} = {_list(own)}" for name, own in drivers.items()), ""]
-
-
-def _groups(groups: dict[str, list[str]]) -> list[str]:
-    lines = ["[groups]", *_prose("Names or patterns of sliders, for programs that show groups.")]
-    return [*lines, *(f"#{_key(name)} = {_list(own)}" for name, own in groups.items()), ""]
-
-
-def _rest() -> list[str]:
-    return [
-        "[timing]",
-        *_prose("How t runs over exported clips; never part of the path."),
-        '#default = "minimum-jerk"',
-        "",
-        "[export.glb]",
-        '#normals = "none"             # about half the size',
-        "#tolerance = 5e-7             # bends that move less, of D, are left out",
-        "#fps = 30",
-        "",
-        "[export.usd]",
-        "#most_inbetweens = 3",
-    ]
 
 
 def _targets(found: Survey) -> str:
@@ -243,9 +108,10 @@ def _targets(found: Survey) -> str:
         }
     plain = all(letter not in str(folder.name) for folder, _ in patterns for letter in "*?[")
     if caught - {found.neutral} == files and plain:
-        shown = [_relative(found, folder / f"*{suffix}") for folder, suffix in patterns]
+        named = [folder / f"*{suffix}" for folder, suffix in patterns]
     else:
-        shown = [_relative(found, file) for file in found.targets.values()]
+        named = list(found.targets.values())
+    shown = [file.relative_to(found.folder).as_posix() for file in named]
     if len(shown) == 1:
         return _text(shown[0])
     lines = wrap(", ".join(_text(name) for name in shown), _WIDTH, break_on_hyphens=False)
@@ -256,14 +122,6 @@ def _targets(found: Survey) -> str:
 
 def _list(names: Iterable[str]) -> str:
     return f"[{', '.join(_text(name) for name in names)}]"
-
-
-def _relative(found: Survey, file: Path) -> str:
-    return file.relative_to(found.folder).as_posix()
-
-
-def _title(found: Survey) -> str:
-    return found.folder.name or found.folder.resolve().name or "face"
 
 
 def _text(value: str) -> str:
@@ -292,5 +150,75 @@ def _plain(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-def _prose(*sentences: str) -> list[str]:
-    return [f"# {line}" for text in sentences for line in wrap(text, _WIDTH)]
+def arkit_names(names: Sequence[str]) -> dict[str, str]:
+    """The names that stand for one of ARKit's 52 shapes, and which."""
+    found = {name: shape_of(name) for name in names}
+    return {name: shape for name, shape in found.items() if shape in ARKIT}
+
+
+def missing_arkit(names: Sequence[str]) -> list[str]:
+    """The shapes of ARKit that no name stands for, nor two halves, in ARKit's order."""
+    known = {shape_of(name) for name in names}
+    known |= {whole.name for whole in wholes() if known.issuperset(whole.parts)}
+    return [shape for shape in ARKIT if shape not in known]
+
+
+def turning(names: Sequence[str]) -> list[str]:
+    """Targets that turn by their names: jaws that open, lids that close, eyes that look."""
+    return [
+        name
+        for name in names
+        if _TURNING.match(shape_of(name) or "") or _TURNING_WORDS.search(name)
+    ]
+
+
+def correctives(names: Sequence[str]) -> dict[str, list[str]]:
+    """Shapes that by their names belong on top of others, and what drives them.
+
+    ARKit's mouthClose closes the lips of an open jaw; a name of other names, such as
+    ``jawOpen_mouthFunnel``, corrects their sum.
+    """
+    by_shape = {shape: name for name, shape in arkit_names(names).items()}
+    found: dict[str, list[str]] = {}
+    if "mouthClose" in by_shape and "jawOpen" in by_shape:
+        found[by_shape["mouthClose"]] = [by_shape["jawOpen"], by_shape["mouthClose"]]
+    for name in names:
+        parts = _joined(name, set(names) - {name})
+        if parts:
+            found[name] = parts
+    return {
+        name: drivers
+        for name, drivers in found.items()
+        if not any(own in found for own in drivers if own != name)
+    }
+
+
+def slider_groups(names: Sequence[str]) -> dict[str, list[str]]:
+    """Sliders of one part of the face, or a pattern for just these, where there are two or more."""
+    shapes = {name: shape_of(name) or name for name in names}
+    found: dict[str, list[str]] = {}
+    for part in _PARTS:
+        own = [name for name, shape in shapes.items() if shape.startswith(part)]
+        begin = own[0][: len(part)] if own else part
+        if len(own) > 1:
+            pattern = own == [name for name in names if name.startswith(begin)]
+            found[part] = [f"{begin}*"] if pattern else own
+    return found
+
+
+def _joined(name: str, others: set[str]) -> list[str]:
+    """The names that underscores join into this one; empty where it is not such."""
+    words = name.split("_")
+    parts: list[str] = []
+    start = 0
+    while start < len(words):
+        # The longest first, so that mouthSmile_L is one name.
+        for stop in range(len(words), start, -1):
+            part = "_".join(words[start:stop])
+            if part in others:
+                parts.append(part)
+                start = stop
+                break
+        else:
+            return []
+    return parts if len(parts) > 1 and len(set(parts)) == len(parts) else []

@@ -68,7 +68,7 @@ def animate(
 
     Example: elastomorph animate rig.glb take.csv -o take.glb --start 10 --stop 20
     """
-    from elastomorph.character.tables import export_options
+    from elastomorph.character.schema import export_options
     from elastomorph.errors import ParameterError
     from elastomorph.io.performance import read_performance
     from elastomorph.io.sequences.takes import holds_positions, write_take

@@ -89,7 +89,7 @@ def _overriding(
     settings: Settings, output: Path, said: dict[str, Any], timing: str | None, only: str | None
 ) -> dict[str, Any]:
     """Options of the writer: those of settings, and in their place those of the command line."""
-    from elastomorph.character.tables import export_options
+    from elastomorph.character.schema import export_options
 
     plain = {name: value for name, value in said.items() if name != "timing"}
     names = [*said, *(["only"] if only is not None else [])]

@@ -33,8 +33,7 @@ def init(
       elastomorph init path/to/face
       elastomorph init path/to/face --force
     """
-    from elastomorph.character.suggestions import arkit_names, correctives, turning
-    from elastomorph.character.template import write_settings
+    from elastomorph.character.template import arkit_names, correctives, turning, write_settings
 
     with options.progress(as_json) as say:
         file, found = write_settings(folder, neutral=neutral, force=force, say=say)
