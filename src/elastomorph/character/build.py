@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.character.settings import Inbetweens, Settings
+from elastomorph.character.settings import Settings
 from elastomorph.character.sources import Sources, find_sources
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import FormatError
@@ -60,7 +60,7 @@ def rig_from_settings(
         if known is not None:
             say(f"{len(known)} targets of {settings.path} read from {place.file}")
             return known
-    rig = _remade(settings, sources, say) if sources.rig else _built(settings, sources, say)
+    rig = _built(settings, sources, say)
     # A file that changed while it was read must not be remembered under its content before.
     if place is not None and _contents(sources) == contents:
         place.write(contents, rig)
@@ -68,31 +68,20 @@ def rig_from_settings(
 
 
 def _built(settings: Settings, sources: Sources, say: Callable[[str], None]) -> Rig:
-    say(f"reading {sources.main.name}")
-    neutral = read(sources.main)
-    targets = read_targets(neutral, sources.targets, say)
-    maker = PathMaker(settings, neutral, extent_of(bare_rig(neutral, targets)))
-    morphs: dict[str, Morph] = {}
-    for name, target in targets.items():
-        say(f"the path to {name}, {len(morphs) + 1} of {len(targets)}")
-        morphs[name] = maker.path(name, target)
-    return Rig(
-        neutral,
-        morphs,
-        correctives=settings.correctives,
-        groups=settings.members(morphs),
-    )
-
-
-def _remade(settings: Settings, sources: Sources, say: Callable[[str], None]) -> Rig:
-    """A rig file, its paths made anew where the settings state a method."""
-    say(f"reading {sources.main}")
-    rig = rig_as_stored(sources.main, mesh=settings.character.mesh or None)
-    settings.require_names(rig.morphs)
+    """Of meshes; or a rig file, its paths made anew where the settings state a method."""
+    if sources.rig is None:
+        say(f"reading {sources.main.name}")
+        neutral = read(sources.main)
+        rig = bare_rig(neutral, read_targets(neutral, sources.targets, say))
+    else:
+        say(f"reading {sources.rig}")
+        rig = rig_as_stored(sources.rig, mesh=settings.character.mesh or None)
+        settings.require_names(rig.morphs)
     maker = PathMaker(settings, rig.neutral, extent_of(rig))
     morphs: dict[str, Morph] = {}
     for name, morph in rig.morphs.items():
-        say(f"{name}, {len(morphs) + 1} of {len(rig.morphs)}")
+        what = name if sources.rig else f"the path to {name}"
+        say(f"{what}, {len(morphs) + 1} of {len(rig.morphs)}")
         morphs[name] = maker.path(name, morph.target, own=morph)
     return Rig(
         rig.neutral,
@@ -105,15 +94,8 @@ def _remade(settings: Settings, sources: Sources, say: Callable[[str], None]) ->
 def _what_paths_depend_on(settings: Settings) -> list[object]:
     """All of the settings but names, units, timing and export, which change no path."""
     plain = replace(settings.character, name="", unit=None)
-    return [
-        plain,
-        settings.method,
-        settings.methods,
-        settings.regions,
-        settings.inbetweens,
-        settings.groups,
-        settings.correctives,
-    ]
+    names = ("method", "methods", "regions", "inbetweens", "groups", "correctives")
+    return [plain, *(getattr(settings, name) for name in names)]
 
 
 def _contents(sources: Sources) -> tuple[str, ...]:
@@ -124,17 +106,11 @@ def _contents(sources: Sources) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """The part of a face that paths are restricted to.
-
-    Attributes:
-        vertices: (N,) vertex indices.
-        falloff: Rings of edges inside its border over which paths blend into the rest.
-        rest: What the other vertices do, as for `elastomorph.interpolate`.
-    """
+    """The vertices (N,) that paths are restricted to."""
 
     vertices: NDArray[np.int64]
-    falloff: float = 3.0
-    rest: str = "linear"
+    falloff: float = 3.0  # rings of edges inside its border over which paths blend into the rest
+    rest: str = "linear"  # what the other vertices do, as for `elastomorph.interpolate`
 
 
 class PathMaker:
@@ -170,16 +146,9 @@ class PathMaker:
         }
 
     def path(self, name: str, target: Mesh, own: Morph | None = None) -> Morph:
-        """The path to one target.
+        """The path to one target, which settings know by its name.
 
-        Args:
-            name: Its name, by which settings know it.
-            target: Its mesh.
-            own: The path that it has already, which stays where settings state no method, unless
-                it is bare.
-
-        Raises:
-            ElastomorphError: As `elastomorph.interpolate` and `elastomorph.through`.
+        The path that it has already stays where settings state no method, unless it is bare.
         """
         morph = self._everywhere(name, target, own)
         if self._part is None:
@@ -190,8 +159,9 @@ class PathMaker:
         return blend_into_rest(lambda _: morph, weights, self._part.rest)(target)
 
     def _everywhere(self, name: str, target: Mesh, own: Morph | None) -> Morph:
-        if name in self._settings.inbetweens:
-            return self._through(target, self._settings.inbetweens[name])
+        if between := self._settings.inbetweens.get(name):
+            shapes = {t: read(self._settings.file(file)) for t, file in between.files.items()}
+            return through(self._neutral, target, shapes, method=between.method)
         choice = self._settings.choice_for(name)
         stays = own is not None and not own.bare and not choice
         below = None if stays else choice.method()
@@ -237,13 +207,9 @@ class PathMaker:
             )
         return self._prepared[method, region]
 
-    def _through(self, target: Mesh, between: Inbetweens) -> Morph:
-        shapes = {time: read(self._settings.file(file)) for time, file in between.files.items()}
-        return through(self._neutral, target, shapes, method=between.method)
-
     def _vertices(self, name: str, written: str | tuple[int, ...]) -> NDArray[np.int64]:
-        is_file = isinstance(written, str) and written.lower().endswith(".json")
         if isinstance(written, str):
+            is_file = written.lower().endswith(".json")
             vertices = read_region(self._settings.file(written) if is_file else written)
         else:
             vertices = np.array(written, dtype=np.int64)

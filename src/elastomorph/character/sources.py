@@ -14,42 +14,21 @@ from elastomorph.io.rig_folder import find_neutral, find_rig_files
 
 @dataclass(frozen=True)
 class Sources:
-    """The files of a character.
+    """The files of a character: a rig file, or the meshes of a neutral and its targets by name."""
 
-    Attributes:
-        rig: The rig file; None where the character is made of meshes.
-        neutral: The mesh of the neutral; None where there is a rig file.
-        targets: The mesh of each target by its name; empty where there is a rig file.
-        beside: Every other file that paths depend on: curves, regions, in-betweens.
-    """
-
+    main: Path  # that the neutral comes from
     rig: Path | None
-    neutral: Path | None
-    targets: dict[str, Path]
-    beside: tuple[Path, ...]
+    targets: dict[str, Path]  # none where there is a rig file
+    beside: tuple[Path, ...]  # every other file that paths depend on: curves, regions, in-betweens
 
     @property
     def all(self) -> tuple[Path, ...]:
         """Every file, in an order that depends on names alone."""
-        main = [file for file in (self.rig, self.neutral) if file is not None]
-        return (*main, *self.targets.values(), *self.beside)
-
-    @property
-    def main(self) -> Path:
-        """The file that the neutral comes from."""
-        found = self.rig or self.neutral
-        if found is None:  # no reader makes such a thing
-            raise ValueError("sources without a neutral")
-        return found
+        return (self.main, *self.targets.values(), *self.beside)
 
 
 def find_sources(settings: Settings) -> Sources:
-    """The files of the character of settings.
-
-    Raises:
-        FileError: There is no neutral, no target, or a pattern stands for none; or two targets
-            have one name.
-    """
+    """The files of the character of settings."""
     character = settings.character
     beside = [character.curves] if character.curves is not None else []
     for region in settings.regions.values():
@@ -58,16 +37,17 @@ def find_sources(settings: Settings) -> Sources:
     between = [name for own in settings.inbetweens.values() for name in own.files.values()]
     others = tuple(settings.file(name) for name in (*beside, *between))
     if character.rig is not None:
-        return Sources(settings.file(character.rig), None, {}, others)
+        rig = settings.file(character.rig)
+        return Sources(rig, rig, {}, others)
     neutral = None if character.neutral is None else settings.file(character.neutral)
     on_the_way = {_whole(settings.file(name)) for name in between}
     if not character.targets:
         files = find_rig_files(character.folder, neutral)
         targets = {n: f for n, f in files.targets.items() if _whole(f) not in on_the_way}
-        return Sources(None, files.neutral, targets, others)
+        return Sources(files.neutral, None, targets, others)
     neutral = find_neutral(character.folder) if neutral is None else neutral
     left_out = on_the_way | {_whole(neutral)}
-    return Sources(None, neutral, _targets(settings, left_out), others)
+    return Sources(neutral, None, _targets(settings, left_out), others)
 
 
 def _targets(settings: Settings, left_out: set[Path]) -> dict[str, Path]:

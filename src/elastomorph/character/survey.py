@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,51 +15,32 @@ from elastomorph.errors import ElastomorphError, FileError
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.npz.members import open_npz
 from elastomorph.io.performance import read_performance
-from elastomorph.io.registry import (
-    MESH_FORMATS,
-    RIG_FORMATS,
-    known_suffixes,
-    read,
-)
+from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read
 from elastomorph.io.rig_folder import find_neutral, rig_as_stored
 from elastomorph.io.vertex_lists import read_curves, read_region
 
 _FRAME = re.compile(r"(?P<before>.*[._-])(?P<number>[0-9]{3,})")
 _BETWEEN = re.compile(r"(?P<target>.*?)[._-]?(?:(?P<share>0\.[0-9]+)|(?P<percent>[0-9]{1,2}))%?")
 _LEAST_FRAMES = 3
-_ARCHIVES = (".npz",)
 
 
 @dataclass(frozen=True)
 class Survey:
-    """The files of one folder, told apart by name and content.
-
-    Attributes:
-        folder: The folder.
-        neutral: The mesh of the neutral; None where there is only a rig file.
-        targets: The mesh of each target by its name.
-        rig: The rig file that the character is made of, where there are no meshes.
-        vertices: Number of vertices of the neutral.
-        shapes: Names of the targets, or of the morphs of the rig file.
-        inbetweens: Targets that look like shapes on the way to another one: file by time.
-        sequences: Patterns of numbered frames and archives of motion, and how many frames.
-        curves: Curve files that fit the neutral.
-        regions: Lists of vertices that fit the neutral.
-        takes: Recorded performances.
-        other_rigs: Further rig files.
-    """
+    """The files of one folder, told apart by name and content."""
 
     folder: Path
-    neutral: Path | None
+    neutral: Path | None  # None where there is only a rig file
     targets: dict[str, Path]
-    rig: Path | None
-    vertices: int
-    shapes: tuple[str, ...]
+    rig: Path | None  # that the character is made of, where there are no meshes
+    vertices: int  # how many the neutral has
+    shapes: tuple[str, ...]  # names of the targets, or of the morphs of the rig file
+    # Targets that look like shapes on the way to another one: file by time.
     inbetweens: dict[str, dict[float, Path]] = field(default_factory=dict)
+    # Patterns of numbered frames and archives of motion, and how many frames.
     sequences: dict[str, int] = field(default_factory=dict)
-    curves: tuple[Path, ...] = ()
+    curves: tuple[Path, ...] = ()  # that fit the neutral, as the next
     regions: tuple[Path, ...] = ()
-    takes: tuple[Path, ...] = ()
+    takes: tuple[Path, ...] = ()  # recorded performances
     other_rigs: tuple[Path, ...] = ()
 
 
@@ -66,17 +49,7 @@ def survey(
     neutral: str | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> Survey:
-    """Look at a folder, and where it has no targets at the folders in it.
-
-    Args:
-        folder: The folder.
-        neutral: Name of the file of the neutral, where its name does not tell.
-        say: Told what is being done.
-
-    Raises:
-        FileError: No such folder, nothing of a character in it, or no way to tell the neutral.
-        FormatError: The neutral or the rig file is not what its format allows.
-    """
+    """Look at a folder, and where it has no targets at the folders in it."""
     place = Path(folder)
     files = _files_in(place)
     meshes, rigs, sequences = _told_apart(files)
@@ -110,13 +83,14 @@ def survey(
         others = tuple(rigs)
     say("looking at curves, regions and takes")
     curves, regions = _lists(files, found.vertices)
+    csv = [file for file in files if file.suffix.lower() == ".csv"]
     return replace(
         found,
         inbetweens=_inbetweens(found.targets),
         sequences=dict(sorted(sequences.items())),
         curves=curves,
         regions=regions,
-        takes=tuple(file for file in files if _is_take(file)),
+        takes=tuple(file for file in csv if _fits(partial(read_performance, file))),
         other_rigs=others,
     )
 
@@ -148,14 +122,14 @@ def _told_apart(files: Iterable[Path]) -> tuple[list[Path], list[Path], dict[str
     motions: dict[str, int] = {}
     for file in files:
         suffix = file.suffix.lower()
-        if suffix in _ARCHIVES:
-            members = _members(file)
+        if suffix == ".npz":
+            members, frames = _members(file)
             if "rig_version" in members:
                 rigs.append(file)
             elif "vertices" in members:
                 meshes.append(file)
             elif "frames" in members:
-                motions[file.name] = _frame_count(file)
+                motions[file.name] = frames
         elif suffix in known_suffixes(MESH_FORMATS):
             meshes.append(file)
         elif suffix in known_suffixes(RIG_FORMATS):
@@ -163,20 +137,14 @@ def _told_apart(files: Iterable[Path]) -> tuple[list[Path], list[Path], dict[str
     return meshes, rigs, motions
 
 
-def _members(file: Path) -> frozenset[str]:
-    try:
-        with open_npz(file) as members:
-            return members.names
-    except ElastomorphError:
-        return frozenset()
-
-
-def _frame_count(file: Path) -> int:
-    try:
-        with open_npz(file) as members:
-            return len(members.array("frames", "fiu", (None, None, 3)))
-    except ElastomorphError:
-        return 0
+def _members(file: Path) -> tuple[frozenset[str], int]:
+    """Names of the arrays of an archive, and how many frames of motion it has."""
+    names: frozenset[str] = frozenset()
+    with suppress(ElastomorphError), open_npz(file) as members:
+        names = members.names
+        if not names & {"rig_version", "vertices"} and "frames" in names:
+            return names, len(members.array("frames", "fiu", (None, None, 3)))
+    return names, 0
 
 
 def _without_frames(place: Path, meshes: list[Path]) -> tuple[list[Path], dict[str, int]]:
@@ -226,7 +194,7 @@ def _lists(files: list[Path], vertices: int) -> tuple[tuple[Path, ...], tuple[Pa
     for file in files:
         if file.suffix.lower() != ".json":
             continue
-        if _fits(lambda file=file: read_curves(file, vertices)):  # type: ignore[misc]
+        if _fits(partial(read_curves, file, vertices)):
             curves.append(file)
         elif _is_region(file, vertices):
             regions.append(file)
@@ -241,10 +209,6 @@ def _is_region(file: Path, vertices: int) -> bool:
     except (ElastomorphError, ValueError, TypeError, RecursionError):
         return False
     return len(region) > 0 and max(region) < vertices
-
-
-def _is_take(file: Path) -> bool:
-    return file.suffix.lower() == ".csv" and _fits(lambda: read_performance(file))
 
 
 def _fits(reading: Callable[[], object]) -> bool:
