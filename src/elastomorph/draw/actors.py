@@ -38,11 +38,6 @@ class Lines:
 class Part:
     """The polygons of one look; every corner is a point with its own normal.
 
-    Args:
-        faces: All polygons of the mesh.
-        numbers: Which of them belong to the part.
-        look: How they reflect light.
-
     Attributes:
         actor: What a vtkRenderer draws.
         corners: (C,) vertex of each point.
@@ -101,13 +96,9 @@ class Part:
 def line_actor(
     positions: NDArray[np.float64], lengths: NDArray[np.int64], lines: Lines, scale: float
 ) -> Any:
-    """Lines as a vtkActor.
+    """Lines as a vtkActor: (N, 3) points of all paths in the scene, (P,) points of each path.
 
-    Args:
-        positions: (N, 3) points of all paths one after another, in the scene.
-        lengths: (P,) number of points of each path.
-        lines: Their colours and width.
-        scale: Pixels rendered for one pixel of the picture.
+    The scale is how many pixels are rendered for one pixel of the picture.
     """
     polylines = imported("vtkmodules.vtkCommonDataModel").vtkPolyData()
     polylines.SetPoints(_points(positions))
@@ -136,20 +127,11 @@ def corner_normals(
     *,
     crease: float = 70.0,
 ) -> NDArray[np.float64]:
-    """Unit normals for every polygon corner.
+    """(C, 3) unit normals of every polygon corner; (0, 0, 1) at those of polygons without area.
 
     A corner averages the normals of the polygons around its vertex, weighted by area, but only of
-    those that its own polygon meets at less than the crease angle. So a cheek is smooth and the
-    edge of a tooth, a lid or a torn lip stays an edge.
-
-    Args:
-        vertices: (V, 3).
-        faces: The polygons.
-        pairs: Of `corner_pairs`, found once for every pose.
-        crease: Angle in degrees above which two polygons do not share a normal.
-
-    Returns:
-        (C, 3) float64; (0, 0, 1) at corners of polygons without area.
+    those that its own polygon meets at less than the crease angle in degrees. So a cheek is smooth
+    and the edge of a tooth, a lid or a torn lip stays an edge. Pairs are those of `corner_pairs`.
     """
     of_face = polygon_normals(vertices, faces)
     lengths = np.linalg.norm(of_face, axis=1, keepdims=True)

@@ -52,16 +52,10 @@ class Camera:
         size: tuple[int, int] = (720, 900),
         margin: float = 0.04,
     ) -> Camera:
-        """The camera for which all the points just fill the picture.
+        """The camera for which all (..., 3) points just fill a picture of this size in pixels.
 
-        Args:
-            points: (..., 3) what must be seen: one pose, or all poses of a strip.
-            view: A name of `VIEWS`, or degrees to the face's left and up.
-            size: Width and height of the picture in pixels.
-            margin: Empty border, as a fraction of the picture's width and height on each side.
-
-        Raises:
-            ParameterError: No such view, a size or margin without room, or no points.
+        The view is a name of `VIEWS`, or degrees to the face's left and up; the margin is a
+        fraction of the picture's width and height on each side.
         """
         cloud = np.asarray(points, dtype=np.float64).reshape(-1, 3)
         if not len(cloud) or not np.isfinite(cloud).all():
@@ -94,10 +88,7 @@ class Camera:
         )
 
     def towards(self, points: NDArray[np.float64], fraction: float) -> NDArray[np.float64]:
-        """The points moved towards the camera by a fraction of the distance to its focus.
-
-        Lines drawn there stay free of the surface they belong to.
-        """
+        """The points moved towards the camera, for lines to stay free: by a fraction of the way."""
         eye = np.array(self.position)
         rays = eye - points
         step = fraction * np.linalg.norm(eye - np.array(self.focus))

@@ -34,16 +34,7 @@ def is_clip(path: str | Path) -> bool:
 
 
 def check_clip(path: str | Path, size: tuple[int, int], count: int, fps: float) -> None:
-    """Refuse what cannot be written, before the first frame is drawn.
-
-    Arguments as for `write_clip`; the size is the width and height of the frames in pixels.
-
-    Raises:
-        ParameterError: The suffix, the rate, the size or the number of frames.
-        FileError: A pattern with several runs of #, a missing folder, or pictures of a longer clip
-            in the way.
-        MissingExtraError: A movie, and imageio-ffmpeg is not installed.
-    """
+    """Refuse what `write_clip` cannot write, before the first frame (width, height) is drawn."""
     name, suffix = Path(path).name, Path(path).suffix.lower()
     if count < 1:
         raise ParameterError(f"a clip needs at least 1 frame, found {count}")
@@ -91,11 +82,6 @@ def write_clip(path: str | Path, frames: Iterable[Image], *, count: int, fps: fl
         frames: (H, W, 3) uint8 pictures of one size; for WebP and PNG also (H, W, 4).
         count: How many there are.
         fps: Frames a second.
-
-    Raises:
-        ParameterError: As `check_clip`, or frames that differ in size or number.
-        FileError: The file cannot be written.
-        MissingExtraError: Pillow or imageio-ffmpeg is not installed.
     """
     coming = iter(frames)
     try:
@@ -122,10 +108,7 @@ def write_clip(path: str | Path, frames: Iterable[Image], *, count: int, fps: fl
 
 
 def frame_durations(count: int, fps: float, step: int) -> list[int]:
-    """Milliseconds of each frame such that no error adds up.
-
-    They are whole steps of what the format counts in: 10 ms in a GIF, 1 ms in WebP.
-    """
+    """Milliseconds of each frame, in whole steps of the format, such that no error adds up."""
     ends = np.rint(np.arange(count + 1) * (1000.0 / fps / step)).astype(int)
     return [max(step, int(each) * step) for each in np.diff(ends)]
 

@@ -19,13 +19,7 @@ SCALE_ENDS = (1, 1.2, 1.6, 2, 2.4, 3.2, 4, 6, 8, 10)
 
 @dataclass(frozen=True)
 class ColourScale:
-    """The legend of a heat map.
-
-    Attributes:
-        highest: Value of the last colour; the first stands for 0.
-        label: What the numbers are, with their unit.
-        colour_map: A colour map of matplotlib.
-    """
+    """The legend of a heat map from 0 to `highest`; the label names the numbers and their unit."""
 
     highest: float
     label: str
@@ -39,20 +33,9 @@ class ColourScale:
 def heat_colours(
     values: ArrayLike, highest: float, *, lowest: float = 0.0, colour_map: str = COLOUR_MAP
 ) -> NDArray[np.float64]:
-    """Colours of values on a fixed range.
+    """(N, 3) red, green, blue from 0 to 1 of (N,) values on a range; beyond it are its end colours.
 
-    Args:
-        values: (N,) numbers. Those beyond the range take its end colours.
-        highest: The value of the map's last colour.
-        lowest: The value of its first colour.
-        colour_map: A colour map of matplotlib.
-
-    Returns:
-        (N, 3) red, green, blue from 0 to 1.
-
-    Raises:
-        ParameterError: The range is empty, a value is not finite, or there is no such map.
-        MissingExtraError: matplotlib is not installed.
+    The colour map is one of matplotlib.
     """
     numbers = np.asarray(values, dtype=np.float64)
     if numbers.ndim != 1 or not np.isfinite(numbers).all():
@@ -78,12 +61,7 @@ def round_up(value: float) -> float:
 
 
 def colour_named(text: str) -> RGB:
-    """Red, green, blue from 0 to 1 of a colour by its name in HTML, or as #rrggbb.
-
-    Raises:
-        ParameterError: No such colour.
-        MissingExtraError: Pillow is not installed.
-    """
+    """Red, green, blue from 0 to 1 of a colour by its name in HTML, or as #rrggbb."""
     try:
         red, green, blue = imported("PIL.ImageColor").getrgb(text.strip())[:3]
     except ValueError:
@@ -94,11 +72,7 @@ def colour_named(text: str) -> RGB:
 
 
 def colour_bytes(colours: ArrayLike, count: int) -> NDArray[np.uint8]:
-    """Colours from 0 to 1 as bytes.
-
-    Raises:
-        ParameterError: Not (count, 3) numbers from 0 to 1.
-    """
+    """(count, 3) colours from 0 to 1 as bytes."""
     values = np.asarray(colours, dtype=np.float64)
     if values.shape != (count, 3) or not ((values >= 0) & (values <= 1)).all():
         raise ParameterError(

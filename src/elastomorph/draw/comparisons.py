@@ -35,21 +35,7 @@ def side_by_side(
 ) -> Image:
     """The recorded face beside those of methods at one moment, large (Fig. 7).
 
-    Args:
-        evaluation: Methods compared with a recorded motion.
-        path: Picture to write, if any; the suffix chooses the format.
-        labels: The methods to show.
-        time: The recorded frame nearest to this time is shown.
-        face: Width and height of one face in pixels.
-        view: As for `camera_for`.
-        title: Above the faces.
-
-    Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        ParameterError: No such method.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    The recorded frame nearest to the time is shown; the rest is as for `method_strip`.
     """
     truth, frame = evaluation.truth, _nearest_frame(evaluation, time)
     chosen = [evaluation[label] for label in labels]
@@ -107,13 +93,6 @@ def error_strip(
         names: What stands below the face of a method instead of its label.
         free_timing: Each method at the moment that free timing, which makes its LME smallest,
             picks for this frame.
-
-    Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        ParameterError: No such method, no columns, or ``highest`` is not above 0.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
     """
     results = evaluation.results if labels is None else [evaluation[label] for label in labels]
     truth, frame = evaluation.truth, _nearest_frame(evaluation, time)
@@ -170,27 +149,8 @@ def closure_comparison(
     """One in-between under several closures: the face, its mouth close up, and its seam.
 
     The seam is the largest jump across an edge between two curves, against the law every stiff
-    mode follows, as a fraction of D; flips are polygons turned over.
-
-    Args:
-        neutral: The mesh at t = 0.
-        target: The mesh at t = 1, such as an open jaw.
-        path: Picture to write, if any; the suffix chooses the format.
-        closures: One column each.
-        time: t of the in-between.
-        order: R of the load t^R.
-        material: m, c, k; 1, 1, 1 by default.
-        curves: The curves of the neutral; found by `extract_curves` by default.
-        width: Of one face, in pixels.
-        view: Of the whole face, as for `camera_for`.
-
-    Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        ParameterError: No closures, or one that does not exist.
-        TopologyError: Neutral and target differ in vertices or polygons.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    mode follows, as a fraction of D; flips are polygons turned over. The order is R of the load
+    t^R, and the width that of one face in pixels.
     """
     if not closures:
         raise ParameterError("a comparison needs at least one closure")
@@ -230,21 +190,7 @@ def contact_sheet(
     face: tuple[int, int] = (150, 188),
     title: str = "",
 ) -> Image:
-    """Many faces of a rig, each with its weights below it, the method above all (Fig. 10).
-
-    Args:
-        rig: The rig.
-        weights: (S, J) of S faces, in the order of ``rig.names``.
-        t: Common time.
-        path: Picture to write, if any; the suffix chooses the format.
-        normalize: Divide the weights of each face by their sum.
-        columns: Faces in a row.
-        face: Width and height of one face in pixels.
-        title: Above the faces, before the method.
-
-    Raises:
-        ParameterError: Weights of another shape, or none.
-    """
+    """Faces of a rig, each with its (S, J) weights below it, the method above all (Fig. 10)."""
     poses = rig.batch(weights, t, normalize=normalize, dtype=np.float64)
     faces = [
         Face(pose, " ".join(f"{weight:.1f}".removeprefix("0") for weight in row))

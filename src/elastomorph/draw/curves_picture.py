@@ -47,20 +47,7 @@ def curves_picture(
 ) -> Image:
     """Draw the curve network of a mesh on its surface, closed curves wider.
 
-    Args:
-        mesh: The mesh.
-        curves: Its curves.
-        path: Picture to write, if any; the suffix chooses the format.
-        view: As for `camera_for`.
-        size: Width and height in pixels.
-        width: Of the lines, in pixels.
-
-    Returns:
-        (height, width, 3) uint8.
-
-    Raises:
-        CurveError: The curves belong to another mesh.
-        MissingExtraError: vtk is not installed.
+    Size and the width of the lines are in pixels; view and path as for `render`.
     """
     style = Style(lines=network_lines(mesh, curves, width))
     with Stage(mesh, camera_for(mesh, view, size=size), size=size) as stage:
@@ -71,9 +58,6 @@ def network_lines(mesh: Mesh, curves: CurveNetwork, width: float = 1.6) -> tuple
     """The open curves of a network, and its closed ones in wider lines.
 
     Left out are curves of one vertex, and those on parts that are not drawn.
-
-    Raises:
-        CurveError: The curves belong to another mesh.
     """
     require_curves_of(curves, len(mesh.vertices), mesh.name)
     colours = curve_colours(mesh, curves)

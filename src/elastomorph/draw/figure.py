@@ -39,10 +39,6 @@ def new_figure(path: str | Path, width: float, height: float, title: str = "") -
     """A figure to draw in, of this size in inches, written when the block ends without an error.
 
     No window, no state shared with other figures.
-
-    Raises:
-        ParameterError: The suffix is none of `GRAPH_SUFFIXES`.
-        FileError: The file cannot be written.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in GRAPH_SUFFIXES:
@@ -79,13 +75,10 @@ def legend(figure: Any, axes: Any) -> None:
 
 @dataclass(frozen=True)
 class LineStyle:
-    """How the line of a method is drawn.
+    """How the line of a method is drawn; colours are told apart by the colour-blind.
 
-    Attributes:
-        colour: As #rrggbb, told apart by the colour-blind.
-        dashes: Lengths of dashes and gaps in line widths; empty for a solid line.
-        width: In points.
-        layer: Lines of a higher layer cover those of a lower.
+    Dashes are lengths of dashes and gaps in line widths, none for a solid line; the width is in
+    points; lines of a higher layer cover those of a lower.
     """
 
     colour: str

@@ -54,9 +54,6 @@ def camera_for(
         poses: (..., V, 3) positions that must all fit; those of the mesh by default.
         size: Width and height of the picture in pixels.
         margin: Empty border, as a fraction of the picture.
-
-    Raises:
-        ParameterError: No such view.
     """
     positions = _positions(mesh, poses)
     if isinstance(view, str) and view in _CLOSE_UPS:
@@ -142,11 +139,9 @@ def _neck(mesh: Mesh, shown: NDArray[np.int64]) -> float:
 
 @dataclass(frozen=True)
 class Turntable:
-    """The camera and the vertical axis that a head turns round.
+    """The vertical axis (x, z) that a head turns round, and a camera that sees it at every angle.
 
-    Attributes:
-        camera: Sees everything at every angle from one distance, so the head keeps its size.
-        axis: x and z of the axis.
+    The camera keeps its distance, so the head keeps its size.
     """
 
     camera: Camera
@@ -163,11 +158,7 @@ class Turntable:
         size: tuple[int, int] = (720, 900),
         margin: float = 0.04,
     ) -> Turntable:
-        """The turntable for the degrees that will be shown; view, poses, size as for `camera_for`.
-
-        Raises:
-            ParameterError: No such view, or a close-up.
-        """
+        """The turntable for degrees that will be shown; view, poses, size as for `camera_for`."""
         if isinstance(view, str) and view in _CLOSE_UPS:
             raise ParameterError(
                 f"a turntable shows the whole head, so it cannot start with the close-up {view!r}; "
@@ -192,9 +183,6 @@ def turn_angles(count: int, degrees: float = _FULL_TURN) -> NDArray[np.float64]:
 
     Whole turns leave out their last angle, which is the first again, so a loop does not stop
     there. Other turns end at their last angle.
-
-    Raises:
-        ParameterError: No frames, or an angle that is 0 or not finite.
     """
     if count < 1:
         raise ParameterError(f"a turn needs at least 1 frame, found {count}")

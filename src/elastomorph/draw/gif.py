@@ -29,13 +29,7 @@ _DITHER = 5.0
 
 
 def write_gif(path: str | Path, frames: Iterable[Image], durations: list[int]) -> None:
-    """Write (H, W, 3) uint8 pictures of one size as a GIF that plays again and again.
-
-    Each is shown for as many milliseconds as durations say, in tens.
-
-    Raises:
-        ParameterError: No frames.
-    """
+    """Write (H, W, 3) uint8 pictures as a GIF that plays again and again, each for tens of ms."""
     packed, shape = _packed(frames)
     if not packed:
         raise ParameterError("a GIF needs at least 1 frame, found 0")

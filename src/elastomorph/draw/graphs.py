@@ -47,10 +47,6 @@ def error_graphs(
             the worst under the first method first. By default the index, or the error where
             there are more than 200 curves.
         title: Above the graph.
-
-    Raises:
-        ParameterError: No such method, order or suffix.
-        MissingExtraError: matplotlib is not installed.
     """
     results = _results(evaluation, labels)
     times = evaluation.truth.times
@@ -87,17 +83,8 @@ def time_graphs(
     """Errors over time at the times of the frames (a, b) and with free timing (c, d).
 
     What falls from the upper graphs to the lower was a matter of timing, not of the path. The times
-    of (c, d) make the peak of each line as low as it can be, never higher than in (a, b).
-
-    Args:
-        evaluation: Methods compared with a recorded motion.
-        path: Graph to write: .png, .svg or .pdf.
-        labels: The methods to show; all by default.
-        title: Above the graph.
-
-    Raises:
-        ParameterError: No such method or suffix.
-        MissingExtraError: matplotlib is not installed.
+    of (c, d) make the peak of each line as low as it can be, never higher than in (a, b). Arguments
+    as for `error_graphs`.
     """
     results = _results(evaluation, labels)
     with new_figure(path, 11.0, 7.2, title) as figure:
@@ -155,11 +142,7 @@ def _over_time(
 
 
 def movement_graph(judged: Sequence[JudgedMovement], path: str | Path, *, title: str = "") -> None:
-    """LME of each movement at the recorded times (a) and with free timing (b), in % of D.
-
-    Raises:
-        ParameterError: There is no movement, or another suffix than .png, .svg and .pdf.
-    """
+    """LME of each movement at the recorded times (a) and with free timing (b), in % of D."""
     if not judged:
         raise ParameterError("there is no movement to draw")
     styles = styles_for([result.label for result in judged[0].evaluation.results])
@@ -189,18 +172,8 @@ def inbetween_graph(
 ) -> None:
     """LME and LAE by the number of in-betweens (a), and the largest error over time (b).
 
-    Dots in (b) are where the in-betweens are.
-
-    Args:
-        suggestions: One for each number of in-betweens, see `suggest_inbetweens`.
-        times: (T,) times of the frames of the motion.
-        path: Graph to write: .png, .svg or .pdf.
-        title: Above the graph.
-
-    Raises:
-        ParameterError: There is no suggestion, or another suffix.
-        FileError: The file cannot be written.
-        MissingExtraError: matplotlib is not installed.
+    Dots in (b) are where the in-betweens are. There is one suggestion for each number of them, see
+    `suggest_inbetweens`, and (T,) times of the frames of the motion.
     """
     if not suggestions:
         raise ParameterError("there is no suggestion to draw")

@@ -31,15 +31,7 @@ def hinge_faces(
 ) -> Image:
     """What turns about the hinge, one picture a method, coloured by its distance from the true arc.
 
-    Args:
-        hinge: What turns.
-        morphs: Paths of the whole face by the labels of their methods.
-        path: Picture to write, if any; the suffix chooses the format.
-        time: t of the pictures.
-        face: Width and height of one picture in pixels.
-
-    Raises:
-        MeshError: No polygon has all its vertices on what turns.
+    Morphs are paths of the whole face by the labels of their methods; the time is t.
     """
     faces = []
     for morph in morphs.values():
@@ -61,14 +53,7 @@ def hinge_faces(
 def hinge_graph(
     hinge: Hinge, morphs: Mapping[str, Morph], path: str | Path, unit: str = ""
 ) -> None:
-    """The way of one vertex, seen along the hinge (a), and the distance from the arc over t (b).
-
-    Args:
-        hinge: What turns.
-        morphs: Paths of the whole face by the labels of their methods.
-        path: Graph to write: .png, .svg or .pdf.
-        unit: Unit of the coordinates, or an empty string.
-    """
+    """The way of one vertex, seen along the hinge (a), and the distance from the arc over t (b)."""
     times = np.linspace(0.0, 1.0, 41)
     styles = styles_for(list(morphs))
     farthest = _farthest(hinge)

@@ -18,13 +18,7 @@ from elastomorph.model.mesh import FaceLabels, Mesh
 
 @dataclass(frozen=True)
 class Look:
-    """How one part reflects light.
-
-    Attributes:
-        colour: Red, green, blue from 0 to 1.
-        shine: Strength of the highlight from 0 to 1.
-        polish: Sharpness of the highlight, the exponent of Phong's model.
-    """
+    """How one part reflects light: its colour, the highlight from 0 to 1, its Phong exponent."""
 
     colour: RGB
     shine: float = 0.08
@@ -101,8 +95,7 @@ def part_of_name(name: str) -> str:
 def parts_of(mesh: Mesh) -> dict[str, NDArray[np.int64]]:
     """The polygons of each part of a head, by the names of its materials, else of its groups.
 
-    Returns:
-        Part (a key of `LOOKS`, or "hidden") to (F_part,) polygon numbers, each polygon in one part.
+    A part is a key of `LOOKS`, or "hidden", with (F_part,) polygon numbers; each polygon is in one.
     """
     parts = _parts(mesh.materials, len(mesh.faces))
     by_group = _parts(mesh.groups, len(mesh.faces))
@@ -137,18 +130,11 @@ def _touching(mesh: Mesh, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def iris_coordinates(
     mesh: Mesh, shell: NDArray[np.int64], inner: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Where each corner of the eyes' white lies in `eye_image`.
+    """(C_shell, 2) where each corner of the eyes' white lies in `eye_image`, from 0 to 1.
 
     The eyes are taken to look along +Z in the mesh as it stands. What is no eyeball, or shows an
-    iris of its own outside the white, is given the image's white edge.
-
-    Args:
-        mesh: The head in its neutral pose.
-        shell: Polygon numbers of the eyes' white, ascending.
-        inner: Polygon numbers of the irises and pupils that the mesh has of its own.
-
-    Returns:
-        (C_shell, 2) from 0 to 1, in the order of the polygons' corners.
+    iris of its own outside the white, is given the image's white edge. The shell is the polygon
+    numbers of the white, ascending, inner those of the irises and pupils that the mesh has.
     """
     faces = mesh.faces
     corners = np.flatnonzero(np.isin(faces.corner_faces, shell))

@@ -21,12 +21,7 @@ _FINEST_RATE = 1001
 
 
 def find_encoder() -> str:
-    """The ffmpeg program that imageio-ffmpeg brings along, or finds on this machine.
-
-    Raises:
-        MissingExtraError: imageio-ffmpeg is not installed.
-        ElastomorphError: It has no program for this machine.
-    """
+    """The ffmpeg program that imageio-ffmpeg brings along, or finds on this machine."""
     try:
         return str(imported("imageio_ffmpeg").get_ffmpeg_exe())
     except RuntimeError:
@@ -43,11 +38,6 @@ def write_movie(
 
     Frames are (H, W, 3) uint8, sRGB, and converted and marked as BT.709, whose primaries are the
     same, so players show the colours that were drawn. Width and height are even.
-
-    Raises:
-        ParameterError: A frame of another size, or with transparency.
-        FileError: The file cannot be written, or ffmpeg refuses.
-        ElastomorphError: There is no ffmpeg.
     """
     with replacing_path(path) as temporary, tempfile.TemporaryFile() as complaints:
         process = subprocess.Popen(

@@ -19,11 +19,7 @@ _NAME_TO_INSTALL = {"vtkmodules": "vtk", "PIL": "pillow", "imageio_ffmpeg": "ima
 
 
 def imported(module: str) -> Any:
-    """A module of vtk, matplotlib, Pillow or imageio-ffmpeg, imported when it is first needed.
-
-    Raises:
-        MissingExtraError: The package is not installed.
-    """
+    """A module of vtk, matplotlib, Pillow or imageio-ffmpeg, imported when it is first needed."""
     package = module.partition(".")[0]
     try:
         return import_module(module)
@@ -34,17 +30,7 @@ def imported(module: str) -> Any:
 
 
 def write_picture(image: Image, path: str | Path) -> None:
-    """Write a picture of pixels, whole or not at all.
-
-    Args:
-        image: (H, W, 3) uint8.
-        path: Its suffix chooses the format, one of `SUFFIXES`.
-
-    Raises:
-        ParameterError: Another suffix.
-        FileError: The file cannot be written.
-        MissingExtraError: Pillow is not installed.
-    """
+    """Write an (H, W, 3) uint8 picture, whole or not at all, in a format of `SUFFIXES`."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise ParameterError(

@@ -46,9 +46,6 @@ def with_paths(rig: Rig, method: Method | None, sliders: Mapping[str, float]) ->
 
     Morphs that these sliders do not move keep theirs, for paths may cost time to find. Without a
     method, paths that are there are kept.
-
-    Raises:
-        ParameterError: An unknown name.
     """
     rig.sliders.row(sliders)
     correctives = rig.sliders.correctives
@@ -74,15 +71,7 @@ def swing(count: int, timing: Timing, reach: float = 1.0) -> NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """How far rigs are from a reference over some times.
-
-    Attributes:
-        at: Positions of the reference at a time.
-        largest: Largest distance of a vertex over all rigs and times.
-        mean: Mean distance of all of them.
-        diameter: D.
-        scale: Colours for distances, with a legend.
-    """
+    """How far rigs are from a reference, the positions `at` a time, over all times and vertices."""
 
     at: Callable[[float], Positions]
     largest: float
@@ -111,13 +100,7 @@ def compare(
 ) -> Comparison:
     """Measure rigs against a reference at times, and choose one scale of colours for all pictures.
 
-    Args:
-        rigs: The rigs.
-        times: The times that will be shown.
-        name: What the reference is called in the legend.
-        at: Positions of the reference at a time.
-        highest: Distance of the last colour, above 0; the largest, rounded up, by default.
-        unit: Unit of the coordinates.
+    The last colour is the largest distance, rounded up, unless ``highest`` says another.
     """
     if highest is not None and not (np.isfinite(highest) and highest > 0):
         raise ParameterError(f"the distance of the last colour must be above 0, found {highest:g}")
@@ -148,13 +131,7 @@ def pose_picture(
     style: Style | None = None,
     comparison: Comparison | None = None,
 ) -> Image:
-    """One face. The camera has room for the whole path, so pictures at several times match.
-
-    Arguments and errors as for `clip_frames`.
-
-    Returns:
-        (height, width, 3) uint8, or (height, width, 4) on a transparent background.
-    """
+    """One face as of `clip_frames`, with room for the whole path, so that all times match."""
     return next(clip_frames(rig, [t], size=size, view=view, style=style, comparison=comparison))
 
 
@@ -171,9 +148,6 @@ def pose_strip(
     """Rigs with the same vertices and polygons in rows, times in columns: (H, W, 3) uint8.
 
     Arguments as for `clip_frames`, on a background that is not transparent.
-
-    Raises:
-        ParameterError: As `clip_frames`, no rigs or times, or a transparent background.
     """
     style = style or Style()
     if not rigs or not times or style.background is None:
@@ -209,7 +183,7 @@ def clip_frames(
     style: Style | None = None,
     comparison: Comparison | None = None,
 ) -> Generator[Image, None, None]:
-    """Frames of a clip, drawn one by one as they are asked for.
+    """Frames of a clip, drawn one by one: (H, W, 3) uint8, or (H, W, 4) where transparent.
 
     Args:
         rig: The rig and its weights.
@@ -219,13 +193,6 @@ def clip_frames(
         view: As for `camera_for`; of the whole head where it turns.
         style: How faces are drawn.
         comparison: For heat maps and their legend.
-
-    Yields:
-        (height, width, 3) uint8, or (height, width, 4) on a transparent background.
-
-    Raises:
-        ParameterError: No such view or slider, numbers that are not finite, other than one angle a
-            time, or no room for a legend.
     """
     style = style or Style()
     scale = None if comparison is None else comparison.scale

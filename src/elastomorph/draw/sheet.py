@@ -35,13 +35,7 @@ _LEGEND_LETTERS, _SMALLEST_LEGEND = 40, 7
 
 @dataclass(frozen=True)
 class Style:
-    """How faces are drawn, whatever their pose.
-
-    Attributes:
-        wireframe: Draw the edges of the polygons.
-        lines: Curves on the surface, which is then of clay; see `network_lines`.
-        background: Red, green, blue from 0 to 1; None is transparent.
-    """
+    """How faces are drawn; with lines on it, a surface is of clay. No background is transparent."""
 
     wireframe: bool = False
     lines: tuple[Lines, ...] = ()
@@ -67,13 +61,7 @@ class Style:
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """One face of a sheet.
-
-    Attributes:
-        vertices: (V, 3) positions.
-        caption: What stands below it.
-        values: (V,) numbers, shown by the colours of the sheet's scale.
-    """
+    """One face of a sheet: (V, 3), what stands below it, and (V,) numbers for the sheet's scale."""
 
     vertices: NDArray[np.float64]
     caption: str = ""
@@ -95,20 +83,8 @@ def face_sheet(
 ) -> Image:
     """Draw faces of one mesh, all seen by one camera; those that are equal are drawn once.
 
-    Args:
-        mesh: The polygons, and the names of the parts.
-        rows: Rows of faces; the last row may be shorter.
-        camera: Where they are seen from.
-        size: Width and height of one face in pixels.
-        path: Picture to write, if any; the suffix chooses the format.
-        row_labels: As for `picture_grid`, like the next three.
-        column_labels: One a column.
-        title: Above everything.
-        scale: For faces with values.
-        style: How faces are drawn, on a background that is not transparent.
-
-    Returns:
-        (H, W, 3) uint8.
+    The size is that of one face in pixels; texts are as for `picture_grid`, the style is on a
+    background that is not transparent, and the last row may be shorter.
     """
     style = style or Style()
     drawn: dict[tuple[bytes, bytes], Image] = {}
@@ -148,11 +124,7 @@ def scale_of(
 
 
 def in_rows(faces: Sequence[Face], columns: int) -> list[Sequence[Face]]:
-    """Faces in rows of this many, the last of which may be shorter.
-
-    Raises:
-        ParameterError: Fewer than one column.
-    """
+    """Faces in rows of this many, the last of which may be shorter."""
     if columns < 1:
         raise ParameterError(f"a row needs at least 1 column, found {columns}")
     return [faces[start : start + columns] for start in range(0, len(faces), columns)]

@@ -53,12 +53,6 @@ class Stage:
         size: Width and height in pixels.
         supersampling: Each pixel is the mean of this number squared, from 1 to 8; by default of
             2, or of 1 where a side is longer than 2048 pixels.
-
-    Raises:
-        MeshError: The mesh has no polygons.
-        ParameterError: The size or the supersampling is out of range.
-        MissingExtraError: vtk is not installed.
-        ElastomorphError: The machine has no OpenGL that works without a display.
     """
 
     def __init__(
@@ -103,7 +97,7 @@ class Stage:
         lit: bool = True,
         background: RGB | None = BACKGROUND,
     ) -> Image:
-        """One pose.
+        """One pose: (height, width, 3) uint8, or (height, width, 4) on a transparent background.
 
         Args:
             vertices: (V, 3) positions; those of the mesh by default.
@@ -113,13 +107,6 @@ class Stage:
             wireframe: Draw the edges of the polygons.
             lit: False shows the bare colours, without light and shade.
             background: Red, green, blue from 0 to 1; None is transparent.
-
-        Returns:
-            (height, width, 3) uint8, or (height, width, 4) on a transparent background.
-
-        Raises:
-            MeshError: Another number of vertices, or coordinates that are not finite.
-            ParameterError: Colours that do not fit.
         """
         points = self.mesh.vertices if vertices is None else as_vertices(vertices)
         if points.shape != self.mesh.vertices.shape:

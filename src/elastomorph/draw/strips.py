@@ -88,21 +88,8 @@ def method_strip(
 ) -> Image:
     """Recorded faces and those of each method over time (Fig. 6).
 
-    Args:
-        evaluation: Methods compared with a recorded motion.
-        path: Picture to write, if any; the suffix chooses the format.
-        labels: The methods to show; all by default.
-        count: Most columns; where there are more frames, evenly spread ones are shown.
-        face: Width and height of one face in pixels.
-        view: As for `camera_for`.
-        title: Above the strip.
-
-    Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        ParameterError: No such method, or fewer than two columns.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    All methods are shown unless labels name some; of more frames than ``count``, evenly spread
+    ones are. The rest is as for `face_strip`.
     """
     if count < 2:
         raise ParameterError(f"a strip needs at least 2 columns, found {count}")
@@ -125,23 +112,9 @@ def expression_strip(
     view: View = "front",
     title: str | None = None,
 ) -> Image:
-    """Expressions growing out of the neutral (Fig. 9).
+    """Expressions, paths of one mesh by name, growing out of the neutral (Fig. 9).
 
-    Args:
-        morphs: Name of each expression and its path; all of one mesh.
-        path: Picture to write, if any; the suffix chooses the format.
-        times: The columns.
-        face: Width and height of one face in pixels.
-        view: As for `camera_for`.
-        title: Above the strip; the method of the paths by default.
-
-    Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        ParameterError: No expressions or no times.
-        TopologyError: The morphs belong to different meshes.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    The title is the method of the paths by default; the rest is as for `face_strip`.
     """
     when = np.asarray(times, dtype=np.float64)
     rows = {name: (morph.neutral, morph.at(when)) for name, morph in morphs.items()}
@@ -158,27 +131,14 @@ def take_strip(
     count: int = 5,
     face: tuple[int, int] = (300, 375),
 ) -> Image:
-    """Draw frames that show what a take holds, in the order of time.
-
-    Args:
-        rig: The rig.
-        performance: For the times, in seconds.
-        weights: (T, J) of the rig's sliders in each frame.
-        path: Picture to write, if any.
-        count: How many frames.
-        face: Width and height of one face in pixels.
-    """
+    """Draw frames that show what a take, (T, J) weights of the rig's sliders, holds, in order."""
     frames = telling_frames(weights, count)
     poses = rig.batch(weights[frames], dtype=np.float64).astype(np.float64)
     return face_strip({"": (rig.neutral, poses)}, performance.times[frames], path, face=face)
 
 
 def telling_frames(weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
-    """Frames of (T, J) weights that show most: the most active, then always the least alike.
-
-    Returns:
-        (min(count, T),) frames in the order of time.
-    """
+    """(min(count, T),) frames of (T, J) weights: the most active, then always the least alike."""
     chosen = [int(np.abs(weights).sum(axis=1).argmax())]
     nearest = np.full(len(weights), np.inf)
     while len(chosen) < min(count, len(weights)):

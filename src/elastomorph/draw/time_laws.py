@@ -33,18 +33,8 @@ def time_law_graph(
 ) -> None:
     """The law of the mean under each closure (a), and how far each mode is from the limit law (b).
 
-    The modes are those of a closed curve with uniform parameter, B_n = 16π⁴kn⁴ (Eq. 19).
-
-    Args:
-        path: Graph to write: .png, .svg or .pdf.
-        material: m, c, k; 1, 1, 1 by default.
-        load: p(t), or R of t^R.
-        modes: n of the modes in (b).
-        title: Above the graph; names load and material by default.
-
-    Raises:
-        ParameterError: R is out of range, or another suffix.
-        MissingExtraError: matplotlib is not installed.
+    The modes n of (b) are those of a closed curve with uniform parameter, B_n = 16π⁴kn⁴ (Eq. 19).
+    The load is p(t), or R of t^R; the title names it and the material by default.
     """
     material = material or Material()
     load = Load.power(load) if isinstance(load, int) else load

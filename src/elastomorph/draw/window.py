@@ -19,14 +19,8 @@ _OSMESA = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
 class Window:
     """An off-screen render window of VTK that can be read.
 
-    Args:
-        renderer: The vtkRenderer that draws in it.
-        size: Width and height of its pictures in pixels.
-        border: Pixels rendered on each side and cut off.
-        supersampling: Each pixel is the mean of this number squared.
-
-    Raises:
-        ElastomorphError: The machine has no OpenGL that works without a display.
+    A border in pixels is rendered on each side and cut off; each pixel is the mean of the
+    supersampling squared.
     """
 
     def __init__(
@@ -69,9 +63,6 @@ def rendering() -> Any:
 
     Its classes are made into ones that draw by ``vtkRenderingOpenGL2``, and only those made after
     that is imported: a mapper made before would draw nothing, without a word.
-
-    Raises:
-        MissingExtraError: vtk is not installed.
     """
     imported("vtkmodules.vtkRenderingOpenGL2")
     return imported("vtkmodules.vtkRenderingCore")

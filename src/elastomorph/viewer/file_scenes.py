@@ -39,13 +39,6 @@ def read_scene(
         read: What reads a rig.
         say: Told what is being done.
         chosen: Whether ``read`` chooses among the meshes of a file, so that none is shown as it is.
-
-    Raises:
-        FileError: A file is missing or cannot be read.
-        FormatError: A file is not what its format allows.
-        ParameterError: A method is not understood, there are no polygons, or the models do not
-            have the same vertices.
-        MissingExtraError: A format needs a package that is not installed.
     """
     parsed = [Method.parse(text) for text in methods]
     role: Role = "rig" if len(files) * max(1, len(methods)) == 1 else "method"

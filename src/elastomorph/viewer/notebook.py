@@ -15,15 +15,7 @@ LARGEST_PAGE = 40_000_000
 
 
 def notebook_html(shown: Rig | Morph) -> str:
-    """The viewer of a rig or path in a frame; in words where it cannot be shown.
-
-    Args:
-        shown: The rig, or a single path.
-
-    Returns:
-        HTML: a frame as wide as the notebook and 480 pixels high, or a paragraph that says what
-        is missing and how to look at it otherwise.
-    """
+    """The viewer of a rig or path in a frame; in words where it cannot be shown."""
     words = repr(shown)
     try:
         if _least_size(shown) > LARGEST_PAGE:

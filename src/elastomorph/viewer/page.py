@@ -26,11 +26,7 @@ _NOT_FRAMED = "frame-ancestors 'none'"
 
 
 def viewer_page(scene: Scene) -> str:
-    """The page that shows a scene, with everything in it; browsers keep it from the network.
-
-    Raises:
-        FileError: The page is not there, as in a source checkout where it was not built.
-    """
+    """The page that shows a scene, with everything in it; browsers keep it from the network."""
     names = [f"elastomorph-glb-{number}" for number in range(len(scene.models))]
     policy = html.escape(alone_policy(shipped_page()))
     blocks = [f'<meta http-equiv="Content-Security-Policy" content="{policy}" />']
@@ -42,11 +38,7 @@ def viewer_page(scene: Scene) -> str:
 
 
 def page_beside(scene: Scene, addresses: Sequence[str]) -> str:
-    """The page that fetches the models of a scene from addresses relative to its own.
-
-    Raises:
-        FileError: The page is not there, as in a source checkout where it was not built.
-    """
+    """The page that fetches the models of a scene from addresses relative to its own."""
     return _filled(_scene_block(scene, addresses))
 
 
@@ -69,11 +61,7 @@ def write_viewer(path: str | Path, scene: Scene) -> None:
 
 
 def shipped_page() -> str:
-    """The page as it comes with the package, without a scene.
-
-    Raises:
-        FileError: It is not there, as in a source checkout where it was not built.
-    """
+    """The page as it comes with the package, without a scene."""
     place = files("elastomorph.viewer") / "page" / "index.html"
     try:
         return place.read_text(encoding="utf-8")

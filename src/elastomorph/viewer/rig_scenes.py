@@ -143,17 +143,9 @@ def evaluation_scene(
 
 
 def motion_morph(motion: MeshSequence, frames: int = _MOST_FRAMES) -> Morph:
-    """A recorded motion as a path that passes through its frames, straight from one to the next.
+    """A recorded motion as a path through its frames, of which the most are kept, evenly spread.
 
-    Args:
-        motion: The frames.
-        frames: The most of them to keep, evenly spread, first and last included.
-
-    Returns:
-        A path that is each kept frame at its time, with one bend for each frame but the ends.
-
-    Raises:
-        ParameterError: Fewer than two frames were asked for.
+    It is straight from one to the next, with one bend for each kept frame but the ends.
     """
     if frames < 2:
         raise ParameterError(f"a motion needs at least 2 frames, found {frames}")
@@ -180,12 +172,7 @@ def _start(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def rig_model(rig: Rig | Morph, name: str, role: Role) -> SceneModel:
-    """A model from a rig, or from a single path with a slider of its own.
-
-    Raises:
-        ParameterError: The mesh has no polygons.
-        FormatError: Coordinates too large for single precision.
-    """
+    """A model from a rig, or from a single path with a slider of its own."""
     whole = Rig(rig.neutral, {_SLIDER: rig}) if isinstance(rig, Morph) else rig
     if not len(whole.neutral.faces):
         raise ParameterError(

@@ -98,14 +98,7 @@ class Scene:
         return sum(len(model.glb) for model in self.models)
 
     def to_json(self, addresses: Sequence[str]) -> str:
-        """The scene as the page reads it, strict JSON.
-
-        Args:
-            addresses: Where the page finds the GLB file of each model.
-
-        Raises:
-            ParameterError: The start holds something that JSON cannot.
-        """
+        """The scene as the page reads it, strict JSON, with an address of each GLB file."""
         found: dict[str, Any] = {
             "version": 1,
             "title": self.title,

@@ -26,13 +26,7 @@ _HTML = "text/html; charset=utf-8"
 
 @dataclass(frozen=True)
 class Resource:
-    """One thing the server hands out.
-
-    Attributes:
-        kind: Its media type.
-        content: Its bytes.
-        policy: The content security policy it is sent with.
-    """
+    """One thing the server hands out: media type, bytes, and the content security policy."""
 
     kind: str
     content: bytes
@@ -59,15 +53,7 @@ def serve(scene: Scene, port: int = 0) -> ViewerServer:
 
 
 def serve_page(content: bytes, port: int = 0) -> ViewerServer:
-    """A server that shows a finished page, such as a report.
-
-    Args:
-        content: The page, which brings everything along.
-        port: Port of 127.0.0.1; a free one for 0.
-
-    Raises:
-        ParameterError: The port is taken or not allowed.
-    """
+    """A server that shows a finished page, such as a report, which brings everything along."""
     return ViewerServer({"": Resource(_HTML, content, report_policy())}, port)
 
 
@@ -75,17 +61,8 @@ class ViewerServer:
     """Hands out a few things in memory, under one address of this machine.
 
     Answers while it is entered with ``with``. There are no files behind it: a path is a key of
-    the resources or it is nothing.
-
-    Args:
-        resources: What there is, by path below the token; an empty one is the page.
-        port: Port of 127.0.0.1; a free one for 0.
-
-    Attributes:
-        token: The secret part of the address.
-
-    Raises:
-        ParameterError: The port is taken or not allowed.
+    the resources, the empty one that of the page, or it is nothing. The secret part of the address
+    is the token; port 0 is a free one.
     """
 
     def __init__(self, resources: Mapping[str, Resource], port: int = 0) -> None:

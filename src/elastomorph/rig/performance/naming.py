@@ -10,12 +10,7 @@ from typing import NamedTuple
 
 
 class Whole(NamedTuple):
-    """A shape that others make up together.
-
-    Attributes:
-        name: The whole.
-        parts: What it is made of, most often its left and its right half.
-    """
+    """A shape that others make up together, most often its left and its right half."""
 
     name: str
     parts: tuple[str, ...]
@@ -91,9 +86,6 @@ def shape_of(name: str) -> str | None:
     """The shape that a name stands for, in ARKit's spelling; None where no table has it.
 
     A node or namespace in front is ignored: ``shapes.jawOpen``, ``head:jawOpen``.
-
-    Args:
-        name: As a rig or a recording has it, in any of the spellings and any capitals.
     """
     bare = name.rpartition(":")[2].rpartition(".")[2]
     return _SHAPES.get(name.casefold()) or _SHAPES.get(bare.casefold())
