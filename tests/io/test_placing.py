@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import MeshError
-from elastomorph.io.fbx.meshes import FbxMesh, mesh_of
+from elastomorph.io.fbx.reader import FbxMesh, mesh_of
 from elastomorph.io.joined_rig import RigPart, joined_rig, placings
 
 Y_UP = np.eye(3)

@@ -179,12 +179,13 @@ def _run(
         )
     # -P: a module of that name in the current folder is not ours.
     command = [sys.executable, "-P", "-m", reader.worker]
+    found = [str(Path(place).absolute()) for place in sys.path if place]  # our modules, and its
     wait = _WAIT + _WAIT_A_BYTE * size
     try:
         with (folder / _NOISE).open("wb") as noise:
             done = subprocess.run(
                 [*command, str(folder), str(Path(path).absolute()), str(size), *arguments],
-                env=_environment(),
+                env=os.environ | _ONE_THREAD | {"PYTHONPATH": os.pathsep.join(found)},
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=noise,
@@ -207,12 +208,6 @@ def _run(
             f"{reader.library} broke while reading it ({death}): it is damaged, or takes far more "
             f"than a file of its size should; {reader.advice}",
         )
-
-
-def _environment() -> dict[str, str]:
-    """Ours, with the modules that this process finds."""
-    found = os.pathsep.join(str(Path(place).absolute()) for place in sys.path if place)
-    return os.environ | _ONE_THREAD | {"PYTHONPATH": found}
 
 
 def _death(status: int, noise: Path) -> str:

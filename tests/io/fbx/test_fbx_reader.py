@@ -18,7 +18,7 @@ from elastomorph.errors import (
     ParameterError,
 )
 from elastomorph.io.fbx import read_fbx
-from elastomorph.io.fbx.meshes import FbxMesh, read_meshes
+from elastomorph.io.fbx.reader import FbxMesh, read_meshes
 from elastomorph.io.npz.members import open_npz
 from elastomorph.rig import Rig
 from needs import installed

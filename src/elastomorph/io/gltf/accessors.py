@@ -64,9 +64,8 @@ def _values(file: GltfFile, number: Any, width: int, of: str, count: int | None)
     if own < 1 or (count is not None and own != count):
         file.refuse(f"{name} of {of} has {own:,} elements, expected {count or 'at least 1'}")
     dtype = np.dtype(kind)
-    elements = None
-    if accessor.get("bufferView") is not None:
-        elements = _elements(file, accessor, own, width, dtype, name)
+    bare = accessor.get("bufferView") is None
+    elements = None if bare else _elements(file, accessor, own, width, dtype, name)
     file.budget.spend(own * width * _COPIES)
     # Zeros, or for sparse values. Others are copied, so that sparse ones can replace some.
     values = np.zeros((own, width), dtype=dtype) if elements is None else elements.copy()
@@ -116,13 +115,8 @@ def _elements(
             f"{name} has {count:,} elements of {size} bytes, {stride} apart, which do not fit "
             f"into the {length:,} bytes of {of}"
         )
-    return np.ndarray(
-        (count, width),
-        dtype=dtype,
-        buffer=content,
-        offset=start + offset,
-        strides=(stride, dtype.itemsize),
-    )
+    steps = (stride, dtype.itemsize)
+    return np.ndarray((count, width), dtype, content, start + offset, steps)
 
 
 def _key(value: Any) -> Any:
@@ -131,16 +125,11 @@ def _key(value: Any) -> Any:
 
 
 class AccessorWriter:
-    """Collects accessors, and their values in one buffer.
-
-    Attributes:
-        accessors: The accessors, as JSON.
-        sizes: Bytes written for each part of the file, by the names the caller gives them.
-    """
+    """Collects accessors, and their values in one buffer."""
 
     def __init__(self) -> None:
-        self.accessors: list[dict[str, Any]] = []
-        self.sizes: dict[str, int] = {}
+        self.accessors: list[dict[str, Any]] = []  # as JSON
+        self.sizes: dict[str, int] = {}  # bytes written for each part of the file, by its name
         self._views: dict[str, bytearray] = {}
         self._known: dict[bytes, int] = {}
 
@@ -164,13 +153,10 @@ class AccessorWriter:
         kind = np.uint16 if vertices <= 0xFFFF else np.uint32
         return self._accessor("indices", triangles.reshape(-1, 1).astype(kind), "surface")
 
-    def times(self, seconds: NDArray[np.float32]) -> int:
-        """The key times (T,) of an animation."""
-        return self._accessor("times of keys", seconds.reshape(-1, 1), "animations", bounds=True)
-
-    def weights(self, weights: NDArray[np.float32]) -> int:
-        """The keys (T, targets) of an animation."""
-        return self._accessor("weights of keys", weights.reshape(-1, 1), "animations")
+    def keys(self, times: NDArray[np.float32], weights: NDArray[np.float32]) -> tuple[int, int]:
+        """The key times (T,) and the keys (T, targets) of an animation."""
+        at = self._accessor("times of keys", times.reshape(-1, 1), "animations", bounds=True)
+        return at, self._accessor("weights of keys", weights.reshape(-1, 1), "animations")
 
     def finish(self) -> tuple[list[dict[str, Any]], bytes]:
         """The buffer views and the buffer."""

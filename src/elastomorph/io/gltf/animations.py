@@ -7,8 +7,9 @@ line between keys is played alike everywhere, and costs a few kilobytes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,9 +33,9 @@ _BESIDE = 1e-3
 class Clip:
     """An animation of the morph target weights."""
 
-    name: str  # Its name
-    times: NDArray[np.float32]  # (T,) float32 seconds, rising
-    weights: NDArray[np.float32]  # (T, targets) float32
+    name: str
+    times: NDArray[np.float32]  # (T,) seconds, rising
+    weights: NDArray[np.float32]  # (T, targets)
     key_error: float  # Largest distance of a vertex from its path between keys, fraction of D
 
 
@@ -53,21 +54,11 @@ def slider_clips(
         curves = [morph.bend_curves[k] for k in kept.bends]
         moved = [morph.delta, *kept.displacements]
         sizes = np.array([np.linalg.norm(field, axis=1).max() / scale for field in moved])
-
-        def moves(
-            t: NDArray[np.float64],
-            curves: Sequence[BendCurve] = curves,
-            sizes: NDArray[np.float64] = sizes,
-        ) -> NDArray[np.float64]:
-            at = timing.at(t)
-            return sizes[:, None] * np.stack([at, *(curve(at) for curve in curves)])
-
-        straight = not curves and timing is linear
-        breaks = np.unique([time for curve in curves for time in curve.breaks[1:-1]])
-        corners = _moments(timing, breaks)
-        times, error = (
-            (np.array([0.0, 1.0]), 0.0) if straight else _keys(moves, corners, tolerance, fps)
-        )
+        times, error = np.array([0.0, 1.0]), 0.0
+        if curves or timing is not linear:
+            breaks = np.unique([time for curve in curves for time in curve.breaks[1:-1]])
+            moves = partial(_moves, timing, curves, sizes)
+            times, error = _keys(moves, _moments(timing, breaks), tolerance, fps)
         weights = np.zeros((len(times), len(targets.names)), dtype=np.float32)
         _fill(weights, kept, curves, timing.at(times))
         clips.append(Clip(name, times.astype(np.float32), weights, error))
@@ -93,7 +84,7 @@ def performance_clip(
 
 def weight_animation(accessors: AccessorWriter, clip: Clip) -> dict[str, Any]:
     """An animation of the weights of node 0."""
-    times, weights = accessors.times(clip.times), accessors.weights(clip.weights)
+    times, weights = accessors.keys(clip.times, clip.weights)
     return {
         "name": clip.name,
         "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}],
@@ -102,14 +93,19 @@ def weight_animation(accessors: AccessorWriter, clip: Clip) -> dict[str, Any]:
 
 
 def _fill(
-    weights: NDArray[np.float32],
-    kept: KeptMorph,
-    curves: Sequence[BendCurve],
-    times: NDArray[np.float64],
+    weights: NDArray[np.float32], kept: KeptMorph, curves: list[BendCurve], t: NDArray[np.float64]
 ) -> None:
-    weights[:, kept.first] = times
+    weights[:, kept.first] = t
     for place, curve in enumerate(curves):
-        weights[:, kept.first + 1 + place] = curve(times)
+        weights[:, kept.first + 1 + place] = curve(t)
+
+
+def _moves(
+    timing: Timing, curves: list[BendCurve], sizes: NDArray[np.float64], when: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(1 + curves, T) how far Δ and each bend move a vertex at most."""
+    t = timing.at(when)
+    return sizes[:, None] * np.stack([t, *(curve(t) for curve in curves)])
 
 
 def _moments(timing: Timing, times: NDArray[np.float64]) -> NDArray[np.float64]:

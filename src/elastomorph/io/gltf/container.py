@@ -27,24 +27,18 @@ _HALF_CHARACTER = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 class GltfFile:
-    """An open document whose parts are checked as they are asked for.
-
-    Attributes:
-        path: The file as the user named it.
-        document: The JSON document.
-        budget: Memory that the file, and those it brings with it, may still take.
-    """
+    """An open document whose parts are checked as they are asked for."""
 
     def __init__(self, path: str | Path, document: dict[str, Any], blob: bytes, size: int) -> None:
         self.path = path
         self.document = document
-        self.budget = MemoryBudget(path, size)
+        self.budget = MemoryBudget(path, size)  # of the file and those it brings with it
         self._blob = blob
         self._read: dict[Path, bytes] = {}
         self.buffer: Callable[[int], memoryview] = cache(self._buffer)
 
     def refuse(self, problem: str) -> NoReturn:
-        """Refuse the file."""
+        """Refuse the file by a FormatError."""
         raise FormatError(self.path, problem)
 
     def items(self, key: str) -> list[Any]:
@@ -54,11 +48,7 @@ class GltfFile:
     def item(self, key: str, number: Any, of: str) -> dict[str, Any]:
         """An object of a list of the document, by a number that the file gives."""
         items = self.items(key)
-        if (
-            not isinstance(number, int)
-            or isinstance(number, bool)
-            or number not in range(len(items))
-        ):
+        if type(number) is not int or number not in range(len(items)):
             self.refuse(f"{of} names number {_shown(number)} of {len(items)} {key}")
         if not isinstance(items[number], dict):
             self.refuse(f"number {number} of {key} is no object")
@@ -86,7 +76,7 @@ class GltfFile:
         found = holder.get(key, default)
         if isinstance(found, float) and found.is_integer():  # 12.0 is whole in JSON
             found = int(found)
-        if not isinstance(found, int) or isinstance(found, bool) or found < 0:
+        if type(found) is not int or found < 0:
             self.refuse(f"'{key}' of {of} is {_shown(found)}; expected a whole number from 0")
         return found
 
@@ -155,9 +145,8 @@ def open_gltf(path: str | Path) -> GltfFile:
     """Open a .glb or .gltf file; which of them it is, its first bytes tell."""
     content = read_bytes(path)
     text, blob = _chunks(path, content) if content.startswith(_MAGIC) else (content, b"")
-    document = _parsed(path, text)
-    file = GltfFile(path, document, blob, len(content))
-    version = file.object_in(document, "asset", "the document").get("version")
+    file = GltfFile(path, _parsed(path, text), blob, len(content))
+    version = file.object_in(file.document, "asset", "the document").get("version")
     if not isinstance(version, str) or not version.startswith("2."):
         file.refuse(f"glTF version {_shown(version)}; only glTF 2.0 is read. Export it again")
     return file

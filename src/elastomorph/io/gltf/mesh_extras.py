@@ -121,10 +121,8 @@ def _labels(stored: Any, polygons: int) -> FaceLabels | None:
         return None
     _require(isinstance(stored, dict), "labels that are no object")
     names = stored.get("names", [])
-    _require(
-        isinstance(names, list) and all(isinstance(name, str) for name in names),
-        "names of labels that are no texts",
-    )
+    are_texts = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    _require(are_texts, "names of labels that are no texts")
     of_polygon = unpacked(stored.get("of_polygon"), polygons)
     _require(_within(of_polygon, -1, len(names) - 1), "a label that does not exist")
     return FaceLabels(tuple(names), of_polygon)
@@ -186,7 +184,7 @@ def _table(
 
 def _whole(stored: Mapping[str, Any], key: str, least: int, most: int) -> int:
     value = stored.get(key)
-    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+    if type(value) is not int or not least <= value <= most:
         raise ValueError(f"'{key}' is no whole number from {least} to {most}")
     return value
 

@@ -71,16 +71,6 @@ class MorphTargets:
                 (names if k in morphs[-1].bends else dropped).append(title)
         return cls(tuple(names), tuple(morphs), tuple(dropped))
 
-    @property
-    def dropped_error(self) -> float:
-        """The largest of the morphs, fraction of D."""
-        return max((kept.dropped_error for kept in self.morphs), default=0.0)
-
-    @property
-    def rounding_error(self) -> float:
-        """The largest of the morphs, fraction of D."""
-        return max((kept.rounding_error for kept in self.morphs), default=0.0)
-
 
 def _peak(curve: BendCurve) -> float:
     """The largest |b(t)| on [0, 1], to within a thousandth."""

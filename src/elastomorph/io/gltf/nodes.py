@@ -65,8 +65,8 @@ def _placed(file: GltfFile, node: dict[str, Any], world: NDArray[np.float64]) ->
     mesh = file.item("meshes", node["mesh"], "a node")
     names = (holder.get("name") for holder in (node, mesh))
     known = tuple(dict.fromkeys(name for name in names if isinstance(name, str)))
-    numbered = (f"mesh {node['mesh']}",)
-    return PlacedMesh(node["mesh"], known or numbered, world[:3, :3], world[:3, 3])
+    names_or_number = known or (f"mesh {node['mesh']}",)
+    return PlacedMesh(node["mesh"], names_or_number, world[:3, :3], world[:3, 3])
 
 
 def _bound(
@@ -110,28 +110,24 @@ def _transform(file: GltfFile, node: dict[str, Any], number: int) -> NDArray[np.
     """(4, 4) of a node."""
     of = f"node {number}"
     if "matrix" in node:
-        return np.array(_numbers(file, node, "matrix", 16, of)).reshape(4, 4).T
-    x, y, z, w = _numbers(file, node, "rotation", 4, of, (0, 0, 0, 1))
+        return np.array(_numbers(file, node, "matrix", of, [0] * 16)).reshape(4, 4).T
+    x, y, z, w = _numbers(file, node, "rotation", of, [0, 0, 0, 1])
     matrix = np.eye(4)
     matrix[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
-    matrix[:3, :3] *= _numbers(file, node, "scale", 3, of, (1, 1, 1))
-    matrix[:3, 3] = _numbers(file, node, "translation", 3, of, (0, 0, 0))
+    matrix[:3, :3] *= _numbers(file, node, "scale", of, [1, 1, 1])
+    matrix[:3, 3] = _numbers(file, node, "translation", of, [0, 0, 0])
     return matrix
 
 
 def _numbers(
-    file: GltfFile,
-    node: dict[str, Any],
-    key: str,
-    count: int,
-    of: str,
-    default: tuple[float, ...] = (),
+    file: GltfFile, node: dict[str, Any], key: str, of: str, default: list[float]
 ) -> list[float]:
-    values = file.list_in(node, key, of) if key in node else list(default)
+    """As many numbers as the default has."""
+    values, count = file.list_in({key: default} | node, key, of), len(default)
     if len(values) != count or not all(_is_real(value) for value in values):
         file.refuse(f"'{key}' of {of} must be {count} finite numbers")
     return [float(value) for value in values]

@@ -46,23 +46,18 @@ class Primitives:
         return sum(len(own.vertices) for own in self.attributes)
 
     def vertices(self) -> NDArray[np.float64]:
-        """The number of an attribute of the vertices, or of a morph target, (N, 2) or (N, 3).
-
-        Bounds, as positions must have, are its least and greatest value; sparse, only the rows that
-        are not zero are stored, where that is smaller.
-        """
+        """(V, 3) positions of all vertices."""
         return np.concatenate([own.vertices for own in self.attributes])
 
     def texture(self) -> NDArray[np.float64] | None:
         """(V, 2) texture coordinates, v from the top, NaN where there are none; or None."""
         if all(own.texture is None for own in self.attributes):
             return None
-        return np.concatenate(
-            [
-                np.full((len(own.vertices), 2), np.nan) if own.texture is None else own.texture
-                for own in self.attributes
-            ]
-        )
+        found = np.full((self.count, 2), np.nan)
+        for own in self.attributes:
+            if own.texture is not None:
+                found[own.start : own.start + len(own.vertices)] = own.texture
+        return found
 
     def displacement(self, target: str) -> NDArray[np.float64]:
         """(V, 3) what a morph target moves."""
@@ -226,7 +221,8 @@ def _target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
         for holder in holders
         if isinstance(holder.get("targets"), list)
     ]
-    given: list[Any] = next((names for names in lists if _has_names(names)), [])
+    named = (own for own in lists if isinstance(own, list) and any(type(n) is str for n in own))
+    given: list[Any] = next(named, [])
     given = [*given[:count], *[None] * (count - len(given))]
     return different_names(
         name if isinstance(name, str) else f"target_{number}" for number, name in enumerate(given)
@@ -236,10 +232,6 @@ def _target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
 def _extras(holder: Any) -> dict[str, Any]:
     extras = holder.get("extras") if isinstance(holder, dict) else None
     return extras if isinstance(extras, dict) else {}
-
-
-def _has_names(names: Any) -> bool:
-    return isinstance(names, list) and any(isinstance(name, str) for name in names)
 
 
 def _turned(vectors: NDArray[np.float64], linear: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -62,9 +62,10 @@ class StoredRig:
 
 def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
     """The description of a rig whose Δ and bends are the given targets."""
-    morphs = []
-    for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True):
-        morphs.append(
+    sliders = rig.sliders
+    return {
+        "version": _VERSION,
+        "morphs": [
             {
                 "name": name,
                 "target": targets.names[kept.first],
@@ -77,17 +78,10 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
                     for target, k in zip(targets.names[kept.first + 1 :], kept.bends, strict=False)
                 ],
             }
-        )
-    return {
-        "version": _VERSION,
-        "morphs": morphs,
-        "correctives": [
-            {"name": name, "drivers": list(drivers)}
-            for name, drivers in rig.sliders.correctives.items()
+            for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True)
         ],
-        "groups": [
-            {"name": name, "members": list(members)} for name, members in rig.sliders.groups.items()
-        ],
+        "correctives": [{"name": n, "drivers": [*own]} for n, own in sliders.correctives.items()],
+        "groups": [{"name": n, "members": [*own]} for n, own in sliders.groups.items()],
     }
 
 
@@ -117,11 +111,8 @@ def stored_rig(stored: Any, targets: Sequence[str], budget: MemoryBudget) -> Sto
     )
     lists = (*found.correctives.values(), *found.groups.values())
     budget.spend_lookups(2 * sum(map(len, lists)), len(names))  # here, and by the rig
-    Sliders(
-        tuple(names),
-        {name: tuple(drivers) for name, drivers in found.correctives.items()},
-        {name: tuple(members) for name, members in found.groups.items()},
-    )
+    correctives = {name: tuple(drivers) for name, drivers in found.correctives.items()}
+    Sliders(tuple(names), correctives, {name: tuple(own) for name, own in found.groups.items()})
     return found
 
 

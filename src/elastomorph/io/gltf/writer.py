@@ -22,7 +22,6 @@ from elastomorph.io.gltf.mesh_extras import surface_extras
 from elastomorph.io.gltf.morph_targets import MorphTargets, with_positive_weights
 from elastomorph.io.gltf.normals import NormalField, normal_deltas
 from elastomorph.io.gltf.rig_extras import rig_extras
-from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 from elastomorph.rig.timing import Timing, linear
 
@@ -33,6 +32,17 @@ _POINTS, _TRIANGLES = 0, 4
 Performance = tuple[ArrayLike, ArrayLike, str]
 """Times (T,) in seconds, weights (T, J) of the sliders of a rig, and a name."""
 
+# The default of glTF is bare metal, which is black where nothing is reflected.
+_MATERIAL = {
+    "pbrMetallicRoughness": {
+        "baseColorFactor": [0.8, 0.8, 0.8, 1.0],
+        "metallicFactor": 0.0,
+        "roughnessFactor": 0.7,
+    },
+    "emissiveFactor": [0.0, 0.0, 0.0],
+    "alphaMode": "OPAQUE",
+    "doubleSided": False,
+}
 # A normal that turns by less (0.06°) is lit alike; writing it would make most targets dense.
 _LEAST_TURN = 1e-3
 # The largest single float is 3.4e38; differences and sums of coordinates must fit too.
@@ -150,16 +160,17 @@ def _file(
     neutral = rig.neutral
     layout = lay_out(neutral)
     accessors = AccessorWriter()
-    attributes = _attributes(accessors, neutral, layout)
-    displaced = _displaced(accessors, rig, targets, layout, with_normals, sparse)
+    primitives = _primitives(accessors, rig, targets, layout, with_normals, sparse)
     stored = {**rig_extras(rig, targets), "surface": surface_extras(neutral, layout)}
     mesh = {
         "extras": {"targetNames": list(targets.names), "elastomorph": stored},
-        "primitives": _primitives(accessors, layout, attributes, displaced),
+        "primitives": primitives,
         "weights": [0.0] * len(targets.names),
         "name": "face",
     }
     animations = [weight_animation(accessors, clip) for clip in clips] if targets.names else []
+    names = neutral.materials.names if neutral.materials is not None else ()
+    labels = [own.label for own in layout.primitives]
     views, blob = accessors.finish()
     document = without_empty(
         {
@@ -168,7 +179,9 @@ def _file(
             "asset": {"generator": "elastomorph", "version": "2.0"},
             "bufferViews": views,
             "buffers": [{"byteLength": len(blob)}],
-            "materials": _materials(neutral, layout),
+            "materials": [
+                _MATERIAL | {"name": names[label] if label >= 0 else "unnamed"} for label in labels
+            ],
             "meshes": [mesh],
             "nodes": [{"mesh": 0, "name": "face"}],
             "scene": 0,
@@ -186,91 +199,55 @@ def _file(
         bends=len(targets.names) - len(rig.morphs),
         dropped_bends=targets.dropped,
         bytes=size,
-        dropped_error=targets.dropped_error,
-        rounding_error=targets.rounding_error,
+        dropped_error=max((kept.dropped_error for kept in targets.morphs), default=0.0),
+        rounding_error=max((kept.rounding_error for kept in targets.morphs), default=0.0),
         key_error=max((clip.key_error for clip in clips), default=0.0),
         parts={"json": size - len(blob), **accessors.sizes},
     )
 
 
-def _attributes(accessors: AccessorWriter, mesh: Mesh, layout: Layout) -> dict[str, int]:
-    """Accessors of the neutral."""
-    points = layout.rows(mesh.vertices)
-    found = {"POSITION": accessors.vertices(points, "surface", bounds=True)}
-    if len(mesh.faces):
-        normals = layout.rows(NormalField.of(mesh.faces).normals(mesh.vertices))
-        found["NORMAL"] = accessors.vertices(normals, "surface")
-    if layout.texture is not None:
-        found["TEXCOORD_0"] = accessors.vertices(layout.texture, "surface")
-    return found
-
-
-def _displaced(
+def _primitives(
     accessors: AccessorWriter,
     rig: Rig,
     targets: MorphTargets,
     layout: Layout,
     with_normals: bool,
     sparse: bool,
-) -> list[dict[str, int]]:
-    """Accessors of each morph target."""
-    corners = NormalField.of(rig.neutral.faces)
-    at_rest = corners.normals(rig.neutral.vertices)
-    displaced = []
+) -> list[dict[str, Any]]:
+    """One primitive a material, all on the same vertices and morph targets."""
+    vertices, faces = rig.neutral.vertices, rig.neutral.faces
+    corners = NormalField.of(faces)
+    at_rest = corners.normals(vertices)
+    shown = {"POSITION": accessors.vertices(layout.rows(vertices), "surface", bounds=True)}
+    if len(faces):
+        shown["NORMAL"] = accessors.vertices(layout.rows(at_rest), "surface")
+    if layout.texture is not None:
+        shown["TEXCOORD_0"] = accessors.vertices(layout.texture, "surface")
+    displaced: list[dict[str, int]] = []
     for morph, kept in zip(rig.morphs.values(), targets.morphs, strict=True):
         group = []
         for moved in (morph.delta, *kept.displacements):
             rows = layout.rows(moved)
             number = accessors.vertices(rows, "positions", bounds=True, sparse=sparse)
             group.append({"POSITION": number})
-        if with_normals and len(rig.neutral.faces):
+        if with_normals and len(faces):
             turned = normal_deltas(corners, morph, kept.bends, at_rest)
             turned[np.linalg.norm(turned, axis=2) < _LEAST_TURN] = 0.0
             for target, each in zip(group, turned, strict=True):
                 rows = layout.rows(each)
                 target["NORMAL"] = accessors.vertices(rows, "normals", sparse=sparse)
         displaced += group
-    return displaced
-
-
-def _primitives(
-    accessors: AccessorWriter,
-    layout: Layout,
-    attributes: dict[str, int],
-    targets: list[dict[str, int]],
-) -> list[dict[str, Any]]:
-    """One primitive a material, all on the same vertices."""
     if not layout.primitives:  # markers without a surface
-        return [{"attributes": attributes, "mode": _POINTS, "targets": targets}]
+        return [{"attributes": shown, "mode": _POINTS, "targets": displaced}]
     return [
         {
-            "attributes": attributes,
+            "attributes": shown,
             "indices": accessors.indices(own.triangles, len(layout.vertex_of)),
             "mode": _TRIANGLES,
             "material": number,
-            "targets": targets,
+            "targets": displaced,
         }
         for number, own in enumerate(layout.primitives)
-    ]
-
-
-def _materials(mesh: Mesh, layout: Layout) -> list[dict[str, Any]]:
-    """A plain material for each primitive, of the name the mesh has for it."""
-    names = mesh.materials.names if mesh.materials is not None else ()
-    return [
-        {
-            # The default of glTF is bare metal, which is black where nothing is reflected.
-            "pbrMetallicRoughness": {
-                "baseColorFactor": [0.8, 0.8, 0.8, 1.0],
-                "metallicFactor": 0.0,
-                "roughnessFactor": 0.7,
-            },
-            "emissiveFactor": [0.0, 0.0, 0.0],
-            "alphaMode": "OPAQUE",
-            "doubleSided": False,
-            "name": names[own.label] if own.label >= 0 else "unnamed",
-        }
-        for own in layout.primitives
     ]
 
 
@@ -292,10 +269,8 @@ def require_glb_settings(
 
 
 def _require_storable(path: str | Path, rig: Rig) -> None:
-    shapes = [rig.neutral.vertices]
-    for morph in rig.morphs.values():
-        shapes += [morph.target.vertices, morph.bends]
-    largest = max(float(np.abs(shape).max(initial=0.0)) for shape in shapes)
+    shapes = [own for m in rig.morphs.values() for own in (m.target.vertices, m.bends)]
+    largest = max(float(np.abs(own).max(initial=0.0)) for own in [rig.neutral.vertices, *shapes])
     if largest > _LARGEST:
         raise FormatError(
             path, f"a coordinate of {largest:.3g} is too large for single precision; scale the rig"
