@@ -9,9 +9,9 @@ asks for little.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from elastomorph._lazy import lazy_names
 from elastomorph._renamed import accept_old_names
 from elastomorph.errors import *  # noqa: F403
 from elastomorph.errors import __all__ as _errors
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
     from elastomorph.curves import Curve as Curve
     from elastomorph.curves import CurveNetwork as CurveNetwork
     from elastomorph.curves import edge_loops as edge_loops
-    from elastomorph.curves import extract_curves as extract_curves
+    from elastomorph.curves.extraction import extract_curves as extract_curves
     from elastomorph.evaluation import Evaluation as Evaluation
     from elastomorph.evaluation import Suggestion as Suggestion
     from elastomorph.evaluation import evaluate as evaluate
     from elastomorph.evaluation import suggest_inbetweens as suggest_inbetweens
     from elastomorph.fitting import Fit as Fit
     from elastomorph.fitting.fit import fit as fit
-    from elastomorph.io import read as read
-    from elastomorph.io import read_rig as read_rig
-    from elastomorph.io import read_sequence as read_sequence
-    from elastomorph.io import write as write
-    from elastomorph.io import write_sequence as write_sequence
+    from elastomorph.io.registry import read as read
+    from elastomorph.io.registry import write as write
+    from elastomorph.io.rig_folder import read_rig as read_rig
+    from elastomorph.io.sequences import read_sequence as read_sequence
+    from elastomorph.io.sequences import write_sequence as write_sequence
     from elastomorph.model.bend_curve import BendCurve as BendCurve
     from elastomorph.model.mesh import Mesh as Mesh
     from elastomorph.model.morph import Morph as Morph
@@ -43,45 +43,38 @@ if TYPE_CHECKING:
     from elastomorph.paths.through import through as through
     from elastomorph.physics import Load as Load
     from elastomorph.physics import Material as Material
-    from elastomorph.rig import Rig as Rig
     from elastomorph.rig import timing as timing
+    from elastomorph.rig.rig import Rig as Rig
 
-_HOMES: dict[str, tuple[str, ...]] = {
-    "elastomorph.paths.bake": ("bake",),
-    "elastomorph.paths.interpolate": ("interpolate", "prepare"),
-    "elastomorph.paths.through": ("through",),
-    "elastomorph.model.bend_curve": ("BendCurve",),
-    "elastomorph.curves": ("Curve", "CurveNetwork", "edge_loops", "extract_curves"),
-    "elastomorph.evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
-    "elastomorph.fitting": ("Fit",),
-    "elastomorph.fitting.fit": ("fit",),
-    "elastomorph.io": ("read", "read_rig", "read_sequence", "write", "write_sequence"),
-    "elastomorph.model.mesh": ("Mesh",),
-    "elastomorph.model.morph": ("Morph",),
-    "elastomorph.paths": ("Method",),
-    "elastomorph.physics": ("Load", "Material"),
-    "elastomorph.rig": ("Rig",),
-    "elastomorph.model.sequence": ("MeshSequence",),
+_HOMES = {
+    "curves": ("Curve", "CurveNetwork", "edge_loops"),
+    "curves.extraction": ("extract_curves",),
+    "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
+    "fitting": ("Fit",),
+    "fitting.fit": ("fit",),
+    "io.registry": ("read", "write"),
+    "io.rig_folder": ("read_rig",),
+    "io.sequences": ("read_sequence", "write_sequence"),
+    "model.bend_curve": ("BendCurve",),
+    "model.mesh": ("Mesh",),
+    "model.morph": ("Morph",),
+    "model.sequence": ("MeshSequence",),
+    "paths": ("Method",),
+    "paths.bake": ("bake",),
+    "paths.interpolate": ("interpolate", "prepare"),
+    "paths.through": ("through",),
+    "physics": ("Load", "Material"),
+    "rig": ("timing",),
+    "rig.rig": ("Rig",),
 }
 """The module of each public name that is no error."""
 
-_HOME = {name: module for module, names in _HOMES.items() for name in names}
-
-__all__ = sorted({*_HOME, *_errors})
+__all__ = sorted({*(name for names in _HOMES.values() for name in names), *_errors})
 
 accept_old_names()
 
-
-def __getattr__(name: str) -> Any:
-    if name == "timing":
-        return import_module("elastomorph.rig.timing")
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOME[name]), name)
-    globals()[name] = value
-    return value
+__getattr__ = lazy_names(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:
-    special = (name for name in globals() if name.startswith("__"))
-    return sorted({*special, *__all__, "timing"})
+    return sorted({*(name for name in globals() if name.startswith("__")), *__all__})

@@ -10,16 +10,17 @@ from typing import Any
 __all__ = ["lazy_names"]
 
 
-def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
-    """The module ``__getattr__`` of a package whose names live in these modules below it.
+def lazy_names(package: str, homes: Mapping[str, tuple[str, ...]]) -> Callable[[str], Any]:
+    """The module ``__getattr__`` of a package with these names from these modules below it.
 
     Processes that read one file with one library start in half the time without the rest.
     """
+    home_of = {name: f"{package}.{home}" for home, names in homes.items() for name in names}
 
     def found(name: str) -> Any:
-        if name not in homes:
+        if name not in home_of:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(import_module(f"{package}.{homes[name]}"), name)
+        value = getattr(import_module(home_of[name]), name)
         setattr(sys.modules[package], name, value)
         return value
 

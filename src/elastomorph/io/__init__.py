@@ -16,8 +16,8 @@ __all__ = ["read", "read_rig", "read_sequence", "write", "write_sequence"]
 __getattr__ = lazy_names(
     __name__,
     {
-        **dict.fromkeys(("read", "write"), "registry"),
-        "read_rig": "rig_folder",
-        **dict.fromkeys(("read_sequence", "write_sequence"), "sequences"),
+        "registry": ("read", "write"),
+        "rig_folder": ("read_rig",),
+        "sequences": ("read_sequence", "write_sequence"),
     },
 )

@@ -14,4 +14,4 @@ if TYPE_CHECKING:
 
 __all__ = ["read_fbx"]
 
-__getattr__ = lazy_names(__name__, {"read_fbx": "reader"})
+__getattr__ = lazy_names(__name__, {"reader": ("read_fbx",)})

@@ -11,4 +11,4 @@ if TYPE_CHECKING:
 
 __all__ = ["read_npz", "read_npz_sequence", "write_npz", "write_npz_sequence"]
 
-__getattr__ = lazy_names(__name__, dict.fromkeys(__all__, "mesh"))
+__getattr__ = lazy_names(__name__, {"mesh": (*__all__,)})

@@ -15,5 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["BlendShapeReport", "UsdReport", "read_usd", "write_usd"]
 
-_WRITER = ("BlendShapeReport", "UsdReport", "write_usd")
-__getattr__ = lazy_names(__name__, {"read_usd": "reader", **dict.fromkeys(_WRITER, "writer")})
+__getattr__ = lazy_names(
+    __name__,
+    {"reader": ("read_usd",), "writer": ("BlendShapeReport", "UsdReport", "write_usd")},
+)
