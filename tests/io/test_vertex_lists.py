@@ -1,4 +1,4 @@
-"""Curve files: round trips, both forms, and complaints that name the curve and the vertex."""
+"""Curves round trip in both forms, and complaints name curve and vertex; regions of all kinds."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from elastomorph.curves import Curve, CurveNetwork
-from elastomorph.errors import FileError, FormatError
-from elastomorph.io.vertex_lists import read_curves, write_curves
+from elastomorph.errors import ElastomorphError, FileError, FormatError, ParameterError
+from elastomorph.io.vertex_lists import read_curves, read_region, write_curves
 
 patiently = settings(
     max_examples=150,
@@ -190,3 +190,30 @@ def test_whatever_a_file_holds_it_is_read_or_refused(tmp_path, content):
     except FormatError:
         return
     CurveNetwork(curves, 9)
+
+
+def test_ranges_and_files_say_the_same(tmp_path: Path) -> None:
+    plain, named = tmp_path / "a.json", tmp_path / "b.json"
+    plain.write_text("[3, 4, 5, 9]")
+    named.write_text('{"vertices": [3, 4, 5, 9]}')
+    for region in ("3-5,9", plain, str(named)):
+        assert read_region(region).tolist() == [3, 4, 5, 9]
+
+
+@pytest.mark.parametrize("text", ["", "a", "3-", "5-3", "-2", "1,,2", "0-99999999999", "1.5"])
+def test_ranges_that_are_none(text: str) -> None:
+    with pytest.raises(ParameterError, match="range"):
+        read_region(text)
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1.5]", "[true]", "[-1]", "[" * 100_000, "7"])
+def test_files_that_hold_no_region(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "region.json"
+    file.write_text(text)
+    with pytest.raises(FormatError, match=r"region\.json"):
+        read_region(file)
+
+
+def test_a_region_in_no_file(tmp_path: Path) -> None:
+    with pytest.raises(ElastomorphError, match=r"no\.json"):
+        read_region(tmp_path / "no.json")
