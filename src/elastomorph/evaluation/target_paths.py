@@ -109,15 +109,13 @@ def target_paths(
     found = []
     for number, (name, target) in enumerate(targets.items(), start=1):
         progress(f"choosing a path for {name}, {number} of {len(targets)}")
-        found.append(_described(name, to(target)))
+        morph = to(target)
+        choice = morph.choice or Choice(0.0, 0.0)
+        moved = sum(int(bend.any(axis=1).sum()) for bend in morph.bends)
+        bends, error = len(morph.bends), morph.bake_error
+        found.append(TargetPath(name, choice, bends, moved, error, _flips(morph)))
     found.sort(key=lambda path: -path.choice.distance)
     return TargetPaths(extent, tuple(found))
-
-
-def _described(name: str, morph: Morph) -> TargetPath:
-    choice = morph.choice or Choice(0.0, 0.0)
-    moved = sum(int(bend.any(axis=1).sum()) for bend in morph.bends)
-    return TargetPath(name, choice, len(morph.bends), moved, morph.bake_error, _flips(morph))
 
 
 def _flips(morph: Morph) -> int:
