@@ -77,25 +77,17 @@ class Arcs:
     bend: ArcBend
 
     @classmethod
-    def of(cls, neutral: Mesh, target: Mesh, around: Neighbourhoods) -> Arcs:
-        """Find the rotations of a target and its arcs."""
-        rotations = local_rotations(neutral, target, around, _RINGS)
-        return cls._with(neutral, target, around, rotations)
-
-    @classmethod
-    def _with(
-        cls, neutral: Mesh, target: Mesh, around: Neighbourhoods, rotations: VertexRotations
+    def of(
+        cls, neutral: Mesh, target: Mesh, around: Neighbourhoods, only_turns: bool = False
     ) -> Arcs:
+        """Find the arcs; with `only_turns` straight where edges hardly turn by their rotations."""
+        rotations = local_rotations(neutral, target, around, _RINGS)
+        if only_turns:
+            rotations = rotations.where_edges_turn(neutral.vertices, target.vertices, around)
         chords = target.vertices - neutral.vertices
         moving = (chords != 0).any(axis=1)
         bend = ArcBend.of(chords[moving], rotations.vectors[moving])
         return cls(neutral, target, around, rotations, moving, bend)
-
-    def where_edges_turn(self) -> Arcs:
-        """Straight in components whose edges hardly turn by their rotations."""
-        start, end = self.neutral.vertices, self.target.vertices
-        rotations = self.rotations.where_edges_turn(start, end, self.around)
-        return self._with(self.neutral, self.target, self.around, rotations)
 
     def at(self, t: float) -> NDArray[np.float64]:
         """(V, 3) offset from the straight line."""

@@ -87,7 +87,7 @@ class Auto(Method):
         def to(target: Mesh) -> Morph:
             found: Arcs | Turning
             if surface is None:
-                found = Arcs.of(neutral, target, around).where_edges_turn()
+                found = Arcs.of(neutral, target, around, only_turns=True)
                 choice = Choice(_longest(found.at(0.5)) / scale, within)
             else:
                 found = Turning.of(neutral, target, around, surface)

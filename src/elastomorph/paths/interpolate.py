@@ -100,7 +100,11 @@ def prepare(
     count = len(neutral.vertices)
     if count < 3:
         raise MeshError(f"{neutral.name} has {count} vertices; a face needs at least 3")
-    chosen = _method(method, settings)
+    if isinstance(method, Method) and (given := _given(**settings)):
+        raise ParameterError(
+            f"give {', '.join(sorted(given))} within the Method, or the method by its name"
+        )
+    chosen = method if isinstance(method, Method) else Method.parse(method, **settings)
     if curves is not None:
         require_curves_of(curves, count, neutral.name)
     own = _given(rigidity=rigidity, pinned=pinned, extent=extent)
@@ -118,17 +122,6 @@ def prepare(
     weights = weights_inside(neutral, network, region, border.get("falloff", 3))
     prepared = chosen.prepare(neutral, network.restricted(region), **own)
     return one_blas_thread()(blend_into_rest(prepared, weights, border.get("rest", "linear")))
-
-
-def _method(method: str | Method, settings: dict[str, object]) -> Method:
-    given = _given(**settings)
-    if not isinstance(method, Method):
-        return Method.parse(method, **settings)
-    if given:
-        raise ParameterError(
-            f"give {', '.join(sorted(given))} within the Method, or the method by its name"
-        )
-    return method
 
 
 def _given(**options: Any) -> dict[str, Any]:

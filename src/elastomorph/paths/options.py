@@ -142,16 +142,12 @@ def choice(default: str, among: Sequence[str], means: str, **more: Any) -> Any:
 
 def order() -> Any:
     """R of the load t^R."""
-
-    def check(value: Any, _: str) -> int:
-        return Load.power(value).order
-
     return option(
         2,
         "whole",
         "order R of the load t^R",
         "3",
-        check,
+        lambda value, _: Load.power(value).order,
         word=Word(_digits, "R", "order (a whole number)", ("2", "3"), needed=True),
         with_name=True,
     )
@@ -159,18 +155,12 @@ def order() -> Any:
 
 def load() -> Any:
     """A polynomial load in place of t^R."""
-
-    def check(value: Any, what: str) -> Load | None:
-        if value is not None and not isinstance(value, Load):
-            raise ParameterError(f"{what} must be a Load, such as Load([0, 1]), found {value!r}")
-        return value
-
     return option(
         None,
         "numbers",
         "polynomial load p₁t + p₂t² + … in place of an order: p₁, p₂, …",
         "[0.2, 0.8]",
-        check,
+        _instance(Load | None, "Load, such as Load([0, 1])"),
         with_name=True,
         made=Load,
     )
@@ -199,18 +189,12 @@ def harmonics() -> Any:
 
 def material() -> Any:
     """m, c and k."""
-
-    def check(value: Any, what: str) -> Material:
-        if not isinstance(value, Material):
-            raise ParameterError(f"{what} must be a Material, found {value!r}")
-        return value
-
     return option(
         Material(),
         "table",
         "mass, damping and rigidity of what moves",
         "{ damping = 2.0 }",
-        check,
+        _instance(Material, "Material"),
         label=lambda m: f"m={m.mass:g} c={m.damping:g} k={m.rigidity:g}",
         made=lambda constants: Material(**constants),
         parts={
@@ -224,6 +208,15 @@ def material() -> Any:
 def tolerance() -> Any:
     """How closely bends hold a path."""
     return number(1e-4, "how closely bends hold their path, as a fraction of D", "1e-5", above=0)
+
+
+def _instance(kind: Any, words: str) -> Check:
+    def check(value: Any, what: str) -> Any:
+        if not isinstance(value, kind):
+            raise ParameterError(f"{what} must be a {words}, found {value!r}")
+        return value
+
+    return check
 
 
 def as_float(text: str) -> float | None:

@@ -49,11 +49,11 @@ class Plate(Loaded):
         rigidity: ArrayLike | None = None,
         pinned: ArrayLike | None = None,
     ) -> Prepared:
-        """A function from target to path; the operators of the neutral are factored once.
+        """As `Method.prepare`; curves are not used, and the neutral is factored once.
 
         Args:
             neutral: The mesh at t = 0, with polygons.
-            curves: Not used; a plate needs none.
+            curves: Not used.
             rigidity: A factor of ``material.rigidity`` everywhere, or (V,) painted for each
                 vertex; above 0, within a ratio of a million.
             pinned: Vertex indices, or (V,) bool: these follow the limit law p(t)/p(1) exactly, and
