@@ -202,21 +202,9 @@ def write_evaluation(
     faces: Sequence[Picture] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> list[Path]:
-    """Write the table, the errors and the graphs of an evaluation, and pictures of it.
+    """Write table, errors, graphs and ``faces`` drawn already into a folder that exists.
 
-    Args:
-        evaluation: Methods compared with a recorded motion.
-        folder: Where to write; it must exist.
-        graphs: Draw graphs too, which needs the extra ``demo``.
-        faces: Pictures drawn already, see `evaluation_pictures`; they need the extra too.
-        say: Told what is being done.
-
-    Returns:
-        The files written.
-
-    Raises:
-        FileError: A file cannot be written.
-        MissingExtraError: matplotlib or vtk is not installed.
+    Returns the files written. Graphs and faces need the extra ``demo``.
     """
     written = [folder / name for name in ("table.csv", "errors.csv", "evaluation.json")]
     evaluation.to_csv(written[0])

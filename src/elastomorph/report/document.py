@@ -36,14 +36,7 @@ class Section:
 def document(
     title: str, subtitle: str, sections: Sequence[Section], *, viewer: bool = False
 ) -> str:
-    """A whole page.
-
-    Args:
-        title: Its heading.
-        subtitle: Below it.
-        sections: In order.
-        viewer: Whether a frame in it runs scripts.
-    """
+    """A whole page; ``viewer`` says whether a frame in it runs scripts."""
     return rendered(
         "elastomorph.report",
         "page.html",
@@ -55,12 +48,7 @@ def document(
 
 
 def require_page_path(path: str | Path) -> None:
-    """Refuse early what could not be written after a long computation.
-
-    Raises:
-        FormatError: The suffix is not .html.
-        FileError: There is no such folder.
-    """
+    """Refuse early what could not be written after a long computation."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise FormatError(path, "a report is a web page; name it with the suffix .html")
     if not Path(path).resolve().parent.is_dir():
@@ -70,10 +58,6 @@ def require_page_path(path: str | Path) -> None:
 
 
 def write_page(path: str | Path, page: str) -> None:
-    """Write a finished page, the whole of it or nothing.
-
-    Raises:
-        FileError: The page cannot be written.
-    """
+    """Write a finished page, the whole of it or nothing."""
     with replacing(path) as file:
         file.write(page.encode())

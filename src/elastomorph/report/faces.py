@@ -32,14 +32,8 @@ def evaluation_pictures(
 ) -> list[Picture]:
     """In-betweens over time (Fig. 6), one moment side by side (Fig. 7), and where methods err.
 
-    Args:
-        evaluation: Methods compared with a recorded motion of a mesh with polygons.
-        lengths: Writes errors.
-        informed: Methods that were given frames of the recording; beside it they show nothing.
-        say: Told what is being drawn.
-
-    Raises:
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
+    For a motion with polygons. ``informed`` methods were given frames of it; beside it they show
+    nothing.
     """
     frame = telling_frame(evaluation)
     pair = [result.label for result in _telling_methods(evaluation, informed)]

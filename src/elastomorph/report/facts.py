@@ -54,13 +54,7 @@ class About:
 
 
 def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ()) -> Section:
-    """The facts of one comparison.
-
-    Args:
-        evaluation: Methods compared with a recorded motion.
-        about: Where the motion came from.
-        informed: Methods that were given frames of it besides its ends.
-    """
+    """The facts of one comparison."""
     truth = evaluation.truth
     facts = [
         ("Face" if evaluation.extent is None else "Parts", face_words(truth.mesh)),

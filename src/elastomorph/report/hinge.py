@@ -41,16 +41,7 @@ class Jaw:
 
 
 def hinge_section(jaw: Jaw, target: str, unit: str = "") -> Section:
-    """The numbers, the picture and the graph of a jaw on its hinge.
-
-    Args:
-        jaw: What was measured and drawn.
-        target: The target that opens the jaw.
-        unit: Unit of the coordinates, or an empty string.
-
-    Raises:
-        MissingExtraError: matplotlib or Pillow is not installed.
-    """
+    """The numbers, the picture and the graph of a jaw on its hinge."""
     hinge, errors = jaw.hinge, jaw.errors
     lengths = Lengths(hinge.neutral.diameter, unit)
     worst = max(errors, key=lambda error: error.parts)

@@ -49,11 +49,7 @@ class Picture:
 
     @property
     def source(self) -> str:
-        """The picture itself as a ``data:`` address of WebP.
-
-        Raises:
-            MissingExtraError: Pillow is not installed.
-        """
+        """The picture itself as a ``data:`` address of WebP."""
         file = BytesIO()
         picture = imported("PIL.Image").fromarray(np.ascontiguousarray(self.image))
         picture.save(file, format="WEBP", quality=_QUALITY, method=4)
@@ -85,16 +81,8 @@ class Graph:
 def inline_svg(draw: Callable[[Path], None], name: str, alt: str) -> Markup:
     """A graph as one ``svg`` element that may stand beside others in a page.
 
-    Its ids begin with ``name``, its style touches nothing else, its words stay words, and it
-    refers to nothing outside.
-
-    Args:
-        draw: Draws the graph into a file ending in .svg.
-        name: A name of its own among the graphs of a page.
-        alt: What the graph shows, for those who do not see it.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
+    Its ids begin with ``name``, its own on a page, its style touches nothing else, its words stay
+    words, and it refers to nothing outside. ``draw`` draws it into a file ending in .svg.
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "graph.svg"

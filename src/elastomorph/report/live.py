@@ -31,15 +31,8 @@ def live_viewer(
 ) -> Section:
     """The viewer in a frame of its own, or a sentence that says why there is none.
 
-    Args:
-        evaluation: Methods compared with a recorded motion.
-        title: What the viewer's page is called.
-        unit: Unit of the coordinates.
-        informed: Methods that were given frames of the recording; the first to be left out.
-        truth: What the viewer calls that motion.
-
-    Returns:
-        The section; its ``page`` is empty where the viewer is left out.
+    ``informed`` methods are the first to be left out. The section's ``page`` is empty where the
+    viewer is.
     """
     page, left_out = "", []
     try:
@@ -74,11 +67,7 @@ def _page(
 
 
 def _fitting(evaluation: Evaluation, informed: Collection[str]) -> tuple[list[MethodResult], int]:
-    """The methods to show and the most recorded frames, so that the page stays small.
-
-    Raises:
-        MeshError: There is no surface, or even the least would be too much.
-    """
+    """The methods to show and the most recorded frames, so that the page stays small."""
     if not len(evaluation.truth.mesh.faces):
         raise MeshError("markers have no surface that could be shown")
     telling, others = _by_interest(evaluation.results, informed)

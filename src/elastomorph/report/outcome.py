@@ -45,14 +45,7 @@ def ranked(lines: Sequence[MethodSummary], error: str) -> list[dict[str, Any]]:
 def errors(
     tables: Sequence[dict[str, Any]], lengths: Lengths, *, shape: bool, informed: Collection[str]
 ) -> Section:
-    """What the columns of tables mean, and the tables.
-
-    Args:
-        tables: From `error_table`.
-        lengths: Says how long 1 % of D is, where there is one D.
-        shape: Whether there are seams, flips and stretch.
-        informed: Methods that were given frames of the recording.
-    """
+    """What the columns of tables mean, and the tables."""
     size = "" if lengths.diameter is None else f" 1 % is {lengths.plain(0.01)}."
     content = {"size": size, "shape": shape, "informed": bool(informed), "tables": tables}
     return Section("errors", "Errors", content)
@@ -68,13 +61,8 @@ def error_table(
 ) -> dict[str, Any]:
     """One row a method, in three groups of columns: at the times, with free timing, shape.
 
-    Args:
-        lines: The methods.
-        caption: What was measured.
-        informed: Methods that were given frames of the recording; none of them is called the best.
-        shape: Whether there are seams, flips and stretch, which markers do not have.
-        timing_known: Whether errors at given times mean anything; if not, none of them is called
-            the best.
+    No method is called the best that was ``informed`` by frames of the recording, nor at given
+    times where the timing is not known.
     """
     timed = "At the recorded times" if timing_known else "At constant speed, assumed"
     groups = {timed: _TIMED, "With free timing": _FREE}

@@ -43,14 +43,7 @@ _SAID = (
 def recipe(
     truth: MeshSequence, evaluation: Evaluation, about: About, *, several: bool = False
 ) -> Section:
-    """The last section of a report.
-
-    Args:
-        truth: What was compared.
-        evaluation: The methods compared.
-        about: Where it came from, and their settings.
-        several: Whether the evaluation is one of several, each with paths of its own.
-    """
+    """The last section of a report."""
     software = ", ".join([f"Python {platform.python_version()}", *_versions()])
     content = {
         "call": about.call,

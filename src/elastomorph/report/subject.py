@@ -64,17 +64,7 @@ def rig_subject(
     say: Callable[[str], None] = lambda _: None,
     rig: Rig | None = None,
 ) -> Subject:
-    """A rig from a folder of mesh files, one of them named like a neutral.
-
-    Args:
-        folder: The folder, or one that holds it as ``ict-facekit``.
-        say: Told which file is being read.
-        rig: The rig, where it is not simply every mesh of the folder.
-
-    Raises:
-        FileError: No folder, no neutral, or no targets.
-        TopologyError: A target has other vertices or polygons than the neutral.
-    """
+    """A rig from a folder of meshes, or one with a folder ``ict-facekit``; read unless given."""
     place = Path(folder)
     if (place / "ict-facekit").is_dir():
         place = place / "ict-facekit"

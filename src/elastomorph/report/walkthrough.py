@@ -75,18 +75,7 @@ def walk_through(
     *,
     call: str = "",
 ) -> Walkthrough:
-    """Run the paper's experiments on a face, beside the methods that turn what turns.
-
-    Args:
-        subject: The face.
-        folder: Where to write; made if it is missing.
-        say: Told what is being done.
-        call: The command that does it again, for the report.
-
-    Raises:
-        FileError: A file cannot be written.
-        MissingExtraError: matplotlib or vtk is not installed.
-    """
+    """Run the paper's experiments on a face, beside the methods that turn what turns."""
     place = _Folder(Path(folder))
     neutral, jaw = subject.neutral, subject.targets[subject.jaw]
     say("tracing curves")

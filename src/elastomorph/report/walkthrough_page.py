@@ -46,23 +46,7 @@ def write_walkthrough_report(
     call: str = "",
     say: Callable[[str], None] = lambda _: None,
 ) -> None:
-    """Write the page of a walkthrough.
-
-    Args:
-        subject: The face.
-        paths: What each target needs.
-        evaluation: What the methods were compared with, if there is anything.
-        jaw: The jaw on its hinge, where something turns rigidly.
-        beam: Where the quadratic beam differs most from the ease.
-        pictures: What was drawn of the whole face.
-        path: The page.
-        call: The command that makes it again.
-        say: Told what is being done.
-
-    Raises:
-        FileError: The page cannot be written.
-        MissingExtraError: vtk, matplotlib or Pillow is not installed.
-    """
+    """Write the page of a walkthrough."""
     first = [_targets(paths, subject.unit)]
     if jaw is not None:
         first.append(hinge_section(jaw, subject.jaw, subject.unit))
