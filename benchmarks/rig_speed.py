@@ -23,14 +23,14 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
-from elastomorph.cli.bench_faces import PAPER_MILLISECONDS
+from elastomorph.evaluation.speed import PAPER_MILLISECONDS, PAPER_VERTICES
 from elastomorph.io import read_rig
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import weight_combinations
 from elastomorph.samples import expressions, head
 from measuring import busy_cores, data_folder
 
-VERTICES = 5071
+VERTICES = PAPER_VERTICES
 
 
 def in_turn(tasks: Sequence[Callable[[], object]], rounds: int) -> list[float]:

@@ -11,6 +11,7 @@ from calls import status_of as run
 
 import elastomorph as em
 from elastomorph.samples import expressions, head
+from needs import extra
 
 
 def test_blend_makes_all_combinations(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -68,3 +69,11 @@ def test_bench_prints_its_table(capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().out
     assert "31 faces" in said
     assert "memory copy" in said
+
+
+def test_what_a_writer_says_is_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Also of USD, whose writer says where it wrote."""
+    extra("pxr.Usd", "usd")
+    out = tmp_path / "head.usda"
+    assert run("export", "built-in", "-o", out, "--only", "jawOpen", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["written"] == str(out)

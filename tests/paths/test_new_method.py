@@ -15,7 +15,7 @@ import elastomorph.paths.options as options
 from elastomorph.character import read_settings, rig_from_settings, settings_tables
 from elastomorph.cli import completion
 from elastomorph.cli.interpolate import interpolate
-from elastomorph.cli.method_options import VerbWithOptions
+from elastomorph.cli.verb import VerbWithOptions
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import every_method
 from elastomorph.model.bend_curve import BendCurve

@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.output import print_json, progress
+from elastomorph.cli.verb import AsJson, verb
+from elastomorph.errors import FileError, ParameterError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,9 +21,6 @@ if TYPE_CHECKING:
 
     from elastomorph.rig import Rig
     from elastomorph.rig.performance import Match, Performance
-
-__all__ = ["animate"]
-
 
 Take = Annotated[
     Path,
@@ -48,6 +48,7 @@ OnlyList = Annotated[
 Picture = Annotated[Path | None, typer.Option(help="A picture (PNG) of five frames of the take.")]
 
 
+@verb
 def animate(
     rig: options.RigName,
     performance: Take,
@@ -62,14 +63,13 @@ def animate(
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
-    as_json: options.AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Play a recorded performance on a rig: a file for other programs.
 
     Example: elastomorph animate rig.glb take.csv -o take.glb --start 10 --stop 20
     """
     from elastomorph.character.schema import export_options
-    from elastomorph.errors import ParameterError
     from elastomorph.io.performance import read_performance
     from elastomorph.io.sequences.takes import holds_positions, write_take
     from elastomorph.rig.performance import match, slider_weights
@@ -80,16 +80,15 @@ def animate(
         raise ParameterError("--rate is for what is written: add --output")
     positions = output is not None and holds_positions(output)
     output = None if only_list else output
-    with options.progress(as_json) as say:
+    with progress(as_json) as say:
         say(f"reading {performance}")
         take = read_performance(performance, timecode_rate)
         if start is not None or stop is not None:
             take = take.part(-inf if start is None else start, inf if stop is None else stop)
-        place = options.named_rig(rig, settings)
+        source = options.NamedRig.of(rig, settings, method, mesh)
         if output is not None:
-            _require_apart(place, Path(output))
-        chosen = options.settings_of(place, settings, method)
-        face_rig = options.full_rig(place, method, say, chosen, mesh=mesh)
+            _require_apart(source.place, Path(output))
+        face_rig = source.full(say)
         found = match(take.names, face_rig.names)
     written = take
     if output is not None:
@@ -101,7 +100,7 @@ def animate(
         if rate is not None or positions:
             written = take.resampled(take.rate if rate is None else rate)
         with _counting(as_json, len(written) if positions else None) as watch:
-            export = {} if chosen is None else export_options(chosen, output)
+            export = {} if source.settings is None else export_options(source.settings, output)
             write_take(output, face_rig, written, found, clip=clip, watch=watch, export=export)
     if picture is not None:
         _draw(picture, face_rig, take, slider_weights(face_rig, take, found, clip=clip), as_json)
@@ -113,14 +112,13 @@ def _draw(
 ) -> None:
     from elastomorph.draw.strips import take_strip
 
-    with options.progress(quiet) as say:
+    with progress(quiet) as say:
         say("drawing")
         take_strip(rig, take, weights, path)
 
 
 def _require_apart(rig: Path | None, output: Path) -> None:
     """Refuse frames in the folder of a rig: it would take them for targets from then on."""
-    from elastomorph.errors import FileError
     from elastomorph.io.atomic import is_folder
 
     if rig is None or not is_folder(output):
@@ -141,7 +139,7 @@ def _counting(quiet: bool, count: int | None) -> Iterator[Callable[[Iterator[Any
 
     console = Console(stderr=True)
     if count is None or quiet or not console.is_terminal:
-        with options.progress(quiet) as say:
+        with progress(quiet) as say:
             say("writing")
             yield lambda frames: frames
         return
@@ -175,7 +173,7 @@ def _tell(
     take: Performance, written: Performance, found: Match, output: str | None, as_json: bool
 ) -> None:
     if as_json:
-        options.print_json(_facts(take, written, found, output))
+        print_json(_facts(take, written, found, output))
         return
     typer.echo(f"{take.source}: {len(take):,} frames at {take.rate:.5g} fps, {take.duration:.2f} s")
     for what, names in (("dropped", take.dropped), ("came twice", take.duplicates)):

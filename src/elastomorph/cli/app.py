@@ -54,16 +54,14 @@ class _Verbs(TyperGroup):
 
 
 def loaded(name: str) -> Callable[..., Any]:
-    """The function of a verb, which keeps its inputs."""
-    from elastomorph.cli.verb import keeping_inputs
-
+    """The function of a verb."""
     file = "inbetweens" if name in _INBETWEENS else name
-    return keeping_inputs(getattr(import_module(f"elastomorph.cli.{file}"), name))
+    return getattr(import_module(f"elastomorph.cli.{file}"), name)  # type: ignore[no-any-return]
 
 
 def _command(name: str) -> Any:
     """A verb with its options; examples stay on lines of their own."""
-    from elastomorph.cli.method_options import Verb, VerbWithOptions
+    from elastomorph.cli.verb import Verb, VerbWithOptions
 
     verb = loaded(name)
     words = re.sub(

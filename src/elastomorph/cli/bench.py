@@ -7,10 +7,11 @@ from typing import Annotated
 import typer
 
 from elastomorph.cli import completion, options
+from elastomorph.cli.output import Say
+from elastomorph.cli.verb import Answer, verb
 
-__all__ = ["bench"]
 
-
+@verb
 def bench(
     rig: options.OptionalRig = None,
     expressions: completion.Expressions = None,
@@ -26,34 +27,33 @@ def bench(
     levels: Annotated[int, typer.Option(help="Values of each weight.", min=2)] = 6,
     t: Annotated[float, typer.Option("--time", "-t", help="Common time of all faces.")] = 0.5,
     repeats: Annotated[int, typer.Option(help="Runs; the shortest counts.", min=1)] = 5,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Time the paper's experiment: all combinations of five expressions, beside its bounds.
 
     Example: elastomorph bench path/to/rig --levels 4
     """
-    from elastomorph.cli.bench_faces import PAPER_MILLISECONDS, bench_faces
+    from elastomorph.evaluation.speed import PAPER_MILLISECONDS, PAPER_VERTICES, face_speeds
 
-    with options.progress(as_json) as say:
-        place = options.named_rig(rig, settings)
-        chosen = options.settings_of(place, settings, method)
-        face_rig = options.expression_rig(place, expressions, method, say, chosen, mesh)
-        targets = [morph.target for morph in face_rig.morphs.values()]
-        count, rows = bench_faces(
-            face_rig.neutral, targets, method=method, levels=levels, t=t, repeats=repeats, say=say
-        )
+    face_rig = options.NamedRig.of(rig, settings, method, mesh).expressions(say, expressions)
+    targets = [morph.target for morph in face_rig.morphs.values()]
+    count, speeds = face_speeds(
+        face_rig.neutral, targets, method=method, levels=levels, t=t, repeats=repeats, say=say
+    )
     vertices = len(face_rig.neutral.vertices)
-    if as_json:
-        table = {row.name: {"us_per_face": 1e6 * row.seconds_a_face} for row in rows}
-        options.print_json({"faces": count, "vertices": vertices, "rows": table})
-        return
-    typer.echo(f"{count:,} faces of {vertices:,} vertices, {method}, t = {t:g}\n")
-    typer.echo(f"{'':<22}{'faces/s':>10}{'µs/face':>11}{'ns/vertex':>11}{'paper ÷ it':>12}")
-    for row in rows:
-        size = 5071 if row.name == "the paper" else vertices
-        microseconds = 1e6 * row.seconds_a_face
-        typer.echo(
-            f"{row.name:<22}{1e6 / microseconds:>10,.0f}{microseconds:>11,.1f}"
-            f"{1e3 * microseconds / size:>11,.2f}{1e3 * PAPER_MILLISECONDS / microseconds:>12,.0f}"
-            f"   {row.note}"
-        )
+
+    def tell() -> None:
+        typer.echo(f"{count:,} faces of {vertices:,} vertices, {method}, t = {t:g}\n")
+        typer.echo(f"{'':<22}{'faces/s':>10}{'µs/face':>11}{'ns/vertex':>11}{'paper ÷ it':>12}")
+        for row in speeds:
+            size = PAPER_VERTICES if row.name == "the paper" else vertices
+            microseconds = 1e6 * row.seconds_a_face
+            typer.echo(
+                f"{row.name:<22}{1e6 / microseconds:>10,.0f}{microseconds:>11,.1f}"
+                f"{1e3 * microseconds / size:>11,.2f}"
+                f"{1e3 * PAPER_MILLISECONDS / microseconds:>12,.0f}   {row.note}"
+            )
+
+    rows = {row.name: {"us_per_face": 1e6 * row.seconds_a_face} for row in speeds}
+    return Answer({"faces": count, "vertices": vertices, "rows": rows}, tell)

@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import completion, options
-from elastomorph.cli.output import print_facts
+from elastomorph.cli.output import Say, print_facts
+from elastomorph.cli.verb import Answer, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from elastomorph.rig import Rig
-
-__all__ = ["blend"]
-
 
 Output = Annotated[
     str | None,
@@ -48,6 +45,7 @@ Sheet = Annotated[Path | None, typer.Option(help="A contact sheet of 50 faces (P
 Grid = Annotated[Path | None, typer.Option(help="Neutral to expression, one row each (PNG).")]
 
 
+@verb
 def blend(
     rig: options.OptionalRig = None,
     output: Output = None,
@@ -61,8 +59,9 @@ def blend(
     settings: options.SettingsFile = None,
     sheet: Sheet = None,
     grid: Grid = None,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Blend expressions: 7775 faces from five of them, or one face from weights.
 
     Examples:
@@ -71,31 +70,24 @@ def blend(
     """
     if weight:
         _refuse_for_one(levels=levels, expressions=expressions, normalize=normalize, sheet=sheet)
-    with options.progress(as_json) as say:
-        place = options.named_rig(rig, settings)
-        chosen = options.settings_of(place, settings, method)
-        if weight:
-            face_rig = options.full_rig(place, method, say, chosen, mesh=mesh)
-            found = _one(face_rig, weight, t, output)
-        else:
-            face_rig = options.expression_rig(place, expressions, method, say, chosen, mesh)
-            found = _all(face_rig, levels or 6, t, normalize is not False, output, sheet, say)
-        if grid is not None:
-            from elastomorph.draw import expression_strip
-
-            say("drawing expressions")
-            expression_strip(dict(face_rig.morphs), grid)
-            found["grid"] = str(grid)
-    if as_json:
-        options.print_json(found)
+    source = options.NamedRig.of(rig, settings, method, mesh)
+    if weight:
+        face_rig = source.full(say)
+        found = _one(face_rig, weight, t, output)
     else:
-        print_facts(found, 12)
+        face_rig = source.expressions(say, expressions)
+        found = _all(face_rig, levels or 6, t, normalize is not False, output, sheet, say)
+    if grid is not None:
+        from elastomorph.draw import expression_strip
+
+        say("drawing expressions")
+        expression_strip(dict(face_rig.morphs), grid)
+        found["grid"] = str(grid)
+    return Answer(found, lambda: print_facts(found, 12))
 
 
 def _refuse_for_one(**given: object) -> None:
     """Refuse what is for all combinations where weights ask for one face."""
-    from elastomorph.errors import ParameterError
-
     for name, value in given.items():
         if value is not None:
             raise ParameterError(
@@ -105,7 +97,6 @@ def _refuse_for_one(**given: object) -> None:
 
 
 def _one(rig: Rig, weight: list[str], t: float, output: str | None) -> dict[str, object]:
-    from elastomorph.errors import ParameterError
     from elastomorph.io import write
 
     weights = options.named_numbers(weight, "--weight")
@@ -123,7 +114,7 @@ def _all(
     normalize: bool,
     output: str | None,
     sheet: Path | None,
-    say: Callable[[str], None],
+    say: Say,
 ) -> dict[str, object]:
     from elastomorph.io.npz.streamed import write_face_array
     from elastomorph.io.sequences.meshes import write_face_files

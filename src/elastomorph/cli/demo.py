@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.output import call_words, plain_table, steps
+from elastomorph.cli.output import call_words, plain_table, print_json, steps
+from elastomorph.cli.verb import AsJson, verb
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from elastomorph.report.walkthrough import Walkthrough
 
-__all__ = ["demo"]
 
-
+@verb
 def demo(
     context: typer.Context,
     data: Annotated[
@@ -29,7 +29,7 @@ def demo(
         Path, typer.Option("--output", "-o", help="Folder for everything it makes.")
     ] = Path("out"),
     settings: options.SettingsFile = None,
-    as_json: options.AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Show on a face what each target needs, how every method does, and the paper's pictures.
 
@@ -54,7 +54,7 @@ def demo(
         found = walk_through(subject, output, say, call=call_words(context))
     seconds = time.perf_counter() - start
     if as_json:
-        options.print_json(_facts(found, seconds))
+        print_json(_facts(found, seconds))
     else:
         _tell(found, seconds, output)
 

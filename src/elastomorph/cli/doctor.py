@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastomorph.cli import options
-from elastomorph.errors import ElastomorphError, ParameterError
+from elastomorph.cli.output import Say
+from elastomorph.cli.verb import STATUS_OF_ERRORS, Answer, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     from elastomorph.doctor import ExaminationSettings
-
-__all__ = ["doctor"]
-
-_UNUSABLE = 2
-
 
 Number = float | None
 Files = Annotated[
@@ -62,6 +57,7 @@ FailOn = Annotated[
 ]
 
 
+@verb
 def doctor(
     files: Files,
     repair_to: RepairTo = None,
@@ -77,40 +73,33 @@ def doctor(
     ] = None,
     bend: Bend = 0.25,
     fail_on: FailOn = "error",
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Examine the files of a rig: order, surface, units, motion of the head, sides, in-betweens.
 
     Exit status: 0 sound, 1 findings, 2 a file or an option that cannot be understood.
 
     Example: elastomorph doctor neutral.obj jawOpen.obj smile.obj --repair fixed
     """
-    try:
-        from elastomorph.doctor import as_document, as_text, examine_files, repair
+    from elastomorph.doctor import as_document, as_text, examine_files, repair
 
-        if fail_on not in ("error", "warning"):
-            raise ParameterError(f"--fail-on must be error or warning, found {fail_on!r}")
-        if align is not None and repair_to is None:
-            raise ParameterError("--align changes targets: say with --repair where they go")
-        beam = (mass, damping, rigidity, order, closure)
-        settings = _settings(seeds, align, pairs, beam, bend)
-        with options.progress(as_json) as say:
-            examination = examine_files(files, settings, say=say)
-            written = None
-            if repair_to is not None and examination.facts is not None:
-                say(f"writing {repair_to}")
-                written = repair(examination, repair_to)
-    except ElastomorphError as error:
-        sys.stderr.write(f"error: {error}\n")
-        raise typer.Exit(_UNUSABLE) from None
-    if as_json:
-        options.print_json(as_document(examination, written))
-    else:
-        typer.echo(as_text(examination, written))
-    if examination.unreadable:
-        raise typer.Exit(_UNUSABLE)
-    if examination.worst_is("warning" if fail_on == "warning" else "error"):
-        raise typer.Exit(1)
+    if fail_on not in ("error", "warning"):
+        raise ParameterError(f"--fail-on must be error or warning, found {fail_on!r}")
+    if align is not None and repair_to is None:
+        raise ParameterError("--align changes targets: say with --repair where they go")
+    beam = (mass, damping, rigidity, order, closure)
+    examination = examine_files(files, _settings(seeds, align, pairs, beam, bend), say=say)
+    written = None
+    if repair_to is not None and examination.facts is not None:
+        say(f"writing {repair_to}")
+        written = repair(examination, repair_to)
+    failed = examination.worst_is("warning" if fail_on == "warning" else "error")
+    return Answer(
+        as_document(examination, written),
+        lambda: typer.echo(as_text(examination, written)),
+        STATUS_OF_ERRORS["doctor"] if examination.unreadable else int(failed),
+    )
 
 
 def _settings(

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.evaluation_page import EvaluationPage
-from elastomorph.cli.output import call_words
+from elastomorph.cli.output import Say, call_words
+from elastomorph.cli.verb import Answer, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     from elastomorph.character import Settings
@@ -24,9 +24,14 @@ if TYPE_CHECKING:
     from elastomorph.model.sequence import MeshSequence
     from elastomorph.paths import Method
     from elastomorph.physics import Material
+    from elastomorph.report import About
 
-__all__ = ["evaluate"]
-
+_MOST_INBETWEENS = 3
+_LONG = 200
+_LONG_WORDS = (
+    "A take this long holds several movements, and no path between its two ends can follow them: "
+    "--movements judges each onset and offset by itself."
+)
 
 Truth = Annotated[
     str,
@@ -65,8 +70,15 @@ Rigid = Annotated[
 Pictures = Annotated[
     bool, typer.Option(help="Draw graphs and faces into the output folder and the report.")
 ]
+Mass = Annotated[float | None, typer.Option(help="m of the material, above 0; 1 by default.")]
+Damping = Annotated[float | None, typer.Option(help="c of the material, above 0; 1 by default.")]
+Stiffness = Annotated[
+    float | None,
+    typer.Option("--rigidity", help="k = EI of the material, above 0; 1 by default."),
+]
 
 
+@verb
 def evaluate(
     context: typer.Context,
     truth: Truth,
@@ -78,14 +90,15 @@ def evaluate(
     movements: Movements = False,
     edge: Edge = None,
     rigid: Rigid = None,
-    mass: options.Mass = None,
-    damping: options.Damping = None,
-    stiff: options.Rigidity = None,
+    mass: Mass = None,
+    damping: Damping = None,
+    stiff: Stiffness = None,
     keep: options.CurveFile = None,
     settings: options.SettingsFile = None,
     pictures: Pictures = True,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Judge methods by recorded frames: from the first to the last, against those between.
 
     Examples:
@@ -100,28 +113,29 @@ def evaluate(
     said = MethodChoice.of(mass=mass, damping=damping, rigidity=stiff)
     if said and not every:
         _require_elastic(named)
-    with options.progress(as_json) as say:
-        say("reading")
-        character = options.settings_of(None, settings, said)
-        if character is not None and keep is not None:
-            character = character.with_curves(keep)
-        keep = options.curve_file(keep, settings)
-        motion, network = _read(truth, keep)
-        material = options.material(mass, damping, stiff, character)
-        methods = partial(_methods, named, every, network, material, say)
-        page = EvaluationPage(report, call_words(context), truth, unit, keep, pictures, every)
-        if movements:
-            edge = 0.05 if edge is None else edge
-            _movements(motion, network, methods, every, edge, as_json, page, say)
-            return
-        result = _compared(motion, network, methods(motion), character, output, page, say)
-        bodies = _bodies(result, motion, rigid)
-    if as_json:
-        found = json.loads(result.to_json())
-        bodies_found = {label: asdict(body) for label, body in bodies.items()}
-        options.print_json(found | ({"rigid": bodies_found} if bodies else {}))
-    else:
-        _tell(result, motion, bodies, every, [f"{output}/"] * bool(output) + page.names)
+    say("reading")
+    character = options.settings_of(None, settings, said)
+    if character is not None and keep is not None:
+        character = character.with_curves(keep)
+    keep = options.curve_file(keep, settings)
+    motion, network = _read(truth, keep)
+    material = (said if character is None else said.over(character.method)).material
+    call = call_words(context)
+    asked = _Asked(named, every, material, network, keep, report, unit, call, pictures, say)
+    if movements:
+        return _movements(asked, truth, motion, 0.05 if edge is None else edge)
+    result, written = _compared(asked, truth, motion, character, output)
+    bodies = {}
+    if rigid is not None:
+        from elastomorph.evaluation import rigidity
+        from elastomorph.io.vertex_lists import read_region
+
+        body, times = read_region(rigid), motion.times[1:-1]
+        bodies = {each.label: rigidity(each.morph, body, times) for each in result.results}
+    found = json.loads(result.to_json())
+    if bodies:
+        found["rigid"] = {label: asdict(body) for label, body in bodies.items()}
+    return Answer(found, lambda: _tell(result, motion, bodies, every, written))
 
 
 def _require_use(
@@ -133,8 +147,6 @@ def _require_use(
     unit: str,
 ) -> None:
     """Refuse options that would be passed over, and a page that could not be written."""
-    from elastomorph.errors import ParameterError
-
     if movements and (rigid or output):
         raise ParameterError(
             "--movements prints tables and writes reports only: leave --rigid and --output out"
@@ -151,7 +163,6 @@ def _require_use(
 
 def _require_elastic(texts: Sequence[str]) -> None:
     """Refuse a material where no method has a use for one."""
-    from elastomorph.errors import ParameterError
     from elastomorph.paths import Method
 
     own = [text for text in texts if not text.strip().startswith("through")]
@@ -174,79 +185,102 @@ def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
     return motion, options.network(motion.mesh, keep)
 
 
-def _methods(
-    texts: Sequence[str],
-    every: bool,
-    network: CurveNetwork,
-    material: Material,
-    say: Callable[[str], None],
-    motion: MeshSequence,
-) -> dict[str, Method | Morph]:
-    """The methods for one motion by their labels: those named, or all and those named."""
-    from elastomorph.errors import ParameterError
-    from elastomorph.evaluation.methods import every_method, method_of
+@dataclass(frozen=True)
+class _Asked:
+    """What the comparison is to be made of, and the report that is wanted, if any."""
 
-    found: dict[str, Method | Morph] = {}
-    for text in texts:
-        label, method = method_of(text, motion, network, material=material, progress=say)
-        if label in found:
-            raise ParameterError(f"the method {text!r} was given twice")
-        found[label] = method
-    if not every:
-        return found
-    return every_method(motion, network, material=material, progress=say) | found
+    named: list[str]
+    every: bool
+    material: Material
+    network: CurveNetwork
+    keep: Path | None
+    report: Path | None
+    unit: str
+    call: str
+    pictures: bool
+    say: Say
+
+    def methods(self, motion: MeshSequence) -> dict[str, Method | Morph]:
+        """The methods for one motion by their labels: those named, or all and those named."""
+        from elastomorph.evaluation.methods import every_method, method_of
+
+        how: dict[str, Any] = {"material": self.material, "progress": self.say}
+        found: dict[str, Method | Morph] = {}
+        for text in self.named:
+            label, method = method_of(text, motion, self.network, **how)
+            if label in found:
+                raise ParameterError(f"the method {text!r} was given twice")
+            found[label] = method
+        return every_method(motion, self.network, **how) | found if self.every else found
+
+    def about(
+        self,
+        source: str,
+        truth: MeshSequence,
+        methods: Mapping[str, Method | Morph],
+        *,
+        movements: bool = False,
+    ) -> About:
+        """What the report says of its making."""
+        from elastomorph.evaluation import left_out
+        from elastomorph.report import About
+
+        long = not movements and len(truth) >= _LONG
+        remarks = [_LONG_WORDS if long else "", left_out(truth) if self.every else ""]
+        said: dict[str, Any] = {"unit": self.unit, "call": self.call, "methods": methods}
+        said["remarks"] = tuple(filter(None, remarks))
+        about = About(Path(source).name or source, **said)
+        if self.keep is None:
+            return about
+        rest = ", and the rest of the face traced along its edges" if len(truth.mesh.faces) else ""
+        return replace(about, curves=f"the artists' curves of {self.keep.name}{rest}")
 
 
 def _compared(
+    asked: _Asked,
+    source: str,
     motion: MeshSequence,
-    network: CurveNetwork,
-    methods: Mapping[str, Method | Morph],
     character: Settings | None,
     output: Path | None,
-    page: EvaluationPage,
-    say: Callable[[str], None],
-) -> Evaluation:
-    """Compare the methods, and write what was asked for."""
+) -> tuple[Evaluation, list[str]]:
+    """The comparison, and the files and the report that were asked for, written."""
     from elastomorph.character import settings_tables
     from elastomorph.evaluation import evaluate as compare
     from elastomorph.io.atomic import made_folder
 
+    methods = asked.methods(motion)
     if output is not None:
         made_folder(output)
-    result = compare(motion, methods, network, progress=say)
+    result = compare(motion, methods, asked.network, progress=asked.say)
     if character is not None:
         result = replace(result, settings=settings_tables(character))
-    drawn = None
+    drawn, written = None, []
     if output is not None:
+        from elastomorph.evaluation.summary import informed_methods
+        from elastomorph.evaluation.words import Lengths
         from elastomorph.report.comparison import write_evaluation
+        from elastomorph.report.faces import evaluation_pictures
 
-        drawn = page.drawn(result, say)
-        write_evaluation(result, output, graphs=page.draw, faces=drawn, say=say)
-    page.write(result, methods, say, drawn)
-    return result
+        drawn = []
+        if asked.pictures and len(motion.mesh.faces):
+            lengths, informed = Lengths(result.diameter, asked.unit), informed_methods(result)
+            drawn = evaluation_pictures(result, lengths, informed, asked.say)
+        write_evaluation(result, output, graphs=asked.pictures, faces=drawn, say=asked.say)
+        written.append(f"{output}/")
+    if asked.report is not None:
+        from elastomorph.evaluation import suggest_inbetweens
+        from elastomorph.report import write_report
+
+        count = min(_MOST_INBETWEENS, len(motion) - 2)
+        how: dict[str, Any] = {"curves": result.curves, "progress": asked.say}
+        found = suggest_inbetweens(motion, count, **how) if count else []
+        how = {"suggestions": found, "faces": drawn, "draw": asked.pictures, "say": asked.say}
+        write_report(result, asked.report, asked.about(source, motion, methods), **how)
+        written.append(str(asked.report))
+    return result, written
 
 
-def _bodies(result: Evaluation, motion: MeshSequence, rigid: str | None) -> dict[str, Rigidity]:
-    from elastomorph.evaluation import rigidity
-    from elastomorph.io.vertex_lists import read_region
-
-    if rigid is None:
-        return {}
-    body = read_region(rigid)
-    times = motion.times[1:-1]
-    return {each.label: rigidity(each.morph, body, times) for each in result.results}
-
-
-def _movements(
-    motion: MeshSequence,
-    network: CurveNetwork,
-    methods: Callable[[MeshSequence], Any],
-    every: bool,
-    edge: float,
-    as_json: bool,
-    page: EvaluationPage,
-    say: Callable[[str], None],
-) -> None:
+def _movements(asked: _Asked, source: str, motion: MeshSequence, edge: float) -> Answer:
     from rich.console import Console
 
     from elastomorph.evaluation import left_out
@@ -254,28 +288,29 @@ def _movements(
     from elastomorph.evaluation.movements import evaluate_movements, mean_lines
     from elastomorph.evaluation.table import method_table
 
-    judged = evaluate_movements(motion, network, methods, edge=edge, progress=say)
-    page.write_movements(judged, motion, methods(judged[0].evaluation.truth))
+    judged = evaluate_movements(motion, asked.network, asked.methods, edge=edge, progress=asked.say)
+    if asked.report is not None:
+        from elastomorph.report import write_movements_report
+
+        methods = asked.methods(judged[0].evaluation.truth)
+        about = asked.about(source, motion, methods, movements=True)
+        write_movements_report(judged, motion, asked.report, about, draw=asked.pictures)
     means = mean_lines(judged)
-    if as_json:
-        options.print_json(
-            {
-                "movements": [asdict(one.movement) for one in judged],
-                "means": {
-                    title: [asdict(line) for line in lines] for title, lines in means.items()
-                },
-            }
-        )
-        return
-    console = Console()
-    shape = len(motion.mesh.faces) > 0
-    for title, lines in means.items():
-        console.print(method_table(lines, title, shape=shape))
-    for sentence in (*rankings(means[list(means)[-1]]), *([left_out(motion)] if every else [])):
-        if sentence:
+
+    def tell() -> None:
+        console = Console()
+        for title, lines in means.items():
+            console.print(method_table(lines, title, shape=len(motion.mesh.faces) > 0))
+        said = [*rankings(means[list(means)[-1]]), left_out(motion) if asked.every else ""]
+        said.append("" if asked.report is None else f"written to {asked.report}")
+        for sentence in filter(None, said):
             console.print(sentence, highlight=False)
-    if page.names:
-        console.print(f"written to {page.names[0]}", highlight=False)
+
+    facts = {
+        "movements": [asdict(one.movement) for one in judged],
+        "means": {title: [asdict(line) for line in lines] for title, lines in means.items()},
+    }
+    return Answer(facts, tell)
 
 
 def _tell(
@@ -295,8 +330,8 @@ def _tell(
     if motion.missing:
         console.print(f"missing from the numbering: {', '.join(motion.missing)}")
     console.print(result.table())
-    for sentence in (*rankings(summaries(result)), left_out(motion)) if every else ():
-        if sentence:
+    if every:
+        for sentence in filter(None, (*rankings(summaries(result)), left_out(motion))):
             console.print(sentence, highlight=False)
     if bodies:
         ends = next(iter(bodies.values())).ends

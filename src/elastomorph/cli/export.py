@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import completion, options
-from elastomorph.cli.output import print_facts
+from elastomorph.cli.output import Say, print_facts
+from elastomorph.cli.verb import Answer, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     from elastomorph.character import Settings
 
-__all__ = ["export"]
 
-
+@verb
 def export(
     rig: options.RigName,
     output: Annotated[Path, typer.Option("--output", "-o", help=".glb, .usd, .usda, .usdc, .npz")],
@@ -36,8 +37,9 @@ def export(
         float | None, typer.Option(help="Largest error allowed, as a fraction of D.")
     ] = None,
     timing: options.TimingText = None,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Write a rig for other programs: its paths as morph targets, which any player can play.
 
     Example: elastomorph export path/to/rig -o rig.glb
@@ -47,32 +49,26 @@ def export(
     given = {"normals": normals, "tolerance": tolerance, "timing": options.timing(timing)}
     said: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     _require_format(output, list(said))
-    with options.progress(as_json) as say:
-        place = options.named_rig(rig, settings)
-        chosen = options.settings_of(place, settings, method)
-        face_rig = options.full_rig(place, method, say, chosen, only, mesh)
-        say(f"writing {output}")
-        if chosen is not None:
-            said = _overriding(chosen, output, said, timing, only)
-        report = write(output, face_rig, **said)
-    facts: dict[str, Any] = {
-        "morphs": len(face_rig.morphs),
-        "bytes": output.stat().st_size,
-        "written": str(output),
-    }
+    source = options.NamedRig.of(rig, settings, method, mesh)
+    face_rig = source.full(say, only)
+    say(f"writing {output}")
+    if source.settings is not None:
+        said = _overriding(source.settings, output, said, timing, only)
+    report = write(output, face_rig, **said)
+    size = output.stat().st_size
+    facts: dict[str, Any] = {"morphs": len(face_rig.morphs), "bytes": size, "written": str(output)}
     if is_dataclass(report) and not isinstance(report, type):
-        facts |= asdict(report)
-    if as_json:
-        options.print_json(facts)
-        return
-    for name, value in facts.items():
-        if not isinstance(value, dict | list | tuple):
-            print_facts({name.replace("_", " "): _text(name, value)}, 20)
+        facts |= {k: str(v) if isinstance(v, Path) else v for k, v in asdict(report).items()}
+    texts = {
+        name.replace("_", " "): _text(name, value)
+        for name, value in facts.items()
+        if not isinstance(value, dict | list | tuple)
+    }
+    return Answer(facts, lambda: print_facts(texts, 20))
 
 
 def _require_format(output: Path, names: list[str]) -> None:
     """Refuse a format that is not written, and options it does not have, before all else."""
-    from elastomorph.errors import ParameterError
     from elastomorph.io.registry import RIG_FORMATS, writer_of
 
     writer_of(output, RIG_FORMATS)

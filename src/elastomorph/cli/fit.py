@@ -9,10 +9,16 @@ from typing import Annotated
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.output import Say
+from elastomorph.cli.verb import Answer, verb
 
-__all__ = ["fit"]
+Closure = Annotated[
+    str,
+    typer.Option(help="Time law of a curve's mean: limit, compatible, rest, unforced, linear."),
+]
 
 
+@verb
 def fit(
     motions: Annotated[
         list[str],
@@ -28,11 +34,12 @@ def fit(
     per_curve: Annotated[
         bool, typer.Option("--per-curve", help="Also fit every curve alone.")
     ] = False,
-    closure: options.Closure = "limit",
+    closure: Closure = "limit",
     keep: options.CurveFile = None,
     settings: options.SettingsFile = None,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Estimate material and load common to recorded motions.
 
     Each motion goes from its first frame to its last; with several, each is also compared with
@@ -40,34 +47,34 @@ def fit(
 
     Example: elastomorph fit smile1.npz smile2.npz smile3.npz -o fit.json
     """
+    from rich.console import Console
+
     from elastomorph.fitting import fit as estimate
     from elastomorph.io import read_sequence
     from elastomorph.io.atomic import replacing
 
-    with options.progress(as_json) as say:
-        takes = []
-        for motion in motions:
-            say(f"reading {motion}")
-            takes.append(read_sequence(motion))
-        found = estimate(
-            takes,
-            options.network(takes[0].mesh, options.curve_file(keep, settings)),
-            degree=degree,
-            per_curve=per_curve,
-            closure=closure,
-            progress=say,
-        )
-        facts = {"sources": motions, **found.to_dict()}
-        if output is not None:
-            text = json.dumps(facts, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-            with replacing(output) as file:
-                file.write(text.encode())
-    if as_json:
-        options.print_json(facts)
-        return
-    from rich.console import Console
-
-    console = Console()
-    console.print(found.text(console.width), markup=False, highlight=False, soft_wrap=True)
+    takes = []
+    for motion in motions:
+        say(f"reading {motion}")
+        takes.append(read_sequence(motion))
+    found = estimate(
+        takes,
+        options.network(takes[0].mesh, options.curve_file(keep, settings)),
+        degree=degree,
+        per_curve=per_curve,
+        closure=closure,
+        progress=say,
+    )
+    facts = {"sources": motions, **found.to_dict()}
     if output is not None:
-        console.print(f"written to {output}", markup=False, highlight=False)
+        text = json.dumps(facts, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+        with replacing(output) as file:
+            file.write(text.encode())
+
+    def tell() -> None:
+        console = Console()
+        console.print(found.text(console.width), markup=False, highlight=False, soft_wrap=True)
+        if output is not None:
+            console.print(f"written to {output}", markup=False, highlight=False)
+
+    return Answer(facts, tell)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.output import plain_table
+from elastomorph.cli.output import Say, plain_table
+from elastomorph.cli.verb import Answer, verb
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,10 +18,7 @@ if TYPE_CHECKING:
 
     from elastomorph.evaluation.inbetweens import Suggestion
 
-__all__ = ["suggest"]
-
 _USUAL = 4
-
 
 Frames = Annotated[
     str, typer.Argument(help="Recorded frames: scan.####.obj, a folder, 'scan.*.ply', .npz.")
@@ -38,6 +36,7 @@ Method = Annotated[
 ]
 
 
+@verb
 def suggest(
     truth: Frames,
     count: Count = None,
@@ -48,50 +47,50 @@ def suggest(
     method: Method = None,
     keep: options.CurveFile = None,
     settings: options.SettingsFile = None,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Find the recorded frames that pay most as in-betweens.
 
     Example: elastomorph inbetweens suggest scan.####.obj -n 2 -o inbetweens.png
     """
+    from rich.console import Console
+
     from elastomorph.evaluation.inbetweens import suggest_inbetweens
     from elastomorph.io import read_sequence
 
-    with options.progress(as_json) as say:
-        say("reading")
-        motion = read_sequence(truth)
-        found = suggest_inbetweens(
-            motion,
-            min(_USUAL, len(motion) - 2) if count is None else count,
-            curves=options.network(motion.mesh, options.curve_file(keep, settings)),
-            measure=measure,
-            method=method,
-            progress=say,
-        )
-        if output is not None:
-            from elastomorph.draw.graphs import inbetween_graph
-
-            say("drawing")
-            inbetween_graph(found, motion.times, output, title=f"In-betweens for {truth}")
-    if as_json:
-        options.print_json(
-            {
-                "motion": truth,
-                "frames": len(motion),
-                "diameter": motion.mesh.diameter,
-                "measure": measure,
-                "suggestions": [_facts(suggestion) for suggestion in found],
-            }
-        )
-        return
-    from rich.console import Console
-
-    console = Console()
-    if motion.missing:
-        console.print(f"missing from the numbering: {', '.join(motion.missing)}")
-    console.print(_table(found))
+    say("reading")
+    motion = read_sequence(truth)
+    found = suggest_inbetweens(
+        motion,
+        min(_USUAL, len(motion) - 2) if count is None else count,
+        curves=options.network(motion.mesh, options.curve_file(keep, settings)),
+        measure=measure,
+        method=method,
+        progress=say,
+    )
     if output is not None:
-        console.print(f"written to {output}", highlight=False)
+        from elastomorph.draw.graphs import inbetween_graph
+
+        say("drawing")
+        inbetween_graph(found, motion.times, output, title=f"In-betweens for {truth}")
+
+    def tell() -> None:
+        console = Console()
+        if motion.missing:
+            console.print(f"missing from the numbering: {', '.join(motion.missing)}")
+        console.print(_table(found))
+        if output is not None:
+            console.print(f"written to {output}", highlight=False)
+
+    facts = {
+        "motion": truth,
+        "frames": len(motion),
+        "diameter": motion.mesh.diameter,
+        "measure": measure,
+        "suggestions": [_facts(suggestion) for suggestion in found],
+    }
+    return Answer(facts, tell)
 
 
 def _facts(suggestion: Suggestion) -> dict[str, Any]:

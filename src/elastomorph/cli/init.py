@@ -7,12 +7,11 @@ from typing import Annotated
 
 import typer
 
-from elastomorph.cli import options
-from elastomorph.cli.output import print_facts
-
-__all__ = ["init"]
+from elastomorph.cli.output import Say, print_facts
+from elastomorph.cli.verb import Answer, verb
 
 
+@verb
 def init(
     folder: Annotated[
         Path, typer.Argument(help="The folder of a character: its neutral and targets, or a rig.")
@@ -23,8 +22,9 @@ def init(
     force: Annotated[
         bool, typer.Option("--force", help="Replace settings that are there.")
     ] = False,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Look at a folder and write elastomorph.toml: what was found, and what could be set.
 
     Every verb that is given the folder as a rig then takes the settings from it.
@@ -35,8 +35,7 @@ def init(
     """
     from elastomorph.character.template import arkit_names, correctives, turning, write_settings
 
-    with options.progress(as_json) as say:
-        file, found = write_settings(folder, neutral=neutral, force=force, say=say)
+    file, found = write_settings(folder, neutral=neutral, force=force, say=say)
     corrected = correctives(found.shapes)
     facts = {
         "written": str(file),
@@ -55,7 +54,5 @@ def init(
         "regions": [path.name for path in found.regions],
         "takes": [path.name for path in found.takes],
     }
-    if as_json:
-        options.print_json(facts)
-        return
-    print_facts({name: value for name, value in facts.items() if value not in (None, [], {})}, 14)
+    known = {name: value for name, value in facts.items() if value not in (None, [], {})}
+    return Answer(facts, lambda: print_facts(known, 14))

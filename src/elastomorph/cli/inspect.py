@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.output import print_facts
+from elastomorph.cli.output import Say, print_facts
+from elastomorph.cli.verb import Answer, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,9 +20,8 @@ if TYPE_CHECKING:
     from elastomorph.model.inspection import Displacement, MeshFacts
     from elastomorph.model.morph import Morph
 
-__all__ = ["inspect"]
 
-
+@verb
 def inspect(
     files: Annotated[
         list[Path],
@@ -30,8 +31,9 @@ def inspect(
         ),
     ],
     mesh: options.MeshNames = None,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Say what a file holds and how it was made; compare further meshes with the first.
 
     A rig shows the path of each target, for what reason where ``auto`` chose it, and, like an
@@ -42,7 +44,6 @@ def inspect(
       elastomorph inspect head.glb
     """
     from elastomorph.cli.render_words import holds_mesh
-    from elastomorph.errors import ParameterError
     from elastomorph.io import read
     from elastomorph.io.registry import settings_used
     from elastomorph.model.inspection import displacement, mesh_facts
@@ -50,37 +51,37 @@ def inspect(
     first = files[0]
     changes: dict[str, Displacement] = {}
     rig = facts = None
-    with options.progress(as_json) as say:
-        say(f"reading {first}")
-        used = settings_used(first)
-        if first.suffix.lower() != ".json" or first.is_dir():
-            if not holds_mesh(first):
-                rig = options.full_rig(options.named_rig(str(first)), None, say, mesh=mesh)
-            neutral = read(first) if rig is None else rig.neutral
-            facts = mesh_facts(neutral)
-            if rig is not None:
-                changes = {n: displacement(neutral, m.target) for n, m in rig.morphs.items()}
-        if mesh and (rig is None or len(files) > 1):
-            raise ParameterError("--mesh is for a rig file by itself")
-        if len(files) > 1 and (rig is not None or facts is None):
-            raise ParameterError(
-                f"{first} has its own targets: inspect it by itself, without {files[1]}"
-            )
-        for file in files[1:]:
-            say(f"reading {file}")
-            changes[str(file)] = displacement(neutral, read(file))
+    say(f"reading {first}")
+    used = settings_used(first)
+    if first.suffix.lower() != ".json" or first.is_dir():
+        if not holds_mesh(first):
+            rig = options.NamedRig.of(str(first), mesh=mesh).full(say)
+        neutral = read(first) if rig is None else rig.neutral
+        facts = mesh_facts(neutral)
+        if rig is not None:
+            changes = {n: displacement(neutral, m.target) for n, m in rig.morphs.items()}
+    if mesh and (rig is None or len(files) > 1):
+        raise ParameterError("--mesh is for a rig file by itself")
+    if len(files) > 1 and (rig is not None or facts is None):
+        raise ParameterError(
+            f"{first} has its own targets: inspect it by itself, without {files[1]}"
+        )
+    for file in files[1:]:
+        say(f"reading {file}")
+        changes[str(file)] = displacement(neutral, read(file))
     morphs = {} if rig is None else rig.morphs
-    if as_json:
-        made = {} if used is None else {"settings": used}
-        known = {} if facts is None else {**asdict(facts), "targets": _targets(changes, morphs)}
-        options.print_json({"file": str(first), **known, **made})
-        return
-    typer.echo(str(first))
-    if facts is not None:
-        print_facts(_lines(facts), 20)
-    for line in _made_with(used, first):
-        typer.echo(line)
-    _tell(changes, morphs)
+
+    def tell() -> None:
+        typer.echo(str(first))
+        if facts is not None:
+            print_facts(_lines(facts), 20)
+        for line in _made_with(used, first):
+            typer.echo(line)
+        _tell(changes, morphs)
+
+    made = {} if used is None else {"settings": used}
+    known = {} if facts is None else {**asdict(facts), "targets": _targets(changes, morphs)}
+    return Answer({"file": str(first), **known, **made}, tell)
 
 
 def _tell(changes: Mapping[str, Displacement], morphs: Mapping[str, Morph]) -> None:

@@ -8,27 +8,43 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.output import Say
+from elastomorph.cli.verb import Answer, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from elastomorph.character.choice import MethodChoice
+    from elastomorph.character import Settings
+    from elastomorph.character.build import Part
     from elastomorph.model.mesh import Mesh
+    from elastomorph.rig.timing import Timing
 
-__all__ = ["interpolate"]
+Output = Annotated[
+    str,
+    typer.Option(
+        "--output", "-o", help="A mesh file for one time, a pattern half.####.obj for several."
+    ),
+]
+Region = Annotated[
+    str | None, typer.Option(help="Vertices to restrict it to: a .json list, or 0-9408,11248.")
+]
+Falloff = Annotated[
+    float | None, typer.Option(help="Edge rings of blending inside the region; 3 by default.")
+]
+Rest = Annotated[
+    str | None,
+    typer.Option(help="Vertices outside the region: linear (default), or neutral (stay)."),
+]
 
 
+@verb
 def interpolate(
     context: typer.Context,
     neutral: Annotated[Path, typer.Argument(help="The face at t = 0.")],
     target: Annotated[Path, typer.Argument(help="The face at t = 1, same topology.")],
-    output: Annotated[
-        str,
-        typer.Option(
-            "--output", "-o", help="A mesh file for one time, a pattern half.####.obj for several."
-        ),
-    ],
+    output: Output,
     method: options.MethodText = None,
     settings: options.SettingsFile = None,
     time: Annotated[
@@ -38,76 +54,97 @@ def interpolate(
         int | None, typer.Option(help="Equal steps from t = 0 to t = 1, ends included.", min=2)
     ] = None,
     keep: options.CurveFile = None,
-    region: Annotated[
-        str | None, typer.Option(help="Vertices to restrict it to: a .json list, or 0-9408,11248.")
-    ] = None,
-    falloff: Annotated[
-        float | None, typer.Option(help="Edge rings of blending inside the region; 3 by default.")
-    ] = None,
-    rest: Annotated[
-        str | None,
-        typer.Option(help="Vertices outside the region: linear (default), or neutral (stay)."),
-    ] = None,
+    region: Region = None,
+    falloff: Falloff = None,
+    rest: Rest = None,
     timing: options.TimingText = None,
     picture: Annotated[
         Path | None, typer.Option(help="A picture (PNG) of the in-betweens side by side.")
     ] = None,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Interpolate between two known shapes, by any method.
 
     Example: elastomorph interpolate neutral.obj jawOpen.obj --frames 11 -o half.####.obj
     """
-    import numpy as np
-
-    from elastomorph.character import Character, PathMaker, Settings
-    from elastomorph.character.build import Part
-    from elastomorph.errors import ParameterError
+    from elastomorph.character import PathMaker
     from elastomorph.io import read
-    from elastomorph.io.vertex_lists import read_region
     from elastomorph.model.mesh import require_same_topology
 
-    if time and frames:
-        raise ParameterError("give --time or --frames, not both")
+    chosen = _settings(target, method, context.obj, settings, keep)
+    part = _part(region, falloff, rest)
+    times = _times(time, frames, options.timing(timing or chosen.timing))
+    say("reading")
+    start, end = read(neutral), read(target)
+    say("solving")
+    require_same_topology(start, end)
+    morph = PathMaker(chosen, start, part=part).path(target.stem, end)
+    say("writing")
+    _write(output, start, times, morph.at(times))
+    if picture is not None:
+        from elastomorph.draw.strips import expression_strip
+
+        say("drawing")
+        expression_strip({morph.method: morph}, picture, times=times.tolist())
+    facts = {
+        "method": morph.method,
+        "vertices": len(start.vertices),
+        "bends": len(morph.bends),
+        "times": times.tolist(),
+        "output": output,
+    }
+    told = f"{morph.method}: {len(times)} shapes, {len(morph.bends)} bends → {output}"
+    return Answer(facts, lambda: typer.echo(told))
+
+
+def _settings(
+    target: Path, method: str | None, said: dict[str, Any], file: Path | None, keep: Path | None
+) -> Settings:
+    """Settings of the target; options in their place, which must have an effect."""
+    from elastomorph.character import Character, Settings
+    from elastomorph.character.choice import MethodChoice
+
+    if said["load"] is not None:
+        try:
+            said["load"] = tuple(map(float, said["load"].split(",")))
+        except ValueError:
+            raise ParameterError(
+                f"--load must be numbers such as 0.2,0.8, found {said['load']!r}"
+            ) from None
+    choice = MethodChoice.of(method, **said)
+    own = Settings(target, Character(target.parent, target.stem), choice)
+    chosen = options.settings_of(None, file, choice) or own
+    whole = chosen.choice_for(target.stem)
+    for name, methods in whole.idle.items():
+        if name in choice.stated:
+            raise ParameterError(
+                f"--{name.replace('_', '-')} is for {', '.join(methods)}; "
+                f"{whole.method().name} has none: add --method {methods[0]}"
+            )
+    return chosen if keep is None else chosen.with_curves(keep)
+
+
+def _part(region: str | None, falloff: float | None, rest: str | None) -> Part | None:
+    from elastomorph.character.build import Part
+    from elastomorph.io.vertex_lists import read_region
+
     said: dict[str, Any] = {"falloff": falloff, "rest": rest}
     said = {name: value for name, value in said.items() if value is not None}
     if region is None and said:
         raise ParameterError(f"--{next(iter(said))} is for a part of the face: add --region")
-    clip = np.linspace(0, 1, frames) if frames else np.array(sorted(set(time or [0.5])))
-    choice = options.method_choice(method, context.obj)
-    own = Settings(target, Character(target.parent, target.stem), choice)
-    chosen = options.settings_of(None, settings, choice) or own
-    _require_effect(choice, chosen.choice_for(target.stem))
-    if keep is not None:
-        chosen = chosen.with_curves(keep)
-    part = None if region is None else Part(read_region(region), **said)
-    law = options.timing(timing or chosen.timing)
-    times = clip if law is None else law.at(clip)
-    with options.progress(as_json) as say:
-        say("reading")
-        start, end = read(neutral), read(target)
-        say("solving")
-        require_same_topology(start, end)
-        morph = PathMaker(chosen, start, part=part).path(target.stem, end)
-        say("writing")
-        _write(output, start, times, morph.at(times))
-        if picture is not None:
-            from elastomorph.draw.strips import expression_strip
+    return None if region is None else Part(read_region(region), **said)
 
-            say("drawing")
-            expression_strip({morph.method: morph}, picture, times=times.tolist())
-    if as_json:
-        options.print_json(
-            {
-                "method": morph.method,
-                "vertices": len(start.vertices),
-                "bends": len(morph.bends),
-                "times": times.tolist(),
-                "output": output,
-            }
-        )
-    else:
-        typer.echo(f"{morph.method}: {len(times)} shapes, {len(morph.bends)} bends → {output}")
+
+def _times(
+    times: list[float] | None, frames: int | None, timing: Timing | None
+) -> NDArray[np.float64]:
+    import numpy as np
+
+    if times and frames:
+        raise ParameterError("give --time or --frames, not both")
+    clip = np.linspace(0, 1, frames) if frames else np.array(sorted(set(times or [0.5])))
+    return clip if timing is None else timing.at(clip)
 
 
 def _write(
@@ -122,16 +159,3 @@ def _write(
     else:
         names = [f"t = {t:g}" for t in times]
         write_sequence(output, MeshSequence(start, shapes, names=names))
-
-
-def _require_effect(said: MethodChoice, whole: MethodChoice) -> None:
-    """Refuse options that the method has no use for."""
-    from elastomorph.errors import ParameterError
-
-    for name, methods in whole.idle.items():
-        if name in said.stated:
-            option = name.replace("_", "-")
-            raise ParameterError(
-                f"--{option} is for {', '.join(methods)}; {whole.method().name} has none: "
-                f"add --method {methods[0]}"
-            )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import time
@@ -16,25 +17,46 @@ import typer
 from elastomorph.errors import ElastomorphWarning
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
-__all__ = ["call_words", "plain_table", "print_facts", "steps"]
+Say = Callable[[str], None]
+"""Told what is being done."""
 
 _COUNTED = re.compile(r"\b\d+ of \d+$")
 _GAP = 4.0
 """Seconds between two counted steps."""
-_FOLDERS = re.compile(r"[/\\]")
 
 
 @contextmanager
-def steps(quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """A function that prints a step with the seconds since the start, on standard error.
+def _warned(console: Console) -> Iterator[None]:
+    """Warnings follow at the end, each once, as plain sentences."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ElastomorphWarning)
+        yield
+    for message in dict.fromkeys(str(warning.message) for warning in caught):
+        console.print(f"warning: {message}", markup=False, highlight=False, soft_wrap=True)
 
-    Of steps that count, as in "3 of 57", only one every few seconds is printed. Warnings follow
-    at the end, each once, as plain sentences.
 
-    Args:
-        quiet: Print warnings only.
+@contextmanager
+def progress(quiet: bool = False) -> Iterator[Say]:
+    """A line on the terminal that says what is going on; then warnings."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    with _warned(console):
+        if quiet or not console.is_terminal:
+            yield lambda _: None
+        else:
+            with console.status("working …") as status:
+                yield lambda text: status.update(f"{text} …")
+
+
+@contextmanager
+def steps(quiet: bool = False) -> Iterator[Say]:
+    """Prints each step with the seconds since the start, on standard error; then warnings.
+
+    Of steps that count, as in "3 of 57", only one every few seconds is printed.
     """
     from rich.console import Console
 
@@ -53,11 +75,13 @@ def steps(quiet: bool = False) -> Iterator[Callable[[str], None]]:
             counted_at = now
         console.print(f"{now:6.1f} s  {step}", markup=False, highlight=False, soft_wrap=True)
 
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ElastomorphWarning)
+    with _warned(console):
         yield say
-    for message in dict.fromkeys(str(warning.message) for warning in caught):
-        console.print(f"warning: {message}", markup=False, highlight=False, soft_wrap=True)
+
+
+def print_json(value: Any) -> None:
+    """One JSON document on standard output."""
+    typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def print_facts(facts: Mapping[str, Any], width: int) -> None:
@@ -68,13 +92,7 @@ def print_facts(facts: Mapping[str, Any], width: int) -> None:
 
 
 def plain_table(words: Sequence[str], columns: Sequence[str], **options: Any) -> Table:
-    """An empty table with these columns: of words to the left, of numbers to the right.
-
-    Args:
-        words: Those of the columns that hold words.
-        columns: Their headers.
-        options: Of ``rich.table.Table``.
-    """
+    """An empty table with these columns: those of words to the left, of numbers to the right."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -96,24 +114,18 @@ def call_words(context: typer.Context) -> str:
         if source is None or source.name != "COMMANDLINE":
             continue
         value = context.params.get(parameter.name or "")
+        # The telling name of an option is the longest: ``--output``, not ``-o``.
         if parameter.param_type_name == "argument":
-            arguments.append(_name(value))
+            arguments.append(_without_folder(value))
         elif isinstance(value, bool):
             names = parameter.opts if value else parameter.secondary_opts or parameter.opts
-            words.append(_longest(names))
+            words.append(max(names, key=len))
         else:
             for each in value if isinstance(value, list | tuple) else [value]:
-                words += [_longest(parameter.opts), _name(each)]
+                words += [max(parameter.opts, key=len), _without_folder(each)]
     return shlex.join([*words[:2], *arguments, *words[2:]])
 
 
-def _longest(names: list[str]) -> str:
-    """The telling name of an option: ``--output``, not ``-o``."""
-    return max(names, key=len)
-
-
-def _name(value: object) -> str:
+def _without_folder(value: object) -> str:
     text = str(value)
-    if not _FOLDERS.search(text):
-        return text
-    return Path(text.replace("\\", "/")).name or text
+    return Path(text.replace("\\", "/")).name or text if re.search(r"[/\\]", text) else text

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import completion, options
+from elastomorph.cli.output import Say
+from elastomorph.cli.verb import Answer, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,8 +21,6 @@ if TYPE_CHECKING:
 
     from elastomorph.draw.pictures import Image
     from elastomorph.draw.posed import PosedRig
-
-__all__ = ["render"]
 
 _STILL, _FACE, _FRAME = (720, 900), (240, 300), (480, 600)
 _TURN_FRAMES, _SWING_FRAMES = 100, 50
@@ -105,6 +106,7 @@ Background = Annotated[
 ]
 
 
+@verb
 def render(
     output: Output,
     rig: RigOrMesh = "built-in",
@@ -128,8 +130,9 @@ def render(
     edge_loops: EdgeLoops = False,
     background: Background = None,
     settings: options.SettingsFile = None,
-    as_json: options.AsJson = False,
-) -> None:
+    *,
+    say: Say,
+) -> Answer:
     """Draw a face: a picture, in-betweens side by side, a turn of the head, a moving expression.
 
     Examples:
@@ -140,7 +143,6 @@ def render(
     """
     from elastomorph.cli import render_words as said
     from elastomorph.draw.sheet import Style
-    from elastomorph.errors import ParameterError
 
     parts = [part.strip() for text in pose or () for part in text.split(",")]
     weights = options.named_numbers(parts, "--pose")
@@ -152,19 +154,18 @@ def render(
     sides, looked = shot.sides(size), said.view_of(view)
     shot.require_format(sides, transparent=colour is None)
     times, angles = shot.times(), shot.angles()
-    with options.progress(as_json) as say:
-        rigs = said.posed_rigs(rig, method or (), weights, say, settings, mesh)
-        compared = said.comparison(rigs, times, against, highest, unit, say)
-        style = Style(wireframe, said.curves_of(rigs[0], say) if edge_loops else (), colour)
-        how = {"view": looked, "style": style, "comparison": compared}
-        say("drawing")
-        drawn = shot.draw(rigs, times, angles, sides, how, say)
+    rigs = said.posed_rigs(rig, method or (), weights, say, settings, mesh)
+    compared = said.comparison(rigs, times, against, highest, unit, say)
+    style = Style(wireframe, said.curves_of(rigs[0], say) if edge_loops else (), colour)
+    how = {"view": looked, "style": style, "comparison": compared}
+    say("drawing")
+    drawn = shot.draw(rigs, times, angles, sides, how, say)
     facts: dict[str, Any] = {"written": output, **drawn, "pose": weights}
     if not shot.moving:
         facts["times"] = times
     if compared is not None:
         facts["distance"] = {"from": against, **compared.facts}
-    options.print_json(facts) if as_json else _tell(facts)
+    return Answer(facts, lambda: _tell(facts))
 
 
 @dataclass(frozen=True)
@@ -247,7 +248,7 @@ class _Shot:
         angles: NDArray[np.float64] | None,
         size: tuple[int, int],
         how: dict[str, Any],
-        say: Callable[[str], None],
+        say: Say,
     ) -> dict[str, float]:
         """Draw and write; the size of what was written, and the length of a clip."""
         from elastomorph.draw.clips import WIDEST_WEBP, write_clip
@@ -311,14 +312,12 @@ def _require_sense(
 
 def _refuse(mistakes: dict[str, bool]) -> None:
     """Raise the first sentence that is true."""
-    from elastomorph.errors import ParameterError
-
     for sentence, made in mistakes.items():
         if made:
             raise ParameterError(sentence)
 
 
-def _counted(frames: Iterable[Image], count: int, say: Callable[[str], None]) -> Iterator[Image]:
+def _counted(frames: Iterable[Image], count: int, say: Say) -> Iterator[Image]:
     for number, frame in enumerate(frames, start=1):
         say(f"frame {number} of {count}")
         yield frame

@@ -6,9 +6,10 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from elastomorph.cli import options
+from elastomorph.cli.output import Say
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -19,19 +20,7 @@ if TYPE_CHECKING:
     from elastomorph.draw.posed import Comparison, PosedRig
     from elastomorph.rig import Rig
 
-__all__ = [
-    "background_of",
-    "comparison",
-    "curves_of",
-    "holds_mesh",
-    "numbers",
-    "picture_size",
-    "posed_rigs",
-    "view_of",
-]
-
 _SMALLEST, _LARGEST = 16, 4096
-Say = Callable[[str], None]
 
 
 def posed_rigs(
@@ -45,10 +34,6 @@ def posed_rigs(
     """The rig once, or once for each method.
 
     Without methods it has the paths of its file. A plain mesh becomes a rig without sliders.
-
-    Raises:
-        ParameterError: A method or slider is unknown, a method twice, or weights for a plain mesh.
-        FileError: The file cannot be read.
     """
     from elastomorph.draw.posed import PosedRig, with_paths
     from elastomorph.paths import Method
@@ -75,13 +60,7 @@ def comparison(
     unit: str,
     say: Say,
 ) -> Comparison | None:
-    """How far the rigs are from what ``--against`` names, or None where it names nothing.
-
-    Raises:
-        ParameterError: No such method.
-        FileError: No such file, or it cannot be read.
-        TopologyError: The rig or mesh has other vertices or polygons.
-    """
+    """How far the rigs are from what ``--against`` names, or None where it names nothing."""
     from elastomorph.draw.posed import compare
 
     if against is None:
@@ -137,21 +116,17 @@ def _rig(
 ) -> Rig:
     """A rig, paths that no one has chosen left out; a plain mesh becomes one without sliders."""
     from elastomorph.io import read
-    from elastomorph.io.registry import BUILT_IN
-    from elastomorph.io.rig_folder import rig_as_stored
     from elastomorph.rig import Rig
 
-    path = options.named_rig(named, settings)
-    chosen = options.settings_of(path, settings, "linear" if as_stored else None)
-    if chosen is not None:
-        return options.full_rig(path, None, say, chosen, mesh=mesh)
-    say("building the head" if path is None else f"reading {path}")
-    if path is None or not holds_mesh(path):
-        beside: dict[str, Any] = {"mesh": list(mesh)} if mesh else {}
-        return rig_as_stored(BUILT_IN if path is None else path, **beside)
+    source = options.NamedRig.of(named, settings, "linear" if as_stored else None, mesh)
+    if source.settings is not None:
+        return source.full(say)
+    if source.place is None or not holds_mesh(source.place):
+        return source.stored(say)
+    say(f"reading {source.place}")
     if mesh:
-        raise ParameterError(f"{path} holds one mesh: leave out --mesh")
-    return Rig(read(path), {})
+        raise ParameterError(f"{source.place} holds one mesh: leave out --mesh")
+    return Rig(read(source.place), {})
 
 
 def holds_mesh(path: Path) -> bool:
@@ -169,11 +144,7 @@ def holds_mesh(path: Path) -> bool:
 
 
 def picture_size(text: str | None, otherwise: tuple[int, int]) -> tuple[int, int]:
-    """Width and height from ``720x900``.
-
-    Raises:
-        ParameterError: The text is not understood, or a side is out of range.
-    """
+    """Width and height from ``720x900``."""
     if text is None:
         return otherwise
     found = re.fullmatch(r"(\d{1,9})\s*[x×*,]\s*(\d{1,9})", text.strip().lower())
@@ -188,11 +159,7 @@ def picture_size(text: str | None, otherwise: tuple[int, int]) -> tuple[int, int
 
 
 def view_of(text: str) -> str | tuple[float, float]:
-    """A view by name, or degrees to the face's left and up from ``30,10``.
-
-    Raises:
-        ParameterError: Neither.
-    """
+    """A view by name, or degrees to the face's left and up from ``30,10``."""
     from elastomorph.draw.camera import VIEWS
 
     name = text.strip().lower()
@@ -211,11 +178,7 @@ def view_of(text: str) -> str | tuple[float, float]:
 
 
 def numbers(text: str, option: str) -> list[float]:
-    """Finite numbers from ``0,0.5,1``.
-
-    Raises:
-        ParameterError: The text is not understood.
-    """
+    """Finite numbers from ``0,0.5,1``."""
     try:
         found = [float(word) for word in text.split(",")]
     except ValueError:
@@ -226,11 +189,7 @@ def numbers(text: str, option: str) -> list[float]:
 
 
 def background_of(text: str | None) -> tuple[float, float, float] | None:
-    """Red, green, blue from 0 to 1 of a colour's name or #rrggbb; None is transparent.
-
-    Raises:
-        ParameterError: No such colour.
-    """
+    """Red, green, blue from 0 to 1 of a colour's name or #rrggbb; None is transparent."""
     from elastomorph.draw.colours import colour_named
     from elastomorph.draw.stage import BACKGROUND
 

@@ -1,76 +1,119 @@
-"""What every verb looks at before its own work: whether its outputs can and may be written."""
+"""How a verb runs: its outputs are looked at, it works, and what it found is printed.
+
+Methods compute, so their classes need NumPy, which help and mistyped words must not wait for: what
+the command line says of them is made of their fields, and only for a verb that is asked.
+"""
 
 from __future__ import annotations
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
+from dataclasses import dataclass
 from functools import wraps
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
+from typer.core import TyperCommand
+from typer.main import get_command
 
-__all__ = ["OUTPUTS", "keeping_inputs"]
+from elastomorph.cli.output import print_json, progress
+from elastomorph.errors import ElastomorphError, FileError, MissingExtraError
 
-OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to")
+_OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to")
 """The parameters of verbs that name what is written."""
-
 _PICTURES = ("picture", "sheet", "grid")
 _DRAWING = (("vtkmodules", "vtk", "demo"), ("PIL", "pillow", "demo"))
 _GRAPHS = ("matplotlib", "matplotlib", "demo")
+STATUS_OF_ERRORS = {"doctor": 2}
+"""Exit status of a verb on an error, where it is not 1."""
+_KINDS = {"number": float, "whole": int}
 
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 _Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Let an output take the place of an input.")
 ]
 
 
-def keeping_inputs(verb: Callable[..., Any]) -> Callable[..., Any]:
-    """A verb that refuses to write over what it reads, unless ``--overwrite`` says so.
+@dataclass(frozen=True)
+class Answer:
+    """What a verb found: a JSON document for machines, and a function that prints it for people."""
 
-    Args:
-        verb: The function of the verb; one without outputs is given back as it is.
+    facts: Any
+    tell: Callable[[], object]
+    status: int = 0
+
+
+def verb(function: Callable[..., Answer | None]) -> Callable[..., None]:
+    """The verb that a function of the command line is.
+
+    One with the parameter ``say`` is told where to say what it does, and answers: it has the option
+    ``--json``. One that writes refuses to write over what it reads, unless ``--overwrite`` says so.
     """
-    signature = inspect.signature(verb)
-    if not any(name in OUTPUTS for name in signature.parameters):
-        return verb
+    signature = inspect.signature(function)
+    writes = not signature.parameters.keys().isdisjoint(_OUTPUTS)
+    answers = "say" in signature.parameters
 
-    @wraps(verb)
-    def kept(*arguments: Any, overwrite: bool = False, **options: Any) -> Any:
-        from elastomorph.io.atomic import inputs_kept
-
-        given = signature.bind(*arguments, **options).arguments
-        _require_packages(given, verb.__name__)
-        if not overwrite:
+    @wraps(function)
+    def run(*, overwrite: bool = False, **given: Any) -> None:
+        if writes:
+            _require_packages(given, function.__name__)
+        if writes and not overwrite:
             _require_apart(given)
-        with nullcontext() if overwrite else inputs_kept():
-            return verb(*arguments, **options)
+        with _inputs_kept() if writes and not overwrite else nullcontext():
+            if not answers:
+                function(**given)
+                return
+            as_json = given.pop("as_json")
+            try:
+                with progress(as_json) as say:
+                    answer = function(**given, say=say)
+            except ElastomorphError as error:
+                if function.__name__ not in STATUS_OF_ERRORS:
+                    raise
+                sys.stderr.write(f"error: {error}\n")
+                raise typer.Exit(STATUS_OF_ERRORS[function.__name__]) from None
+            if answer is not None:
+                print_json(answer.facts) if as_json else answer.tell()
+                if answer.status:
+                    raise typer.Exit(answer.status)
 
-    hints = get_type_hints(verb, include_extras=True) | {"overwrite": _Overwrite}
+    hints = get_type_hints(function, include_extras=True)
+    own = [each for each in signature.parameters.values() if each.name != "say"]
+    added = {"as_json": AsJson} if answers else {}
+    added |= {"overwrite": _Overwrite} if writes else {}
     parameters = [
-        *(own.replace(annotation=hints[name]) for name, own in signature.parameters.items()),
-        inspect.Parameter(
-            "overwrite", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=_Overwrite
+        *(each.replace(kind=each.KEYWORD_ONLY, annotation=hints[each.name]) for each in own),
+        *(
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=kind)
+            for name, kind in added.items()
         ),
     ]
-    kept.__annotations__ = hints
-    kept.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    return kept
+    run.__annotations__ = {each.name: each.annotation for each in parameters}
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return run
 
 
-def _require_packages(parameters: dict[str, Any], verb: str) -> None:
+def _inputs_kept() -> Any:
+    from elastomorph.io.atomic import inputs_kept
+
+    return inputs_kept()
+
+
+def _require_packages(parameters: dict[str, Any], name: str) -> None:
     """Refuse an output that nothing installed can write, before any work is done."""
-    from elastomorph.errors import MissingExtraError
     from elastomorph.io.registry import RIG_FORMATS
 
     suffixes = {Path(word).suffix.lower() for word in _words(parameters.get("output"))}
     needed = [known.package for known in RIG_FORMATS if suffixes.intersection(known.suffixes)]
-    if verb == "demo" or any(parameters.get(name) is not None for name in _PICTURES):
+    if name == "demo" or any(parameters.get(own) is not None for own in _PICTURES):
         needed += _DRAWING
     pages = parameters.get("output") is not None or parameters.get("report") is not None
-    if verb == "demo" or (verb == "evaluate" and pages and parameters.get("pictures", True)):
+    if name == "demo" or (name == "evaluate" and pages and parameters.get("pictures", True)):
         needed += [_GRAPHS]
     for package in needed:
         if package is not None and find_spec(package[0]) is None:
@@ -79,24 +122,21 @@ def _require_packages(parameters: dict[str, Any], verb: str) -> None:
 
 def _require_apart(parameters: dict[str, Any]) -> None:
     """Refuse an output that is an input by name, before any work is done."""
-    from elastomorph.errors import FileError
-
     inputs = [
         file
         for name, value in parameters.items()
-        if name not in OUTPUTS
+        if name not in _OUTPUTS
         for word in _words(value)
         for file in _files(word)
     ]
-    for name in OUTPUTS:
-        for word in _words(parameters.get(name)):
-            for file in inputs:
-                if _writes(Path(word), file):
-                    raise FileError(
-                        word,
-                        f"this would be written over the input {file}; name another output, or "
-                        "add --overwrite",
-                    )
+    for word in _words([parameters.get(name) for name in _OUTPUTS]):
+        for file in inputs:
+            if _writes(Path(word), file):
+                raise FileError(
+                    word,
+                    f"this would be written over the input {file}; name another output, or "
+                    "add --overwrite",
+                )
 
 
 def _words(value: Any) -> Iterator[str]:
@@ -123,10 +163,65 @@ def _writes(output: Path, file: Path) -> bool:
     """Whether an output, or a numbered one such as half.####.obj, is a file."""
     try:
         if "#" in output.name:
-            parts = re.split("#+", output.name)
-            pattern = r"\d+".join(re.escape(part) for part in parts)
+            pattern = r"\d+".join(map(re.escape, re.split("#+", output.name)))
             same_folder = output.parent.resolve() == file.resolve().parent
             return same_folder and re.fullmatch(pattern, file.resolve().name) is not None
         return output.exists() and output.samefile(file)
     except (OSError, ValueError, RuntimeError):
         return False
+
+
+class Verb(TyperCommand):
+    """A verb whose help names all methods where it says ``{methods}``."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help."""
+        for parameter in self.params:
+            text = getattr(parameter, "help", None) or ""
+            if "{methods}" in text:
+                parameter.help = text.replace("{methods}", _patterns())  # type: ignore[attr-defined]
+        super().format_help(ctx, formatter)
+
+
+class VerbWithOptions(Verb):
+    """A verb that has every option of every method; it finds them as ``context.obj``."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Its own parameters, and an option for each of a method."""
+        own = super().get_params(ctx)
+        behind = 1 + [parameter.name for parameter in own].index("method")
+        return [*own[:behind], *_options(), *own[behind:]]
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the verb."""
+        ctx.obj = {option.name: ctx.params.pop(option.name) for option in _options()}
+        return super().invoke(ctx)
+
+
+def _patterns() -> str:
+    from elastomorph.paths import Method
+
+    patterns = [kind.pattern() for kind in Method.known]
+    return f"{', '.join(patterns[:-1])} or {patterns[-1]}"
+
+
+def _options() -> list[Any]:
+    """An option of the command line for each option of a method."""
+    from elastomorph.paths import Method
+    from elastomorph.paths.options import option_rows
+
+    def no_verb(**_: object) -> None:
+        pass
+
+    parameters = []
+    for row in option_rows(Method.known):
+        default = f"; {row.default} by default" if row.default else ""
+        means = f"{row.means[0].upper()}{row.means[1:]}{default}. For {', '.join(row.methods)}."
+        kind: Any = Annotated[_KINDS.get(row.kind, str) | None, typer.Option(help=means)]
+        parameter = inspect.Parameter(row.name, inspect.Parameter.KEYWORD_ONLY, default=None)
+        parameters.append(parameter.replace(annotation=kind))
+    no_verb.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    no_verb.__annotations__ = {each.name: each.annotation for each in parameters}
+    app = typer.Typer(add_completion=False)
+    app.command()(no_verb)
+    return list(get_command(app).params)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import completion, options
+from elastomorph.cli.output import Say, print_json, progress
+from elastomorph.cli.verb import AsJson, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     from elastomorph.rig import Rig
     from elastomorph.viewer import Scene, ViewerServer
 
-__all__ = ["view"]
-
 _PAGES = (".html", ".htm")
-
 
 Files = Annotated[
     list[str],
@@ -45,6 +44,7 @@ Port = Annotated[int | None, typer.Option(help="Port of 127.0.0.1; a free one by
 Open = Annotated[bool, typer.Option("--open/--no-open", help="Open the address in the browser.")]
 
 
+@verb
 def view(
     files: Files,
     method: Methods = None,
@@ -54,7 +54,7 @@ def view(
     port: Port = None,
     open_browser: Open = True,
     settings: options.SettingsFile = None,
-    as_json: options.AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Look at a rig, or compare several, in the browser; Ctrl-C ends it.
 
@@ -65,8 +65,6 @@ def view(
       elastomorph view path/to/rig --method linear --method beam:2
       elastomorph view built-in -o head.html
     """
-    from elastomorph.errors import ParameterError
-
     if output is not None and port is not None:
         raise ParameterError("give --output or --port, not both: a written page is not served")
     reports = [file for file in files if Path(file).suffix.lower() in _PAGES]
@@ -80,7 +78,7 @@ def view(
 
         _show(serve_page(read_bytes(Path(reports[0])), port or 0), open_browser, as_json)
         return
-    with options.progress(as_json) as say:
+    with progress(as_json) as say:
         scene = _scene(files, method or [], unit, settings, mesh, say)
         if output is not None:
             from elastomorph.viewer import write_viewer
@@ -92,7 +90,7 @@ def view(
 
         _show(serve(scene, port or 0), open_browser, as_json)
     elif as_json:
-        options.print_json({"written": str(output), "bytes": output.stat().st_size})
+        print_json({"written": str(output), "bytes": output.stat().st_size})
     else:
         typer.echo(f"{scene.title} → {output} ({output.stat().st_size / 1e6:.1f} MB)")
 
@@ -103,9 +101,8 @@ def _scene(
     unit: str,
     settings: Path | None,
     mesh: list[str] | None,
-    say: Callable[[str], None],
+    say: Say,
 ) -> Scene:
-    from elastomorph.errors import ParameterError
     from elastomorph.viewer.file_scenes import read_scene
 
     for what in (files, methods):
@@ -116,9 +113,7 @@ def _scene(
     def read(file: str) -> Rig:
         # The targets are what counts if methods are named: the straight lines cost nothing.
         method = "linear" if methods else None
-        place = options.named_rig(file, settings)
-        chosen = options.settings_of(place, settings, method)
-        return options.full_rig(place, method, say, chosen, mesh=mesh)
+        return options.NamedRig.of(file, settings, method, mesh).full(say)
 
     own = bool(mesh) or settings is not None
     return read_scene(files, methods, unit=unit, read=read, say=say, chosen=own)
@@ -130,7 +125,7 @@ def _show(server: ViewerServer, open_browser: bool, as_json: bool) -> None:
     # Ctrl-C is how one leaves, also in the moment before the server waits for it.
     with server, suppress(KeyboardInterrupt):
         if as_json:
-            options.print_json({"address": server.address})
+            print_json({"address": server.address})
         else:
             typer.echo(f"{server.address}\nshown to this machine only; Ctrl-C ends it")
         if open_browser:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import timeit
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,23 +18,17 @@ from elastomorph.physics.beam import ModeTransform
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import weight_combinations
 
-__all__ = ["PAPER_MILLISECONDS", "BenchRow", "DirectBlend", "bench_faces"]
+__all__ = ["PAPER_MILLISECONDS", "PAPER_VERTICES", "DirectBlend", "FaceSpeed", "face_speeds"]
 
+PAPER_VERTICES = 5071
 PAPER_MILLISECONDS = 72.748e3 / 7775
-"""The paper's time for a face of 5071 vertices: 72.748 s for 7775 faces (Sec. 5)."""
+"""The paper's time for a face of so many vertices: 72.748 s for 7775 faces (Sec. 5)."""
 
 _DIRECT_FACES = 40
 
 
-@dataclass(frozen=True)
-class BenchRow:
-    """One way to make faces.
-
-    Attributes:
-        name: What is timed.
-        seconds_a_face: Shortest time of several runs, over the number of faces.
-        note: How it was measured.
-    """
+class FaceSpeed(NamedTuple):
+    """One way to make faces, the shortest time it took for one, and how that was measured."""
 
     name: str
     seconds_a_face: float
@@ -42,13 +36,7 @@ class BenchRow:
 
 
 class DirectBlend:
-    """Eqs. 39 and 40 face by face: blend the constants of every mode, then sum the series.
-
-    Args:
-        neutral: The face at rest.
-        targets: The expressions.
-        method: A beam.
-    """
+    """Eqs. 39 and 40 face by face: blend the constants of every mode, then sum the series."""
 
     def __init__(self, neutral: Mesh, targets: Sequence[Mesh], method: Method) -> None:
         members: dict[tuple[bool, int], list[NDArray[np.int32]]] = {}
@@ -79,7 +67,7 @@ class DirectBlend:
         return positions
 
 
-def bench_faces(
+def face_speeds(
     neutral: Mesh,
     targets: Sequence[Mesh],
     *,
@@ -88,28 +76,20 @@ def bench_faces(
     t: float = 0.5,
     repeats: int = 5,
     say: Callable[[str], None] = lambda _: None,
-) -> tuple[int, list[BenchRow]]:
+) -> tuple[int, list[FaceSpeed]]:
     """Time the paper's experiment: every combination of weights of some expressions.
 
-    Args:
-        neutral: The face at rest.
-        targets: The expressions.
-        method: Of their paths.
-        levels: Values of each weight.
-        t: The common time; bends count at any but 0 and 1.
-        repeats: Runs of each measurement; the shortest counts.
-        say: Told what is being measured.
-
-    Returns:
-        How many faces were made, and a row for each way.
+    Returns how many faces were made, of ``levels`` values of each weight, and a row for each way.
+    Bends count at any ``t`` but 0 and 1; of ``repeats`` runs the shortest counts.
     """
     rows = weight_combinations(len(targets), levels)
-    found = [BenchRow("the paper", PAPER_MILLISECONDS / 1e3, "5,071 vertices, its own laptop")]
+    note = f"{PAPER_VERTICES:,} vertices, its own laptop"
+    found = [FaceSpeed("the paper", PAPER_MILLISECONDS / 1e3, note)]
     for name, task, faces, note in _ways(neutral, targets, method, rows, t):
         if "PyTorch" not in name or find_spec("torch") is not None:
             say(name)
             seconds = min(timeit.repeat(task, number=1, repeat=repeats))
-            found.append(BenchRow(name, seconds / faces, note))
+            found.append(FaceSpeed(name, seconds / faces, note))
     return len(rows), found
 
 
@@ -132,29 +112,28 @@ def _ways(
     linear = _rig(neutral, targets, "linear")
     bends = sum(len(morph.bends) for morph in rig.morphs.values())
     sizes = f"float32, {len(targets)} targets and {bends} bends"
-    return [
-        (
-            "Eq. 39 face by face",
+    bare = out.reshape(count, -1)
+    ways: dict[str, tuple[Callable[[], object], int, str]] = {
+        "Eq. 39 face by face": (
             lambda: [direct.face(weights, t) for weights in some],
             len(some),
             f"float64, {_DIRECT_FACES} faces",
         ),
-        ("rig.batch", lambda: rig.batch(rows, t, out), count, sizes),
-        ("rig.batch, PyTorch", lambda: rig.batch(rows, t, out, backend="torch"), count, sizes),
-        (
-            "bare numpy.matmul",
-            lambda: np.matmul(coefficients, matrix, out=out.reshape(count, -1)),
+        "rig.batch": (lambda: rig.batch(rows, t, out), count, sizes),
+        "rig.batch, PyTorch": (lambda: rig.batch(rows, t, out, backend="torch"), count, sizes),
+        "bare numpy.matmul": (
+            lambda: np.matmul(coefficients, matrix, out=bare),
             count,
             "the same shapes",
         ),
-        (
-            "linear blendshapes",
+        "linear blendshapes": (
             lambda: linear.batch(rows, t, out),
             count,
             "rig.batch without bends",
         ),
-        ("memory copy", lambda: np.copyto(out, other), count, "of the same output"),
-    ]
+        "memory copy": (lambda: np.copyto(out, other), count, "of the same output"),
+    }
+    return [(name, *way) for name, way in ways.items()]
 
 
 def _rig(neutral: Mesh, targets: Sequence[Mesh], method: str) -> Rig:

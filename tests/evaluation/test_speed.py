@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.cli.bench_faces import PAPER_MILLISECONDS, DirectBlend, bench_faces
+from elastomorph.evaluation.speed import PAPER_MILLISECONDS, DirectBlend, face_speeds
 from elastomorph.rig import Rig
 
 
@@ -34,7 +34,7 @@ def test_direct_blend_is_the_rig() -> None:
 
 def test_every_row_is_timed() -> None:
     neutral, targets = strip()
-    count, rows = bench_faces(neutral, targets, levels=3, repeats=1)
+    count, rows = face_speeds(neutral, targets, levels=3, repeats=1)
     assert count == 26
     names = [row.name for row in rows]
     assert {"the paper", "rig.batch", "bare numpy.matmul", "memory copy"} <= set(names)
@@ -48,5 +48,5 @@ def test_every_row_is_timed() -> None:
 def test_a_method_without_beams_is_timed(method: str) -> None:
     """Its faces beside Eq. 39 of a beam."""
     neutral, targets = strip()
-    _, rows = bench_faces(neutral, targets, method=method, levels=2, repeats=1)
+    _, rows = face_speeds(neutral, targets, method=method, levels=2, repeats=1)
     assert len(rows) > 4
