@@ -42,7 +42,7 @@ FILE_LINES = 350
 FUNCTION_LINES = 60
 COMPLEXITY = 15
 RUNS = 7
-LATER: set[str] = set()
+LATER = {f"functions over {FUNCTION_LINES} lines"}
 """What `--check` lets pass as long as the house does not keep it."""
 
 
