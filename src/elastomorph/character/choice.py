@@ -19,18 +19,11 @@ from elastomorph.physics import Material
 
 @dataclass(frozen=True)
 class MethodChoice:
-    """The part of a method that one place of the settings states.
-
-    Attributes:
-        name: Of the method; None where it is not stated.
-        stated: What is stated of its options, as a settings file holds them, and of the constants
-            of its material (``mass``, ``damping``, ``rigidity``).
-
-    Raises:
-        ParameterError: No method can be made of it.
-    """
+    """The part of a method that one place of the settings states."""
 
     name: str | None = None
+    # Of its options, as a settings file holds them, and of the constants of its material (``mass``,
+    # ``damping``, ``rigidity``).
     stated: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -41,11 +34,7 @@ class MethodChoice:
 
     @classmethod
     def of(cls, text: str | None = None, **stated: Any) -> MethodChoice:
-        """A choice from a text such as ``beam:3`` and from options; None leaves one open.
-
-        Raises:
-            ParameterError: The text or an option is not understood, or both state the same.
-        """
+        """A choice from a text such as ``beam:3`` and from options; None leaves one open."""
         given = {name: value for name, value in stated.items() if value is not None}
         alike = [f"'{name}'" for name in given if _with_name(name)]
         if len(alike) > 1:

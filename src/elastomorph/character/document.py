@@ -39,24 +39,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 class Document:
-    """An open settings file.
-
-    Attributes:
-        path: The file as the user named it.
-        content: Its tables.
-    """
+    """An open settings file: the file as the user named it, its tables, and its text."""
 
     def __init__(self, path: Path, content: dict[str, Any], text: str) -> None:
-        self.path = path
-        self.content = content
-        self._text = text
+        self.path, self.content, self._text = path, content, text
 
     def refuse(self, where: Where, problem: str) -> NoReturn:
-        """Refuse the file because of one key or table.
-
-        Raises:
-            FormatError: Always, with the line where it is known.
-        """
+        """Refuse the file because of one key or table, with the line where it is known."""
         raise FormatError(self.path, shortened(problem), line=line_of(self._text, where))
 
     def warn(self, where: Where, problem: str) -> None:
@@ -129,12 +118,7 @@ class Document:
 
 
 def open_document(path: str | Path) -> Document:
-    """Open a settings file.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is no TOML; the message names the line.
-    """
+    """Open a settings file; what is no TOML is refused, with its line."""
     with opened(path) as file:
         raw = file.read(_MOST_BYTES + 1)
     if len(raw) > _MOST_BYTES:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from elastomorph.errors import FileError
 from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.gltf.writer import require_glb_settings
 from elastomorph.io.usd.writer import require_usd_settings
+from elastomorph.io.vertex_lists import read_region
 from elastomorph.paths import Method
 from elastomorph.paths.through import law_for
 from elastomorph.rig.timing import by_name
@@ -52,23 +53,18 @@ def read_settings(path: str | Path) -> Settings:
     """
     file = Path(path)
     if is_folder(file):
-        found = find_settings(file)
-        if found is None:
+        if find_settings(file) is None:
             raise FileError(
-                file,
-                f"this folder has no {FILE_NAME}; 'elastomorph init {file}' writes one",
+                file, f"this folder has no {FILE_NAME}; 'elastomorph init {file}' writes one"
             )
-        file = found
+        file /= FILE_NAME
     document = open_document(file)
     top = dict.fromkeys(name.partition(".")[0] for name in (*tables(), *FREE))
     document.require_known((), [name for name in top if name != "material"])
     for table in ("export", "methods", "regions", "inbetweens"):
         document.table((table,))
     document.require_known(("export",), ["glb", "usd"])
-    timing = document.values(("timing",), tables()["timing"]).get("default")
-    if timing is not None:
-        with document.naming(("timing", "default")):
-            by_name(timing)
+    timing = _checked(document, ("timing",), lambda default: by_name(default)).get("default")
     inbetweens = {name: _inbetweens(document, name) for name in document.table(("inbetweens",))}
     methods = {name: _method_of(document, name) for name in document.table(("methods",))}
     for name in inbetweens:
@@ -88,8 +84,8 @@ def read_settings(path: str | Path) -> Settings:
         groups=_lists(document, "groups"),
         correctives=_lists(document, "correctives"),
         timing=timing,
-        glb=_export(document, "glb", require_glb_settings),
-        usd=_export(document, "usd", require_usd_settings),
+        glb=_checked(document, ("export", "glb"), require_glb_settings),
+        usd=_checked(document, ("export", "usd"), require_usd_settings),
     )
     _warn_of_idle(document, settings)
     return settings
@@ -122,11 +118,10 @@ def _warn_of_idle(document: Document, settings: Settings) -> None:
 
 def _character(document: Document) -> Character:
     found = document.values(("character",), tables()["character"])
-    both = [key for key in ("neutral", "targets") if key in found and "rig" in found]
-    if both:
+    both = " and ".join(repr(key) for key in ("neutral", "targets") if key in found)
+    if both and "rig" in found:
         document.refuse(
-            ("character", "rig"),
-            f"a rig file brings its own shapes; leave out 'rig' or {' and '.join(map(repr, both))}",
+            ("character", "rig"), f"a rig file brings its own shapes; leave out 'rig' or {both}"
         )
     if "mesh" in found and "rig" not in found:
         document.refuse(("character", "mesh"), "'mesh' names meshes of a rig file: name 'rig' too")
@@ -153,8 +148,8 @@ def _choice(
     own |= document.values((*where, "material"), tables()["material"])
     # One by one, so that the complaint names the line that is to blame.
     for key, value in own.items():
-        place = (*where, "material", key) if key in tables()["material"] else (*where, key)
-        with document.naming(place):
+        inner = ("material", key) if key in tables()["material"] else (key,)
+        with document.naming((*where, *inner)):
             MethodChoice.of(None, **{key: value})
     with document.naming((*where, text) if text in stated else where):
         return MethodChoice.of(stated.get(text), **own)
@@ -178,14 +173,11 @@ def _region(document: Document, name: str) -> Region:
     if "vertices" not in stated:
         document.refuse(where, f"the region {name!r} has no 'vertices': name a file or ranges")
     vertices = stated["vertices"]
-    if isinstance(vertices, str):
-        if vertices.lower().endswith(".json"):
-            document.require_file((*where, "vertices"), vertices)
-        else:
-            from elastomorph.io.vertex_lists import read_region
-
-            with document.naming((*where, "vertices")):
-                read_region(vertices)
+    if isinstance(vertices, str) and vertices.lower().endswith(".json"):
+        document.require_file((*where, "vertices"), vertices)
+    elif isinstance(vertices, str):
+        with document.naming((*where, "vertices")):
+            read_region(vertices)
     falloff = float(stated.get("falloff", 3.0))
     if falloff < 0:
         document.refuse((*where, "falloff"), f"falloff must be from 0, found {falloff:g}")
@@ -251,9 +243,8 @@ def _lists(document: Document, table: str) -> dict[str, tuple[str, ...]]:
     }
 
 
-def _export(document: Document, format_: str, require: Any) -> dict[str, Any]:
-    where = ("export", format_)
-    found = document.values(where, tables()[f"export.{format_}"])
+def _checked(document: Document, where: Where, require: Callable[..., object]) -> dict[str, Any]:
+    found = document.values(where, tables()[".".join(where)])
     for key, value in found.items():
         with document.naming((*where, key)):
             require(**{key: value})

@@ -22,15 +22,10 @@ UNITS = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
 
 
 class Key(NamedTuple):
-    """One key of a settings file.
+    """One key of a settings file, with a value as TOML."""
 
-    Attributes:
-        kind: What its value must be: ``text``, ``number``, ``whole``, ``flag``, ``numbers`` or
-            ``table``; ``file``, the name of one that exists; ``texts``, one text or a list of
-            them; ``vertices``, a file, ranges, or a list of indices.
-        example: A value as TOML.
-    """
-
+    # ``text``, ``number``, ``whole``, ``flag``, ``numbers`` or ``table``; ``file``, the name of one
+    # that exists; ``texts``, one text or a list; ``vertices``, a file, ranges, or a list of indices
     kind: str
     example: str
 
@@ -115,9 +110,7 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
         "methods": {name: _stated(choice, "method") for name, choice in settings.methods.items()},
         "regions": {
             name: {
-                "vertices": list(region.vertices)
-                if isinstance(region.vertices, tuple)
-                else _file(region.vertices),
+                "vertices": _file(region.vertices),
                 "falloff": region.falloff,
                 **_stated(region.choice, "method"),
             }
@@ -135,8 +128,10 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
     return _without_nothing(found)
 
 
-def _file(name: str | None) -> str | None:
-    """A file as the settings name it, without the folders of this machine."""
+def _file(name: str | tuple[int, ...] | None) -> str | list[int] | None:
+    """A file as the settings name it, without the folders of this machine; or vertices."""
+    if isinstance(name, tuple):
+        return list(name)
     return Path(name).name if name is not None and Path(name).is_absolute() else name
 
 
@@ -177,12 +172,7 @@ def _version() -> str:
 
 
 def export_options(settings: Settings, path: str | Path) -> dict[str, Any]:
-    """Options of `elastomorph.io.write` for a rig, with the settings themselves to be kept.
-
-    Args:
-        settings: The settings.
-        path: The file to be written; its suffix says what its format can hold.
-    """
+    """Options of `elastomorph.io.write` for a rig, with the settings themselves to be kept."""
     kept = {"settings": settings_tables(settings)}
     suffix = Path(path).suffix.lower()
     if suffix == ".glb":

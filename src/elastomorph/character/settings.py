@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -15,87 +16,51 @@ from elastomorph.errors import FormatError
 
 @dataclass(frozen=True)
 class Character:
-    """Which files a character is made of; names are relative to the settings file.
+    """Which files a character is made of; names are relative to the settings file."""
 
-    Attributes:
-        folder: Where the neutral and the targets are looked for that are not named.
-        name: What it is called.
-        unit: Unit of its files, one of `UNITS`; None where nothing is said.
-        rig: A rig file, in place of neutral and targets.
-        mesh: Names of the meshes of the rig file that are meant; see its reader for the rest.
-        neutral: File of the neutral; found by its name where it is left out.
-        targets: Files and patterns of the targets; every other mesh where they are left out.
-        curves: File of artists' curves.
-    """
-
-    folder: Path
+    folder: Path  # where the neutral and the targets are looked for that are not named
     name: str
-    unit: str | None = None
-    rig: str | None = None
-    mesh: tuple[str, ...] = ()
-    neutral: str | None = None
-    targets: tuple[str, ...] = ()
-    curves: str | None = None
+    unit: str | None = None  # of its files, one of `UNITS`
+    rig: str | None = None  # a rig file, in place of neutral and targets
+    mesh: tuple[str, ...] = ()  # names of the meshes of the rig file that are meant
+    neutral: str | None = None  # found by its name where it is left out
+    targets: tuple[str, ...] = ()  # files and patterns; every other mesh where they are left out
+    curves: str | None = None  # of artists
 
 
 @dataclass(frozen=True)
 class Region:
-    """A part of the face with a method or material of its own.
+    """A part of the face with a method or material of its own."""
 
-    Attributes:
-        vertices: A file, ranges or indices.
-        falloff: Rings of edges inside its border over which it blends into the rest.
-        choice: Its method, on top of that of the target.
-    """
-
-    vertices: str | tuple[int, ...]
-    falloff: float
-    choice: MethodChoice
+    vertices: str | tuple[int, ...]  # a file, ranges or indices
+    falloff: float  # rings of edges inside its border over which it blends into the rest
+    choice: MethodChoice  # on top of that of the target
 
 
 @dataclass(frozen=True)
 class Inbetweens:
-    """The shapes that the path of one target passes through.
+    """The shapes that the path of one target passes through."""
 
-    Attributes:
-        files: The file at each time.
-        method: The law between them, one of `elastomorph.paths.through.LAWS`.
-    """
-
-    files: Mapping[float, str]
-    method: str
+    files: Mapping[float, str]  # by time
+    method: str  # the law between them, one of `elastomorph.paths.through.LAWS`
 
 
 @dataclass(frozen=True)
 class Settings:
-    """One settings file, checked. Immutable.
-
-    Attributes:
-        path: The file.
-        character: The files of the character.
-        method: The default of every target.
-        methods: Target or pattern, and what it has for a method.
-        regions: Parts of the face with methods of their own; the later lie on top.
-        inbetweens: Shapes on the way to a target, by its name.
-        groups: Names of groups, and names or patterns of the sliders in each.
-        correctives: Name of each corrective, and the sliders that drive it.
-        timing: How t runs over exported clips; None for evenly.
-        glb: Options of `elastomorph.io.gltf.write_glb`.
-        usd: Options of `elastomorph.io.usd.write_usd`.
-        overridden: What the command line has put in the place of the file's own words.
-    """
+    """One settings file, checked. Immutable."""
 
     path: Path
     character: Character
-    method: MethodChoice = field(default_factory=MethodChoice)
-    methods: Mapping[str, MethodChoice] = field(default_factory=dict)
-    regions: Mapping[str, Region] = field(default_factory=dict)
-    inbetweens: Mapping[str, Inbetweens] = field(default_factory=dict)
-    groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    correctives: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    timing: str | None = None
-    glb: Mapping[str, Any] = field(default_factory=dict)
-    usd: Mapping[str, Any] = field(default_factory=dict)
+    method: MethodChoice = field(default_factory=MethodChoice)  # the default of every target
+    methods: Mapping[str, MethodChoice] = field(default_factory=dict)  # by target or pattern
+    regions: Mapping[str, Region] = field(default_factory=dict)  # the later lie on top
+    inbetweens: Mapping[str, Inbetweens] = field(default_factory=dict)  # by target
+    groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # sliders or patterns
+    correctives: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # what drives each
+    timing: str | None = None  # how t runs over exported clips; None for evenly
+    glb: Mapping[str, Any] = field(default_factory=dict)  # options of `write_glb`
+    usd: Mapping[str, Any] = field(default_factory=dict)  # options of `write_usd`
+    # What the command line has put in the place of the file's own words.
     overridden: tuple[str, ...] = ()
 
     def file(self, name: str) -> Path:
@@ -119,105 +84,83 @@ class Settings:
                     best = (letters, name)
         return self.method if best is None else self.methods[best[1]].over(self.method)
 
-    def members(self, names: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    def members(self, names: Collection[str]) -> dict[str, tuple[str, ...]]:
         """The groups, with the sliders that their patterns stand for."""
-        known = tuple(names)
-        return {
-            group: tuple(
-                dict.fromkeys(
-                    name
-                    for own in written
-                    for name in ([own] if own in known else known)
-                    if name == own or (is_pattern(own) and fnmatchcase(name, own))
-                )
-            )
-            for group, written in self.groups.items()
-        }
+        found = {}
+        for group, written in self.groups.items():
+            meant = [[own] if own in names else _matched(own, names) for own in written]
+            found[group] = tuple(dict.fromkeys(chain(*meant)))
+        return found
 
-    def require_names(self, names: Iterable[str]) -> None:
-        """Check that every target the settings speak of is one.
-
-        Args:
-            names: The targets of the character.
-
-        Raises:
-            FormatError: One is none, or a pattern stands for none; the message has the nearest.
-        """
-        known = tuple(names)
+    def require_names(self, names: Collection[str]) -> None:
+        """Check that every target that settings speak of is one; the message has the nearest."""
         for table, spoken in (
-            ("methods", [(name, name) for name in self.methods]),
-            ("inbetweens", [(name, name) for name in self.inbetweens]),
-            ("groups", [(group, name) for group, own in self.groups.items() for name in own]),
-            ("correctives", [(own, own) for own in self.correctives]),
-            (
-                "correctives",
-                [(own, name) for own, drivers in self.correctives.items() for name in drivers],
-            ),
+            ("methods", {name: (name,) for name in self.methods}),
+            ("inbetweens", {name: (name,) for name in self.inbetweens}),
+            ("groups", self.groups),
+            ("correctives", {name: (name,) for name in self.correctives}),
+            ("correctives", self.correctives),
         ):
-            for key, name in spoken:
+            for key, name in ((key, name) for key, own in spoken.items() for name in own):
                 patterns = table in ("methods", "groups") and is_pattern(name)
-                if name in known or (patterns and any(fnmatchcase(own, name) for own in known)):
+                if name in names or (patterns and _matched(name, names)):
                     continue
                 what = "stands for no target" if patterns else "is no target"
                 raise FormatError(
                     self.path,
                     f"{name!r} in [{table}]{'' if key == name else f', {key!r},'} {what} of "
-                    f"{self.character.name}: {nearest(name, known)}",
+                    f"{self.character.name}: {nearest(name, names)}",
                 )
 
     def with_rig(self, rig: Path) -> Settings:
         """The same settings for another rig: a folder of meshes, or a rig file."""
-        own = self.character
+        files: dict[str, Any] = {
+            "rig": str(rig.resolve()),
+            "mesh": (),
+            "neutral": None,
+            "targets": (),
+        }
         if rig.is_dir():
             if rig.resolve() == self.path.parent.resolve():
                 return self
-            character = replace(own, folder=rig, rig=None, mesh=(), neutral=None, targets=())
-        else:
-            named = str(rig.resolve())
-            character = replace(own, rig=named, mesh=(), neutral=None, targets=())
-        return replace(self, character=character, overridden=self._noted("rig"))
+            files |= {"folder": rig, "rig": None}
+        return self._with_files("rig", **files)
 
     def with_choice(self, choice: MethodChoice) -> Settings:
         """The same settings with a choice that counts for all targets and regions.
 
         In-betweens stay: they are shapes, not a method.
-
-        Args:
-            choice: What the command line says of the method.
         """
         named = [] if choice.name is None else ["method"]
-        return replace(
-            self,
+        return self.with_options(
+            *named,
+            *(name for name in choice.stated if name != "order"),
             method=choice.over(self.method),
             methods={name: own.without(choice) for name, own in self.methods.items()},
             regions={
                 name: replace(own, choice=own.choice.without(choice))
                 for name, own in self.regions.items()
             },
-            overridden=self._noted(*named, *(name for name in choice.stated if name != "order")),
         )
 
     def with_curves(self, file: Path) -> Settings:
         """The same settings with another file of artists' curves."""
-        character = replace(self.character, curves=str(file.absolute()))
-        return replace(self, character=character, overridden=self._noted("curves"))
+        return self._with_files("curves", curves=str(file.absolute()))
 
     def with_mesh(self, names: Sequence[str]) -> Settings:
         """The same settings with other meshes of the rig file."""
-        character = replace(self.character, mesh=tuple(names))
-        return replace(self, character=character, overridden=self._noted("mesh"))
+        return self._with_files("mesh", mesh=tuple(names))
 
     def with_options(self, *names: str, **fields: Any) -> Settings:
-        """The same settings with other values of some fields.
+        """The same settings with other values of some fields, by options of these names."""
+        return replace(self, **fields, overridden=tuple(dict.fromkeys((*self.overridden, *names))))
 
-        Args:
-            *names: What the options of the command line are called.
-            **fields: Fields of the settings.
-        """
-        return replace(self, **fields, overridden=self._noted(*names))
+    def _with_files(self, name: str, **fields: Any) -> Settings:
+        return self.with_options(name, character=replace(self.character, **fields))
 
-    def _noted(self, *names: str) -> tuple[str, ...]:
-        return tuple(dict.fromkeys((*self.overridden, *names)))
+
+def _matched(pattern: str, names: Iterable[str]) -> list[str]:
+    return [name for name in names if is_pattern(pattern) and fnmatchcase(name, pattern)]
 
 
 def is_pattern(name: str) -> bool:

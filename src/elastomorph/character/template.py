@@ -36,20 +36,10 @@ def write_settings(
     force: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> tuple[Path, Survey]:
-    """Write the settings file of a folder, whole or not at all.
+    """Write the settings file of a folder, whole or not at all; the file, and what was found.
 
-    Args:
-        folder: The folder of a character.
-        neutral: Name of the file of the neutral, where its name does not tell.
-        force: Replace a settings file that is there.
-        say: Told what is being done.
-
-    Returns:
-        The file, and what was found.
-
-    Raises:
-        FileError: There is a settings file already, or nothing of a character; or the file cannot
-            be written.
+    ``neutral`` is the name of its file, where that does not tell; ``force`` replaces settings that
+    are there.
     """
     file = Path(folder) / FILE_NAME
     if file.exists() and not force:
@@ -125,11 +115,7 @@ def _list(names: Iterable[str]) -> str:
 
 
 def _text(value: str) -> str:
-    """A TOML string.
-
-    Raises:
-        FileError: The name of a file is no Unicode text.
-    """
+    """A TOML string."""
     try:
         value.encode()
     except UnicodeEncodeError:
