@@ -237,7 +237,9 @@ def line_of(text: str, where: tuple[str, ...]) -> int | None:
             place = table + _names(assignment[1])
         else:
             continue
-        shared = _shared(place, where)
+        pairs = enumerate(zip(place, where, strict=False))
+        both = min(len(place), len(where))
+        shared = next((count for count, (own, its) in pairs if own != its), both)
         # A table deeper than what is asked for may be all there is of it: [a.b] is where a begins.
         if shared > best and (shared == len(place) or shared == len(where)):
             best, found = shared, number
@@ -251,11 +253,3 @@ def _names(key: str) -> tuple[str, ...]:
         ((name, content),) = content.items()
         names.append(name)
     return tuple(names)
-
-
-def _shared(one: tuple[str, ...], other: tuple[str, ...]) -> int:
-    """How many names from the first on are the same."""
-    for place, (own, its) in enumerate(zip(one, other, strict=False)):
-        if own != its:
-            return place
-    return min(len(one), len(other))

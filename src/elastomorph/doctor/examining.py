@@ -23,7 +23,10 @@ from elastomorph.doctor.findings import (
     Finding,
     Outcome,
     Repaired,
-    in_order,
+    counted,
+    listed,
+    polygon_finding,
+    rank,
     unreadable,
 )
 from elastomorph.doctor.frames import Frame, frame_between
@@ -166,7 +169,7 @@ class _Examiner:
             tuple(files),
             surface.surface_facts(self.neutral.mesh),
             symmetric,
-            in_order(self.findings),
+            tuple(sorted(self.findings, key=rank)),
             repaired,
             tuple(self.lost),
             self.settings,
@@ -288,8 +291,12 @@ class _Examiner:
         wrong = winding.inside_out(self.neutral.mesh)
         if not wrong.any():
             return
-        self.findings.append(winding.inside_out_finding(self.neutral.mesh, self.file, wrong))
-        self.mesh = winding.with_reversed(self.neutral.mesh, wrong)
+        which = np.flatnonzero(wrong)
+        shows = counted(which, "polygon shows its", "polygons show their")
+        message = f"{shows} back, in all files alike: {listed(which)}"
+        mesh = self.neutral.mesh
+        self.findings.append(polygon_finding("inside-out", mesh, self.file, which, message))
+        self.mesh = winding.with_reversed(mesh, wrong)
         for own in self.targets.values():
             own.mesh = winding.with_reversed(own.mesh, wrong)
         for done in (self.done, *(own.done for own in self.targets.values())):

@@ -245,12 +245,9 @@ class Examination:
         return any(found.name == "unreadable" for found in self.findings)
 
 
-def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Findings, the gravest first, then by kind; those of a kind stay in the order of files."""
-    kinds = list(KINDS)
-    return tuple(
-        sorted(findings, key=lambda f: (SEVERITIES.index(f.severity), kinds.index(f.name)))
-    )
+def rank(found: Finding) -> tuple[int, int]:
+    """To sort by: the gravest first, then by kind."""
+    return SEVERITIES.index(found.severity), list(KINDS).index(found.name)
 
 
 def unreadable(file: str, error: ElastomorphError) -> Finding:

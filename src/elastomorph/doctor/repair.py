@@ -27,22 +27,15 @@ _AMONG_OTHERS = frozenset({"noise"})
 
 @dataclass(frozen=True)
 class Repair:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        folder: Where.
-        repaired: File and what was done to it; each was read back and examined again.
-        copied: Files that were right already, copied byte for byte; the meshes of a rig, written
-            as OBJ.
-        left_out: Files that could not be repaired.
-        refused: File and why its repair was not written.
-    """
-
-    folder: str
+    folder: str  # where
+    # File and what was done to it; each was read back and examined again.
     repaired: tuple[tuple[str, tuple[str, ...]], ...]
+    # Files that were right already, copied byte for byte; the meshes of a rig, written as OBJ.
     copied: tuple[str, ...]
-    left_out: tuple[str, ...]
-    refused: tuple[tuple[str, str], ...] = ()
+    left_out: tuple[str, ...]  # files that could not be repaired
+    refused: tuple[tuple[str, str], ...] = ()  # file and why its repair was not written
 
 
 def repair(examination: Examination, folder: str | Path) -> Repair:

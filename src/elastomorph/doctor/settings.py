@@ -29,83 +29,66 @@ SIDES: tuple[tuple[str, str], ...] = (
 
 @dataclass(frozen=True)
 class Thresholds:
-    """From where on to report. Lengths are fractions of D, the largest distance in the neutral.
+    """From where on to report. Lengths are fractions of D, the largest distance in the neutral."""
 
-    Attributes:
-        nothing: A target that moves no vertex farther does nothing; two targets that differ no
-            more are the same. A file with six digits rounds by a tenth of this.
-        area: A polygon whose area is at most this part of its longest edge squared has none; one
-            that keeps at most this part of its area has lost it.
-        head: The stillest quarter of the vertices of a target may move so far before one asks
-            whether the head moved; scans are stabilised to about this.
-        steadier: A rigid motion is one of the head if it leaves less than this part of what the
-            stillest quarter moves: it leaves 0.001 of a sculpted target, while of scans that
-            differ smoothly by 0.1 % of D without any such motion it leaves 0.24 and more.
-        jump: A vertex jumps that leaves the median of its neighbours by more than this part of
-            its mean edge,
-        jump_alone: and by more than this many times what they differ among themselves,
-        jump_clearly: and if the product of both, in mean edges and in such differences, is larger
-            than this: a short leap counts only where the neighbours agree well. Corners of lashes
-            reach 4 in a blink, vertices left behind 10 and more.
-        jump_noise: and by more than this many times what the smoothest quarter of the vertices
-            leaves theirs: of a million vertices with normal noise none leaves it by
-            5.1 times that.
-        scale: A target has another unit if a third of the distances between near vertices is
-            larger or smaller by more than this factor. No expression does that: even a jaw that
-            drops leaves half of them as they are.
-        resting: A file with this part of its vertices at the origin holds displacements: every
-            expression of three rigs leaves more than a third of the vertices where they are.
-        deltas: Displacements are smaller than this; no shape is.
-        noise: A target is noisy if all but a quarter of its vertices leave the mean of their
-            neighbours by more than this part of an edge, from where on shading shows it. Of 150
-            targets of three rigs none has more than 0.00001; noise of 0.01 % of D gives a fine
-            mesh 0.015.
-        noise_alone: and by this many times what is usual among the targets.
-        baked: A target contains another one if this share of its motion is in it, unchanged. No two
-            targets of two rigs share as much as a thousandth.
-        torn: Half of the edges of a target may be this many times longer; the most that an
-            expression does to half of a face is a few percent.
-        asymmetry: Largest difference of a mirrored pair, as a part of the larger motion,
-        asymmetry_of_d: and as a fraction of D; both must be exceeded.
-        one_sided: A pair differs so much, as a part of its motion, that it is no longer a note.
-        bend: A linear path off its rotation path by more than this at t = 0.5 deserves an
-            in-between.
-    """
-
+    # A target that moves no vertex farther does nothing; two targets that differ no more are the
+    # same. A file with six digits rounds by a tenth of this.
     nothing: float = 1e-5
+    # A polygon whose area is at most this part of its longest edge squared has none; one that keeps
+    # at most this part of its area has lost it.
     area: float = 1e-6
+    # The stillest quarter of the vertices of a target may move so far before one asks whether the
+    # head moved; scans are stabilised to about this.
     head: float = 5e-4
+    # A rigid motion is one of the head if it leaves less than this part of what the stillest
+    # quarter moves: it leaves 0.001 of a sculpted target, while of scans that differ smoothly by
+    # 0.1 % of D without any such motion it leaves 0.24 and more.
     steadier: float = 0.2
+    # A vertex jumps that leaves the median of its neighbours by more than this part of its mean
+    # edge,
     jump: float = 0.5
-    jump_alone: float = 5.0
+    jump_alone: float = 5.0  # and by more than this many times what they differ among themselves,
+    # and if the product of both, in mean edges and in such differences, is larger than this: a
+    # short leap counts only where the neighbours agree well. Corners of lashes reach 4 in a blink,
+    # vertices left behind 10 and more.
     jump_clearly: float = 6.0
+    # and by more than this many times what the smoothest quarter of the vertices leaves theirs: of
+    # a million vertices with normal noise none leaves it by 5.1 times that.
     jump_noise: float = 8.0
+    # A target has another unit if a third of the distances between near vertices is larger or
+    # smaller by more than this factor. No expression does that: even a jaw that drops leaves half
+    # of them as they are.
     scale: float = 1.2
+    # A file with this part of its vertices at the origin holds displacements: every expression of
+    # three rigs leaves more than a third of the vertices where they are.
     resting: float = 0.1
-    deltas: float = 0.5
+    deltas: float = 0.5  # displacements are smaller than this; no shape is
+    # A target is noisy if all but a quarter of its vertices leave the mean of their neighbours by
+    # more than this part of an edge, from where on shading shows it. Of 150 targets of three rigs
+    # none has more than 0.00001; noise of 0.01 % of D gives a fine mesh 0.015.
     noise: float = 0.01
-    noise_alone: float = 3.0
+    noise_alone: float = 3.0  # and by this many times what is usual among the targets
+    # A target contains another one if this share of its motion is in it, unchanged. No two targets
+    # of two rigs share as much as a thousandth.
     baked: float = 0.1
+    # Half of the edges of a target may be this many times longer; the most that an expression does
+    # to half of a face is a few percent.
     torn: float = 2.0
-    asymmetry: float = 0.1
-    asymmetry_of_d: float = 1e-3
+    asymmetry: float = 0.1  # largest difference of a mirrored pair, as a part of the larger motion,
+    asymmetry_of_d: float = 1e-3  # and as a fraction of D; both must be exceeded
+    # A pair differs so much, as a part of its motion, that it is no longer a note.
     one_sided: float = 0.5
+    # A linear path off its rotation path by more than this at t = 0.5 deserves an in-between.
     bend: float = INBETWEEN_PAYS
 
 
 @dataclass(frozen=True)
 class BeamSettings:
-    """What a beam is made of and how it is solved.
+    """What a beam is made of and how it is solved."""
 
-    Attributes:
-        material: m, c and k.
-        order: R of the load t^R.
-        closure: Time law of a curve's mean.
-    """
-
-    material: Material
-    order: int = 2
-    closure: str = "limit"
+    material: Material  # m, c and k
+    order: int = 2  # R of the load t^R
+    closure: str = "limit"  # time law of a curve's mean
 
 
 @dataclass(frozen=True, eq=False)

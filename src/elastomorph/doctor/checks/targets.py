@@ -172,10 +172,7 @@ def baked_targets(
             if float(np.abs(moved[whole] - own).max()) > same:
                 inside[whole].append((part, weight))
 
-    @cache
-    def is_combination(file: str) -> bool:
-        return _is_combination(file, moved, sides, name_of)
-
+    is_combination = cache(lambda file: _is_combination(file, moved, sides, name_of))
     found = []
     for whole, parts in inside.items():
         parts = [part for part in parts if not is_combination(part[0])]

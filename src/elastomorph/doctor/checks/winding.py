@@ -163,11 +163,3 @@ def inside_out(mesh: Mesh) -> NDArray[np.bool_]:
     holds = 36.0 * np.pi * volumes**2 > _HOLDS * areas**3
     bad = closed & holds & (volumes < 0)
     return np.asarray(bad[part_of[mesh.faces.indices[mesh.faces.offsets[:-1]]]])
-
-
-def inside_out_finding(mesh: Mesh, file: str, wrong: NDArray[np.bool_]) -> Finding:
-    """The finding for polygons (F,) that are wound inwards."""
-    which = np.flatnonzero(wrong)
-    shows = counted(which, "polygon shows its", "polygons show their")
-    message = f"{shows} back, in all files alike: {listed(which)}"
-    return polygon_finding("inside-out", mesh, file, which, message)
