@@ -79,7 +79,7 @@ class Objective:
             mean = mean_response(self.closure, load, material)
             laws[0, : len(mean)] = mean
             laws[1:, : load.order] = modal_response(self.sums.stiffness[1:], load, material)
-        return np.nan_to_num(np.clip(laws, -_HUGE, _HUGE), nan=_HUGE)
+        return np.where(np.isnan(laws), _HUGE, np.clip(laws, -_HUGE, _HUGE))
 
     def excursion(self, point: NDArray[np.float64]) -> float:
         """How far the worst law leaves [0, 1] or runs back."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ResonanceError, TimeLawWarning
-from elastomorph.physics.equation import Load, Material
+from elastomorph.physics.equation import HIGHEST_ORDER, Load, Material
 from elastomorph.physics.response import mean_response, modal_response
 
 _Modes = Sequence[tuple[str, NDArray[np.float64]]]
@@ -18,13 +18,13 @@ _Modes = Sequence[tuple[str, NDArray[np.float64]]]
 # only within a few percent of a singular material.
 _RESONANT = 10.0
 _WELL_BEHAVED = 0.01
-_TIMES = np.linspace(0.0, 1.0, 129)
+_POWERS = np.linspace(0.0, 1.0, 129) ** np.arange(1, HIGHEST_ORDER + 2)[:, None]
 
 
 def excursion(laws: NDArray[np.float64]) -> NDArray[np.float64]:
     """How far (…, K) coefficients of t … t^K leave [0, 1] or run back; infinite if singular."""
     with np.errstate(invalid="ignore", over="ignore"):
-        values = laws @ (_TIMES ** np.arange(1, laws.shape[-1] + 1)[:, None])
+        values = laws @ _POWERS[: laws.shape[-1]]
         high = np.maximum.accumulate(values, axis=-1)
         worst = np.maximum((high - values).max(axis=-1), values.max(axis=-1) - 1.0)
     return np.where(np.isfinite(worst), worst, np.inf)
