@@ -51,8 +51,7 @@ _READER = IsolatedReader("elastomorph.io.fbx.worker", "the reader of FBX files",
 class Channel:
     """A blend shape channel: what one slider does to one mesh."""
 
-    # (K,) weight at which each shape is reached in full; 1 is a slider at 100 %
-    weights: tuple[float, ...]
+    weights: tuple[float, ...]  # (K,) at which each shape is reached in full; 1 is 100 %
     vertices: tuple[NDArray[np.int64], ...]  # K arrays (N,) of the vertices that each shape moves
     offsets: tuple[NDArray[np.float64], ...]  # K arrays (N, 3) of how far, from the neutral
 
@@ -63,8 +62,7 @@ class FbxMesh:
 
     name: str  # Name of its node, which is what people see in an outliner
     shown: bool  # Whether its author sees it
-    # (4, 3) from geometry to world: what x, y and z become, and the origin
-    matrix: NDArray[np.float64]
+    matrix: NDArray[np.float64]  # (4, 3) to the world: what x, y and z become, and the origin
     vertices: NDArray[np.float64]  # (V, 3) control points in the order of the file
     indices: NDArray[np.int64]  # (C,) control point of each polygon corner
     offsets: NDArray[np.int64]  # (F + 1,) where each polygon starts

@@ -28,14 +28,10 @@ def content_of(source: str) -> dict[str, NDArray[Any]]:
     """The arrays of a file; a RefusedError where it is no FBX file, or a damaged one."""
     import ufbx
 
+    content = Path(source).read_bytes()
     try:
-        return _content(
-            _hold(
-                ufbx.load_memory(
-                    Path(source).read_bytes(), ignore_animation=True, ignore_embedded=True
-                )
-            )
-        )
+        scene = ufbx.load_memory(content, ignore_animation=True, ignore_embedded=True)
+        return _content(_hold(scene))
     except ufbx.UfbxError as error:
         raise RefusedError(
             f"it cannot be read as FBX ({str(error)[:200]}): it is damaged, cut off or another "

@@ -29,15 +29,11 @@ class MaterialTriangles:
 class Layout:
     """The vertices and triangles of a file."""
 
-    # (N,) int32 mesh vertex of each vertex of the file; 0 … V - 1 come first
-    vertex_of: NDArray[np.int32]
-    # (N,) int32 texture coordinate of each vertex of the file, -1 for none
-    uv_of: NDArray[np.int32]
+    vertex_of: NDArray[np.int32]  # (N,) mesh vertex of each of the file; 0 … V - 1 first
+    uv_of: NDArray[np.int32]  # (N,) texture coordinate of each vertex of the file, or -1
     corners: NDArray[np.int32]  # (C,) int32 vertex of the file at each polygon corner
-    # One a material, in the order of the labels, unlabelled polygons last
-    primitives: tuple[MaterialTriangles, ...]
-    # (N, 2) float32 u and 1 - v, for glTF counts v from the top; None without UVs
-    texture: NDArray[np.float32] | None
+    primitives: tuple[MaterialTriangles, ...]  # One a material, by label; none comes last
+    texture: NDArray[np.float32] | None  # (N, 2) u and 1 - v, as glTF counts from the top
 
     def rows(self, vectors: NDArray[np.float64]) -> NDArray[np.float32]:
         """(N, 3) vectors of the vertices of the file, from (V, 3) of those of the mesh."""

@@ -104,9 +104,7 @@ def _corners(
         ends = np.cumsum(sizes[mine] - 2)
         starts = ends - (sizes[mine] - 2)
         inner = np.setdiff1d(np.arange(len(triangles)), starts, assume_unique=True)
-        fans = (triangles[inner, 0] == triangles[inner - 1, 0]) & (
-            triangles[inner, 1] == triangles[inner - 1, 2]
-        )
+        fans = triangles[inner, :2] == triangles[inner - 1][:, [0, 2]]
         _require(bool(fans.all()), "triangles that are no fans of the polygons")
         corners[offsets[mine]] = triangles[starts, 0]
         corners[offsets[mine] + 1] = triangles[starts, 1]

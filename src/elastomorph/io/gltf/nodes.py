@@ -20,10 +20,8 @@ class PlacedMesh:
     """A mesh as a node shows it."""
 
     number: int  # Number of the mesh
-    # Names of the node and of the mesh, as far as they have any; at least one
-    names: tuple[str, ...]
-    # (3, 3) what directions and displacements are multiplied with, from the left
-    linear: NDArray[np.float64]
+    names: tuple[str, ...]  # Of the node and of the mesh, as far as they have any; at least one
+    linear: NDArray[np.float64]  # (3, 3) what vectors are multiplied with, from the left
     offset: NDArray[np.float64]  # (3,) what positions are then moved by
 
 

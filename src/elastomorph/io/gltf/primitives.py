@@ -25,8 +25,7 @@ class Attributes:
     start: int  # Number of the first of them among all vertices
     vertices: NDArray[np.float64]  # (N, 3) float64
     texture: NDArray[np.float64] | None  # (N, 2) float64 with v from the top, if any
-    # What each morph target moves, (N, 3) float64, by its name
-    displacements: dict[str, NDArray[np.float64]]
+    displacements: dict[str, NDArray[np.float64]]  # (N, 3) by morph target
 
 
 @dataclass(eq=False)
@@ -35,10 +34,8 @@ class Primitives:
 
     targets: list[str]  # Names of the morph targets, in order
     attributes: list[Attributes] = field(default_factory=list)  # The vertices
-    # (T, 3) int32, of all vertices, of each primitive
-    triangles: list[NDArray[np.int32]] = field(default_factory=list)
-    # Name of the material of each primitive, if any
-    materials: list[str | None] = field(default_factory=list)
+    triangles: list[NDArray[np.int32]] = field(default_factory=list)  # (T, 3) a primitive
+    materials: list[str | None] = field(default_factory=list)  # A primitive
 
     @property
     def count(self) -> int:
@@ -129,7 +126,7 @@ def _read_mesh(file: GltfFile, placed: PlacedMesh, modes: tuple[int, ...]) -> Pr
         if key not in known:
             _refuse_draco(file, primitive, attributes, of)
             by_name = dict(zip(found.targets, targets, strict=False))
-            known[key] = _read_attributes(file, attributes, by_name, placed, found.count)
+            known[key] = _read_attributes(file, placed, found.count, attributes, by_name)
             found.attributes.append(known[key])
         triangles = _read_triangles(file, primitive, known[key], of)
         mirrored = np.linalg.det(placed.linear) < 0
@@ -139,12 +136,9 @@ def _read_mesh(file: GltfFile, placed: PlacedMesh, modes: tuple[int, ...]) -> Pr
 
 
 def _read_attributes(
-    file: GltfFile,
-    attributes: dict[str, Any],
-    targets: dict[str, Any],
-    placed: PlacedMesh,
-    start: int,
+    file: GltfFile, placed: PlacedMesh, start: int, attributes: dict[str, Any], targets: Any
 ) -> Attributes:
+    """The vertices, from this number on, of the accessors of attributes and of named targets."""
     of = f"mesh {placed.number}"
     if "POSITION" not in attributes:
         file.refuse(f"a primitive of {of} has no positions")
@@ -180,11 +174,11 @@ def _read_triangles(
     file.budget.spend(len(corners) * (12 if mode == _TRIANGLES else 36))
     if mode == _TRIANGLES:
         triangles = corners.reshape(-1, 3)
-    elif mode == _FAN:
-        first = np.full(len(corners) - 2, corners[0])
-        triangles = np.stack([first, corners[1:-1], corners[2:]], axis=1)
     else:
         triangles = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    if mode == _FAN:
+        triangles[:, 0] = corners[0]
+    if mode == _STRIP:
         triangles[1::2] = triangles[1::2, [1, 0, 2]]
         same = triangles == np.roll(triangles, 1, axis=1)
         triangles = triangles[~same.any(axis=1)]  # strips are joined by triangles without area

@@ -116,8 +116,7 @@ class SparseShapes:
     """The shapes that UsdSkel plays, on the points that any of them moves."""
 
     points: NDArray[np.int32]  # (N,) int32 rising, N ≥ 1
-    # (1 + n, N, 3) float32 from the neutral: the target, then the in-betweens
-    offsets: NDArray[np.float32]
+    offsets: NDArray[np.float32]  # (1 + n, N, 3) from the neutral: target, then in-betweens
     weights: NDArray[np.float32]  # (n,) float32 of the in-betweens, rising
 
 

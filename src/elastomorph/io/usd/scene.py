@@ -31,8 +31,7 @@ class FoundShape:
     path: str | None  # JSON of its exact path, if any
     points: NDArray[np.int64]  # (N,) int64 points it moves
     offsets: NDArray[np.float64]  # (1 + n, N, 3) float64, of the shape and its in-betweens
-    # (n,) float64 of the in-betweens, in any order; NaN where there is none
-    weights: NDArray[np.float64]
+    weights: NDArray[np.float64]  # (n,) of the in-betweens, in any order; NaN for none
     bends: NDArray[np.float64]  # (M, 3) float64 rows of exact bends, if any
 
 

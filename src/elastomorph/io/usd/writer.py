@@ -133,10 +133,7 @@ def write_usd(
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise FormatError(path, f"expected a name that ends in {', '.join(SUFFIXES)}")
-    labels = (rig.neutral.materials, rig.neutral.groups)
-    for name in (*rig.morphs, *(name for own in labels if own is not None for name in own.names)):
-        if "\0" in name or name.encode("utf-8", "replace").decode() != name:
-            raise FormatError(path, f"the name {name!r} cannot be stored as text; rename it")
+    _require_texts(path, rig)
     motion = None
     if animation is not None:
         motion = (*driven_weights(rig, *animation[:2]), str(animation[2]))
@@ -170,6 +167,14 @@ def require_usd_settings(
         raise ParameterError(
             f"most_inbetweens must be a whole number of at least 0, found {most_inbetweens!r}"
         )
+
+
+def _require_texts(path: str | Path, rig: Rig) -> None:
+    """Refuse names with a NUL, at which USD would end them, or half a character."""
+    labels = (rig.neutral.materials, rig.neutral.groups)
+    for name in (*rig.morphs, *(name for own in labels if own is not None for name in own.names)):
+        if "\0" in name or name.encode("utf-8", "replace").decode() != name:
+            raise FormatError(path, f"the name {name!r} cannot be stored as text; rename it")
 
 
 def _author(
