@@ -64,7 +64,6 @@ _HOMES = {
     "paths.interpolate": ("interpolate", "prepare"),
     "paths.through": ("through",),
     "physics": ("Load", "Material"),
-    "rig": ("timing",),
     "rig.rig": ("Rig",),
 }
 """The module of each public name that is no error."""
@@ -73,8 +72,8 @@ __all__ = sorted({*(name for names in _HOMES.values() for name in names), *_erro
 
 accept_old_names()
 
-__getattr__ = lazy_names(__name__, _HOMES)
+__getattr__ = lazy_names(__name__, {**_HOMES, "rig": ("timing",)})
 
 
 def __dir__() -> list[str]:
-    return sorted({*(name for name in globals() if name.startswith("__")), *__all__})
+    return sorted({*(name for name in globals() if name.startswith("__")), *__all__, "timing"})

@@ -26,6 +26,8 @@ _NEW_NAMES = {
     "elastomorph.baking": "elastomorph.paths.bake",
     "elastomorph.io.performance_csv": "elastomorph.io.performance",
     "elastomorph.performance": "elastomorph.rig.performance",
+    "elastomorph.physics.load": "elastomorph.physics.equation",
+    "elastomorph.physics.material": "elastomorph.physics.equation",
     "elastomorph.polygon_normals": "elastomorph.model.polygons",
     "elastomorph.report.page": "elastomorph.report",
     "elastomorph.rotations": "elastomorph.paths.rotations",

@@ -43,7 +43,8 @@ def as_number(
     if low or not np.isfinite(number):
         bound = f" above {above:g}" if above is not None else ""
         bound += f" ≥ {least:g}" if least is not None else ""
-        raise ParameterError(f"{what} must be a number{bound}, found {value!r}")
+        kind = "finite number" if np.isinf(number) else "number"
+        raise ParameterError(f"{what} must be a {kind}{bound}, found {value!r}")
     return number
 
 
