@@ -44,7 +44,7 @@ def test_one_number(value: object) -> None:
 
 @pytest.mark.parametrize("value", [-1, float("nan"), float("inf"), None, False, "1", [1.0]])
 def test_one_number_is_finite_and_within_its_bound(value: object) -> None:
-    with pytest.raises(em.ParameterError, match="size must be a (finite )?number ≥ 0, found"):
+    with pytest.raises(em.ParameterError, match=r"size must be a (finite )?number ≥ 0, found"):
         as_number(value, "size", least=0)
-    with pytest.raises(em.ParameterError, match="size must be a number above 0, found"):
+    with pytest.raises(em.ParameterError, match=r"size must be a (finite )?number above 0, found"):
         as_number(value, "size", above=0)
