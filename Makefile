@@ -20,7 +20,7 @@ demo: $(INSTALLED)
 
 # Tests run against the package as people install it, never against the source folder.
 test: $(DEV_READY) $(INSTALLED) $(WEB_READY)
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 check: docs
 	$(BIN)/ruff check .

@@ -16,7 +16,7 @@ _MODEL = """
 """
 _GEOMETRY = "components extent rigid"
 _DRAW = """
-    actors camera clips curves_picture figure framing gif graphs materials movie pictures
+    actors camera clips curves_picture figure framing graphs materials movie pictures
     posed stage strips time_laws window
 """
 _NEW_NAMES = {

@@ -12,7 +12,7 @@ from characters import LEFT, TABLES, changed, sheet, write_character, write_sett
 
 import elastomorph as em
 from elastomorph.character import Settings, read_settings, rig_from_settings
-from elastomorph.character.choice import MethodChoice
+from elastomorph.character.schema import MethodChoice
 from elastomorph.curves import extract_curves, region_weights
 from elastomorph.errors import ElastomorphWarning, FileError, FormatError, TopologyError
 from elastomorph.io.rig_folder import read_rig_folder

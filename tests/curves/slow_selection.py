@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from elastomorph.curves.chains import Chains
+from elastomorph.curves.selection import Chains
 
 Run = tuple[list[int], bool]
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from topologies import fan, grid
 
-from elastomorph.curves.chains import ordered_chains
 from elastomorph.curves.extraction import join_short_curves
-from elastomorph.curves.selection import GrowingCurves
+from elastomorph.curves.selection import GrowingCurves, ordered_chains
 from elastomorph.model.mesh import Mesh
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elastomorph.draw.colours import COLOUR_MAP, SCALE_ENDS, heat_colours, round_up
+from elastomorph.draw.pictures import COLOUR_MAP, SCALE_ENDS, heat_colours, round_up
 from elastomorph.errors import ParameterError
 from elastomorph.viewer.page import shipped_page
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
-from elastomorph.draw.gif import dither_pattern, write_gif
+from elastomorph.draw.movie import dither_pattern, write_gif
 
 PAPER = (246, 246, 247)
 

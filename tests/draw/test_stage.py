@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.colours import COLOUR_MAP, heat_colours
 from elastomorph.draw.framing import camera_for
+from elastomorph.draw.pictures import COLOUR_MAP, heat_colours
 from elastomorph.draw.stage import BACKGROUND, Lines, Stage, render
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.mesh import FaceLabels, Mesh

@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter1d
 import elastomorph as em
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.evaluation import Movement, find_movements, resting_pose
-from elastomorph.evaluation.methods import every_method
+from elastomorph.evaluation.evaluation import every_method
 from elastomorph.evaluation.movements import (
     JudgedMovement,
     activity,

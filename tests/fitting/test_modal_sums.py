@@ -9,8 +9,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
-from elastomorph.fitting.modal_sums import LawSums, ModalSums, curve_sums
-from elastomorph.fitting.objective import Objective
+from elastomorph.fitting.modal_sums import LawSums, ModalSums, Objective, curve_sums
 
 Synthesis = Callable[..., list[em.MeshSequence]]
 

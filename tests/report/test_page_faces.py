@@ -8,7 +8,7 @@ import pytest
 from elastomorph.evaluation import Evaluation
 from elastomorph.evaluation.shape import ClosureSeam, Shape
 from elastomorph.report.faces import look_alikes, telling_frame
-from elastomorph.report.walkthrough_pictures import closures_picture
+from elastomorph.report.walkthrough_page import closures_picture
 
 
 def test_faces_that_nobody_could_tell_apart_share_a_row(evaluation: Evaluation) -> None:

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from elastomorph.character.choice import MethodChoice
 from elastomorph.character.document import Document, Where, nearest, open_document
-from elastomorph.character.schema import FREE, UNITS, Key, tables
+from elastomorph.character.schema import FREE, UNITS, Key, MethodChoice, tables
 from elastomorph.character.settings import (
     Character,
     Inbetweens,

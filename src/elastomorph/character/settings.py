@@ -9,8 +9,8 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from elastomorph.character.choice import MethodChoice
 from elastomorph.character.document import nearest
+from elastomorph.character.schema import MethodChoice
 from elastomorph.errors import FormatError
 
 

@@ -106,7 +106,7 @@ def _names_in(path: Path | None) -> list[str]:
     suffix = path.suffix.lower()
     if suffix == ".toml" or (path.is_dir() and (path / "elastomorph.toml").is_file()):
         from elastomorph.character import read_settings
-        from elastomorph.character.sources import find_sources
+        from elastomorph.character.build import find_sources
 
         sources = find_sources(read_settings(path))
         return list(sources.targets) if sources.rig is None else _names_in(sources.rig)

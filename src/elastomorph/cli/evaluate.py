@@ -106,7 +106,7 @@ def evaluate(
       elastomorph evaluate scan.####.obj -o out --method linear --method beam:2
       elastomorph evaluate take.npz --curves markers.json --movements
     """
-    from elastomorph.character.choice import MethodChoice
+    from elastomorph.character.schema import MethodChoice
 
     named, every = method or [], every or not method
     _require_use(movements, edge, rigid, output, report, unit)
@@ -202,7 +202,7 @@ class _Asked:
 
     def methods(self, motion: MeshSequence) -> dict[str, Method | Morph]:
         """The methods for one motion by their labels: those named, or all and those named."""
-        from elastomorph.evaluation.methods import every_method, method_of
+        from elastomorph.evaluation.evaluation import every_method, method_of
 
         how: dict[str, Any] = {"material": self.material, "progress": self.say}
         found: dict[str, Method | Morph] = {}

@@ -103,7 +103,7 @@ def _settings(
 ) -> Settings:
     """Settings of the target; options in their place, which must have an effect."""
     from elastomorph.character import Character, Settings
-    from elastomorph.character.choice import MethodChoice
+    from elastomorph.character.schema import MethodChoice
 
     if said["load"] is not None:
         try:

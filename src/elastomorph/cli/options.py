@@ -14,7 +14,7 @@ from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     from elastomorph.character import Settings
-    from elastomorph.character.choice import MethodChoice
+    from elastomorph.character.schema import MethodChoice
     from elastomorph.cli.output import Say
     from elastomorph.curves import CurveNetwork
     from elastomorph.model.mesh import Mesh
@@ -81,7 +81,7 @@ def settings_of(
     if file is None and not named and (rig is None or not rig.is_dir()):
         return None
     from elastomorph.character import find_settings, read_settings
-    from elastomorph.character.choice import MethodChoice
+    from elastomorph.character.schema import MethodChoice
 
     if named and file is not None:
         raise ParameterError(f"the rig {rig} is settings of its own; leave out --settings {file}")

@@ -190,7 +190,7 @@ def numbers(text: str, option: str) -> list[float]:
 
 def background_of(text: str | None) -> tuple[float, float, float] | None:
     """Red, green, blue from 0 to 1 of a colour's name or #rrggbb; None is transparent."""
-    from elastomorph.draw.colours import colour_named
+    from elastomorph.draw.pictures import colour_named
     from elastomorph.draw.stage import BACKGROUND
 
     if text is None:

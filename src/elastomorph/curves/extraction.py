@@ -10,10 +10,9 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.curves.chains import ordered_chains
 from elastomorph.curves.loops import edge_ends, trace_loops
 from elastomorph.curves.network import Curve, CurveNetwork
-from elastomorph.curves.selection import SHORTEST, GrowingCurves, choose_runs
+from elastomorph.curves.selection import SHORTEST, GrowingCurves, choose_runs, ordered_chains
 from elastomorph.model.mesh import Mesh, require_mesh
 
 _APPEND, _INSERT, _CUT, _OPEN = range(4)

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.curves.chains import Chains, ordered_chains
 from elastomorph.curves.network import Curve
+from elastomorph.curves.selection import Chains, ordered_chains
 from elastomorph.model.mesh import Mesh, require_mesh
 from elastomorph.model.polygons import Polygons
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from elastomorph.character import find_settings, read_settings
-from elastomorph.character.sources import find_sources
+from elastomorph.character.build import find_sources
 from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.doctor.findings import Examination, unreadable
 from elastomorph.doctor.settings import ExaminationSettings

@@ -6,12 +6,11 @@ first picture is drawn. Pictures are (H, W, 3) uint8 arrays, and files where a p
 
 from elastomorph.draw.actors import Lines
 from elastomorph.draw.camera import VIEWS, Camera
-from elastomorph.draw.colours import ColourScale, heat_colours
 from elastomorph.draw.comparisons import closure_comparison, error_strip, side_by_side
 from elastomorph.draw.curves_picture import curves_picture, network_lines
 from elastomorph.draw.framing import camera_for
 from elastomorph.draw.graphs import error_graphs, inbetween_graph, time_graphs
-from elastomorph.draw.pictures import as_png, write_picture
+from elastomorph.draw.pictures import ColourScale, as_png, heat_colours, write_picture
 from elastomorph.draw.sheet import picture_grid
 from elastomorph.draw.stage import Stage, render
 from elastomorph.draw.strips import expression_strip, face_strip, method_strip

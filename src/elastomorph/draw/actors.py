@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.colours import colour_bytes
 from elastomorph.draw.materials import Look
-from elastomorph.draw.pictures import imported
+from elastomorph.draw.pictures import colour_bytes, imported
 from elastomorph.draw.window import rendering
 from elastomorph.model.polygons import Polygons, polygon_normals
 

@@ -100,7 +100,7 @@ def write_clip(path: str | Path, frames: Iterable[Image], *, count: int, fps: fl
 
         write_movie(path, alike, (first.shape[1], first.shape[0]), fps)
     elif suffix == ".gif":
-        from elastomorph.draw.gif import write_gif
+        from elastomorph.draw.movie import write_gif
 
         write_gif(path, alike, frame_durations(count, fps, 10))
     else:

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.colours import COLOUR_MAP
 from elastomorph.draw.framing import View, camera_for
-from elastomorph.draw.pictures import Image, written
+from elastomorph.draw.pictures import COLOUR_MAP, Image, written
 from elastomorph.draw.sheet import Face, face_sheet, in_rows, scale_of, stack
 from elastomorph.draw.strips import TRUTH, method_words
 from elastomorph.errors import ParameterError

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.colours import RGB
+from elastomorph.draw.pictures import RGB
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import FaceLabels, Mesh
 

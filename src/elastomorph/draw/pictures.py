@@ -1,14 +1,15 @@
-"""Pictures of pixels as files, and the packages that only drawing needs."""
+"""Pictures of pixels: as files, coloured by numbers, and the packages that only drawing needs."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MissingExtraError, ParameterError
 from elastomorph.io.atomic import replacing
@@ -59,3 +60,74 @@ def as_png(image: Image) -> bytes:
 def as_pillow(image: Image) -> Any:
     """The picture as an ``Image`` of Pillow."""
     return imported("PIL.Image").fromarray(np.ascontiguousarray(image))
+
+
+RGB = tuple[float, float, float]
+COLOUR_MAP = "magma_r"
+"""Perceptually uniform, readable in grey and by the colour-blind; no error is pale, like skin."""
+SCALE_ENDS = (1, 1.2, 1.6, 2, 2.4, 3.2, 4, 6, 8, 10)
+"""A quarter of each has two digits, so that a scale in four parts is marked by round numbers."""
+
+
+@dataclass(frozen=True)
+class ColourScale:
+    """The legend of a heat map from 0 to `highest`; the label names the numbers and their unit."""
+
+    highest: float
+    label: str
+    colour_map: str = COLOUR_MAP
+
+    def colours(self, values: ArrayLike) -> NDArray[np.float64]:
+        """(N, 3) colours of (N,) values, see `heat_colours`."""
+        return heat_colours(values, self.highest, colour_map=self.colour_map)
+
+
+def heat_colours(
+    values: ArrayLike, highest: float, *, lowest: float = 0.0, colour_map: str = COLOUR_MAP
+) -> NDArray[np.float64]:
+    """(N, 3) red, green, blue from 0 to 1 of (N,) values on a range; beyond it are its end colours.
+
+    The colour map is one of matplotlib.
+    """
+    numbers = np.asarray(values, dtype=np.float64)
+    if numbers.ndim != 1 or not np.isfinite(numbers).all():
+        raise ParameterError("a heat map needs one finite number for each vertex")
+    if not (np.isfinite(lowest) and np.isfinite(highest) and lowest < highest):
+        raise ParameterError(f"a heat map needs a range above 0, found {lowest} to {highest}")
+    maps = imported("matplotlib").colormaps
+    if colour_map not in maps:
+        raise ParameterError(f"matplotlib has no colour map {colour_map!r}; try {COLOUR_MAP!r}")
+    table = maps[colour_map]
+    return np.asarray(table((numbers - lowest) / (highest - lowest)))[:, :3]
+
+
+def round_up(value: float) -> float:
+    """The end of a scale: the next of `SCALE_ENDS` times a power of ten; 1 for 0."""
+    if not np.isfinite(value) or value < 0:
+        raise ParameterError(f"a scale needs a number of at least 0, found {value}")
+    if value == 0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    steps = np.array(SCALE_ENDS) * power
+    return float(steps[np.argmax(steps >= value * (1 - 1e-12))])
+
+
+def colour_named(text: str) -> RGB:
+    """Red, green, blue from 0 to 1 of a colour by its name in HTML, or as #rrggbb."""
+    try:
+        red, green, blue = imported("PIL.ImageColor").getrgb(text.strip())[:3]
+    except ValueError:
+        raise ParameterError(
+            f"background {text!r}: expected transparent, a name such as white, or #rrggbb"
+        ) from None
+    return red / 255, green / 255, blue / 255
+
+
+def colour_bytes(colours: ArrayLike, count: int) -> NDArray[np.uint8]:
+    """(count, 3) colours from 0 to 1 as bytes."""
+    values = np.asarray(colours, dtype=np.float64)
+    if values.shape != (count, 3) or not ((values >= 0) & (values <= 1)).all():
+        raise ParameterError(
+            f"expected ({count}, 3) colours with numbers from 0 to 1, found {values.shape}"
+        )
+    return np.rint(values * 255).astype(np.uint8)

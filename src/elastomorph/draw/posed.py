@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.draw.colours import ColourScale, round_up
 from elastomorph.draw.framing import Turntable, View, camera_for
-from elastomorph.draw.pictures import Image
+from elastomorph.draw.pictures import ColourScale, Image, round_up
 from elastomorph.draw.sheet import Face, Style, face_sheet, legend_height, with_legend
 from elastomorph.draw.stage import Stage
 from elastomorph.errors import ParameterError

@@ -14,8 +14,15 @@ from numpy.typing import NDArray
 
 from elastomorph.draw.actors import Lines
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.colours import COLOUR_MAP, RGB, ColourScale, round_up
-from elastomorph.draw.pictures import Image, imported, written
+from elastomorph.draw.pictures import (
+    COLOUR_MAP,
+    RGB,
+    ColourScale,
+    Image,
+    imported,
+    round_up,
+    written,
+)
 from elastomorph.draw.stage import BACKGROUND, Stage
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh

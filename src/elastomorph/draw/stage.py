@@ -11,10 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.draw.actors import Lines, Part, corner_normals, corner_pairs, line_actor
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.colours import COLOUR_MAP, RGB, colour_bytes, heat_colours, round_up
 from elastomorph.draw.framing import View, camera_for
 from elastomorph.draw.materials import LOOKS, eye_image, iris_coordinates, parts_of
-from elastomorph.draw.pictures import Image, imported, written
+from elastomorph.draw.pictures import (
+    COLOUR_MAP,
+    RGB,
+    Image,
+    colour_bytes,
+    heat_colours,
+    imported,
+    round_up,
+    written,
+)
 from elastomorph.draw.window import Window, rendering
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.mesh import Mesh, as_vertices

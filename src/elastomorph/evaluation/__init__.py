@@ -1,9 +1,8 @@
 """How an interpolated face is judged against a recorded one."""
 
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors, free_timing
-from elastomorph.evaluation.evaluation import evaluate
+from elastomorph.evaluation.evaluation import DEFAULT_METHODS, evaluate, every_method, left_out
 from elastomorph.evaluation.inbetweens import Suggestion, suggest_inbetweens
-from elastomorph.evaluation.methods import DEFAULT_METHODS, every_method, left_out
 from elastomorph.evaluation.movements import Movement, find_movements, resting_pose
 from elastomorph.evaluation.results import Evaluation, MethodResult
 from elastomorph.evaluation.rigid_bodies import Rigidity, rigidity

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.fitting.modal_sums import LawSums, ModalSums
-from elastomorph.fitting.objective import Objective
+from elastomorph.fitting.modal_sums import LawSums, ModalSums, Objective
 from elastomorph.fitting.results import CurveFit, Ratio
 from elastomorph.fitting.solver import (
     Optimum,

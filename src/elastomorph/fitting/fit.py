@@ -21,8 +21,7 @@ from elastomorph.fitting.cross_validation import (
     fit_curves,
     validated,
 )
-from elastomorph.fitting.modal_sums import LawSums, ModalSums, curve_sums
-from elastomorph.fitting.objective import Objective
+from elastomorph.fitting.modal_sums import LawSums, ModalSums, Objective, curve_sums
 from elastomorph.fitting.results import Errors, Fit
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.sequence import MeshSequence, require_motion

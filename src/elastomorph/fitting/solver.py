@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.fitting.objective import EXCURSION, Objective
+from elastomorph.fitting.modal_sums import EXCURSION, Objective
 
 CONFIDENCE = 0.95
 # Captures that differ by less than a millionth of the movement are the same capture.
@@ -20,7 +20,7 @@ _BISECTIONS = 12
 
 
 class Optimum(NamedTuple):
-    """A point, (R + 1,) as in `elastomorph.fitting.objective`, with its misfit and penalty."""
+    """A point, (R + 1,) as in `elastomorph.fitting.modal_sums`, with its misfit and penalty."""
 
     point: NDArray[np.float64]
     cost: float

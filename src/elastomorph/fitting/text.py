@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastomorph.evaluation.summary import same
-from elastomorph.fitting.objective import EXCURSION
+from elastomorph.fitting.modal_sums import EXCURSION
 from elastomorph.physics import Load
 
 if TYPE_CHECKING:

@@ -29,12 +29,13 @@ from elastomorph.report.faces import evaluation_pictures
 from elastomorph.report.hinge import Jaw
 from elastomorph.report.images import Picture
 from elastomorph.report.subject import Subject
-from elastomorph.report.walkthrough_page import BeamTiming, write_walkthrough_report
-from elastomorph.report.walkthrough_pictures import (
+from elastomorph.report.walkthrough_page import (
+    BeamTiming,
     closures_picture,
     expressions_picture,
     jaw_picture,
     sheet_picture,
+    write_walkthrough_report,
 )
 
 __all__ = ["Walkthrough", "walk_through"]

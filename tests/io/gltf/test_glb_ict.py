@@ -10,7 +10,7 @@ from viewer_checks import drawn, validated
 
 import elastomorph as em
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.io.gltf.normals import NormalField, normal_deltas
+from elastomorph.io.gltf.morph_targets import NormalField, normal_deltas
 
 pytestmark = pytest.mark.realdata
 TARGETS = ("jawOpen", "mouthSmile_L", "eyeBlink_R", "cheekPuff_L")

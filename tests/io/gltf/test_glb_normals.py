@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.io.gltf.normals import NormalField, normal_deltas
+from elastomorph.io.gltf.morph_targets import NormalField, normal_deltas
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph

@@ -8,8 +8,8 @@ import pytest
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import evaluate
+from elastomorph.evaluation.evaluation import method_of
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
-from elastomorph.evaluation.methods import method_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
