@@ -12,7 +12,7 @@ from calls import status_of
 
 import elastomorph as em
 from elastomorph.cli.evaluate import evaluate
-from elastomorph.cli.output import call_words
+from elastomorph.cli.output import command_line
 
 
 @pytest.fixture(autouse=True)
@@ -107,7 +107,7 @@ def test_a_call_is_told_as_it_was_given() -> None:
         loud: bool = False,
         pictures: bool = True,
     ) -> None:
-        said.append(call_words(context))
+        said.append(command_line(context))
 
     for words, told in (
         (["a/b/c d.obj"], "'c d.obj'"),

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elastomorph as em
+from elastomorph.evaluation import ShapeProbe
 from elastomorph.physics import CLOSURES
-from elastomorph.samples import expressions, head
+from elastomorph.samples import expressions, head, shapes
 
 METHODS = ["linear", "cosine", "ease:2", "ease:3", "beam:1", "beam:2", "beam:3", "beam:5"]
 FACE = head()
@@ -227,3 +228,16 @@ def test_labels_say_what_differs_from_the_usual() -> None:
         "beam", material=em.Material(2, 1, 0.5), basis="fourier", stiffness="length", harmonics=4
     ).label
     assert label == "beam R=2 fourier by length N=4 m=2 c=1 k=0.5"
+
+
+@pytest.mark.parametrize("method", ["arc", "rotation"])
+def test_shapes_of_the_head_turn_no_polygon_over(method: str) -> None:
+    """None that the straight line does not."""
+    to = em.prepare(FACE, method)
+    for name in ("jawOpen", "eyeBlink_L", "mouthFunnel", "mouthPucker", "mouthSmile_L"):
+        target = shapes()[name]
+        morph = to(target)
+        probe = ShapeProbe.of(FACE, target, np.zeros(len(FACE.vertices), int))
+        straight = em.interpolate(FACE, target, "linear")
+        for t in (0.25, 0.5, 0.75):
+            assert probe.flips(morph.at(t)) <= probe.flips(straight.at(t)), name

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.output import call_words, plain_table, print_json, steps
+from elastomorph.cli.output import command_line, plain_table, print_json, steps
 from elastomorph.cli.verb import AsJson, verb
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def demo(
             if data is None:
                 say("building the head")
             subject = built_in_subject() if data is None else rig_subject(data, say)
-        found = walk_through(subject, output, say, call=call_words(context))
+        found = walk_through(subject, output, say, call=command_line(context))
     seconds = time.perf_counter() - start
     if as_json:
         print_json(_facts(found, seconds))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.output import Say, call_words
+from elastomorph.cli.output import Say, command_line
 from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
@@ -120,7 +120,7 @@ def evaluate(
     keep = options.curve_file(keep, settings)
     motion, network = _read(truth, keep)
     material = (said if character is None else said.over(character.method)).material
-    call = call_words(context)
+    call = command_line(context)
     asked = _Asked(named, every, material, network, keep, report, unit, call, pictures, say)
     if movements:
         return _movements(asked, truth, motion, 0.05 if edge is None else edge)

@@ -102,7 +102,7 @@ def plain_table(words: Sequence[str], columns: Sequence[str], **options: Any) ->
     return table
 
 
-def call_words(context: typer.Context) -> str:
+def command_line(context: typer.Context) -> str:
     """The command that is running, as it was given, with files by their names alone.
 
     A report is passed on; the folders of the machine it was made on are nobody's business.

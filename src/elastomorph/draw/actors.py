@@ -54,7 +54,7 @@ class Part:
         self._shade.SetInterpolationToPhong()
         self._shade.SetSpecularPower(look.polish)
 
-    def wear(self, image: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> None:
+    def set_texture(self, image: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> None:
         """Paint the part with an (H, W, 3) image, of which each corner shows the given place."""
         grid = imported("vtkmodules.vtkCommonDataModel").vtkImageData()
         grid.SetDimensions(image.shape[1], image.shape[0], 1)

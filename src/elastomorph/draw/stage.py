@@ -35,13 +35,13 @@ LIGHTS = (  # where the light stands in the camera's axes, strength, colour
     ((0.85, 0.40, -0.60), 0.35, (1.0, 1.0, 1.0)),  # rim
 )
 DISTANCE = 127.0
-"""Distance of the camera in the scene, just under a power of two: see HOLLOW_BIAS."""
-HOLLOW = 0.035 * DISTANCE
-"""Reach of the shade in hollows: mouth, nostrils, lids."""
-HOLLOW_BIAS = 0.0023 * DISTANCE
+"""Distance of the camera in the scene, just under a power of two: see OCCLUSION_BIAS."""
+OCCLUSION_RADIUS = 0.035 * DISTANCE
+"""Reach of ambient occlusion: in mouth, nostrils and between lids it is dark."""
+OCCLUSION_BIAS = 0.0023 * DISTANCE
 """Least depth of a hollow: VTK keeps depths in half floats, here 1/2048 of the distance apart."""
 BORDER = 0.04
-"""Rendered round the picture and cut off, for hollows do not see beyond the border."""
+"""Rendered round the picture and cut off, for ambient occlusion does not see beyond the border."""
 LIFT = 0.0012
 """How far lines are lifted off the surface towards the camera, as a fraction of its distance."""
 FINEST = 8
@@ -86,7 +86,7 @@ class Stage:
         self._factor = supersampling
         self._pairs = corner_pairs(mesh.faces)
         self._parts = _drawn_parts(mesh)
-        self._hollows = _hollow_pass()
+        self._occlusion = _ambient_occlusion()
         border = round(BORDER * max(size))
         self._renderer = rendering().vtkRenderer()
         self._light()
@@ -132,7 +132,7 @@ class Stage:
             part.pose(placed, normals, painted, lit)
         for actor in actors:
             self._renderer.AddActor(actor)
-        self._renderer.SetPass(self._hollows if lit else None)
+        self._renderer.SetPass(self._occlusion if lit else None)
         self._renderer.ResetCameraClippingRange()
         try:
             if background is not None:
@@ -251,15 +251,15 @@ def _drawn_parts(mesh: Mesh) -> list[Part]:
     if "sclera" in drawn:
         own = [parts[name] for name in ("iris", "pupil") if name in parts]
         inner = np.concatenate([parts["sclera"][:0], *own])
-        drawn["sclera"].wear(eye_image(), iris_coordinates(mesh, parts["sclera"], inner))
+        drawn["sclera"].set_texture(eye_image(), iris_coordinates(mesh, parts["sclera"], inner))
     return list(drawn.values())
 
 
-def _hollow_pass() -> Any:
+def _ambient_occlusion() -> Any:
     opengl = imported("vtkmodules.vtkRenderingOpenGL2")
     shade = opengl.vtkSSAOPass()
-    shade.SetRadius(HOLLOW)
-    shade.SetBias(HOLLOW_BIAS)
+    shade.SetRadius(OCCLUSION_RADIUS)
+    shade.SetBias(OCCLUSION_BIAS)
     shade.SetKernelSize(64)
     shade.SetBlur(True)
     shade.SetDelegatePass(opengl.vtkRenderStepsPass())
