@@ -15,7 +15,7 @@ from elastomorph.character.settings import Settings, is_pattern
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read
-from elastomorph.io.rig_cache import RigCache, content_digests
+from elastomorph.io.rig_cache import RigCache, read_or_build
 from elastomorph.io.rig_folder import find_neutral, find_rig_files, read_targets, rig_as_stored
 from elastomorph.io.vertex_lists import read_curves, read_region
 from elastomorph.model.mesh import Mesh
@@ -53,18 +53,8 @@ def rig_from_settings(
     if sources.rig is None:
         settings.require_names(sources.targets)
     place = RigCache.of(cache, settings.path.parent, _what_paths_depend_on(settings))
-    contents: tuple[str, ...] = ()
-    if place is not None:
-        contents = _contents(sources)
-        known = place.read(contents, sources.main)
-        if known is not None:
-            say(f"{len(known)} targets of {settings.path} read from {place.file}")
-            return known
-    rig = _built(settings, sources, say)
-    # A file that changed while it was read must not be remembered under its content before.
-    if place is not None and _contents(sources) == contents:
-        place.write(contents, rig)
-    return rig
+    files = {file: str(file) for file in sources.all}
+    return read_or_build(place, files, settings.path, lambda: _built(settings, sources, say), say)
 
 
 def _built(settings: Settings, sources: Sources, say: Callable[[str], None]) -> Rig:
@@ -96,12 +86,6 @@ def _what_paths_depend_on(settings: Settings) -> list[object]:
     plain = replace(settings.character, name="", unit=None)
     names = ("method", "methods", "regions", "inbetweens", "groups", "correctives")
     return [plain, *(getattr(settings, name) for name in names)]
-
-
-def _contents(sources: Sources) -> tuple[str, ...]:
-    """Name and digest of every file."""
-    digests = content_digests(sources.all)
-    return tuple(f"{file}:{own}" for file, own in zip(sources.all, digests, strict=True))
 
 
 @dataclass(frozen=True, eq=False)

@@ -194,7 +194,7 @@ class VerbWithOptions(Verb):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the verb."""
-        ctx.obj = {option.name: ctx.params.pop(option.name) for option in _options()}
+        ctx.obj = {row.name: ctx.params.pop(row.name) for row in _option_rows()}
         return super().invoke(ctx)
 
 
@@ -205,16 +205,21 @@ def _patterns() -> str:
     return f"{', '.join(patterns[:-1])} or {patterns[-1]}"
 
 
-def _options() -> list[Any]:
-    """An option of the command line for each option of a method."""
+def _option_rows() -> list[Any]:
     from elastomorph.paths import Method
     from elastomorph.paths.options import option_rows
+
+    return list(option_rows(Method.known))
+
+
+def _options() -> list[Any]:
+    """An option of the command line for each option of a method."""
 
     def no_verb(**_: object) -> None:
         pass
 
     parameters = []
-    for row in option_rows(Method.known):
+    for row in _option_rows():
         default = f"; {row.default} by default" if row.default else ""
         means = f"{row.means[0].upper()}{row.means[1:]}{default}. For {', '.join(row.methods)}."
         kind: Any = Annotated[_KINDS.get(row.kind, str) | None, typer.Option(help=means)]

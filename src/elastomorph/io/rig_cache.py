@@ -15,7 +15,7 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
@@ -33,7 +33,14 @@ from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.npz.rig import rig_arrays, rig_of_members
 from elastomorph.rig import Rig
 
-__all__ = ["CACHE_SUFFIX", "RigCache", "content_digests", "settings_digest", "user_cache_folder"]
+__all__ = [
+    "CACHE_SUFFIX",
+    "RigCache",
+    "content_digests",
+    "read_or_build",
+    "settings_digest",
+    "user_cache_folder",
+]
 
 # No suffix of a mesh, so that a cache beside the meshes of a rig is never taken for one.
 CACHE_SUFFIX = ".rigcache"
@@ -126,6 +133,37 @@ class RigCache:
             left -= size
             if left < 0:
                 file.unlink(missing_ok=True)
+
+
+def read_or_build(
+    place: RigCache | None,
+    files: Mapping[Path, str],
+    what: object,
+    build: Callable[[], Rig],
+    say: Callable[[str], None],
+) -> Rig:
+    """The rig that is kept of files, the neutral first, or else the one that is built now and kept.
+
+    ``files`` have the names that stand for them in the key; ``what`` is how the user named the rig.
+    """
+    if place is None:
+        return build()
+    contents = _contents(files)
+    known = place.read(contents, next(iter(files)))
+    if known is not None:
+        say(f"{len(known)} targets of {what} read from {place.file}")
+        return known
+    rig = build()
+    # A file that changed while it was read must not be remembered under its content before.
+    if _contents(files) == contents:
+        place.write(contents, rig)
+    return rig
+
+
+def _contents(files: Mapping[Path, str]) -> tuple[str, ...]:
+    """Name and digest of the content of each file."""
+    digests = content_digests([*files])
+    return tuple(f"{name}:{own}" for name, own in zip(files.values(), digests, strict=True))
 
 
 def content_digests(files: Sequence[Path]) -> tuple[str, ...]:

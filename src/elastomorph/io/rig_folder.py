@@ -22,7 +22,7 @@ from elastomorph.io.registry import (
     read,
     require_there,
 )
-from elastomorph.io.rig_cache import RigCache, content_digests
+from elastomorph.io.rig_cache import RigCache, read_or_build
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
@@ -142,22 +142,15 @@ def read_rig_folder(
     place = RigCache.of(
         cache, Path(folder), [files.neutral.name, method, curves, sorted(settings.items())]
     )
-    contents: tuple[str, ...] = ()
-    if place is not None:
-        contents = _contents(files)
-        known = place.read(contents, files.neutral)
-        if known is not None:
-            say(f"{len(known)} targets of {folder} read from {place.file}")
-            return known
-    say(f"reading {files.neutral.name}")
-    face = read(files.neutral)
-    # All targets first: how far they reach decides how close a straight line is to a turn.
-    bare = bare_rig(face, read_targets(face, files.targets, say))
-    rig = with_paths(bare, method, curves=curves, say=say, **settings)  # type: ignore[arg-type]
-    # A file that changed while it was read must not be remembered under its content before.
-    if place is not None and _contents(files) == contents:
-        place.write(contents, rig)
-    return rig
+
+    def built() -> Rig:
+        say(f"reading {files.neutral.name}")
+        face = read(files.neutral)
+        # All targets first: how far they reach decides how close a straight line is to a turn.
+        bare = bare_rig(face, read_targets(face, files.targets, say))
+        return with_paths(bare, method, curves=curves, say=say, **settings)  # type: ignore[arg-type]
+
+    return read_or_build(place, {file: file.name for file in files.all}, folder, built, say)
 
 
 def find_rig_files(folder: str | Path, neutral: str | Path | None = None) -> RigFiles:
@@ -205,12 +198,6 @@ def read_targets(
         require_same_topology(neutral, target)
         targets[name] = neutral.with_vertices(target.vertices)
     return targets
-
-
-def _contents(files: RigFiles) -> tuple[str, ...]:
-    """Name and digest of every file."""
-    digests = content_digests(files.all)
-    return tuple(f"{file.name}:{own}" for file, own in zip(files.all, digests, strict=True))
 
 
 def _meshes_in(place: Path) -> list[Path]:
