@@ -27,6 +27,7 @@ class HandMade:
 
     def __init__(self) -> None:
         self.blob = b""
+        self.more_buffers: list[dict[str, Any]] = []  # after the one that holds the bytes
         self.document: dict[str, Any] = {
             "asset": {"version": "2.0"},
             "scene": 0,
@@ -64,7 +65,7 @@ class HandMade:
         return fields
 
     def write(self, path: Path) -> Path:
-        self.document["buffers"] = [{"byteLength": len(self.blob)}]
+        self.document["buffers"] = [{"byteLength": len(self.blob)}, *self.more_buffers]
         path.write_bytes(glb(self.document, self.blob))
         return path
 

@@ -19,7 +19,6 @@ _COMPONENT_TYPES = {name: number for number, name in _DTYPES.items()}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "MAT4": 16}
 _TYPES = {width: name for name, width in _WIDTHS.items()}
 _COPIES = 20  # bytes of each number that is read, with the copies made of it
-_MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
 _VIEWS: dict[str, dict[str, int]] = {
@@ -96,27 +95,15 @@ def _elements(
 ) -> NDArray[Any]:
     """(count, width) elements of a buffer view, not copied."""
     offset = file.whole_in(place, "byteOffset", name, default=0)
-    entry = file.item("bufferViews", place.get("bufferView"), name)
-    of = f"buffer view {place['bufferView']}"
-    if any(key in file.object_in(entry, "extensions", of) for key in _MESHOPT):
-        file.refuse(
-            "it is compressed with meshopt, which is not read. Export it again without compression"
-        )
-    start = file.whole_in(entry, "byteOffset", of, default=0)
-    length = file.whole_in(entry, "byteLength", of)
+    content, apart = file.view(place.get("bufferView"), name)
     size = dtype.itemsize * width
-    # Some programs write 0 for elements without gaps, as glTF 1.0 had it.
-    stride = file.whole_in(entry, "byteStride", of, default=size) or size
-    content = file.buffer(file.whole_in(entry, "buffer", of))
-    if start + length > len(content):
-        file.refuse(f"{of} reaches beyond its buffer of {len(content):,} bytes")
-    if stride < size or offset + (count - 1) * stride + size > length:
+    stride = apart or size
+    if stride < size or offset + (count - 1) * stride + size > len(content):
         file.refuse(
             f"{name} has {count:,} elements of {size} bytes, {stride} apart, which do not fit "
-            f"into the {length:,} bytes of {of}"
+            f"into the {len(content):,} bytes of buffer view {place.get('bufferView')}"
         )
-    steps = (stride, dtype.itemsize)
-    return np.ndarray((count, width), dtype, content, start + offset, steps)
+    return np.ndarray((count, width), dtype, content, offset, (stride, dtype.itemsize))
 
 
 def _key(value: Any) -> Any:

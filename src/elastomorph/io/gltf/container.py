@@ -19,6 +19,7 @@ from urllib.parse import unquote
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import read_bytes
+from elastomorph.io.gltf import meshopt
 from elastomorph.io.untrusted import MemoryBudget
 
 _MAGIC = b"glTF"
@@ -36,6 +37,7 @@ class GltfFile:
         self._blob = blob
         self._read: dict[Path, bytes] = {}
         self.buffer: Callable[[int], memoryview] = cache(self._buffer)
+        self._unpacked: Callable[[int], memoryview] = cache(self._decoded)
 
     def refuse(self, problem: str) -> NoReturn:
         """Refuse the file by a FormatError."""
@@ -79,6 +81,54 @@ class GltfFile:
         if type(found) is not int or found < 0:
             self.refuse(f"'{key}' of {of} is {_shown(found)}; expected a whole number from 0")
         return found
+
+    def view(self, number: Any, of: str) -> tuple[memoryview, int]:
+        """The bytes of a buffer view, decoded, and how far its elements are apart; 0: no gaps."""
+        entry = self.item("bufferViews", number, of)
+        packed = self._packing(entry, number)
+        if packed is not None:
+            stride = self.whole_in(packed[1], "byteStride", f"buffer view {number}")
+            return self._unpacked(number), stride
+        # Some programs write 0 for elements without gaps, as glTF 1.0 had it.
+        stride = self.whole_in(entry, "byteStride", f"buffer view {number}", default=0)
+        return self._range(entry, number), stride
+
+    def _packing(self, entry: dict[str, Any], number: int) -> tuple[str, dict[str, Any]] | None:
+        """The extension that says how a buffer view is packed."""
+        of = f"buffer view {number}"
+        extensions = self.object_in(entry, "extensions", of)
+        named = next((name for name in meshopt.EXTENSIONS if name in extensions), None)
+        return None if named is None else (named, self.object_in(extensions, named, of))
+
+    def _decoded(self, number: int) -> memoryview:
+        """A packed buffer view as it is without the packing."""
+        entry = self.item("bufferViews", number, "the document")
+        name, packed = self._packing(entry, number) or ("", {})
+        of = f"buffer view {number}"
+        problem = f"{of} cannot be unpacked from {name}"
+        mode, applied = packed.get("mode"), packed.get("filter", "NONE")
+        if not isinstance(mode, str) or not isinstance(applied, str):
+            self.refuse(f"{problem}: its mode or its filter is no text")
+        count, stride = (self.whole_in(packed, key, of) for key in ("count", "byteStride"))
+        content = self._range(packed, number)
+        try:
+            packing = meshopt.Packing(count, stride, mode, applied)
+            if self.whole_in(entry, "byteLength", of) != packing.size:
+                raise ValueError(f"{count:,} rows of {stride} bytes are not its byteLength")
+            self.budget.spend(2 * packing.size)
+            return meshopt.decoded(packing, content)
+        except ValueError as error:
+            self.refuse(f"{problem}: {error}")
+
+    def _range(self, entry: dict[str, Any], number: int) -> memoryview:
+        """The bytes of a buffer that a buffer view, or what says how it is packed, refers to."""
+        of = f"buffer view {number}"
+        start = self.whole_in(entry, "byteOffset", of, default=0)
+        length = self.whole_in(entry, "byteLength", of)
+        content = self.buffer(self.whole_in(entry, "buffer", of))
+        if start + length > len(content):
+            self.refuse(f"{of} reaches beyond its buffer of {len(content):,} bytes")
+        return content[start : start + length]
 
     def _buffer(self, number: int) -> memoryview:
         """The bytes of a buffer, as many as it announces."""

@@ -13,6 +13,7 @@ from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.mesh_extras import restored_surface
+from elastomorph.io.gltf.meshopt import EXTENSIONS as MESHOPT
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
 from elastomorph.io.gltf.primitives import Primitives, read_primitives, target_count
 from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
@@ -29,7 +30,7 @@ _HARMLESS = (
     *("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "MSFT_texture_"),
     *("VRM", "KHR_xmp", "KHR_node_visibility", "KHR_animation_pointer"),
 )
-_READ = ("KHR_mesh_quantization",)
+_READ = ("KHR_mesh_quantization", *MESHOPT)
 
 
 def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
@@ -108,7 +109,7 @@ def _require_extensions(file: GltfFile) -> None:
     for name in file.items("extensionsRequired"):
         if not isinstance(name, str):
             file.refuse("a required extension has no name")
-        if "draco" in name.lower() or "meshopt" in name.lower():
+        if "draco" in name.lower():
             file.refuse(
                 f"it is compressed ({name[:60]}), which is not read. Export it again without "
                 "compression"
