@@ -214,14 +214,18 @@ STRAIGHT = {"breaks": [0, 1], "coefficients": [[0]]}
 @pytest.mark.parametrize(
     ("where", "what", "reason"),
     [
-        ("version", 2, "update elastomorph"),
+        ("version", 3, "update elastomorph"),
         ("version", "1", "no version"),
+        ("version", True, "no version"),
+        ("version", 0, "no version"),
+        ("version", 1.5, "no version"),
         ("morphs", {}, "no list"),
         ("morphs", [3], "no object"),
         ("morphs", [{"name": "m", "target": "gone", "limit_law": STRAIGHT}], "does not exist"),
-        ("morphs", [{"name": "m", "target": "lift"}], "curve is damaged"),
+        ("morphs", [{"name": "m", "target": "lift", "limit_law": None}], "curve is damaged"),
         ("morphs", [{"name": n, "target": "lift", "limit_law": STRAIGHT} for n in "ab"], "twice"),
         ("correctives", [{"name": "x", "drivers": ["lift"]}], "no slider"),
+        ("correctives", 2 * [{"name": "lift", "drivers": ["lift"]}], "'lift' twice"),
         ("groups", [{"name": "x", "members": [1]}], "no lists of names"),
     ],
 )
@@ -236,6 +240,64 @@ def test_damaged_extras_do_not_keep_the_face_from_being_read(
     with pytest.warns(ElastomorphWarning, match=reason):
         rig = read_glb(rewritten(tmp_path / "a.glb", damage))
     assert rig.names == ("lift", "lift.bend1")
+
+
+def folded(document: dict[str, Any]) -> None:
+    stored = document["meshes"][0]["extras"]["elastomorph"]
+    stored["version"] = 2
+    stored["morphs"][0]["fold"] = {"breaks": [0, 0.5, 1], "coefficients": [[0, 1], [0.5, -1]]}
+
+
+def test_a_fold_is_a_bend_that_is_delta(tmp_path: Path) -> None:
+    """The weight of the target itself is then t + fold(t)."""
+    write_glb(tmp_path / "a.glb", triangle_rig())
+    plain = read_glb(tmp_path / "a.glb").morphs["lift"]
+    rig = read_glb(rewritten(tmp_path / "a.glb", folded))
+    assert len(rig.morphs["lift"].bends) == len(plain.bends) + 1
+    for t, fold in ((-1.0, -1.0), (0.25, 0.25), (0.5, 0.5), (0.75, 0.25), (1.0, 0.0), (2.0, -1.0)):
+        expected = plain.at(t) + fold * plain.delta
+        np.testing.assert_allclose(rig.pose({"lift": t}), expected, atol=1e-12)
+    write_glb(tmp_path / "b.glb", rig, tolerance=0)
+    np.testing.assert_allclose(
+        read_glb(tmp_path / "b.glb").pose({"lift": 0.25}), rig.pose({"lift": 0.25}), atol=1e-7
+    )
+
+
+def test_versions_are_whole_numbers_with_or_without_a_point(tmp_path: Path) -> None:
+    write_glb(tmp_path / "a.glb", triangle_rig())
+
+    def pointed(document: dict[str, Any]) -> None:
+        document["meshes"][0]["extras"]["elastomorph"]["version"] = 1.0
+
+    assert_same_rig(triangle_rig(), read_glb(rewritten(tmp_path / "a.glb", pointed)))
+
+
+def test_version_1_knows_no_fold(tmp_path: Path) -> None:
+    """What a reader of version 1 passes over, all pass over: a file means the same to all."""
+    write_glb(tmp_path / "a.glb", triangle_rig())
+
+    def older(document: dict[str, Any]) -> None:
+        folded(document)
+        document["meshes"][0]["extras"]["elastomorph"]["version"] = 1
+
+    assert_same_rig(triangle_rig(), read_glb(rewritten(tmp_path / "a.glb", older)))
+
+
+def test_what_only_elastomorph_asks_may_be_missing(tmp_path: Path) -> None:
+    """Another writer needs no law of stiff materials, and no choice."""
+    write_glb(tmp_path / "a.glb", triangle_rig())
+
+    def least(document: dict[str, Any]) -> None:
+        for morph in document["meshes"][0]["extras"]["elastomorph"]["morphs"]:
+            for key in ("limit_law", "bake_error", "method"):
+                del morph[key]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        rig = read_glb(rewritten(tmp_path / "a.glb", least))
+    np.testing.assert_allclose(
+        rig.pose({"lift": 0.5}), triangle_rig().pose({"lift": 0.5}), atol=1e-7
+    )
 
 
 def test_a_target_added_by_another_program_is_a_morph_of_its_own(tmp_path: Path) -> None:

@@ -162,11 +162,15 @@ def _morph(neutral: Mesh, primitives: Primitives, stored: StoredMorph) -> Morph:
     count = len(neutral.vertices)
     delta = primitives.displacement(stored.target)[:count]
     bends = [primitives.displacement(target)[:count] for target, _ in stored.bends]
+    curves = [curve for _, curve in stored.bends]
+    if stored.fold is not None:  # (t + fold(t)) Δ = tΔ + fold(t) Δ
+        bends.append(delta)
+        curves.append(stored.fold)
     return Morph(
         neutral,
         neutral.with_vertices(neutral.vertices + delta),
         np.array(bends).reshape(-1, count, 3),
-        tuple(curve for _, curve in stored.bends),
+        tuple(curves),
         **stored.more,
     )
 

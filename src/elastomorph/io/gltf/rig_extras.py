@@ -16,6 +16,10 @@ Targets are named as in ``targetNames``. A weight t of a morph is the weight t o
 the weight b_k(t) of the target of each bend. ``choice`` says why ``auto`` took the path, and is
 null where the method was named. The curves are piecewise polynomials: between breaks
 i and i + 1 the value is Σ_n coefficients[i][n] (t - breaks[i])^n.
+
+Version 2 knows one key more, and is written only where it is used: ``"fold": {curve}`` of a morph
+is a bend that is a multiple of Δ and so needs no target of its own. The weight of the target itself
+is then t + fold(t).
 """
 
 from __future__ import annotations
@@ -33,7 +37,8 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import Sliders
 
-_VERSION = 1
+_WITHOUT_FOLDS, _FOLDS = 1, 2  # Versions
+_NEWEST = _FOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +49,7 @@ class StoredMorph:
     target: str  # Name of the morph target with Δ
     bends: tuple[tuple[str, BendCurve], ...]  # Name of the morph target of each bend, and its curve
     more: Mapping[str, Any]  # Further arguments of `Morph`
+    fold: BendCurve | None = None  # What is added to the weight of the target itself
 
     @classmethod
     def straight(cls, name: str) -> StoredMorph:
@@ -64,7 +70,7 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
     """The description of a rig whose Δ and bends are the given targets."""
     sliders = rig.sliders
     return {
-        "version": _VERSION,
+        "version": _WITHOUT_FOLDS,
         "morphs": [
             {
                 "name": name,
@@ -90,14 +96,8 @@ def stored_rig(stored: Any, targets: Sequence[str], budget: MemoryBudget) -> Sto
 
     Morph targets that it does not name are morphs of their own, at its end.
     """
-    if not isinstance(stored, dict) or not isinstance(stored.get("version"), int):
-        raise ParameterError("it has no version")
-    if stored["version"] > _VERSION:
-        raise ParameterError(
-            f"it has version {stored['version']}, this program reads up to {_VERSION}; update "
-            "elastomorph"
-        )
-    morphs = [_morph(entry) for entry in _list(stored, "morphs")]
+    version = _version(stored)
+    morphs = [_morph(entry, version) for entry in _list(stored, "morphs")]
     used = [target for m in morphs for target in (m.target, *(bend for bend, _ in m.bends))]
     missing = set(used).difference(targets)
     if missing:
@@ -116,7 +116,19 @@ def stored_rig(stored: Any, targets: Sequence[str], budget: MemoryBudget) -> Sto
     return found
 
 
-def _morph(entry: Any) -> StoredMorph:
+def _version(stored: Any) -> int:
+    # Some programs write every number with a point.
+    version: Any = stored.get("version") if isinstance(stored, dict) else None
+    if type(version) not in (int, float) or version < 1 or version % 1 != 0:
+        raise ParameterError("it has no version")
+    if version > _NEWEST:
+        raise ParameterError(
+            f"it has version {version:.0f}, this program reads up to {_NEWEST}; update elastomorph"
+        )
+    return int(version)
+
+
+def _morph(entry: Any, version: int) -> StoredMorph:
     if not isinstance(entry, dict):
         raise ParameterError("a morph is no object")
     bends = []
@@ -129,11 +141,13 @@ def _morph(entry: Any) -> StoredMorph:
         raise ParameterError("the bake error of a morph is no number from 0")
     more = {
         "method": _text(entry, "method"),
-        "limit_law": curve_from_json(entry.get("limit_law")),
         "bake_error": float(error),
         "choice": choice_from_json(entry.get("choice")),
     }
-    return StoredMorph(_text(entry, "name"), _text(entry, "target"), tuple(bends), more)
+    if "limit_law" in entry:
+        more["limit_law"] = curve_from_json(entry["limit_law"])
+    fold = curve_from_json(entry["fold"]) if version >= _FOLDS and "fold" in entry else None
+    return StoredMorph(_text(entry, "name"), _text(entry, "target"), tuple(bends), more, fold)
 
 
 def _text(entry: dict[str, Any], key: str) -> str:
@@ -157,5 +171,8 @@ def _lists(stored: dict[str, Any], key: str, inner: str) -> dict[str, list[str]]
         members: Sequence[Any] = _list(entry, inner) if isinstance(entry, dict) else [None]
         if not all(isinstance(member, str) for member in members):
             raise ParameterError(f"'{key}' are no lists of names")
-        found[_text(entry, "name")] = list(members)
+        name = _text(entry, "name")
+        if name in found:
+            raise ParameterError(f"'{key}' has the name {name!r} twice")
+        found[name] = list(members)
     return found
