@@ -265,12 +265,16 @@ def test_meshes_are_placed_by_their_nodes_and_share_targets_by_name(tmp_path: Pa
     assert rig.neutral.groups.names == ("face", "eye")
 
 
-def test_a_skinned_mesh_stays_where_its_vertices_are(tmp_path: Path) -> None:
+def test_a_skinned_mesh_without_binding_follows_its_joints_not_its_node(tmp_path: Path) -> None:
+    """Inverse bind matrices that are left out are identities, as glTF has it."""
     file = square()
-    file.document["nodes"] = [{"mesh": 0, "skin": 0, "translation": [5, 5, 5]}]
-    file.document["skins"] = [{"joints": [0]}]
+    file.document["nodes"] = [{"mesh": 0, "skin": 0, "translation": [5, 5, 5]}, {}]
+    file.document["skins"] = [{"joints": [1]}]
     rig = read_glb(file.write(tmp_path / "a.glb"))
     np.testing.assert_array_equal(rig.neutral.vertices, SQUARE)
+    file.document["nodes"][1]["translation"] = [0, 7, 0]
+    rig = read_glb(file.write(tmp_path / "a.glb"))
+    np.testing.assert_array_equal(rig.neutral.vertices, SQUARE + [0, 7, 0])
 
 
 def skinned(held: Any, posed: Any = None) -> HandMade:
@@ -326,7 +330,7 @@ def test_a_skinned_mesh_held_as_it_is_or_posed_keeps_its_vertices(
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda d: d["accessors"][-1].update(type="VEC3"), "inverse bind matrices of a skin has a"),
+        (lambda d: d["accessors"][-1].update(type="VEC3"), "inverse bind matrices of skin 0 has a"),
         (lambda d: d["skins"][0].update(joints=[3, 4, 2]), "are 2 for 3 joints"),
         (lambda d: d["nodes"][1].update(skin=5), "names number 5 of 1 skins"),
     ],

@@ -16,7 +16,7 @@ from elastomorph.io.gltf.container import GltfFile
 
 _DTYPES = {5120: "|i1", 5121: "|u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COMPONENT_TYPES = {name: number for number, name in _DTYPES.items()}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "MAT4": 16}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 _TYPES = {width: name for name, width in _WIDTHS.items()}
 _COPIES = 20  # bytes of each number that is read, with the copies made of it
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import GltfFile
-
-_BOUND_ALIKE = 1e-4  # single precision, through a chain of joints
+from elastomorph.io.gltf.skins import Placement, Skin
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,71 +20,77 @@ class PlacedMesh:
 
     number: int  # Number of the mesh
     names: tuple[str, ...]  # Of the node and of the mesh, as far as they have any; at least one
-    linear: NDArray[np.float64]  # (3, 3) what vectors are multiplied with, from the left
-    offset: NDArray[np.float64]  # (3,) what positions are then moved by
+    whole: Placement  # Where all of its vertices are, unless a skin says it of each
+    skin: Skin | None = None  # The joints that hold its vertices, where they differ
+
+    def placement(
+        self, file: GltfFile, attributes: dict[str, Any], count: int, of: str
+    ) -> Placement:
+        """Where the vertices of a primitive with these attributes are."""
+        if self.skin is None:
+            return self.whole
+        return self.skin.placement(file, attributes, count, of)
 
 
 def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
     """The meshes of the scene a viewer shows, depth first.
 
-    A mesh with a skin stands where its joints hold it, as long as they hold all of it alike. Where
-    they are posed, it stays where its vertices are: skinning is not applied. A document without
-    scenes, or without nodes that show a mesh, gives all its meshes.
+    A mesh with a skin stands where its joints hold it in the pose that the nodes have, and its own
+    node does not count. A document without scenes, or without nodes that show a mesh, gives all its
+    meshes.
     """
-    found: list[dict[str, Any]] = []
+    found: list[tuple[dict[str, Any], NDArray[np.float64]]] = []
     unit = np.eye(4)
     worlds: dict[int, NDArray[np.float64]] = {}
     waiting = [(node, unit) for node in reversed(_roots(file))]
-    seen: set[int] = set()
     while waiting:
         number, above = waiting.pop()
         node = file.item("nodes", number, "the scene")
-        if number in seen:
+        if number in worlds:
             file.refuse(f"node {number} appears twice in the scene")
-        seen.add(number)
         worlds[number] = world = above @ _transform(file, node, number)
         if "mesh" in node:
             file.budget.spend_objects(1)
-            found.append({**node, "world": world})
+            found.append((node, world))
         children = file.list_in(node, "children", f"node {number}")
         waiting += [(child, world) for child in reversed(children)]
     if found:
-        return [
-            _placed(file, node, _bound(file, node, worlds) if "skin" in node else node["world"])
-            for node in found
-        ]
+        skins: dict[Any, Skin] = {}
+        return [_placed(file, node, world, worlds, skins) for node, world in found]
     count = len(file.items("meshes"))
     file.budget.spend_objects(count)
-    return [_placed(file, {"mesh": number}, unit) for number in range(count)]
+    return [_placed(file, {"mesh": number}, unit, worlds, {}) for number in range(count)]
 
 
-def _placed(file: GltfFile, node: dict[str, Any], world: NDArray[np.float64]) -> PlacedMesh:
+def _placed(
+    file: GltfFile,
+    node: dict[str, Any],
+    world: NDArray[np.float64],
+    worlds: dict[int, NDArray[np.float64]],
+    skins: dict[Any, Skin],
+) -> PlacedMesh:
     mesh = file.item("meshes", node["mesh"], "a node")
     names = (holder.get("name") for holder in (node, mesh))
     known = tuple(dict.fromkeys(name for name in names if isinstance(name, str)))
     names_or_number = known or (f"mesh {node['mesh']}",)
-    return PlacedMesh(node["mesh"], names_or_number, world[:3, :3], world[:3, 3])
+    skin = None
+    if "skin" in node:
+        number = node["skin"] if isinstance(node["skin"], int) else None
+        if number not in skins:
+            skins[number] = Skin.of(file, node["skin"], partial(_world, file, worlds))
+        skin = skins[number]
+        if (alike := skin.alike) is not None:
+            world, skin = alike, None
+    return PlacedMesh(node["mesh"], names_or_number, Placement.of(world), skin)
 
 
-def _bound(
-    file: GltfFile, node: dict[str, Any], worlds: dict[int, NDArray[np.float64]]
+def _world(
+    file: GltfFile, worlds: dict[int, NDArray[np.float64]], number: int
 ) -> NDArray[np.float64]:
-    """(4, 4) where the joints of a skin hold its mesh: the same for each in the pose of binding."""
-    skin = file.item("skins", node["skin"], "a node")
-    joints = file.list_in(skin, "joints", "a skin")
-    given = skin.get("inverseBindMatrices")
-    unit = np.eye(4)
-    if given is None or not joints or not all(type(j) is int and j in worlds for j in joints):
-        return unit
-    of = "the inverse bind matrices of a skin"
-    columns = read_floats(file, given, 16, of).reshape(-1, 4, 4)
-    if len(columns) < len(joints):
-        file.refuse(f"{of} are {len(columns):,} for {len(joints):,} joints")
-    held = np.stack([worlds[j] for j in joints]) @ columns[: len(joints)].transpose(0, 2, 1)
-    apart = _BOUND_ALIKE * np.abs(held[0]).max()
-    if not np.abs(held - held[0]).max() <= apart or np.abs(held[0] - unit).max() <= apart:
-        return unit
-    return np.asarray(held[0])
+    """(4, 4) of a node; one that the scene does not show, as some joints, stands by itself."""
+    if number not in worlds:
+        worlds[number] = _transform(file, file.item("nodes", number, "a skin"), number)
+    return worlds[number]
 
 
 def _roots(file: GltfFile) -> list[Any]:

@@ -13,6 +13,7 @@ from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.gltf.accessors import read_floats, read_indices
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.nodes import PlacedMesh
+from elastomorph.io.gltf.skins import Placement
 
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
 _DRACO = "KHR_draco_mesh_compression"
@@ -26,6 +27,7 @@ class Attributes:
     vertices: NDArray[np.float64]  # (N, 3) float64
     texture: NDArray[np.float64] | None  # (N, 2) float64 with v from the top, if any
     displacements: dict[str, NDArray[np.float64]]  # (N, 3) by morph target
+    placement: Placement  # From the space of the mesh to that of the scene
 
 
 @dataclass(eq=False)
@@ -123,13 +125,15 @@ def _read_mesh(file: GltfFile, placed: PlacedMesh, modes: tuple[int, ...]) -> Pr
         named = (attributes.get("POSITION"), attributes.get("TEXCOORD_0"), *targets)
         # What is no number is refused when it is read.
         key = tuple(value if isinstance(value, int) else None for value in named)
+        if placed.skin is not None:
+            key = (*key, *_held_by(attributes))
         if key not in known:
             _refuse_draco(file, primitive, attributes, of)
             by_name = dict(zip(found.targets, targets, strict=False))
             known[key] = _read_attributes(file, placed, found.count, attributes, by_name)
             found.attributes.append(known[key])
         triangles = _read_triangles(file, primitive, known[key], of)
-        mirrored = np.linalg.det(placed.linear) < 0
+        mirrored = known[key].placement.mirrors
         found.triangles.append(triangles[:, [0, 2, 1]] if mirrored else triangles)
         found.materials.append(_material_name(file, primitive, of))
     return found
@@ -144,6 +148,7 @@ def _read_attributes(
         file.refuse(f"a primitive of {of} has no positions")
     vertices = read_floats(file, attributes["POSITION"], 3, f"the positions of {of}")
     count, texture = len(vertices), None
+    placement = placed.placement(file, attributes, count, of)
     if "TEXCOORD_0" in attributes:
         what = f"the texture coordinates of {of}"
         texture = read_floats(file, attributes["TEXCOORD_0"], 2, what, count=count)
@@ -153,9 +158,9 @@ def _read_attributes(
             what = f"the morph target {name[:60]!r} of {of}"
             moved = read_floats(file, number, 3, what, count=count)
             if moved.any():
-                displacements[name] = _turned(moved, placed.linear)
-    vertices = _turned(vertices, placed.linear) + placed.offset
-    return Attributes(start, vertices, texture, displacements)
+                displacements[name] = placement.offsets(moved)
+    vertices = placement.positions(vertices)
+    return Attributes(start, vertices, texture, displacements, placement)
 
 
 def _read_triangles(
@@ -228,8 +233,7 @@ def _extras(holder: Any) -> dict[str, Any]:
     return extras if isinstance(extras, dict) else {}
 
 
-def _turned(vectors: NDArray[np.float64], linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 3) vectors times a matrix from the left; untouched by the unit matrix."""
-    if np.array_equal(linear, np.eye(3)):
-        return vectors
-    return np.asarray(np.einsum("ij,nj->ni", linear, vectors))
+def _held_by(attributes: dict[str, Any]) -> tuple[Any, ...]:
+    """The accessors that say which joints hold the vertices of a primitive."""
+    names = sorted(name for name in attributes if name.startswith(("JOINTS_", "WEIGHTS_")))
+    return tuple((name, attributes[name]) for name in names if isinstance(attributes[name], int))

@@ -41,12 +41,12 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
     that these no longer fit, a warning says so and it is read as any other file:
 
     - All meshes of the scene become one, in the order of the scene and placed by their nodes; one
-      with a skin by its joints, in the pose it was bound in.
+      with a skin by its joints, vertex by vertex, in the pose that the file shows at rest.
       Vertices are neither merged nor reordered; triangles stay triangles.
     - Morph targets of the same name in several meshes are one morph, on a straight path; a mesh
       without any is part of the neutral. Targets without names are called ``target_0`` and so on.
     - Materials become material labels; nodes become group labels where several have a mesh.
-    - Skins, animations, default weights and textures are passed over.
+    - Animations, default weights and textures are passed over.
 
     Args:
         path: The file. Buffers in other files are read only from its own folder.
