@@ -182,7 +182,7 @@ def _joined_mesh(parts: Sequence[RigPart], source: str) -> Mesh:
         materials=_joined_labels([(mesh.materials, len(mesh.faces)) for mesh in meshes]),
         groups=meshes[0].groups if len(parts) == 1 else _joined_labels(names),
         material_library=next((m.material_library for m in meshes if m.material_library), None),
-        source=Source(source),
+        source=Source(source, split=any(m.source is not None and m.source.split for m in meshes)),
     )
 
 

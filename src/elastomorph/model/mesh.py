@@ -58,11 +58,13 @@ class Source:
         face_lines: (F,) line number of each polygon, where the format has lines.
         encoding: How the names of labels and the material library stand in a text file, so that
             it can be written again with the same bytes.
+        split: Whether its format repeats a vertex wherever its texture coordinate or normal ends.
     """
 
     path: str
     face_lines: NDArray[np.int32] | None = None
     encoding: Literal["utf-8", "latin-1"] = "utf-8"
+    split: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
 
-__all__ = ["read_glb"]
+__all__ = ["ReadMesh", "read_glb", "read_meshes", "require_known_extensions", "rig_of"]
 
 _HARMLESS = (
     *("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "MSFT_texture_"),
@@ -60,20 +61,39 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
     """
     wanted = wanted_names(mesh)
     file = open_gltf(path)
-    _require_extensions(file)
+    require_known_extensions(file)
     with naming_file(path), np.errstate(all="ignore"):
-        placed = _chosen(file, wanted)
-        parts: list[RigPart] = []
-        correctives: dict[str, list[str]] = {}
-        groups: dict[str, list[str]] = {}
-        for own, primitives in zip(placed, read_primitives(file, placed), strict=True):
-            if primitives is not None:
-                part, stored = _part(file, own, primitives)
-                parts.append(part)
-                correctives |= stored.correctives
-                groups |= stored.groups
-        neutral, morphs = joined_rig(parts, str(path))
-        return Rig(neutral, morphs, correctives=correctives, groups=groups)
+        return rig_of(file, read_meshes(file, _chosen(file, wanted)))
+
+
+@dataclass(frozen=True, eq=False)
+class ReadMesh:
+    """A mesh of a scene, and what the file says of its morphs."""
+
+    placed: PlacedMesh
+    primitives: Primitives
+    part: RigPart
+    stored: StoredRig
+
+
+def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
+    """Meshes of a scene as far as they show a surface."""
+    return [
+        ReadMesh(own, primitives, *_part(file, own, primitives))
+        for own, primitives in zip(placed, read_primitives(file, placed), strict=True)
+        if primitives is not None
+    ]
+
+
+def rig_of(file: GltfFile, meshes: Sequence[ReadMesh]) -> Rig:
+    """The rig that some meshes of a file are together."""
+    correctives: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
+    for own in meshes:
+        correctives |= own.stored.correctives
+        groups |= own.stored.groups
+    neutral, morphs = joined_rig([own.part for own in meshes], str(file.path))
+    return Rig(neutral, morphs, correctives=correctives, groups=groups)
 
 
 def _chosen(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
@@ -105,7 +125,8 @@ def _part(file: GltfFile, placed: PlacedMesh, primitives: Primitives) -> tuple[R
     return RigPart(placed.names[0], neutral, morphs, Placing(np.eye(3), np.zeros(3))), stored
 
 
-def _require_extensions(file: GltfFile) -> None:
+def require_known_extensions(file: GltfFile) -> None:
+    """Refuse a file that cannot be understood without an extension that is not read."""
     for name in file.items("extensionsRequired"):
         if not isinstance(name, str):
             file.refuse("a required extension has no name")
@@ -154,7 +175,7 @@ def _neutral(file: GltfFile, primitives: Primitives) -> Mesh:
         Polygons.of(triangles),
         uv=uv,
         materials=materials,
-        source=Source(str(file.path)),
+        source=Source(str(file.path), split=True),
     )
 
 

@@ -1,0 +1,137 @@
+"""Vertices that exporters split at seams, as one again while paths are made.
+
+A vertex has one texture coordinate and one normal in glTF, so where a texture or a smooth surface
+ends, there are two at the same place. To a surface that is a cut: on both sides of it everything
+turns by itself, and what hangs on the surface by such a seam only is torn loose. Vertices that are
+at the same place in the neutral and in every target are one here. The mesh of the rig is never
+changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.model.geometry import component_of, moved_extent
+from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.polygons import Polygons
+
+# Single precision and products of matrices round; in two of a million million cases this is also
+# the border of a cell, and a seam stays: it is no fraction that anyone would model with.
+_CELL = 1.1180339887e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Welding:
+    """The parts of a mesh that move, without seams.
+
+    Attributes:
+        neutral: The mesh, its vertices in the order of their first ones.
+        first: (W,) int64, the vertex of the whole that each vertex is, the first of several.
+        place: (V,) int64, the vertex that each vertex of the whole is, -1 where nothing moves.
+    """
+
+    neutral: Mesh
+    first: NDArray[np.int64]
+    place: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, neutral: Mesh, targets: Sequence[NDArray[np.float64]]) -> Welding:
+        """The connected parts of a neutral that (V, 3) targets move, welded if it is split."""
+        vertices = neutral.vertices
+        moves = np.zeros(len(vertices), dtype=bool)
+        for target in targets:
+            moves |= (target != vertices).any(axis=1)
+        part = component_of(len(vertices), neutral.edges)
+        kept = np.flatnonzero(np.isin(part, part[moves]))
+        number = np.arange(len(kept))
+        if neutral.source is not None and neutral.source.split:
+            number = _same(vertices, targets, kept)
+        first, at = np.unique(number, return_inverse=True)
+        place = np.full(len(vertices), -1, dtype=np.int64)
+        place[kept] = at
+        return cls(_restricted(neutral, kept[first], place), kept[first], place)
+
+    @property
+    def joins(self) -> bool:
+        """Whether there were seams."""
+        return len(self.first) < int((self.place >= 0).sum())
+
+    def mesh(self, whole: Mesh) -> Mesh:
+        """A mesh of the whole, as the welded one."""
+        return self.neutral.with_vertices(whole.vertices[self.first])
+
+    def fields(self, welded: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(..., V, 3) of the whole, from (..., W, 3); zero where nothing moves."""
+        padded = np.concatenate([welded, np.zeros_like(welded[..., :1, :])], axis=-2)
+        return np.asarray(padded[..., self.place, :])
+
+    def morph(self, neutral: Mesh, target: Mesh, path: Morph) -> Morph:
+        """The path of the whole that is this one where vertices are welded."""
+        scale = self.neutral.diameter / (neutral.diameter or 1.0)
+        return replace(
+            path,
+            neutral=neutral,
+            target=target,
+            bends=self.fields(path.bends),
+            bake_error=path.bake_error * scale,
+        )
+
+
+def seams_of(neutral: Mesh, ends: Mapping[str, Mesh]) -> Welding | None:
+    """How to weld a neutral for paths to these ends; None where it has no seams.
+
+    Two vertices at one place are a seam only where the format of the file splits vertices: in
+    others an artist keeps them apart.
+    """
+    if neutral.source is None or not neutral.source.split or not len(neutral.faces):
+        return None
+    welding = Welding.of(neutral, [end.vertices for end in ends.values()])
+    return welding if welding.joins else None
+
+
+def _same(
+    vertices: NDArray[np.float64], targets: Sequence[NDArray[np.float64]], kept: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """(N,) for each kept vertex the first kept one that is at its place in all shapes."""
+    scale = moved_extent(vertices, targets) or float(np.ptp(vertices[kept], axis=0).max(initial=0))
+    number = np.zeros(len(kept), dtype=np.int64)
+    here = vertices[kept]
+    for shape in (here, *(target[kept] - here for target in targets)):
+        cells = np.round(shape / (_CELL * (scale or 1.0)))
+        rows = np.column_stack([number, cells])
+        order = np.lexsort(rows.T)
+        new = np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))
+        # Numbers of equal rows are those of their first vertex, so that the order stays.
+        label = np.empty(len(kept), dtype=np.int64)
+        label[order] = np.cumsum(new) - 1
+        least = np.full(int(new.sum()), len(kept), dtype=np.int64)
+        np.minimum.at(least, label, np.arange(len(kept)))
+        number = least[label]
+    return number
+
+
+def _restricted(neutral: Mesh, first: NDArray[np.int64], place: NDArray[np.int64]) -> Mesh:
+    """The polygons between welded vertices; corners that are now one are written once."""
+    faces = neutral.faces
+    corners = place[faces.indices]
+    of_face = np.repeat(np.arange(len(faces)), faces.sizes)
+    kept = (corners >= 0) & (corners != corners[faces.next_corners])
+    sizes = np.bincount(of_face[kept], minlength=len(faces))
+    whole = np.flatnonzero(sizes >= 3)
+    kept &= np.isin(of_face, whole)
+    polygons = Polygons(
+        corners[kept].astype(np.int32), np.concatenate([[0], np.cumsum(sizes[whole])])
+    )
+    materials, groups = (
+        None if own is None else FaceLabels(own.names, own.of_face[whole])
+        for own in (neutral.materials, neutral.groups)
+    )
+    source = None if neutral.source is None else replace(neutral.source, split=False)
+    return Mesh(
+        neutral.vertices[first], polygons, materials=materials, groups=groups, source=source
+    )
