@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,11 +90,19 @@ class BendCurve:
         first, last = self.end_slopes
         return first * min(time, 0.0) + last * max(time - 1.0, 0.0)
 
-    def slope(self, times: ArrayLike) -> NDArray[np.float64]:
-        """The derivative db/dt at each time, in the shape of ``times``."""
+    def slope(self, times: ArrayLike, *, before: bool = False) -> NDArray[np.float64]:
+        """The derivative db/dt at each time, in the shape of ``times``.
+
+        Where two pieces meet, it is that of the piece after, or of the one before.
+        """
         t = np.clip(np.asarray(times, dtype=np.float64), 0.0, 1.0)
         rows = np.polynomial.polynomial.polyder(self.coefficients, axis=1)
-        return self._horner(np.asarray(rows, dtype=np.float64), t)
+        side: Literal["left", "right"] = "left" if before else "right"
+        return self._horner(np.asarray(rows, dtype=np.float64), t, side)
+
+    def times_within(self, count: int) -> NDArray[np.float64]:
+        """(count, S) times spread evenly over each piece, its ends among them."""
+        return self.breaks[:-1] + np.linspace(0, 1, count)[:, None] * np.diff(self.breaks)
 
     @cached_property
     def end_slopes(self) -> tuple[float, float]:
@@ -117,8 +126,13 @@ class BendCurve:
     def _pieces(self) -> tuple[list[float], list[list[float]]]:
         return self.breaks.tolist(), self.coefficients[:, ::-1].tolist()
 
-    def _horner(self, rows: NDArray[np.float64], t: NDArray[np.float64]) -> NDArray[np.float64]:
-        pieces = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.breaks) - 2)
+    def _horner(
+        self,
+        rows: NDArray[np.float64],
+        t: NDArray[np.float64],
+        side: Literal["left", "right"] = "right",
+    ) -> NDArray[np.float64]:
+        pieces = np.clip(np.searchsorted(self.breaks, t, side=side) - 1, 0, len(self.breaks) - 2)
         local = t - self.breaks[pieces]
         value = np.zeros_like(t)
         for column in range(rows.shape[1] - 1, -1, -1):

@@ -15,7 +15,7 @@ from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
 
-__all__ = ["bake", "bake_polynomial", "bend_basis", "chebyshev_nodes"]
+__all__ = ["bake", "bake_polynomial", "bend_basis", "chebyshev_nodes", "largest_sum"]
 
 
 def chebyshev_nodes(count: int) -> NDArray[np.float64]:
@@ -141,7 +141,7 @@ def _fewest_bends(
             fit = np.linalg.lstsq(bend_basis(_NODES, count - 1), at_nodes, rcond=None)[0]
             weights = _powers(count - 1).T @ fit
         curves = np.stack([_CHECKS**k - _CHECKS for k in range(1, count + 2)], axis=1)[:, 1:]
-        error = _largest(at_checks - curves @ weights, values, lengths) / scale
+        error = largest_sum(at_checks - curves @ weights, values, lengths) / scale
         if error <= tolerance:
             return np.tensordot(weights, values, axes=1), error
         best = min(best, error)
@@ -165,7 +165,7 @@ def _powers(degree: int) -> NDArray[np.float64]:
     return rows
 
 
-def _largest(
+def largest_sum(
     rows: NDArray[np.float64], values: NDArray[np.float64], lengths: NDArray[np.float64]
 ) -> float:
     """The longest of (T, R) rows · (R, M, 3) values; only vertices that can have it are tried."""

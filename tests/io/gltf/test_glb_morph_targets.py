@@ -9,9 +9,9 @@ import pytest
 from glb_samples import chunks_of
 
 import elastomorph as em
-from elastomorph.io.gltf.morph_targets import with_positive_weights
 from elastomorph.io.gltf.writer import write_glb
 from elastomorph.model.bend_curve import BendCurve
+from elastomorph.rig.positive import with_positive_weights
 
 FACE = em.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 TARGET = FACE.with_vertices(FACE.vertices + [0, 0.5, 0.25])

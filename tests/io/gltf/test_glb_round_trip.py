@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 
 from elastomorph.errors import ElastomorphWarning
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.io.gltf.morph_targets import with_positive_weights
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
+from elastomorph.rig.positive import with_positive_weights
 
 
 def assert_same_labels(one: FaceLabels | None, other: FaceLabels | None) -> None:

@@ -1,15 +1,9 @@
-"""Which Δ and bends of a rig become morph targets, what they are called, and what is lost.
-
-Bends are turned so that their weights are positive. b_k(t)·D_k is the same as (-b_k(t))·(-D_k),
-but not to every program: Blender, for one, holds the weights of imported morph targets between 0
-and 1, and plays a path whose bends have the weights t² - t of a beam as a straight line. With
-t - t² it plays the path.
-"""
+"""Which Δ and bends of a rig become morph targets, what they are called, and what is lost."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,43 +70,13 @@ class MorphTargets:
 
 def _peak(curve: BendCurve) -> float:
     """The largest |b(t)| on [0, 1], to within a thousandth."""
-    return float(np.abs(_samples(curve)).max())
-
-
-def _samples(curve: BendCurve) -> NDArray[np.float64]:
-    """b(t) at 65 times in each piece."""
-    return curve(curve.breaks[:-1] + np.linspace(0, 1, 65)[:, None] * np.diff(curve.breaks))
+    return float(np.abs(curve(curve.times_within(65))).max())
 
 
 def _rounding(values: NDArray[np.float64]) -> float:
     """The farthest that single precision moves one of (V, 3) vectors."""
     away = values.astype(np.float32) - values
     return float(np.sqrt(np.einsum("vi,vi->v", away, away).max(initial=0.0)))
-
-
-def with_positive_weights(rig: Rig) -> Rig:
-    """The same rig, each bend turned to where its curve is farther above 0 than below.
-
-    Curves of both signs, such as those of several scanned in-betweens, keep a smaller negative
-    part.
-    """
-    morphs = {name: _turned(morph) for name, morph in rig.morphs.items()}
-    if all(morphs[name] is morph for name, morph in rig.morphs.items()):
-        return rig
-    sliders = rig.sliders
-    return Rig(rig.neutral, morphs, correctives=sliders.correctives, groups=sliders.groups)
-
-
-def _turned(morph: Morph) -> Morph:
-    values = [_samples(curve) for curve in morph.bend_curves]
-    signs = np.array([-1.0 if -own.min() > own.max() else 1.0 for own in values])
-    if (signs > 0).all():
-        return morph
-    curves = tuple(
-        curve if sign > 0 else BendCurve(curve.breaks, 0.0 - curve.coefficients)
-        for curve, sign in zip(morph.bend_curves, signs, strict=True)
-    )
-    return replace(morph, bends=signs[:, None, None] * morph.bends, bend_curves=curves)
 
 
 # A bend that moves vertices less than this fraction of D turns no normal: what a fit would find

@@ -19,14 +19,10 @@ from elastomorph.io.gltf.animations import Clip, performance_clip, slider_clips,
 from elastomorph.io.gltf.container import glb_chunks, without_empty
 from elastomorph.io.gltf.layout import Layout, lay_out
 from elastomorph.io.gltf.mesh_extras import surface_extras
-from elastomorph.io.gltf.morph_targets import (
-    MorphTargets,
-    NormalField,
-    normal_deltas,
-    with_positive_weights,
-)
+from elastomorph.io.gltf.morph_targets import MorphTargets, NormalField, normal_deltas
 from elastomorph.io.gltf.rig_extras import rig_extras
 from elastomorph.rig import Rig
+from elastomorph.rig.positive import with_positive_weights
 from elastomorph.rig.timing import Timing, linear
 
 __all__ = ["GlbReport", "Performance", "require_glb_settings", "write_glb"]

@@ -1,0 +1,1 @@
+"""Bends the paths of a character in its own file."""
