@@ -1,0 +1,312 @@
+"""Writes the vectors that every runtime must reproduce, as elastomorph computes them.
+
+::
+
+    python runtimes/conformance/make_vectors.py [FOLDER]
+
+A vector is a small rig with poses: the ``extras`` of its mesh, its ``neutral`` (V, 3), its
+``targets`` (T, V, 3) in the order of ``targetNames``, and for each pose its ``sliders``, the
+``weights`` (T,) of the targets and the ``positions`` (V, 3) they give. The numbers that go in are
+short binary fractions, so that they are the same on every machine.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import elastomorph as em
+from elastomorph.io.blend_shapes import curve_to_json
+from elastomorph.io.gltf.morph_targets import MorphTargets
+from elastomorph.io.gltf.rig_extras import rig_extras
+
+FOLDER = Path(__file__).parent / "vectors"
+VERTICES = 4
+# Inside, at the ends, outside, and next to the ends.
+VALUES = (-1.5, -0.25, 0.0, 1e-12, 0.125, 0.3, 0.5, 0.77, 1 - 1e-12, 1.0, 1.25, 3.0)
+
+BEAM = em.BendCurve.polynomial([0, 1, -1])
+CUBIC = em.BendCurve.power(3)
+TENT = em.BendCurve([0, 0.25, 1], [[0, 4], [1, -4 / 3]])
+STEPS = em.BendCurve([0, 0.25, 0.5, 0.75, 1], [[0], [0.75], [-0.5], [0]])
+
+
+@dataclass(frozen=True)
+class Bent:
+    """The curves of a morph."""
+
+    bends: Sequence[em.BendCurve] = ()
+    fold: em.BendCurve | None = None
+
+
+@dataclass(frozen=True)
+class Vector:
+    """One file of the kit."""
+
+    about: str
+    morphs: Mapping[str, Bent]
+    poses: Sequence[Mapping[str, float]]
+    correctives: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
+def all_vectors() -> dict[str, dict[str, Any]]:
+    """The content of all files by their names."""
+    rng = np.random.default_rng(7)
+    many = [_pieces(rng, pieces, terms) for pieces, terms in ((2, 4), (33, 4), (97, 2), (5, 8))]
+    breaks = sorted({float(t) for own in many for t in own.breaks[:: 1 + len(own.breaks) // 9]})
+    three = {"a": Bent([BEAM]), "b": Bent([CUBIC, TENT]), "c": Bent()}
+    texts = ("__proto__", "constructor", "ジョー", 'a "b" \\ /', "", "😀\n")
+    plain = Vector(
+        "No description: each target is a slider.", {"a": Bent(), "b": Bent()}, _each("ab")
+    )
+    other = Vector(
+        "What changes nothing: targets in another order, targets that are not described, keys that "
+        "are not known, lists that are left out, a fold in version 1.",
+        three,
+        _each("abc"),
+    )
+    return {
+        "plain": _content(plain, rng) | {"extras": {"targetNames": ["a", "b"]}},
+        "other": _rewritten(_content(other, rng)),
+        "degrees": _content(
+            Vector(
+                "Curves of degree 0 to 7.",
+                {"s": Bent([STEPS]), "p": Bent([TENT, *map(em.BendCurve.power, range(2, 8))])},
+                _each("sp"),
+            ),
+            rng,
+        ),
+        "pieces": _content(
+            Vector(
+                "Curves of many pieces that do not meet, also exactly at their breaks.",
+                {str(i): Bent([curve]) for i, curve in enumerate(many)},
+                _each("0123", (*breaks, *VALUES)),
+            ),
+            rng,
+        ),
+        "correctives": _content(
+            Vector(
+                "Products of drivers: with and without a slider of their own, one driver twice.",
+                three
+                | {"ab": Bent([TENT]), "own": Bent([BEAM, CUBIC]), "aa": Bent([TENT])}
+                | {"cba": Bent([CUBIC])},
+                [
+                    *_each(["a", "b", "c", "own"]),
+                    {"a": 0.5},
+                    {"own": 0.5},
+                    {"a": 0.75, "c": 0.5},
+                    {"a": 0.75, "c": 0.5, "own": -0.25},
+                    {"a": 1.5, "b": -0.5, "c": 0.5, "own": 1.0},
+                    {"a": 0.75, "b": 0.5, "ab": 1.0},  # which has no slider
+                ],
+                {
+                    "ab": ("a", "b"),
+                    "own": ("a", "c", "own"),
+                    "aa": ("a", "a"),
+                    "cba": ("c", "b", "a"),
+                },
+                {"lower": ("a", "own"), "none": ()},
+            ),
+            rng,
+        ),
+        "folds": _content(
+            Vector(
+                "Version 2: the weight of a target is t + fold(t), also of a corrective.",
+                {
+                    "only": Bent([], CUBIC),
+                    "bent": Bent([BEAM, TENT], many[0]),
+                    "plain": Bent([BEAM]),
+                    "both": Bent([TENT], BEAM),
+                },
+                [*_each(["only", "bent", "plain"]), {"only": 0.5}, {"bent": 0.75, "plain": 0.5}],
+                {"both": ("bent", "plain")},
+            ),
+            rng,
+        ),
+        "names": _content(
+            Vector(
+                "Any text is a name. A slider that the mesh does not have does nothing.",
+                {name: Bent([BEAM]) for name in texts},
+                [
+                    {name: (i + 1) / 8 for i, name in enumerate(texts)},
+                    {"length": 1.0, "toString": 1.0, "ジョー": 0.5, "__proto__.bend1": 0.5},
+                    {},
+                ],
+            ),
+            rng,
+        ),
+    }
+
+
+def _each(names: Sequence[str], values: Sequence[float] = VALUES) -> list[dict[str, float]]:
+    """A pose for each value, of all sliders alike."""
+    return [dict.fromkeys(names, value) for value in values]
+
+
+def _fractions(rng: np.random.Generator, *shape: int) -> NDArray[np.float64]:
+    """Random numbers between -1 and 1 of six binary digits."""
+    return rng.integers(-64, 65, shape) / 64
+
+
+def _pieces(rng: np.random.Generator, pieces: int, terms: int) -> em.BendCurve:
+    inner = np.sort(rng.choice(np.arange(1, 256), pieces - 1, replace=False)) / 256
+    breaks = np.concatenate([[0.0], inner, [1.0]])
+    coefficients = _fractions(rng, pieces, terms)
+    coefficients[0, 0] = 0.0
+    coefficients[-1, 0] -= np.polynomial.polynomial.polyval(1 - breaks[-2], coefficients[-1])
+    return em.BendCurve(breaks, coefficients)
+
+
+def _content(vector: Vector, rng: np.random.Generator) -> dict[str, Any]:
+    neutral = em.Mesh(_fractions(rng, VERTICES, 3), [[0, 1, 2], [0, 2, 3]])
+    stored, whole = {}, {}
+    for name, bent in vector.morphs.items():
+        target = neutral.with_vertices(neutral.vertices + _fractions(rng, VERTICES, 3))
+        bends = _fractions(rng, len(bent.bends), VERTICES, 3)
+        stored[name] = whole[name] = em.Morph(neutral, target, bends, tuple(bent.bends))
+        if bent.fold is not None:
+            every = np.concatenate([bends, stored[name].delta[None]])
+            whole[name] = em.Morph(neutral, target, every, (*bent.bends, bent.fold))
+    named = {"correctives": vector.correctives, "groups": vector.groups}
+    rig, folded = em.Rig(neutral, stored, **named), em.Rig(neutral, whole, **named)
+    targets = MorphTargets.of(rig, 0.0)
+    described = rig_extras(rig, targets)
+    for entry, bent in zip(described["morphs"], vector.morphs.values(), strict=True):
+        if bent.fold is not None:
+            described["version"] = 2
+            entry["fold"] = curve_to_json(bent.fold)
+    shapes = [shape for m in stored.values() for shape in (m.delta, *m.bends)]
+    return {
+        "about": vector.about,
+        "extras": {"targetNames": list(targets.names), "elastomorph": described},
+        "neutral": neutral.vertices.tolist(),
+        "targets": [shape.tolist() for shape in shapes],
+        "poses": [_pose(vector, folded, sliders) for sliders in vector.poses],
+    }
+
+
+def _pose(vector: Vector, rig: em.Rig, sliders: Mapping[str, float]) -> dict[str, Any]:
+    """What sliders do: the weight of each target, and where the vertices then are."""
+    known = {name: value for name, value in sliders.items() if name in rig.sliders.names}
+    driven = rig.sliders.drive(rig.sliders.row(known)[None])[0]
+    weights: list[float] = []
+    for t, bent in zip(driven.tolist(), vector.morphs.values(), strict=True):
+        weights.append(t + (bent.fold.at(t) if bent.fold else 0.0))
+        weights += [curve.at(t) for curve in bent.bends]
+    return {
+        "sliders": dict(sliders),
+        "weights": [weight + 0.0 for weight in weights],
+        "positions": rig.pose(known).tolist(),
+    }
+
+
+def _rewritten(vector: dict[str, Any]) -> dict[str, Any]:
+    """The same, as another program might have written it."""
+    extras = vector["extras"]
+    described = extras["elastomorph"]
+    described["version"] = 1.0
+    described["later"] = {"curve": None}
+    described["morphs"] = [
+        {"name": m["name"], "target": m["target"], "bends": m["bends"], "fold": curve_to_json(TENT)}
+        for m in reversed(described["morphs"])
+        if m["bends"]
+    ]
+    del described["correctives"], described["groups"]
+    order = list(range(len(extras["targetNames"])))[::-1]
+    extras["targetNames"] = [extras["targetNames"][i] for i in order]
+    vector["targets"] = [vector["targets"][i] for i in order]
+    for pose in vector["poses"]:
+        pose["weights"] = [pose["weights"][i] for i in order]
+    return vector
+
+
+def refused() -> list[dict[str, Any]]:
+    """Extras that must be refused, each for one reason."""
+    curve = curve_to_json(BEAM)
+    morph = {"name": "a", "target": "a", "bends": [{"target": "a.bend1", "curve": curve}]}
+    names = ["a", "a.bend1", "b", "c"]
+
+    def entry(why: str, targets: Sequence[str] = names, **described: Any) -> dict[str, Any]:
+        stored = {"version": 1, "morphs": [morph], **described}
+        return {"why": why, "extras": {"targetNames": list(targets), "elastomorph": stored}}
+
+    def curved(why: str, breaks: Any, coefficients: Any) -> dict[str, Any]:
+        bends = [{"target": "a.bend1", "curve": {"breaks": breaks, "coefficients": coefficients}}]
+        return entry(why, morphs=[morph | {"bends": bends}])
+
+    def driven(why: str, *correctives: Any) -> dict[str, Any]:
+        return entry(why, correctives=list(correctives))
+
+    return [
+        entry("a version that is not known yet", version=3),
+        entry("no version", version=None),
+        entry("a version that is a text", version="1"),
+        entry("a version of true", version=True),
+        entry("version 0", version=0),
+        entry("half a version", version=1.5),
+        {"why": "no object", "extras": {"targetNames": names, "elastomorph": [1]}},
+        entry("morphs that are no list", morphs={"a": morph}),
+        entry("a morph that is no object", morphs=["a"]),
+        entry("a morph target that does not exist", ["a", "b"]),
+        entry("a target that is a number", morphs=[morph | {"target": 0}]),
+        entry("a name that is a number", morphs=[morph | {"name": 1}]),
+        entry("a morph target used twice", morphs=[morph, {"name": "b", "target": "a"}]),
+        entry("a name given twice", morphs=[morph, {"name": "a", "target": "b"}]),
+        entry(
+            "a name of a morph that a target has which is not described",
+            morphs=[
+                morph | {"name": "b"},
+            ],
+        ),
+        entry("two targets of one name", [*names, "c"]),
+        entry("bends that are no list", morphs=[morph | {"bends": {"curve": curve}}]),
+        entry("a bend without a curve", morphs=[morph | {"bends": [{"target": "a.bend1"}]}]),
+        entry("a fold that is no curve", version=2, morphs=[morph | {"fold": 0.5}]),
+        curved("breaks that do not rise", [0, 0.5, 0.5, 1], [[0], [1], [0]]),
+        curved("breaks that do not begin at 0", [0.1, 1], [[0, 1, -1]]),
+        curved("breaks that do not end at 1", [0, 0.9], [[0, 1, -1]]),
+        curved("one break", [0], []),
+        curved("breaks that are no numbers", [0, "0.5", 1], [[0], [0]]),
+        curved("more breaks than pieces", [0, 0.5, 1], [[0, 1, -1]]),
+        curved("a piece without coefficients", [0, 1], [[]]),
+        curved("pieces of different length", [0, 0.5, 1], [[0, 1], [0]]),
+        curved("a coefficient that is null", [0, 1], [[0, None]]),
+        curved("more than 256 coefficients a piece", [0, 1], [[0.0] * 257]),
+        curved("a curve that is not 0 at 0", [0, 1], [[1, -1]]),
+        curved("a curve that is not 0 at 1", [0, 1], [[0, 1]]),
+        driven("a corrective that is no object", "a"),
+        driven("a corrective that is no morph", {"name": "x", "drivers": ["a"]}),
+        driven("no drivers", {"name": "c", "drivers": []}),
+        driven("drivers that are one text", {"name": "c", "drivers": "ab"}),
+        driven("a driver that does not exist", {"name": "c", "drivers": ["a", "x"]}),
+        driven("a driver that is the target of a bend", {"name": "c", "drivers": ["a.bend1"]}),
+        driven("a corrective twice", *({"name": "c", "drivers": [own]} for own in "ab")),
+        driven(
+            "a driver that is itself a corrective",
+            {"name": "b", "drivers": ["a", "b"]},
+            {"name": "c", "drivers": ["b"]},
+        ),
+    ]
+
+
+def main(folder: Path) -> None:
+    """Write all files into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in {**all_vectors(), "refused": refused()}.items():
+        # Some names as they are, some as escapes.
+        text = json.dumps(content, ensure_ascii=False).replace("😀", "\\ud83d\\ude00")
+        for key in ('"neutral":', '"targets":', '"poses":', '{"sliders":', '{"why":', '{"name":'):
+            text = text.replace(f" {key}", f"\n{key}")
+        (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER)

@@ -1,0 +1,100 @@
+"""The conformance kit: its vectors, and what a runtime must answer to them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from foreign_files import glb
+
+RUNTIMES = Path(__file__).parents[2] / "runtimes"
+KIT = RUNTIMES / "conformance"
+REFUSED = json.loads((KIT / "vectors" / "refused.json").read_text(encoding="utf-8"))
+VECTORS: dict[str, dict[str, Any]] = {
+    path.stem: json.loads(path.read_text(encoding="utf-8"))
+    for path in sorted((KIT / "vectors").glob("*.json"))
+    if path.stem != "refused"
+}
+
+# Products and sums differ in the last bits between processors and compilers.
+DOUBLE, SINGLE = 1e-12, 1e-6
+
+
+def require_same(found: Any, expected: Any, relative: float) -> None:
+    """Numbers (…) agree, as a fraction of themselves, of 1 where they are smaller."""
+    np.testing.assert_allclose(found, expected, rtol=relative, atol=relative)
+
+
+def require_conforming(program: list[str]) -> None:
+    """A program that answers the kit answers it as Python does.
+
+    It is given the path of a file of the kit, and prints JSON: for a vector one object a pose with
+    ``double`` and ``single``, the weights in both precisions; for ``refused.json`` one text an
+    entry, why it was refused, null where it was not. A slider that a pose does not name is NaN.
+    """
+    for name, vector in VECTORS.items():
+        answers = _answers(program, KIT / "vectors" / f"{name}.json")
+        assert len(answers) == len(vector["poses"])
+        for answer, pose in zip(answers, vector["poses"], strict=True):
+            require_same(answer["double"], pose["weights"], DOUBLE)
+            require_same(answer["single"], pose["weights"], SINGLE)
+    whys = _answers(program, KIT / "vectors" / "refused.json")
+    assert len(whys) == len(REFUSED)
+    accepted = [own["why"] for own, why in zip(REFUSED, whys, strict=True) if not why]
+    assert not accepted, f"not refused: {accepted}"
+
+
+def _answers(program: list[str], path: Path) -> list[Any]:
+    done = subprocess.run(
+        [*program, str(path)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 0, f"{path.name}: {done.stderr[-2000:]}"
+    assert not done.stderr, done.stderr
+    found: list[Any] = json.loads(done.stdout)
+    return found
+
+
+def written_now(folder: Path) -> dict[str, Any]:
+    """The files of the kit as the command writes them now."""
+    command = [sys.executable, str(KIT / "make_vectors.py"), str(folder)]
+    subprocess.run(command, check=True, timeout=100, capture_output=True)
+    return {
+        path.stem: json.loads(path.read_text(encoding="utf-8")) for path in folder.glob("*.json")
+    }
+
+
+def glb_of(vector: dict[str, Any], path: Path) -> Path:
+    """A file with the mesh of a vector; its numbers are the same in single precision."""
+    neutral = np.array(vector["neutral"], dtype="<f4")
+    shapes = [neutral, *(np.array(shape, dtype="<f4") for shape in vector["targets"])]
+    triangles = np.array([0, 1, 2, 0, 2, 3], dtype="<u4")
+    parts = [own.tobytes() for own in (*shapes, triangles)]
+    starts = np.cumsum([0, *map(len, parts)]).tolist()
+    kinds = [(5126, len(neutral), "VEC3")] * len(shapes) + [(5125, len(triangles), "SCALAR")]
+    targets = [{"POSITION": 1 + i} for i in range(len(vector["targets"]))]
+    primitive = {"attributes": {"POSITION": 0}, "indices": len(shapes), "targets": targets}
+    document: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "name": "face"}],
+        "meshes": [{"extras": vector["extras"], "primitives": [primitive]}],
+        "buffers": [{"byteLength": starts[-1]}],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": start, "byteLength": len(part)}
+            for start, part in zip(starts, parts, strict=False)
+        ],
+        "accessors": [
+            {"bufferView": i, "componentType": kind, "count": count, "type": form}
+            for i, (kind, count, form) in enumerate(kinds)
+        ],
+    }
+    for accessor, shape in zip(document["accessors"], shapes, strict=False):
+        accessor |= {"min": shape.min(axis=0).tolist(), "max": shape.max(axis=0).tolist()}
+    path.write_bytes(glb(document, b"".join(parts)))
+    return path
