@@ -6,10 +6,10 @@ import time
 from pathlib import Path
 
 import pytest
-from characters import TABLES, as_toml, write_settings_file
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from characters import TABLES, as_toml, write_settings_file
 from elastomorph.character import Settings, find_settings, read_settings, rig_from_settings
 from elastomorph.character.schema import FREE, tables
 from elastomorph.errors import ElastomorphError, FileError, FormatError

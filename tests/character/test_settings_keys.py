@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from characters import TABLES, changed, write_settings_file
 
+from characters import TABLES, changed, write_settings_file
 from elastomorph.character import read_settings, rig_from_settings, settings_tables
 from elastomorph.character.schema import FREE, export_options, tables
 from elastomorph.io.npz.rig import rig_arrays

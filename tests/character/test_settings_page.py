@@ -6,9 +6,9 @@ import re
 from pathlib import Path
 
 import pytest
-from characters import shapes, sheet
 
 import elastomorph as em
+from characters import shapes, sheet
 from elastomorph.character import read_settings, rig_from_settings
 from elastomorph.character.schema import tables
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from characters import LEFT, TABLES, changed, sheet, write_character, write_settings_file
 
 import elastomorph as em
+from characters import LEFT, TABLES, changed, sheet, write_character, write_settings_file
 from elastomorph.character import Settings, read_settings, rig_from_settings
 from elastomorph.character.schema import MethodChoice
 from elastomorph.curves import extract_curves, region_weights

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from characters import shapes, sheet
 
 import elastomorph as em
+from characters import shapes, sheet
 from elastomorph.character import read_settings, rig_from_settings
 from elastomorph.character.survey import survey
 from elastomorph.character.template import (
