@@ -118,7 +118,8 @@ def make_plan(
     if max_targets is not None:
         room = _Room.of(rig, as_number(max_targets, "the most targets", least=0), meshes)
         chosen = room.filled(options)
-    bent, left_out = [], []
+    bent: list[BentMorph] = []
+    left_out: list[BentMorph] = []
     for name, own in options.items():
         nothing = chosen[name] == 0 and own[0].fold is None
         way = own[-1 if nothing else chosen[name]].within(tolerance * scale)
