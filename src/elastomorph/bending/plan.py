@@ -82,9 +82,8 @@ def make_plan(
     the tolerance of its straight line is not bent. Methods hold their paths within their own
     tolerance of the D of the rig, however large the rest of the body is.
 
-    Under `max_targets` bends are added one by one where they bring the stored paths nearer to the
-    paths by the largest distance a target, until there is no more room; a path may then be held
-    by fewer bends than it needs, which its `error` tells.
+    Under `max_targets` bends are added one by one where they bring what is stored nearest to its
+    path, until there is no more room; some then have fewer than they need, and a larger `error`.
 
     Args:
         rig: The face. Paths that it has stay where no method is named for them.
