@@ -9,7 +9,7 @@ const SEVERITIES = ['error', 'warning', 'information', 'hint'];
 async function issuesOf(path) {
   const report = await validateBytes(new Uint8Array(await readFile(path)), {
     uri: basename(path),
-    maxIssues: 100,
+    maxIssues: 0,
     writeTimestamp: false,
     externalResourceFunction: async (uri) =>
       new Uint8Array(await readFile(join(dirname(path), decodeURIComponent(uri)))),

@@ -1,0 +1,50 @@
+"""What Node.js programs say of files: the Khronos validator, and glTF-Transform to unpack them."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections import Counter
+from pathlib import Path
+
+from acceptance.gltf_file import GltfFile
+
+CHECKS = Path(__file__).parents[2] / "web" / "checks"
+_ISSUE = re.compile(r": (error|warning|information|hint) (\S+) at (.*?): ")
+
+
+def unpacked(path: Path, folder: Path) -> GltfFile:
+    """A file whose arrays can be read: itself, or as glTF-Transform decompresses it."""
+    file = GltfFile.read(path)
+    if not file.packed:
+        return file
+    plain = folder / f"{path.stem}-{path.suffix[1:]}-plain.glb"
+    _run("transform.mjs", str(path), str(plain), "plain")
+    return GltfFile.read(plain)
+
+
+def issues(path: Path) -> Counter[str]:
+    """How often the Khronos validator says what of a file, by severity and code."""
+    said = _run("validate.mjs", str(path), may_fail=True)
+    return Counter(
+        f"{found[1]} {found[2]}" for line in said.splitlines() if (found := _ISSUE.search(line))
+    )
+
+
+def new_issues(original: Path, bent: Path) -> list[str]:
+    """What the validator says more often of a bent file than of the original."""
+    more = issues(bent) - issues(original)
+    return [f"the validator finds {count} more: {what}" for what, count in more.items()]
+
+
+def _run(script: str, *words: str, may_fail: bool = False) -> str:
+    program = shutil.which("node")
+    if program is None:
+        raise FileNotFoundError("Node.js is not installed")
+    done = subprocess.run(
+        [program, str(CHECKS / script), *words], capture_output=True, text=True, timeout=300
+    )
+    if done.returncode and not (may_fail and done.stdout):
+        raise RuntimeError(f"{script} {' '.join(words)}: {done.stderr[-500:]}")
+    return done.stdout
