@@ -1,6 +1,6 @@
 // Poses an exported file with three.js, as a program that uses the extras would.
 //
-//   node checks/pose.mjs FILE OUT name=t …        weights of sliders: Δ gets t, bends get b_k(t)
+//   node checks/pose.mjs FILE OUT name=t …        weights of sliders, bent by the package for engines
 //   node checks/pose.mjs FILE OUT --clip NAME --time SECONDS    plays an animation of the file
 //
 // OUT receives the positions of all vertices as little-endian float32 triples, in the order of the
@@ -8,6 +8,7 @@
 import { readFile, writeFile } from 'node:fs/promises';
 import { AnimationMixer, Vector3 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { bendMesh } from '../../runtimes/js/three.js';
 
 function usage() {
   console.error('usage: node checks/pose.mjs FILE OUT (name=t … | --clip NAME --time SECONDS)');
@@ -20,39 +21,14 @@ async function load(path) {
   return new GLTFLoader().parseAsync(content, '');
 }
 
-// The value of a piecewise polynomial that is zero at both ends and straight beyond them.
-function bendWeight({ breaks, coefficients }, t) {
-  if (t < 0 || t > 1) {
-    const end = t < 0 ? 0 : 1;
-    return (t - end) * slope(breaks, coefficients, end);
-  }
-  const piece = pieceAt(breaks, t);
-  const s = t - breaks[piece];
-  return coefficients[piece].reduceRight((sum, a) => sum * s + a, 0);
-}
-
-function slope(breaks, coefficients, t) {
-  const piece = pieceAt(breaks, t);
-  const s = t - breaks[piece];
-  return coefficients[piece].reduceRight((sum, a, n) => (n === 0 ? sum : sum * s + n * a), 0);
-}
-
-function pieceAt(breaks, t) {
-  let piece = 0;
-  while (piece < breaks.length - 2 && breaks[piece + 1] <= t) piece += 1;
-  return piece;
-}
-
+// As a player without bends would set them, and then the bends.
 function setWeights(meshes, weights) {
   for (const mesh of meshes) {
-    const { morphTargetDictionary: number, morphTargetInfluences: influences } = mesh;
-    for (const morph of mesh.userData.elastomorph.morphs) {
-      const t = weights.get(morph.name) ?? 0;
-      influences[number[morph.target]] = t;
-      for (const { target, curve } of morph.bends ?? []) {
-        influences[number[target]] = bendWeight(curve, t);
-      }
-    }
+    const nameOf = new Map(mesh.userData.elastomorph.morphs.map((m) => [m.target, m.name]));
+    for (const [target, i] of Object.entries(mesh.morphTargetDictionary))
+      mesh.morphTargetInfluences[i] = weights.get(nameOf.get(target) ?? target) ?? 0;
+    bendMesh(mesh);
+    bendMesh(mesh);
   }
 }
 

@@ -1,0 +1,84 @@
+/** A piecewise polynomial: between breaks i and i + 1 it is Σ_n coefficients[i][n] (t − breaks[i])^n. */
+export interface Curve {
+  readonly breaks: readonly number[];
+  readonly coefficients: readonly (readonly number[])[];
+}
+
+/** What a bent file says of a path. */
+export interface DescribedMorph {
+  readonly name: string;
+  readonly target: string;
+  readonly fold?: Curve;
+  readonly bends?: readonly { readonly target: string; readonly curve: Curve }[];
+}
+
+/** The extras of a glTF mesh. What does not fit is refused when it is read. */
+export interface MeshExtras {
+  readonly targetNames?: readonly string[];
+  readonly elastomorph?: {
+    readonly version: number;
+    readonly morphs?: readonly DescribedMorph[];
+    readonly correctives?: readonly { readonly name: string; readonly drivers: readonly string[] }[];
+  };
+}
+
+/** Values of sliders by name; one that a mesh does not have does nothing. */
+export type Sliders = Readonly<Record<string, number>>;
+
+/** Numbers that can be written in place: an array, or one of a fixed precision. */
+export interface Numbers {
+  readonly length: number;
+  [index: number]: number;
+}
+
+/** The weights of one mesh: made once, asked in every frame. */
+export class Bender {
+  /**
+   * @param extras of a glTF mesh
+   * @param targets names of its morph targets in order, where extras does not name them
+   * @throws Error where the extras do not fit
+   */
+  constructor(extras: MeshExtras, targets?: readonly string[]);
+
+  /** Names of the morph targets, in the order of their weights. */
+  readonly targets: readonly string[];
+
+  /** Names of the sliders, in the order of their values. */
+  readonly sliders: readonly string[];
+
+  /** For each slider, the number of its morph target: where programs without this one set it. */
+  readonly sliderTargets: readonly number[];
+
+  /** The values of the sliders in order; one that is not named is 0. */
+  values(sliders: Sliders): number[];
+
+  /** The weight of each morph target, from the values of the sliders in order: new numbers. */
+  weights(values: ArrayLike<number>): Float64Array;
+
+  /** The same, written into `out` without allocation. */
+  weights<Out extends Numbers>(values: ArrayLike<number>, out: Out): Out;
+}
+
+/**
+ * The weight of each morph target of a mesh, in the order of `targetNames`. The extras are read
+ * once.
+ *
+ * @throws Error where the extras do not fit
+ */
+export function bendWeights(extras: MeshExtras, sliders: Sliders): Float64Array;
+
+/** Reads sliders where players set them, as weights of their targets, and writes all weights. */
+export class Follower {
+  constructor(bender: Bender);
+
+  /** The one of a mesh; where there is none, it is made from its extras and target names. */
+  static of(mesh: object, extras: MeshExtras, targets: () => readonly string[]): Follower;
+
+  readonly bender: Bender;
+
+  /** Numbers to read from and write to, where an engine has none of its own. */
+  readonly influences: number[];
+
+  /** Does so in place, without allocation. Twice is as once. */
+  follow(influences?: Numbers): void;
+}

@@ -1,0 +1,111 @@
+// Run by test_js_runtime.py: what the adapters for engines rely on.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Bender, bendWeights, Follower } from '../../runtimes/js/index.js';
+import { keepExtras, bendMesh as bendBabylon } from '../../runtimes/js/babylon.js';
+import { bendMesh } from '../../runtimes/js/three.js';
+
+const bump = { breaks: [0, 1], coefficients: [[0, 1, -1]] };
+const extras = {
+  targetNames: ['jawOpen', 'close', 'brow', 'jawOpen.bend1', 'close.bend1'],
+  elastomorph: {
+    version: 2,
+    morphs: [
+      { name: 'jawOpen', target: 'jawOpen', fold: bump, bends: [{ target: 'jawOpen.bend1', curve: bump }] },
+      { name: 'close', target: 'close', bends: [{ target: 'close.bend1', curve: bump }] },
+      { name: 'brow', target: 'brow' },
+    ],
+    correctives: [{ name: 'close', drivers: ['jawOpen', 'close'] }],
+  },
+};
+const JAW = 0, CLOSE = 1;
+const expected = (jawOpen, close, brow = 0) => [...bendWeights(extras, { jawOpen, close, brow })];
+
+for (const Numbers of [Array, Float64Array, Float32Array]) {
+  const near = (found, wanted) =>
+    found.forEach((weight, i) => assert.ok(Math.abs(weight - wanted[i]) < 1e-6, `${found} ${wanted}`));
+
+  test(`twice is as once: ${Numbers.name}`, () => {
+    const follower = new Follower(new Bender(extras));
+    const weights = Numbers.from([0.5, 0.25, 1, 7, 7]);
+    for (let frame = 0; frame < 5; frame += 1) {
+      follower.follow(weights);
+      near(weights, expected(0.5, 0.25, 1));
+    }
+  });
+
+  test(`a slider may be set to where its weight is: ${Numbers.name}`, () => {
+    const follower = new Follower(new Bender(extras));
+    const weights = Numbers.from([0, 0.25, 0, 0, 0]);
+    follower.follow(weights);
+    near(weights, expected(0, 0));
+    weights[JAW] = 1; // the corrective is still where it was turned to
+    follower.follow(weights);
+    near(weights, expected(1, 0.25));
+    weights[JAW] = 0;
+    follower.follow(weights);
+    weights[CLOSE] = 0; // where its weight is already
+    follower.follow(weights);
+    weights[JAW] = 1;
+    follower.follow(weights);
+    near(weights, expected(1, 0));
+  });
+
+  test(`players that set all sliders in every frame: ${Numbers.name}`, () => {
+    const follower = new Follower(new Bender(extras));
+    const weights = new Numbers(5).fill(0);
+    for (let i = 0; i <= 20; i += 1) {
+      const jaw = i / 20;
+      const close = (i % 7) / 7;
+      weights[JAW] = jaw;
+      weights[CLOSE] = close;
+      weights[2] = 1 - jaw;
+      follower.follow(weights);
+      near(weights, expected(jaw, close, 1 - jaw));
+    }
+  });
+}
+
+test('weights that are no numbers are 0', () => {
+  for (const value of [NaN, Infinity, -Infinity, undefined])
+    assert.deepEqual(expected(value, 1), expected(0, 1));
+});
+
+test('nothing is allocated for weights that have a place', () => {
+  const bender = new Bender(extras);
+  const out = new Float32Array(5);
+  assert.equal(bender.weights([0.5, 0, 0], out), out);
+  assert.deepEqual([...bendWeights(extras, { jawOpen: 0.5 })], [...out]);
+});
+
+test('what has no bends is left alone', () => {
+  const light = { userData: {} };
+  bendMesh(light);
+  const mesh = { userData: {}, morphTargetInfluences: [0.5], morphTargetDictionary: { a: 0 } };
+  bendMesh(mesh);
+  assert.deepEqual(mesh.morphTargetInfluences, [0.5]);
+  bendBabylon({ metadata: null, morphTargetManager: null });
+  bendBabylon({ metadata: null, morphTargetManager: { numTargets: 1 } });
+  const loader = { gltf: { meshes: [{}] } };
+  assert.equal(keepExtras(loader).loadNodeAsync('/nodes/0', { mesh: 0 }, () => {}), null);
+  assert.equal(keepExtras(loader).loadNodeAsync('/nodes/0', {}, () => {}), null);
+});
+
+test('targets are in the order of the engine, whatever their names', () => {
+  const names = ['10', '2', 'a'];
+  const numbered = {
+    elastomorph: { version: 1, morphs: [{ name: 's', target: '10', bends: [{ target: '2', curve: bump }] }] },
+  };
+  const mesh = {
+    userData: numbered,
+    morphTargetDictionary: Object.fromEntries(names.map((name, i) => [name, i])),
+    morphTargetInfluences: [0.5, 0, 0.75],
+  };
+  bendMesh(mesh);
+  assert.deepEqual(mesh.morphTargetInfluences, [0.5, 0.25, 0.75]);
+});
+
+test('a mesh whose extras do not fit is named in an error', () => {
+  const mesh = { userData: extras, morphTargetDictionary: { other: 0 }, morphTargetInfluences: [0] };
+  assert.throws(() => bendMesh(mesh), /extras\.elastomorph: morph target 'jawOpen' is missing/);
+});

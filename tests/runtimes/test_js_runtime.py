@@ -1,0 +1,134 @@
+"""The package for JavaScript: as Python computes, as three.js and Babylon.js draw it, and small."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from kit import RUNTIMES, VECTORS, glb_of, require_conforming
+
+import elastomorph as em
+from elastomorph.io.gltf import read_glb, write_glb
+from foreign_files import chunks_of, glb
+from needs import MODULES, WEB, node
+
+JS = RUNTIMES / "js"
+FOUR_KB = 4000
+ENGINES = {"pose.mjs": "three", "babylon.mjs": "@babylonjs/core"}
+POSE = {"jaw": 0.6, "smile": 1.2, "both": -0.3}
+
+
+def ran(*command: str | Path) -> str:
+    done = subprocess.run(
+        [*map(str, command)], cwd=WEB, capture_output=True, text=True, timeout=100, check=False
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return done.stdout
+
+
+def face() -> em.Rig:
+    """A rig with bends of several kinds of curve, and a corrective."""
+    rng = np.random.default_rng(3)
+    neutral = em.Mesh(rng.normal(size=(9, 3)), [[0, 1, 2], [2, 3, 4, 5], [6, 7, 8]])
+    tent = em.BendCurve([0, 0.25, 1], [[0, 4], [1, -4 / 3]])
+
+    def morph(*curves: em.BendCurve) -> em.Morph:
+        moved = neutral.with_vertices(neutral.vertices + rng.normal(size=(9, 3)))
+        return em.Morph(neutral, moved, rng.normal(size=(len(curves), 9, 3)), curves)
+
+    morphs = {
+        "jaw": morph(em.BendCurve.power(3), tent),
+        "smile": morph(em.BendCurve.polynomial([0, 1, -1])),
+        "both": morph(tent),
+    }
+    return em.Rig(neutral, morphs, correctives={"both": ["jaw", "both"]})
+
+
+def drawn(script: str, path: Path, sliders: dict[str, float]) -> np.ndarray:
+    """(V, 3) float64 positions that an engine draws."""
+    program = node(ENGINES[script])
+    out = path.with_suffix(".f32")
+    words = [f"{name}={value!r}" for name, value in sliders.items()]
+    told = json.loads(ran(program, WEB / "checks" / script, path, out, *words).splitlines()[-1])
+    found = np.fromfile(out, dtype="<f4").reshape(-1, 3).astype(float)
+    assert told["vertices"] == len(found)
+    return found
+
+
+def test_it_passes_the_kit() -> None:
+    require_conforming([node(), str(JS / "conform.mjs")])
+
+
+def test_adapters_follow_the_sliders() -> None:
+    ran(node(), "--test", Path(__file__).parent / "follower.test.mjs")
+
+
+@pytest.mark.parametrize("script", ENGINES)
+class TestEngines:
+    """The adapters write the weights; the engine's own sums are as `rig.pose`."""
+
+    def test_a_written_file_is_posed(self, script: str, tmp_path: Path) -> None:
+        write_glb(tmp_path / "a.glb", face(), tolerance=0)
+        found = drawn(script, tmp_path / "a.glb", POSE)
+        np.testing.assert_allclose(found[:9], face().pose(POSE), atol=3e-6)
+
+    def test_a_fold_is_followed(self, script: str, tmp_path: Path) -> None:
+        path = tmp_path / "a.glb"
+        write_glb(path, face(), tolerance=0)
+        document, blob = chunks_of(path)
+        stored = document["meshes"][0]["extras"]["elastomorph"]
+        stored["version"] = 2
+        stored["morphs"][0]["fold"] = {"breaks": [0, 1], "coefficients": [[0, 0.5, -0.5]]}
+        path.write_bytes(glb(document, blob))
+        found = drawn(script, path, POSE)
+        np.testing.assert_allclose(found[:9], read_glb(path).pose(POSE), atol=3e-6)
+        assert np.abs(found[:9] - face().pose(POSE)).max() > 0.01
+
+    @pytest.mark.parametrize("name", ["other", "correctives", "folds"])
+    def test_the_kit_is_posed(self, script: str, name: str, tmp_path: Path) -> None:
+        path = glb_of(VECTORS[name], tmp_path / "v.glb")
+        pose = VECTORS[name]["poses"][5]
+        found = drawn(script, path, pose["sliders"])
+        np.testing.assert_allclose(found, pose["positions"], atol=3e-6)
+
+
+class TestPackage:
+    """What npm would publish."""
+
+    package: dict[str, Any] = json.loads((JS / "package.json").read_text(encoding="utf-8"))
+
+    @pytest.mark.parametrize("module", ["index.js", "three.js", "babylon.js"])
+    def test_an_application_grows_by_at_most_4_kb(self, module: str) -> None:
+        told = ran(node("vite"), WEB / "checks" / "size.mjs", JS / module)
+        assert 1000 < json.loads(told)[str(JS / module)] <= FOUR_KB
+
+    def test_its_version_and_licence_are_those_of_the_python_package(self) -> None:
+        project = tomllib.loads((RUNTIMES.parent / "pyproject.toml").read_text("utf-8"))["project"]
+        assert self.package["version"] == project["version"]
+        assert self.package["license"] == "MIT"
+        licence = (RUNTIMES.parent / "LICENSE").read_text("utf-8")
+        assert (JS / "LICENSE").read_text("utf-8") == licence
+
+    def test_it_needs_nothing(self) -> None:
+        assert not {"dependencies", "peerDependencies", "scripts"} & self.package.keys()
+        for module in JS.glob("*.js"):
+            text = module.read_text("utf-8")
+            assert all(
+                line.endswith("'./index.js';")
+                for line in text.splitlines()
+                if "import" in line.split()
+            )
+
+    def test_what_it_exports_is_there_with_types(self) -> None:
+        for entry in self.package["exports"].values():
+            assert (JS / entry["default"]).is_file()
+            assert (JS / entry["types"]).is_file()
+
+    def test_typed_programs_compile(self, tmp_path: Path) -> None:
+        program = node("typescript", "three", "@babylonjs/core")
+        ran(program, MODULES / "typescript" / "bin" / "tsc", "--noEmit", "-p", WEB / "checks")
