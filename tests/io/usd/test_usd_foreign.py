@@ -318,3 +318,23 @@ def test_packages_are_not_left(tmp_path: Path, asset: str) -> None:
         package.writestr(info, text)
     with pytest.raises(FormatError, match=r"a\.usdz: it is composed of .*, which"):
         read_usd(path)
+
+
+def test_shapes_numbered_by_an_exporter_are_one_morph(tmp_path: Path) -> None:
+    """UsdSkel wants one weight a name; Blender numbers the names of further meshes, not prims."""
+    from pxr import Usd, Vt
+    from pxr.UsdSkel import BindingAPI
+
+    stage = Usd.Stage.CreateInMemory()
+    for mesh, names in (("head", ["jawOpen3", "smile2"]), ("teeth", ["jawOpen12", "smileWide"])):
+        shapes = {name: (offsets(i), None, {}) for i, name in enumerate(("jawOpen", "smile"))}
+        author_shapes(stage, f"/body/{mesh}", STRIP, shapes)
+        BindingAPI(stage.GetPrimAtPath(f"/body/{mesh}")).GetBlendShapesAttr().Set(
+            Vt.TokenArray(names)
+        )
+    path = tmp_path / "numbered.usda"
+    stage.GetRootLayer().Export(str(path))
+    rig = read_in_this_process(path, tmp_path)
+    assert list(rig.morphs) == ["jawOpen", "smile", "smileWide"]
+    moved = rig.morphs["jawOpen"].delta.any(axis=1)
+    assert moved.all() and len(moved) == 2 * len(STRIP)

@@ -16,6 +16,7 @@ from elastomorph.io.isolated import RefusedError
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import reader, worker
+from elastomorph.io.usd.scene import found_meshes
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
@@ -163,7 +164,9 @@ def read_in_this_process(
     except RefusedError as error:
         raise FormatError(path, str(error)) from error
     with open_npz(archive, budget or MemoryBudget(path, 1 << 22)) as members:
-        return reader._rig(path, members)
+        found = found_meshes(path, members)
+        parts = reader.parts_of(path, found, members.budget)
+        return reader.rig_of(path, found, parts, members.budget)
 
 
 def assert_same_paths(one: Morph, other: Morph, tolerance: float = 1e-6) -> None:

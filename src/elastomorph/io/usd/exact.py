@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,14 +51,25 @@ def prim_names(names: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
     return different_names(valid, first=1, taken=set(taken))
 
 
-def path_to_json(morph: Morph, shapes_checksum: int) -> str:
-    """The path of a morph as text; its numbers come back to the last bit."""
+def path_to_json(
+    morph: Morph,
+    shapes_checksum: int,
+    *,
+    curves: Sequence[BendCurve] | None = None,
+    bake_error: float | None = None,
+) -> str:
+    """The path of a morph as text; its numbers come back to the last bit.
+
+    Curves and error are those of the morph, unless a mesh of it has its own.
+    """
     return json.dumps(
         {
             "version": _VERSION,
             "method": morph.method,
-            "bakeError": float(morph.bake_error),
-            "bendCurves": [curve_to_json(curve) for curve in morph.bend_curves],
+            "bakeError": float(morph.bake_error if bake_error is None else bake_error),
+            "bendCurves": [
+                curve_to_json(curve) for curve in (morph.bend_curves if curves is None else curves)
+            ],
             "limitLaw": curve_to_json(morph.limit_law),
             "choice": choice_to_json(morph.choice),
             "checksum": shapes_checksum,

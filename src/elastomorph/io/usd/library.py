@@ -14,6 +14,10 @@ and the mesh prim
     elastomorph:settings string      JSON: the settings of the character, where there were any
 
 Attributes, not customData: they are typed and compressed, and survive flattening and layering.
+
+A layer that `elastomorph.bend` has put over a file says so in its ``customLayerData``:
+
+    elastomorph          dictionary  version, and of the original its path as sublayer and SHA-256
 """
 
 from __future__ import annotations
@@ -22,7 +26,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from elastomorph.errors import FileError, MissingExtraError
 
@@ -33,6 +37,23 @@ POINTS = "elastomorph:points"
 SLIDERS = "elastomorph:sliders"
 SETTINGS = "elastomorph:settings"
 GROUP_FAMILY = "elastomorph:group"
+LAYER = "elastomorph"
+LAYER_VERSION = 1
+
+
+class Original(NamedTuple):
+    """What a layer of bends lies over."""
+
+    asset: str  # Its path, as the layer names it
+    digest: str  # SHA-256 of its content
+
+
+def original_in(layer: Any) -> Original | None:
+    """The original that a layer of bends lies over; None of any other layer."""
+    said = layer.customLayerData.get(LAYER)
+    if not isinstance(said, dict) or list(layer.subLayerPaths) != [said.get("original")]:
+        return None
+    return Original(str(said["original"]), str(said.get("sha256")))
 
 
 def pxr(module: str) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,13 @@ from elastomorph.errors import FormatError
 from elastomorph.io.usd.exact import checksum, path_to_json, prim_names
 from elastomorph.io.usd.inbetweens import Placement
 from elastomorph.io.usd.library import BENDS, GROUP_FAMILY, NAME, PATH, POINTS, pxr
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig.fields import MorphFields
 
 _JOINT = "root"
-_COARSEST = 1e-7  # of D: a rounding to float32 larger than this is not accepted
+COARSEST = 1e-7  # of D: a rounding to float32 larger than this is not accepted
 
 
 def set_text(prim: Any, name: str, text: str) -> None:
@@ -36,9 +38,9 @@ def define_mesh(path: str | Path, stage: Any, place: str, mesh: Mesh) -> Any:
     """A ``UsdGeom.Mesh`` with points, polygons and texture coordinates."""
     geometry, values, value_types = pxr("UsdGeom"), pxr("Vt"), pxr("Sdf").ValueTypeNames
     prim = geometry.Mesh.Define(stage, place)
-    points = _as_float32(path, mesh.vertices, "a coordinate")
+    points = as_float32(path, mesh.vertices, "a coordinate")
     prim.CreatePointsAttr(values.Vec3fArray.FromNumpy(points))
-    if np.abs(points - mesh.vertices).max() > _COARSEST * mesh.diameter:
+    if np.abs(points - mesh.vertices).max() > COARSEST * mesh.diameter:
         exact = prim.GetPrim().CreateAttribute(POINTS, value_types.Double3Array, custom=True)
         exact.Set(values.Vec3dArray.FromNumpy(np.array(mesh.vertices)))
     prim.CreateFaceVertexCountsAttr(values.IntArray.FromNumpy(mesh.faces.sizes.astype(np.int32)))
@@ -53,7 +55,7 @@ def define_mesh(path: str | Path, stage: Any, place: str, mesh: Mesh) -> Any:
 
 def _set_texture_coordinates(path: str | Path, prim: Any, uv: UVMap) -> None:
     geometry, values, value_types = pxr("UsdGeom"), pxr("Vt"), pxr("Sdf").ValueTypeNames
-    coordinates = _as_float32(path, uv.coordinates, "a texture coordinate")
+    coordinates = as_float32(path, uv.coordinates, "a texture coordinate")
     corners = np.array(uv.corners)
     bare = corners < 0
     sparse = bool(bare.any()) or not len(coordinates)
@@ -126,15 +128,16 @@ def sparse_shapes(path: str | Path, morph: Morph, placement: Placement) -> Spars
     Vertices that move less than 1e-7 of D all along the path stay where they are.
     """
     fields = MorphFields.of(morph)
-    reach = np.concatenate([[1.0], _heights(morph)]) @ np.linalg.norm(fields.fields, axis=2)
+    peaks = np.concatenate([[1.0], heights(morph.bend_curves)])
+    reach = peaks @ np.linalg.norm(fields.fields, axis=2)
     # the noise of scans and solvers below float32 would make most points of a face move
-    points = fields.moved[reach > _COARSEST * morph.neutral.diameter]
+    points = fields.moved[reach > COARSEST * morph.neutral.diameter]
     if not points.size:
         points = np.zeros(1, dtype=np.int32)  # no point at all would mean every point to UsdSkel
     times = np.concatenate([[1.0], placement.weights])
     rows = np.concatenate([morph.delta[None, points], morph.bends[:, points]])
     offsets = np.tensordot(fields.factors(times), rows, axes=1)
-    offsets = _as_float32(path, offsets, "an offset")
+    offsets = as_float32(path, offsets, "an offset")
     return SparseShapes(points, offsets, placement.weights.astype(np.float32))
 
 
@@ -142,15 +145,13 @@ def define_blend_shape(
     path: str | Path, stage: Any, place: str, name: str, morph: Morph, shapes: SparseShapes
 ) -> None:
     """A BlendShape prim with its in-betweens, and the exact path of the morph beside them."""
-    values, value_types = pxr("Vt"), pxr("Sdf").ValueTypeNames
+    values = pxr("Vt")
     shape = pxr("UsdSkel").BlendShape.Define(stage, place)
     vectors = [values.Vec3fArray.FromNumpy(own) for own in shapes.offsets]
     shape.CreateOffsetsAttr(vectors[0])
     shape.CreatePointIndicesAttr(values.IntArray.FromNumpy(shapes.points))
     for weight, own in zip(shapes.weights.tolist(), vectors[1:], strict=True):
-        # at least four digits, so that the names sort as the weights do
-        digits = f"{weight:.9f}"[2:].rstrip("0").ljust(4, "0")
-        inbetween = shape.CreateInbetween(f"at_{digits}")
+        inbetween = shape.CreateInbetween(inbetween_name(weight))
         inbetween.SetWeight(weight)
         inbetween.SetOffsets(own)
     prim = shape.GetPrim()
@@ -161,22 +162,43 @@ def define_blend_shape(
     bends = morph.bends[:, shapes.points]
     if not bends.size:
         return
-    coarse = _as_float32(path, bends, "a bend")
-    # how far rounding may move the path: bends of a bake cancel each other
-    rounding = (_heights(morph) @ np.linalg.norm(bends - coarse, axis=2)).max()
-    fine = rounding <= _COARSEST * morph.neutral.diameter
-    stored, of = (coarse, "f") if fine else (bends, "d")
-    kind, array = getattr(value_types, f"Vector3{of}Array"), getattr(values, f"Vec3{of}Array")
-    prim.CreateAttribute(BENDS, kind, custom=True).Set(array.FromNumpy(stored.reshape(-1, 3)))
+    stored = rounded_bends(path, bends, heights(morph.bend_curves), morph.neutral.diameter)
+    kind, array = array_of_bends(stored)
+    prim.CreateAttribute(BENDS, kind, custom=True).Set(array)
 
 
-def _heights(morph: Morph) -> NDArray[np.float64]:
+def inbetween_name(weight: float) -> str:
+    """The name of an in-between; at least four digits, so that names sort as the weights do."""
+    return "at_" + f"{weight:.9f}"[2:].rstrip("0").ljust(4, "0")
+
+
+def rounded_bends(
+    path: str | Path, bends: NDArray[np.float64], peaks: NDArray[np.float64], extent: float
+) -> NDArray[np.floating]:
+    """(K, N, 3) bends as they are stored: float32, unless that moves the path too far.
+
+    Bends of a bake cancel each other, so that rounding counts by the peaks (K,) of their curves.
+    """
+    coarse = as_float32(path, bends, "a bend")
+    rounding = (peaks @ np.linalg.norm(bends - coarse, axis=2)).max()
+    return coarse if rounding <= COARSEST * extent else bends
+
+
+def array_of_bends(bends: NDArray[np.floating]) -> tuple[Any, Any]:
+    """The type and the value of the attribute that holds (K, N, 3) bends."""
+    of = "d" if bends.dtype == np.float64 else "f"
+    kind = getattr(pxr("Sdf").ValueTypeNames, f"Vector3{of}Array")
+    return kind, getattr(pxr("Vt"), f"Vec3{of}Array").FromNumpy(bends.reshape(-1, 3))
+
+
+def heights(curves: Sequence[BendCurve]) -> NDArray[np.float64]:
     """(K,) the largest value of each bend curve."""
     times = np.linspace(0.0, 1.0, 65)
-    return np.array([np.abs(curve(times)).max() for curve in morph.bend_curves])
+    return np.array([np.abs(curve(times)).max() for curve in curves])
 
 
-def _as_float32(path: str | Path, values: NDArray[np.float64], what: str) -> NDArray[np.float32]:
+def as_float32(path: str | Path, values: NDArray[np.float64], what: str) -> NDArray[np.float32]:
+    """Numbers as USD stores them; a FormatError where they are too large for that."""
     if values.size and float(np.abs(values).max()) > float(np.finfo(np.float32).max):
         raise FormatError(
             path, f"{what} is too large for USD, which stores float32; scale the rig down"

@@ -37,11 +37,8 @@ from elastomorph.rig import Rig
 __all__ = ["read_usd", "read_usd_settings"]
 
 _SUFFIXES = (*SUFFIXES, ".usdz")
-_READER = IsolatedReader(
-    "elastomorph.io.usd.worker",
-    "USD",
-    "write it again from the program it was made with, or as one file (usdcat --flatten)",
-)
+ADVICE = "write it again from the program it was made with, or as one file (usdcat --flatten)"
+_READER = IsolatedReader("elastomorph.io.usd.worker", "USD", ADVICE)
 _CLOSE = 1e-6  # UsdSkel passes over in-betweens nearer than this to 0 and 1
 
 
@@ -68,8 +65,9 @@ def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
             or it is composed of files outside its folder.
         ParameterError: An empty list of names.
     """
-    with _members(path, wanted_names(mesh)) as members:
-        return _rig(path, members)
+    with members_of(path, wanted_names(mesh)) as members:
+        found = found_meshes(path, members)
+        return rig_of(path, found, parts_of(path, found, members.budget), members.budget)
 
 
 def read_usd_settings(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> str | None:
@@ -77,27 +75,30 @@ def read_usd_settings(path: str | Path, *, mesh: str | Sequence[str] | None = No
 
     Arguments and errors are those of `read_usd`.
     """
-    with _members(path, wanted_names(mesh)) as members:
+    with members_of(path, wanted_names(mesh)) as members:
         found = [own.settings for own in found_meshes(path, members)]
         return next((text for text in found if text is not None), None)
 
 
 @contextmanager
-def _members(path: str | Path, wanted: Sequence[str]) -> Iterator[NpzMembers]:
-    """The content of a file, as the worker found it."""
+def members_of(
+    path: str | Path, wanted: Sequence[str], reader: IsolatedReader = _READER
+) -> Iterator[NpzMembers]:
+    """The content of a file, as a worker found it."""
     if Path(path).suffix.lower() not in _SUFFIXES:
         raise FormatError(path, f"expected a name that ends in {', '.join(_SUFFIXES)}")
     with opened(path):  # a file that is not there is no matter of what is installed
         pass
     if find_spec("pxr") is None:
         raise MissingExtraError("usd-core", "usd")
-    with extracted(_READER, path, *wanted) as members:
+    with extracted(reader, path, *wanted) as members:
         yield members
 
 
-def _rig(path: str | Path, members: NpzMembers) -> Rig:
-    found = found_meshes(path, members)
-    parts = _parts(path, found, members.budget)
+def rig_of(
+    path: str | Path, found: list[FoundMesh], parts: list[RigPart], budget: MemoryBudget
+) -> Rig:
+    """The rig that the meshes of a file are together."""
     with naming_file(path):
         neutral, morphs = joined_rig(parts, str(path))
     correctives, groups = (
@@ -105,7 +106,7 @@ def _rig(path: str | Path, members: NpzMembers) -> Rig:
         for kind in ("correctives", "groups")
     )
     entries = sum(map(len, (*correctives.values(), *groups.values())))
-    members.budget.spend_lookups(entries, len(morphs))
+    budget.spend_lookups(entries, len(morphs))
     known = set(morphs)
     named = [*({n, *own} for n, own in correctives.items()), *map(set, groups.values())]
     if any(own - known for own in named):
@@ -119,8 +120,8 @@ def _rig(path: str | Path, members: NpzMembers) -> Rig:
         return Rig(neutral, morphs, correctives=correctives, groups=groups)
 
 
-def _parts(path: str | Path, found: list[FoundMesh], budget: MemoryBudget) -> list[RigPart]:
-    """The meshes with their morphs, each where it goes."""
+def parts_of(path: str | Path, found: list[FoundMesh], budget: MemoryBudget) -> list[RigPart]:
+    """The meshes with their morphs, in the order of their blend shapes, each where it goes."""
     meshes = [one.mesh() for one in found]
     shapes = [
         [one.shape(i, len(mesh.vertices)) for i in range(one.shape_count)]
@@ -146,13 +147,20 @@ def _parts(path: str | Path, found: list[FoundMesh], budget: MemoryBudget) -> li
 
 
 def _names(shapes: Iterable[FoundShape]) -> list[str]:
-    """Our own names where the prims still have the names made from them; all different."""
+    """Our own names where the prims still have the names made from them; all different.
+
+    UsdSkel wants one weight a name: exporters number the names of further meshes (``jawOpen2``) and
+    leave those of the prims, which then tell what moves together.
+    """
     names = []
     for shape in shapes:
         name, plain = shape.name, prim_names([shape.name or ""])[0]
         rest = shape.token.removeprefix(plain)
         made_from_it = shape.token.startswith(plain) and rest[:1] in ("", "_")
-        names.append(shape.token if name is None or not made_from_it else name)
+        number = shape.token[len(shape.prim_name) :]
+        numbered = shape.token.startswith(shape.prim_name) and number.isdecimal()
+        token = shape.prim_name if numbered else shape.token
+        names.append(token if name is None or not made_from_it else name)
     return different_names(names, first=1)
 
 

@@ -27,6 +27,7 @@ class FoundShape:
     """One blend shape as it stands in the file."""
 
     token: str  # Its name to UsdSkel
+    prim_name: str  # That of its prim
     name: str | None  # The name that elastomorph gave it, if any
     path: str | None  # JSON of its exact path, if any
     points: NDArray[np.int64]  # (N,) int64 points it moves
@@ -56,6 +57,7 @@ class FoundMesh:
         self.name: str = entry["name"]
         self.settings: str | None = entry["settings"]  # as JSON, where elastomorph stored them
         self.shape_count = len(entry["shapes"])
+        self._shapes: dict[int, FoundShape] = {}
 
     @cached_property
     def matrix(self) -> NDArray[np.float64]:
@@ -100,6 +102,11 @@ class FoundMesh:
 
     def shape(self, i: int, vertices: int) -> FoundShape:
         """One blend shape."""
+        if i not in self._shapes:
+            self._shapes[i] = self._shape(i, vertices)
+        return self._shapes[i]
+
+    def _shape(self, i: int, vertices: int) -> FoundShape:
         found, prefix = self._entry["shapes"][i], f"shape_{i}"
         main = self._array(f"{prefix}_offsets", (None, 3))
         points = np.arange(vertices)
@@ -120,6 +127,7 @@ class FoundMesh:
         weights = found["inbetweens"]
         return FoundShape(
             found["token"],
+            found["prim"],
             found["name"],
             found["path"],
             points,

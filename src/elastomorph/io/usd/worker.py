@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.io.choices import ListedMesh, chosen_meshes
-from elastomorph.io.isolated import RefusedError, allow_for, serve
+from elastomorph.io.isolated import RefusedError, serve
+from elastomorph.io.usd.composed import Composed, open_composed
 from elastomorph.io.usd.library import (
     BENDS,
     GROUP_FAMILY,
@@ -30,110 +31,53 @@ _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
 
 def content_of(source: str, *wanted: str) -> dict[str, NDArray[Any]]:
     """The arrays of the meshes of these names or paths, or of all, in a file."""
-    try:
+    with refusing():
         return _content(source, wanted)
+
+
+@contextmanager
+def refusing() -> Iterator[None]:
+    """Refuse the file, in one sentence, for what USD raises."""
+    try:
+        yield
     except pxr("Tf").ErrorException as error:
         reasons = [str(getattr(part, "commentary", part)) for part in error.args]
         sentence = " ".join(" ".join(reasons).split())[:300]
+        raise RefusedError(f"USD cannot read it: {sentence}") from None
     except UnicodeError:
-        sentence = "it holds text that is not UTF-8"
-    raise RefusedError(f"USD cannot read it: {sentence}")
+        raise RefusedError("USD cannot read it: it holds text that is not UTF-8") from None
 
 
-def _prepare() -> None:
+def prepare() -> None:
+    """Import what a worker of USD needs."""
     for module in ("Sdf", "Tf", "Usd", "UsdGeom", "UsdShade", "UsdSkel"):
         pxr(module)
 
 
 def _content(source: str, wanted: Sequence[str]) -> dict[str, NDArray[Any]]:
-    layer = pxr("Sdf").Layer.FindOrOpen(source)
-    if layer is None:
-        raise RefusedError("USD cannot read it")
-    size_of_others = _follow(layer, Path(source).resolve().parent)
-    stage = pxr("Usd").Stage.Open(layer)
+    opened = open_composed(source)
+    return scene_of(opened, chosen_prims(opened.stage, wanted))
+
+
+def scene_of(opened: Composed, prims: Sequence[Any]) -> dict[str, NDArray[Any]]:
+    """The arrays of the meshes that these prims are; ``scene`` is JSON of all that is no array."""
     arrays: dict[str, NDArray[Any]] = {}
-    meshes = [_mesh(arrays, f"{i}_", stage, own) for i, own in enumerate(_chosen(stage, wanted))]
-    scene = json.dumps({"size_of_others": size_of_others, "meshes": meshes})
-    arrays["scene"] = np.frombuffer(scene.encode("utf-8"), dtype=np.uint8)
+    meshes = [_mesh(arrays, f"{i}_", opened.stage, own) for i, own in enumerate(prims)]
+    arrays["scene"] = text_array({"size_of_others": opened.size_of_others, "meshes": meshes})
     return arrays
 
 
-def _follow(layer: Any, folder: Path) -> int:
-    """Open the files that a layer is composed of; bytes of those beside it.
-
-    Sublayers, references and payloads, in all variants, must be files below the folder; links
-    are resolved first. Those of a layer in a package (.usdz) must lie in that package. Search
-    paths, URLs and value clips are not followed.
-    """
-    waiting, seen = [layer], {layer.identifier}
-    known: set[str] = set()
-    size_of_others = 0
-    while waiting:
-        current = waiting.pop()
-        _refuse_clips(current)
-        for asset in filter(None, current.GetCompositionAssetDependencies()):
-            target = _in_package(current, asset) or _in_folder(current, asset, folder)
-            if not target:
-                raise RefusedError(
-                    f"it is composed of '{asset[:200]}', which is no file in its own folder; write "
-                    "it as one file (usdcat --flatten) and read that"
-                )
-            if target in known:
-                continue
-            known.add(target)
-            if not pxr("Ar").IsPackageRelativePath(target):
-                size = Path(target).stat().st_size
-                size_of_others += size
-                allow_for(size)
-            opened = pxr("Sdf").Layer.FindOrOpen(target)
-            if opened is None:
-                raise RefusedError(f"it is composed of '{asset[:200]}', which cannot be read")
-            if opened.identifier not in seen:
-                seen.add(opened.identifier)
-                waiting.append(opened)
-    return size_of_others
+def text_array(content: Any) -> NDArray[np.uint8]:
+    """JSON as an array of bytes."""
+    return np.frombuffer(json.dumps(content).encode("utf-8"), dtype=np.uint8)
 
 
-def _in_folder(layer: Any, asset: str, folder: Path) -> str:
-    """The file below the folder that a layer names, or nothing."""
-    try:
-        target = (Path(layer.realPath).parent / asset).resolve()
-        inside = target.is_relative_to(folder) and target.is_file()
-    except (OSError, ValueError, RuntimeError):
-        inside = False
-    return str(target) if inside else ""
-
-
-def _in_package(layer: Any, asset: str) -> str:
-    """What a layer in a package names in it, or nothing."""
-    paths = pxr("Ar")
-    target: str = pxr("Sdf").ComputeAssetPathRelativeToLayer(layer, asset)
-    if not paths.IsPackageRelativePath(target):
-        return ""
-    package, part = paths.SplitPackageRelativePathOuter(target)
-    own = paths.SplitPackageRelativePathOuter(layer.realPath)[0]
-    return target if package == own and ".." not in part.split("/") else ""
-
-
-def _refuse_clips(layer: Any) -> None:
-    def visit(path: Any) -> None:
-        if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
-            spec = layer.GetObjectAtPath(path)
-            if spec is not None and spec.HasInfo("clips"):
-                raise RefusedError(
-                    f"the prim {path} takes its values from clips in other files, which is not "
-                    "supported"
-                )
-
-    layer.Traverse(pxr("Sdf").Path.absoluteRootPath, visit)
-
-
-def _chosen(stage: Any, wanted: Sequence[str]) -> list[Any]:
+def chosen_prims(stage: Any, wanted: Sequence[str]) -> list[Any]:
     """The prims of the meshes to read."""
     usd = pxr("Usd")
     every = usd.PrimRange.Stage(stage, usd.TraverseInstanceProxies())
     prims = [prim for prim in every if prim.IsA(pxr("UsdGeom").Mesh)]
-    shapes = [len(_targets(prim)) for prim in prims]
+    shapes = [len(shape_targets(prim)) for prim in prims]
     # A rig of ours may have no blend shapes.
     need_shapes = not any(shapes) and not any(prim.HasAttribute(SLIDERS) for prim in prims)
     # Whether a mesh is shown takes a walk up to its root: not where none will be read for that.
@@ -172,8 +116,8 @@ def _mesh(arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any) -
     return {
         "name": prim.GetName(),
         "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
-        "sliders": _text(prim, SLIDERS),
-        "settings": _text(prim, SETTINGS),
+        "sliders": text_of(prim, SLIDERS),
+        "settings": text_of(prim, SETTINGS),
         "texture": _texture(keep, mesh),
         "subsets": _subsets(keep, prim),
         "material": _material(prim),
@@ -193,7 +137,8 @@ def _to_world(prim: Any) -> Any:
     return placed if bound is None else bound * placed
 
 
-def _targets(prim: Any) -> list[Any]:
+def shape_targets(prim: Any) -> list[Any]:
+    """Paths of the blend shapes of a mesh."""
     named = prim.GetRelationship(pxr("UsdSkel").Tokens.skelBlendShapeTargets)
     return list(named.GetTargets()) if named else []
 
@@ -222,7 +167,8 @@ def _keep(
     return True
 
 
-def _text(prim: Any, name: str) -> str | None:
+def text_of(prim: Any, name: str) -> str | None:
+    """A text of our own on a prim."""
     value = _value(prim.GetAttribute(name))
     return value if isinstance(value, str) else None
 
@@ -254,7 +200,7 @@ def _subsets(keep: Callable[..., bool], prim: Any) -> list[dict[str, Any]]:
             continue
         if keep(f"subset_{len(found)}", subset.GetIndicesAttr()):
             own = subset.GetPrim()
-            name = _text(own, NAME) or _material(own) or own.GetDisplayName() or own.GetName()
+            name = text_of(own, NAME) or _material(own) or own.GetDisplayName() or own.GetName()
             found.append({"name": name, "material": family != GROUP_FAMILY})
     return found
 
@@ -275,7 +221,7 @@ def _shapes(keep: Callable[..., bool], stage: Any, prim: Any) -> list[dict[str, 
     skel = pxr("UsdSkel")
     tokens = list(_value(skel.BindingAPI(prim).GetBlendShapesAttr()) or [])
     found = []
-    for i, target in enumerate(_targets(prim)):
+    for i, target in enumerate(shape_targets(prim)):
         shape = skel.BlendShape(stage.GetPrimAtPath(target))
         if not shape:
             raise RefusedError(f"{prim.GetPath()} names the blend shape {target}, which is none")
@@ -289,10 +235,10 @@ def _shapes(keep: Callable[..., bool], stage: Any, prim: Any) -> list[dict[str, 
             if keep(f"shape_{i}_inbetween_{k}", inbetween.GetAttr(), 3):
                 inbetweens.append(weight)
         token = str(tokens[i]) if i < len(tokens) else own.GetName()
-        texts = {"token": token, "name": _text(own, NAME), "path": _text(own, PATH)}
-        found.append({**texts, "inbetweens": inbetweens})
+        texts = {"name": text_of(own, NAME), "path": text_of(own, PATH)}
+        found.append({"token": token, "prim": own.GetName(), **texts, "inbetweens": inbetweens})
     return found
 
 
 if __name__ == "__main__":
-    serve(_prepare, content_of)
+    serve(prepare, content_of)
