@@ -337,4 +337,5 @@ def test_shapes_numbered_by_an_exporter_are_one_morph(tmp_path: Path) -> None:
     rig = read_in_this_process(path, tmp_path)
     assert list(rig.morphs) == ["jawOpen", "smile", "smileWide"]
     moved = rig.morphs["jawOpen"].delta.any(axis=1)
-    assert moved.all() and len(moved) == 2 * len(STRIP)
+    assert len(moved) == 2 * len(STRIP)
+    assert moved.all()
