@@ -67,7 +67,8 @@ Methods = Annotated[
 ViewText = Annotated[
     str,
     typer.Option(
-        help="front, three-quarter, side, below, mouth, eyes, or degrees LEFT,UP.",
+        help="front, three-quarter, side, below, mouth, eyes, whole (the body too), or degrees "
+        "LEFT,UP.",
         autocompletion=completion.views,
     ),
 ]

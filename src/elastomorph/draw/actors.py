@@ -12,11 +12,17 @@ from numpy.typing import NDArray
 from elastomorph.draw.materials import Look
 from elastomorph.draw.pictures import colour_bytes, imported
 from elastomorph.draw.window import rendering
+from elastomorph.model.appearance import Material, Wrap
 from elastomorph.model.polygons import Polygons, polygon_normals
 
 AMBIENT = 0.17
+# An image of skin or cloth holds some shade already.
+IMAGE_AMBIENT, IMAGE_DIFFUSE = 0.40, 0.88
 # A heat map is read by its colours: less of them is left to light and shade than on skin.
 HEAT_AMBIENT, HEAT_DIFFUSE = 0.30, 0.72
+# Where VTK's shader has multiplied its colour with the texture.
+_OPACITY = "//VTK::TCoord::Impl"
+_MASK = _OPACITY + "\n  if (gl_FragData[0].a < {}) discard;\n  gl_FragData[0].a = 1.0;\n"
 
 
 @dataclass(frozen=True)
@@ -40,32 +46,61 @@ class Part:
     Attributes:
         actor: What a vtkRenderer draws.
         corners: (C,) vertex of each point.
+        blends: Whether what is behind it shines through.
     """
 
     def __init__(self, faces: Polygons, numbers: NDArray[np.int64], look: Look) -> None:
         self._own = np.flatnonzero(np.isin(faces.corner_faces, numbers))
         self.corners = faces.indices[self._own]
         self._polygons = imported("vtkmodules.vtkCommonDataModel").vtkPolyData()
-        self._polygons.SetPolys(_cells(faces.sizes[numbers]))
+        self._sizes = faces.sizes[numbers]
+        self._offsets = np.concatenate([[0], np.cumsum(self._sizes)])
+        self._polygons.SetPolys(_cells(self._sizes))
         self.actor = _actor(self._polygons)
         self._texture: Any = None
+        self._veil: Any = None
+        self._unlit = self._dressed = self.blends = False
+        self._light = (AMBIENT, 1.0)
         self._look = look
         self._shade = self.actor.GetProperty()
         self._shade.SetInterpolationToPhong()
         self._shade.SetSpecularPower(look.polish)
 
-    def set_texture(self, image: NDArray[np.uint8], coordinates: NDArray[np.float64]) -> None:
-        """Paint the part with an (H, W, 3) image, of which each corner shows the given place."""
-        grid = imported("vtkmodules.vtkCommonDataModel").vtkImageData()
-        grid.SetDimensions(image.shape[1], image.shape[0], 1)
-        grid.GetPointData().SetScalars(_array(image.reshape(-1, 3)))
-        self._texture = imported("vtkmodules.vtkRenderingOpenGL2").vtkOpenGLTexture()
-        self._texture.SetInputData(grid)
-        self._texture.InterpolateOn()
-        self._texture.MipmapOn()
-        self._texture.SetWrap(self._texture.ClampToEdge)
+    def set_texture(
+        self,
+        image: NDArray[np.uint8],
+        coordinates: NDArray[np.float64],
+        *,
+        wrap: Wrap = "clamp",
+        smooth: bool = True,
+    ) -> None:
+        """Paint the part with an (H, W, 3 or 4) image, of which each corner shows the given place.
+
+        The first row of the image is at 0. Where colours take its place, its opacity stays.
+        """
+        self._texture = _texture(image, wrap, smooth)
+        if image.shape[2] == 4 and (image[..., 3] < 255).any():
+            veil = image.copy()
+            veil[..., :3] = 255
+            self._veil = _texture(veil, wrap, smooth)
         places = _array(coordinates.astype(np.float32))
         self._polygons.GetPointData().SetTCoords(places)
+
+    def set_material(self, material: Material) -> None:
+        """Take opacity and sides of a material, and whether light leaves it as it is."""
+        self._unlit = material.unlit
+        self._light, self._dressed = (IMAGE_AMBIENT, IMAGE_DIFFUSE), True
+        self._shade.SetBackfaceCulling(not material.double_sided)
+        self.blends = material.opacity == "blend"
+        if self.blends:
+            self._shade.SetOpacity(material.colour[3] if self._texture is None else 1.0)
+            self.actor.ForceTranslucentOn()
+            return
+        self.actor.ForceOpaqueOn()
+        if material.opacity == "mask":
+            self.actor.GetShaderProperty().AddFragmentShaderReplacement(
+                _OPACITY, True, _MASK.format(material.cutoff), False
+            )
 
     def pose(
         self,
@@ -83,13 +118,26 @@ class Part:
         of_points.SetNormals(_array(normals[self._own].astype(np.float32)))
         painted = colours is not None
         of_points.SetScalars(None if colours is None else _array(colours[self.corners]))
-        self.actor.SetTexture(None if painted else self._texture)
+        self.actor.SetTexture(self._veil if painted else self._texture)
         white = painted or self._texture is not None
         self._shade.SetColor(*((1.0, 1.0, 1.0) if white else self._look.colour))
-        self._shade.SetLighting(lit)
-        self._shade.SetAmbient(HEAT_AMBIENT if painted else AMBIENT)
-        self._shade.SetDiffuse(HEAT_DIFFUSE if painted else 1.0)
+        lighting = lit and (painted or not self._unlit)
+        self._shade.SetLighting(lighting)
+        ambient, diffuse = (HEAT_AMBIENT, HEAT_DIFFUSE) if painted else self._light
+        if self._dressed and not (painted or lighting):
+            ambient, diffuse = 0.0, 1.0  # VTK adds them up
+        self._shade.SetAmbient(ambient)
+        self._shade.SetDiffuse(diffuse)
         self._shade.SetSpecular(0.0 if painted else self._look.shine)
+
+    def sort(self, positions: NDArray[np.float64], towards: NDArray[np.float64]) -> None:
+        """Draw the polygons from the farthest to the nearest, for what blends.
+
+        The (V, 3) positions are those of the pose, the direction (3,) goes to the camera.
+        """
+        near = np.add.reduceat(positions[self.corners] @ towards, self._offsets[:-1])
+        order = np.argsort(near / self._sizes, kind="stable")
+        self._polygons.SetPolys(_cells(self._sizes[order], self._offsets[:-1][order]))
 
 
 def line_actor(
@@ -109,12 +157,18 @@ def line_actor(
     return actor
 
 
-def corner_pairs(faces: Polygons) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(P,) corners and (P,) corners at the same vertex, all pairs of them, each with itself."""
-    order = np.argsort(faces.indices, kind="stable")
-    valence = np.bincount(faces.indices)
-    own = valence[faces.indices[order]]
-    begin = (np.cumsum(valence) - valence)[faces.indices[order]]
+def corner_pairs(
+    faces: Polygons, places: NDArray[np.int64] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(P,) corners and (P,) corners at the same vertex, all pairs of them, each with itself.
+
+    The places, (C,) numbers, may say of more than one vertex that they are the same.
+    """
+    vertices = faces.indices if places is None else places
+    order = np.argsort(vertices, kind="stable")
+    valence = np.bincount(vertices)
+    own = valence[vertices[order]]
+    begin = (np.cumsum(valence) - valence)[vertices[order]]
     step = np.arange(own.sum()) - np.repeat(np.cumsum(own) - own, own)
     return np.repeat(order, own), order[np.repeat(begin, own) + step]
 
@@ -125,18 +179,21 @@ def corner_normals(
     pairs: tuple[NDArray[np.int64], NDArray[np.int64]],
     *,
     crease: float = 70.0,
+    smooth: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
     """(C, 3) unit normals of every polygon corner; (0, 0, 1) at those of polygons without area.
 
     A corner averages the normals of the polygons around its vertex, weighted by area, but only of
     those that its own polygon meets at less than the crease angle in degrees. So a cheek is smooth
-    and the edge of a tooth, a lid or a torn lip stays an edge. Pairs are those of `corner_pairs`.
+    and the edge of a tooth, a lid or a torn lip stays an edge. Pairs are those of `corner_pairs`;
+    those that are smooth, (P,), are whatever their angle.
     """
     of_face = polygon_normals(vertices, faces)
     lengths = np.linalg.norm(of_face, axis=1, keepdims=True)
     units = np.divide(of_face, lengths, out=np.zeros_like(of_face), where=lengths > 0)
     first, second = (faces.corner_faces[corners] for corners in pairs)
     alike = np.einsum("ij,ij->i", units[first], units[second]) > np.cos(np.radians(crease))
+    alike = alike if smooth is None else alike | smooth
     giving, receiving = second[alike], pairs[0][alike]
     normals = np.stack(
         [
@@ -172,14 +229,30 @@ def _points(positions: NDArray[np.float64]) -> Any:
     return found
 
 
-def _cells(sizes: NDArray[np.integer[Any]]) -> Any:
-    """Cells of these sizes whose points are numbered one after another, the first cell's first."""
+def _cells(sizes: NDArray[np.integer[Any]], starts: NDArray[np.integer[Any]] | None = None) -> Any:
+    """Cells of these sizes; each has the points from its start on, else those after the last."""
     support = imported("vtkmodules.util.numpy_support")
     id_type = imported("vtkmodules.vtkCommonCore").VTK_ID_TYPE
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    points = np.arange(offsets[-1])
+    if starts is not None:
+        points += np.repeat(starts - offsets[:-1], sizes)
     found = imported("vtkmodules.vtkCommonDataModel").vtkCellArray()
     found.SetData(
         support.numpy_to_vtk(offsets, deep=True, array_type=id_type),
-        support.numpy_to_vtk(np.arange(offsets[-1]), deep=True, array_type=id_type),
+        support.numpy_to_vtk(points, deep=True, array_type=id_type),
     )
+    return found
+
+
+def _texture(image: NDArray[np.uint8], wrap: Wrap, smooth: bool) -> Any:
+    grid = imported("vtkmodules.vtkCommonDataModel").vtkImageData()
+    grid.SetDimensions(image.shape[1], image.shape[0], 1)
+    grid.GetPointData().SetScalars(_array(image.reshape(-1, image.shape[2])))
+    found = imported("vtkmodules.vtkRenderingOpenGL2").vtkOpenGLTexture()
+    found.SetInputData(grid)
+    found.SetInterpolate(smooth)
+    found.SetMipmap(smooth)
+    ways = {"clamp": found.ClampToEdge, "repeat": found.Repeat, "mirror": found.MirroredRepeat}
+    found.SetWrap(ways[wrap])
     return found

@@ -16,6 +16,7 @@ VIEWS: dict[str, tuple[float, float]] = {
     "below": (0.0, -35.0),
     "mouth": (0.0, 0.0),
     "eyes": (0.0, 0.0),
+    "whole": (0.0, 0.0),
 }
 """Degrees round the vertical axis to the face's left, and up, of each view by name."""
 

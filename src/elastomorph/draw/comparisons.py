@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.draw.camera import Camera
 from elastomorph.draw.framing import View, camera_for
+from elastomorph.draw.head import head_of
 from elastomorph.draw.pictures import COLOUR_MAP, Image, written
 from elastomorph.draw.sheet import Face, face_sheet, in_rows, scale_of, stack
 from elastomorph.draw.strips import TRUTH, method_words
@@ -199,7 +200,13 @@ def contact_sheet(
     return face_sheet(
         rig.neutral,
         in_rows(faces, columns),
-        camera_for(rig.neutral, "front", poses=poses, size=face),
+        camera_for(
+            rig.neutral,
+            "front",
+            poses=poses,
+            head=head_of(rig.neutral, rig.morphs.values()),
+            size=face,
+        ),
         face,
         path,
         title=f"{title} ({words})" if title else words,

@@ -30,6 +30,7 @@ _CLOSE_UPS = {  # view: parts it shows in order of preference, and how much of t
     "mouth": ((("lips",), 0.25), (("teeth",), 0.15), (("mouth", "tongue"), 0.35)),
     "eyes": ((("sclera", "iris", "pupil"), 0.25), (("lash",), 0.2)),
 }
+_WHOLE = "whole"
 _BOXES = {"mouth": ((0.25, 0.75), (0.14, 0.38)), "eyes": ((0.1, 0.9), (0.48, 0.68))}
 """Where to look on a head whose parts have no names: fractions of its width and height."""
 _FULL_TURN = 360.0
@@ -42,6 +43,7 @@ def camera_for(
     view: View = "front",
     *,
     poses: ArrayLike | None = None,
+    head: NDArray[np.int64] | None = None,
     size: tuple[int, int] = (720, 900),
     margin: float = 0.04,
 ) -> Camera:
@@ -50,26 +52,35 @@ def camera_for(
     Args:
         mesh: The head, looking along +Z with +Y up.
         view: ``front``, ``three-quarter``, ``side`` and ``below`` show the head down to its neck,
-            ``mouth`` and ``eyes`` come close; or degrees to the face's left and up.
+            ``mouth`` and ``eyes`` come close, ``whole`` shows all there is; or degrees to the
+            face's left and up.
         poses: (..., V, 3) positions that must all fit; those of the mesh by default.
+        head: (N,) vertices of the head of a character, see `elastomorph.draw.head.head_of`; by
+            default it is found by the shape of its neck.
         size: Width and height of the picture in pixels.
         margin: Empty border, as a fraction of the picture.
     """
     positions = _positions(mesh, poses)
+    shown = drawn_vertices(mesh)
+    if view == _WHOLE:
+        return Camera.framing(positions[:, shown], view, size=size, margin=margin)
     if isinstance(view, str) and view in _CLOSE_UPS:
-        chosen, border = _close_up(mesh, drawn_vertices(mesh), view)
+        chosen, border = _close_up(mesh, shown if head is None else head, view)
         points = positions[:, chosen].reshape(-1, 3)
         spread = border * np.ptp(points, axis=0).max() * np.array([1.0, 1.0, 0.0])
         points = np.concatenate([points - spread, points + spread])
         return Camera.framing(points, view, size=size, margin=0.0)
-    return Camera.framing(_head_points(mesh, poses), view, size=size, margin=margin)
+    return Camera.framing(_head_points(mesh, poses, head), view, size=size, margin=margin)
 
 
-def _head_points(mesh: Mesh, poses: ArrayLike | None = None) -> NDArray[np.float64]:
+def _head_points(
+    mesh: Mesh, poses: ArrayLike | None = None, head: NDArray[np.int64] | None = None
+) -> NDArray[np.float64]:
     """(P, N, 3) of N vertices in each pose: no shoulders, but all that moves."""
     positions = _positions(mesh, poses)
     shown = drawn_vertices(mesh)
-    head = shown[mesh.vertices[shown, 1] >= _neck(mesh, shown)]
+    if head is None:
+        head = shown[mesh.vertices[shown, 1] >= _neck(mesh, shown)]
     motion = np.linalg.norm(positions[:, shown] - positions[0, shown], axis=2).max(axis=0)
     moving = shown[motion > _MOVING * motion.max()]
     return positions[:, np.union1d(head, moving)]
@@ -155,16 +166,19 @@ class Turntable:
         view: View = "front",
         *,
         poses: ArrayLike | None = None,
+        head: NDArray[np.int64] | None = None,
         size: tuple[int, int] = (720, 900),
         margin: float = 0.04,
     ) -> Turntable:
-        """The turntable for degrees that will be shown; view, poses, size as for `camera_for`."""
+        """The turntable for degrees that will be shown; the others are as for `camera_for`."""
         if isinstance(view, str) and view in _CLOSE_UPS:
             raise ParameterError(
                 f"a turntable shows the whole head, so it cannot start with the close-up {view!r}; "
                 "take front, three-quarter, side, below or degrees such as 30,10"
             )
-        seen = _head_points(mesh, poses)
+        if view == _WHOLE:
+            head = drawn_vertices(mesh)
+        seen = _head_points(mesh, poses, head)
         x, _, z = (seen[0].min(axis=0) + seen[0].max(axis=0)) / 2
         turns = np.asarray(angles, dtype=np.float64)
         framed = turns[np.linspace(0, len(turns) - 1, min(len(turns), _MOST_FRAMED)).astype(int)]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.draw.framing import Turntable, View, camera_for
+from elastomorph.draw.head import head_of
 from elastomorph.draw.pictures import ColourScale, Image, round_up
 from elastomorph.draw.sheet import Face, Style, face_sheet, legend_height, with_legend
 from elastomorph.draw.stage import Stage
@@ -155,7 +156,7 @@ def pose_strip(
     return face_sheet(
         mesh,
         [[_face(rig.at(t), t, comparison) for t in times] for rig in rigs],
-        camera_for(mesh, view, poses=_framed(rigs, times), size=face),
+        camera_for(mesh, view, poses=_framed(rigs, times), head=_head(rigs[0]), size=face),
         face,
         row_labels=[rig.label for rig in rigs] if len(rigs) > 1 else (),
         column_labels=[f"t = {t:.3g}" for t in times],
@@ -203,12 +204,12 @@ def clip_frames(
     mesh, face = rig.rig.neutral, (size[0], size[1] - legend_height(size[0], scale))
     if face[1] < _LEAST:
         raise ParameterError(f"{size[0]} × {size[1]} pixels have no room for a face and its legend")
-    framed = _framed([rig], times)
+    framed, head = _framed([rig], times), _head(rig)
     table = None
     if angles is None:
-        camera = camera_for(mesh, view, poses=framed, size=face)
+        camera = camera_for(mesh, view, poses=framed, head=head, size=face)
     else:
-        table = Turntable.around(mesh, turns, view, poses=framed, size=face)
+        table = Turntable.around(mesh, turns, view, poses=framed, head=head, size=face)
         camera = table.camera
     with Stage(mesh, camera, size=face) as stage:
         for t, degrees in zip(times, turns.tolist(), strict=True):
@@ -218,6 +219,10 @@ def clip_frames(
                 colours = comparison.scale.colours(comparison.distances(positions, t))
             seen = positions if table is None else table.turned(positions, degrees)
             yield with_legend(style.draw(stage, seen, colours), scale)
+
+
+def _head(posed: PosedRig) -> NDArray[np.int64] | None:
+    return head_of(posed.rig.neutral, posed.rig.morphs.values())
 
 
 def _framed(rigs: Sequence[PosedRig], times: Sequence[float]) -> Positions:

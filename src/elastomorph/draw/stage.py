@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.draw.actors import Lines, Part, corner_normals, corner_pairs, line_actor
 from elastomorph.draw.camera import Camera
+from elastomorph.draw.dressed import dressed_parts, welded_corners
 from elastomorph.draw.framing import View, camera_for
 from elastomorph.draw.materials import LOOKS, eye_image, iris_coordinates, parts_of
 from elastomorph.draw.pictures import (
@@ -84,8 +85,12 @@ class Stage:
         self.size = size
         self.camera = camera or camera_for(mesh, size=size)
         self._factor = supersampling
-        self._pairs = corner_pairs(mesh.faces)
-        self._parts = _drawn_parts(mesh)
+        dressed = mesh.appearance is not None
+        self._pairs = corner_pairs(mesh.faces, welded_corners(mesh) if dressed else None)
+        # Who cuts vertices apart along seams does so along sharp edges too, and only there.
+        one, other = (mesh.faces.indices[corners] for corners in self._pairs)
+        self._smooth = one == other if dressed else None
+        self._parts = dressed_parts(mesh) if dressed else _drawn_parts(mesh)
         self._occlusion = _ambient_occlusion()
         border = round(BORDER * max(size))
         self._renderer = rendering().vtkRenderer()
@@ -126,10 +131,13 @@ class Stage:
         if wireframe:
             drawn.insert(0, self._edges())
         actors = [self._line_actor(points, each) for each in drawn]
-        normals = corner_normals(points, self.mesh.faces, self._pairs)
+        normals = corner_normals(points, self.mesh.faces, self._pairs, smooth=self._smooth)
         placed = self._scene(points)
+        to_camera = np.array(self.camera.position) - np.array(self.camera.focus)
         for part in self._parts:
             part.pose(placed, normals, painted, lit)
+            if part.blends:
+                part.sort(placed, to_camera)
         for actor in actors:
             self._renderer.AddActor(actor)
         self._renderer.SetPass(self._occlusion if lit else None)
@@ -216,8 +224,8 @@ def render(
         mesh: Names of materials or groups tell skin from lips, eyes and teeth.
         path: Picture to write, if any; the suffix chooses the format.
         size: Width and height in pixels.
-        view: ``front``, ``three-quarter``, ``side``, ``below``, ``mouth``, ``eyes``; degrees to
-            the face's left and up; or a camera.
+        view: ``front``, ``three-quarter``, ``side``, ``below``, ``mouth``, ``eyes``,
+            ``whole``; degrees to the face's left and up; or a camera.
         scalars: (V,) numbers to draw as a heat map instead.
         highest: Their value at the end of the colour map; their largest, rounded up, by default.
         colour_map: A colour map of matplotlib.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.draw.framing import View, camera_for
+from elastomorph.draw.head import head_of
 from elastomorph.draw.pictures import Image
 from elastomorph.draw.sheet import Face, face_sheet
 from elastomorph.errors import MeshError, ParameterError
@@ -31,6 +32,7 @@ def face_strip(
     *,
     face: tuple[int, int] = (240, 300),
     view: View = "front",
+    head: NDArray[np.int64] | None = None,
     title: str = "",
 ) -> Image:
     """Faces in rows, their times above, all seen by one camera.
@@ -41,7 +43,8 @@ def face_strip(
         times: (T,) t of each column.
         path: Picture to write, if any; the suffix chooses the format.
         face: Width and height of one face in pixels.
-        view: As for `camera_for`.
+        view: As for `camera_for`, as is the head.
+        head: (N,) vertices of the head of a character.
         title: Above the strip.
 
     Returns:
@@ -67,7 +70,7 @@ def face_strip(
     return face_sheet(
         first,
         [[Face(pose) for pose in positions] for _, positions in rows.values()],
-        camera_for(first, view, poses=poses, size=face),
+        camera_for(first, view, poses=poses, head=head, size=face),
         face,
         path,
         row_labels=[_in_lines(label) for label in rows],
@@ -119,7 +122,8 @@ def expression_strip(
     when = np.asarray(times, dtype=np.float64)
     rows = {name: (morph.neutral, morph.at(when)) for name, morph in morphs.items()}
     words = method_words(morphs.values()) if title is None else title
-    return face_strip(rows, when, path, face=face, view=view, title=words)
+    head = next((head_of(m.neutral, morphs.values()) for m in morphs.values()), None)
+    return face_strip(rows, when, path, face=face, view=view, head=head, title=words)
 
 
 def take_strip(
@@ -134,7 +138,8 @@ def take_strip(
     """Draw frames that show what a take, (T, J) weights of the rig's sliders, holds, in order."""
     frames = telling_frames(weights, count)
     poses = rig.batch(weights[frames], dtype=np.float64).astype(np.float64)
-    return face_strip({"": (rig.neutral, poses)}, performance.times[frames], path, face=face)
+    rows, head = {"": (rig.neutral, poses)}, head_of(rig.neutral, rig.morphs.values())
+    return face_strip(rows, performance.times[frames], path, face=face, head=head)
 
 
 def telling_frames(weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:

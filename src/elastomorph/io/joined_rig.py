@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import MeshError
+from elastomorph.model.appearance import Material
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
@@ -183,7 +184,14 @@ def _joined_mesh(parts: Sequence[RigPart], source: str) -> Mesh:
         groups=meshes[0].groups if len(parts) == 1 else _joined_labels(names),
         material_library=next((m.material_library for m in meshes if m.material_library), None),
         source=Source(source, split=any(m.source is not None and m.source.split for m in meshes)),
+        appearance=_joined_appearance(meshes),
     )
+
+
+def _joined_appearance(meshes: Sequence[Mesh]) -> dict[str, Material] | None:
+    """What the materials of all meshes look like, as far as any of them says so."""
+    said = [mesh.appearance for mesh in meshes if mesh.appearance is not None]
+    return {name: each for own in said for name, each in own.items()} if said else None
 
 
 def _joined_texture(meshes: Sequence[Mesh], orders: Sequence[NDArray[np.int64]]) -> UVMap | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MeshError, ParameterError, TopologyError
+from elastomorph.model.appearance import Material
 from elastomorph.model.geometry import largest_distance
 from elastomorph.model.polygons import Polygons
 from elastomorph.numbers import as_numbers
@@ -79,6 +80,7 @@ class Mesh:
         groups: Group of each polygon, if any.
         material_library: The material file an OBJ names, if any.
         source: The file it came from, if any.
+        appearance: What its materials look like, by their names, where the file says so.
 
     Raises:
         MeshError: Coordinates are not finite (V, 3) numbers up to `LARGEST` with V ≥ 1, or a
@@ -92,6 +94,7 @@ class Mesh:
     groups: FaceLabels | None = None
     material_library: str | None = None
     source: Source | None = None
+    appearance: Mapping[str, Material] | None = None
 
     def __init__(
         self,
@@ -102,6 +105,7 @@ class Mesh:
         groups: FaceLabels | None = None,
         material_library: str | None = None,
         source: Source | None = None,
+        appearance: Mapping[str, Material] | None = None,
     ) -> None:
         own = as_vertices(vertices)
         polygons = Polygons.of(faces)
@@ -122,7 +126,7 @@ class Mesh:
         vars(self).update(  # frozen, so that nothing can be set by its name
             vertices=own, faces=polygons, uv=uv, materials=materials, groups=groups
         )
-        vars(self).update(material_library=material_library, source=source)
+        vars(self).update(material_library=material_library, source=source, appearance=appearance)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} polygons)"

@@ -139,16 +139,18 @@ class GltfFile:
             content = self._blob if number == 0 else b""
         elif not isinstance(uri, str):
             self.refuse(f"the URI of buffer {number} is no text")
-        elif uri.startswith("data:"):
-            content = self._from_data_uri(uri, number)
         else:
-            content = self._from_file(uri)
+            content = self.uri_content(uri, f"buffer {number}")
         if len(content) < length:
             self.refuse(
                 f"buffer {number} announces {length:,} bytes, but there are {len(content):,}; "
                 "the file is cut off or a part of it is missing"
             )
         return memoryview(content)[:length]
+
+    def uri_content(self, uri: str, of: str) -> bytes:
+        """What a URI holds or names: the bytes of a buffer or image in or beside this file."""
+        return self._from_data_uri(uri, of) if uri.startswith("data:") else self._from_file(uri)
 
     def _from_file(self, uri: str) -> bytes:
         """The content of a file beside this one; read once, however many buffers name it."""
@@ -162,14 +164,14 @@ class GltfFile:
             self.budget.add_size(len(self._read[path]))
         return self._read[path]
 
-    def _from_data_uri(self, uri: str, number: int) -> bytes:
+    def _from_data_uri(self, uri: str, of: str) -> bytes:
         head, comma, content = uri.partition(",")
         if not comma or not head.endswith(";base64"):
-            self.refuse(f"the data URI of buffer {number} is not in base64")
+            self.refuse(f"the data URI of {of} is not in base64")
         try:
             return base64.b64decode(unquote(content), validate=True)
         except (binascii.Error, ValueError):
-            self.refuse(f"the data URI of buffer {number} is damaged")
+            self.refuse(f"the data URI of {of} is damaged")
 
     def _beside(self, uri: str) -> Path:
         """A file in the folder of this file, or in a folder in it."""

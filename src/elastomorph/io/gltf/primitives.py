@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.gltf.accessors import read_floats, read_indices
+from elastomorph.io.gltf.appearance import material_names, shown_coordinates
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.nodes import PlacedMesh
 from elastomorph.io.gltf.skins import Placement
@@ -82,15 +83,16 @@ def read_primitives(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[Primit
     }
     surfaces = (_TRIANGLES, _STRIP, _FAN)
     wanted = surfaces if modes.intersection(surfaces) else (_POINTS,)
-    found = [_read_mesh(file, mesh, wanted) for mesh in placed]
+    names = material_names(file)
+    found = [_read_mesh(file, mesh, wanted, names) for mesh in placed]
     shown = [own for own in found if own.attributes]
     if not shown:
         file.refuse("it shows no triangles; expected a mesh with morph targets")
-    names = {name for own in shown for name in own.targets}
+    targets = {name for own in shown for name in own.targets}
     # A morph has a displacement and a target for every vertex, however few of them it moves.
     copies = 2 if len(shown) == 1 else 3
     vertices = sum(own.count for own in shown)
-    file.budget.spend_fields(vertices, len(names), copies=copies)
+    file.budget.spend_fields(vertices, len(targets), copies=copies)
     if len(shown) > 1:  # joining copies them
         file.budget.spend_fields(vertices, 2)
     return [own if own.attributes else None for own in found]
@@ -104,7 +106,9 @@ def target_count(file: GltfFile, placed: PlacedMesh) -> int:
     return max(counts, default=0)
 
 
-def _read_mesh(file: GltfFile, placed: PlacedMesh, modes: tuple[int, ...]) -> Primitives:
+def _read_mesh(
+    file: GltfFile, placed: PlacedMesh, modes: tuple[int, ...], materials: Sequence[str]
+) -> Primitives:
     mesh = file.item("meshes", placed.number, "a node")
     of = f"mesh {placed.number}"
     primitives = [
@@ -122,7 +126,8 @@ def _read_mesh(file: GltfFile, placed: PlacedMesh, modes: tuple[int, ...]) -> Pr
             target.get("POSITION") if isinstance(target, dict) else None
             for target in file.list_in(primitive, "targets", of)
         ]
-        named = (attributes.get("POSITION"), attributes.get("TEXCOORD_0"), *targets)
+        image = shown_coordinates(file, primitive)
+        named = (attributes.get("POSITION"), attributes.get(image), *targets)
         # What is no number is refused when it is read.
         key = tuple(value if isinstance(value, int) else None for value in named)
         if placed.skin is not None:
@@ -130,12 +135,13 @@ def _read_mesh(file: GltfFile, placed: PlacedMesh, modes: tuple[int, ...]) -> Pr
         if key not in known:
             _refuse_draco(file, primitive, attributes, of)
             by_name = dict(zip(found.targets, targets, strict=False))
-            known[key] = _read_attributes(file, placed, found.count, attributes, by_name)
+            shown = {**attributes, "TEXCOORD_0": attributes.get(image)}
+            known[key] = _read_attributes(file, placed, found.count, shown, by_name)
             found.attributes.append(known[key])
         triangles = _read_triangles(file, primitive, known[key], of)
         mirrored = known[key].placement.mirrors
         found.triangles.append(triangles[:, [0, 2, 1]] if mirrored else triangles)
-        found.materials.append(_material_name(file, primitive, of))
+        found.materials.append(_material_name(file, primitive, of, materials))
     return found
 
 
@@ -149,7 +155,7 @@ def _read_attributes(
     vertices = read_floats(file, attributes["POSITION"], 3, f"the positions of {of}")
     count, texture = len(vertices), None
     placement = placed.placement(file, attributes, count, of)
-    if "TEXCOORD_0" in attributes:
+    if attributes.get("TEXCOORD_0") is not None:
         what = f"the texture coordinates of {of}"
         texture = read_floats(file, attributes["TEXCOORD_0"], 2, what, count=count)
     displacements = {}
@@ -190,11 +196,14 @@ def _read_triangles(
     return (triangles + attributes.start).astype(np.int32)
 
 
-def _material_name(file: GltfFile, primitive: dict[str, Any], of: str) -> str | None:
+def _material_name(
+    file: GltfFile, primitive: dict[str, Any], of: str, names: Sequence[str]
+) -> str | None:
     if "material" not in primitive:
         return None
-    name = file.item("materials", primitive["material"], of).get("name")
-    return name if isinstance(name, str) else f"material {primitive['material']}"
+    number = primitive["material"]
+    file.item("materials", number, of)
+    return names[int(number)]
 
 
 def _refuse_draco(

@@ -12,6 +12,7 @@ import numpy as np
 
 from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
+from elastomorph.io.gltf.appearance import read_appearance
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.mesh_extras import restored_surface
 from elastomorph.io.gltf.meshopt import EXTENSIONS as MESHOPT
@@ -20,6 +21,7 @@ from elastomorph.io.gltf.primitives import Primitives, read_primitives, target_c
 from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
 from elastomorph.io.joined_rig import Placing, RigPart, joined_rig
 from elastomorph.io.untrusted import naming_file, shortened
+from elastomorph.model.appearance import Material
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
@@ -46,8 +48,10 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
       Vertices are neither merged nor reordered; triangles stay triangles.
     - Morph targets of the same name in several meshes are one morph, on a straight path; a mesh
       without any is part of the neutral. Targets without names are called ``target_0`` and so on.
-    - Materials become material labels; nodes become group labels where several have a mesh.
-    - Animations, default weights and textures are passed over.
+    - Materials become material labels, of those of one name with a number behind the second; nodes
+      become group labels where several have a mesh. What they look like is in `Mesh.appearance`,
+      unless all are plain greys, and the texture coordinates are those of their base colours.
+    - Animations and default weights are passed over.
 
     Args:
         path: The file. Buffers in other files are read only from its own folder.
@@ -78,9 +82,12 @@ class ReadMesh:
 
 def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
     """Meshes of a scene as far as they show a surface."""
+    read = list(zip(placed, read_primitives(file, placed), strict=True))
+    used = {name for _, own in read if own is not None for name in own.materials if name}
+    looks = read_appearance(file, used)
     return [
-        ReadMesh(own, primitives, *_part(file, own, primitives))
-        for own, primitives in zip(placed, read_primitives(file, placed), strict=True)
+        ReadMesh(own, primitives, *_part(file, own, primitives, looks))
+        for own, primitives in read
         if primitives is not None
     ]
 
@@ -107,14 +114,16 @@ def _chosen(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
         file.refuse(str(problem))
 
 
-def _part(file: GltfFile, placed: PlacedMesh, primitives: Primitives) -> tuple[RigPart, StoredRig]:
+def _part(
+    file: GltfFile, placed: PlacedMesh, primitives: Primitives, looks: dict[str, Material] | None
+) -> tuple[RigPart, StoredRig]:
     """A mesh with its morphs, as `write_glb` described them or as the file shows them."""
     extras = file.item("meshes", placed.number, "a node").get("extras")
     own = extras.get("elastomorph") if isinstance(extras, dict) else None
     surface = own.get("surface") if isinstance(own, dict) else None
-    neutral = _restored(file, primitives, surface) if isinstance(surface, dict) else None
+    neutral = _restored(file, primitives, surface, looks) if isinstance(surface, dict) else None
     if neutral is None:
-        neutral = _neutral(file, primitives)
+        neutral = _neutral(file, primitives, looks)
     stored = StoredRig(tuple(StoredMorph.straight(name) for name in primitives.targets), {}, {})
     if own is not None:
         try:
@@ -141,7 +150,12 @@ def require_known_extensions(file: GltfFile) -> None:
             )
 
 
-def _restored(file: GltfFile, primitives: Primitives, stored: dict[str, Any]) -> Mesh | None:
+def _restored(
+    file: GltfFile,
+    primitives: Primitives,
+    stored: dict[str, Any],
+    looks: dict[str, Material] | None,
+) -> Mesh | None:
     """The mesh that `write_glb` described; None, with a warning, where it fits no longer."""
     vertices = primitives.vertices()
     triangles = [own for own in primitives.triangles if len(own)]
@@ -152,10 +166,11 @@ def _restored(file: GltfFile, primitives: Primitives, stored: dict[str, Any]) ->
     except ValueError as problem:
         _warn(file, "its polygons are lost, and it is read with triangles for polygons", problem)
         return None
-    return Mesh(vertices[: stored["vertices"]], **surface, source=Source(str(file.path)))
+    own, source = vertices[: stored["vertices"]], Source(str(file.path))
+    return Mesh(own, **surface, source=source, appearance=looks)
 
 
-def _neutral(file: GltfFile, primitives: Primitives) -> Mesh:
+def _neutral(file: GltfFile, primitives: Primitives, looks: dict[str, Material] | None) -> Mesh:
     """The mesh as the file shows it."""
     triangles, texture = np.concatenate(primitives.triangles), primitives.texture()
     uv = materials = None
@@ -176,6 +191,7 @@ def _neutral(file: GltfFile, primitives: Primitives) -> Mesh:
         uv=uv,
         materials=materials,
         source=Source(str(file.path), split=True),
+        appearance=looks,
     )
 
 

@@ -1,0 +1,42 @@
+"""Where the head of a whole character is: what its targets move tells, and the hair around that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+
+_BODY = 2.2
+"""A mesh so many times as large as what its targets move is more than a head."""
+_MOVED = 0.05
+"""Motion, over the largest, below which a vertex is carried along: at the foot of the neck."""
+_ABOVE, _BESIDE, _BELOW = 0.7, 0.35, 0.15
+"""How far hair and shoulders are shown beyond the face, over its size."""
+
+
+def head_of(mesh: Mesh, morphs: Iterable[Morph]) -> NDArray[np.int64] | None:
+    """(N,) vertices of the head and what is around it; None where the mesh is no more than that.
+
+    A mesh of one part, of which nothing is known but its shape, counts as a head.
+    """
+    parts = 0 if mesh.groups is None else len(mesh.groups.names)
+    if mesh.appearance is None and parts < 2:
+        return None
+    motion = np.zeros(len(mesh.vertices))
+    for morph in morphs:
+        np.maximum(motion, np.linalg.norm(morph.delta, axis=1), out=motion)
+    if not motion.any():
+        return None
+    face = mesh.vertices[motion > _MOVED * motion.max()]
+    low, high = face.min(axis=0), face.max(axis=0)
+    size = float((high - low).max())
+    if np.ptp(mesh.vertices, axis=0).max() < _BODY * size:
+        return None
+    low = low - size * np.array([_BESIDE, _BELOW, _ABOVE])
+    high = high + size * np.array([_BESIDE, _ABOVE, _ABOVE])
+    inside = ((mesh.vertices >= low) & (mesh.vertices <= high)).all(axis=1)
+    return np.flatnonzero(inside)

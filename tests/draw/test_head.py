@@ -1,0 +1,86 @@
+"""The camera finds the head of a whole character by what its targets move."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import elastomorph as em
+from elastomorph.draw.framing import Turntable, camera_for
+from elastomorph.draw.head import head_of
+from elastomorph.draw.posed import PosedRig, pose_picture
+from elastomorph.model.mesh import FaceLabels, Mesh
+from scenes import ball, joined, seen_at
+
+
+def character(*, dressed: bool = True) -> em.Rig:
+    """A head on a long body, each a ball; a target opens the lower half of the head."""
+    head, body = ball(), ball()
+    whole = joined(
+        head=head.with_vertices(head.vertices + [0, 6, 0]),
+        body=body.with_vertices(body.vertices * [1, 5, 1]),
+    )
+    mesh = Mesh(whole.vertices, whole.faces, appearance={} if dressed else None)
+    moved = mesh.vertices.copy()
+    lower = (moved[:, 1] < 6) & (moved[:, 1] >= 5) & (np.arange(len(moved)) < len(head.vertices))
+    moved[lower] -= [0.0, 0.2, 0.0]
+    upper = (moved[:, 1] > 6.5) & (np.arange(len(moved)) < len(head.vertices))
+    moved[upper] += [0.0, 0.1, 0.0]
+    return em.Rig(mesh, {"open": mesh.with_vertices(moved)}, method="linear")
+
+
+def test_the_head_is_what_targets_move_and_what_is_around() -> None:
+    rig = character()
+    found = head_of(rig.neutral, rig.morphs.values())
+    assert found is not None
+    heights = rig.neutral.vertices[found, 1]
+    assert heights.max() == rig.neutral.vertices[:, 1].max()
+    assert 4 < heights.min() < 5
+
+
+def test_the_picture_is_of_the_head_unless_the_whole_is_asked_for() -> None:
+    rig = character()
+    head = head_of(rig.neutral, rig.morphs.values())
+    size = (200, 300)
+    middle = np.array([0.0, 6.0, 0.0])
+    feet = np.array([0.0, -5.0, 0.0])
+    near = camera_for(rig.neutral, head=head, size=size)
+    assert 0 < seen_at(near, middle, size)[0][1] < 300
+    assert seen_at(near, feet, size)[0][1] > 300
+    whole = camera_for(rig.neutral, "whole", head=head, size=size)
+    assert 0 < seen_at(whole, feet, size)[0][1] < 300
+    turned = Turntable.around(rig.neutral, [0.0, 90.0], head=head, size=size).camera
+    assert seen_at(turned, feet, size)[0][1] > 300
+    turned = Turntable.around(rig.neutral, [0.0, 90.0], "whole", head=head, size=size).camera
+    assert 0 < seen_at(turned, feet, size)[0][1] < 300
+
+
+def test_pictures_of_a_rig_are_of_its_head() -> None:
+    """Most of the picture is the head, where the whole figure would be a narrow strip."""
+    rig = character()
+    covered = [
+        (pose_picture(PosedRig("", rig, {}), 1.0, size=(90, 120), view=view) < 200).any(axis=2)
+        for view in ("front", "whole")
+    ]
+    assert covered[0].mean() > 2 * covered[1].mean()
+
+
+def test_what_is_no_more_than_a_head_is_framed_as_ever() -> None:
+    """So is a mesh that says nothing but its shape, one that does not move, and a small body."""
+    bare = character(dressed=False)
+    assert head_of(bare.neutral, bare.morphs.values()) is None
+    still = character().neutral
+    assert head_of(still, []) is None
+    face = Mesh(ball().vertices, ball().faces, appearance={})
+    wide = em.Rig(face, {"wide": face.with_vertices(face.vertices * 1.1)}, method="linear")
+    assert head_of(face, wide.morphs.values()) is None
+
+
+def test_meshes_of_several_parts_are_characters_too() -> None:
+    bare = character(dressed=False).neutral
+    count = len(bare.faces)
+    groups = FaceLabels(("head", "body"), np.repeat([0, 1], count // 2).astype(np.int32))
+    mesh = Mesh(bare.vertices, bare.faces, groups=groups)
+    dressed = character()
+    target = mesh.with_vertices(dressed.morphs["open"].target.vertices)
+    rig = em.Rig(mesh, {"open": target}, method="linear")
+    assert head_of(mesh, rig.morphs.values()) is not None
