@@ -78,22 +78,6 @@ def test_a_missing_or_short_file_beside_it(tmp_path: Path) -> None:
         read_glb(in_two_files(tmp_path, "sub%20folder/%C3%A4%20b.bin", b"short"))
 
 
-def test_draco_is_refused_with_advice(tmp_path: Path) -> None:
-    name = "KHR_draco_mesh_compression"
-    file = square()
-    file.document["extensionsRequired"] = [name]
-    with pytest.raises(FormatError, match=r"compressed .*Export it again without compression"):
-        read_glb(file.write(tmp_path / "a.glb"))
-    del file.document["extensionsRequired"]
-    file.document["meshes"][0]["primitives"][0]["extensions"] = {name: {}}
-    np.testing.assert_array_equal(  # the plain copy that is there too
-        read_glb(file.write(tmp_path / "a.glb")).neutral.vertices, SQUARE
-    )
-    del file.document["accessors"][0]["bufferView"]
-    with pytest.raises(FormatError, match=r"compressed .*without compression"):
-        read_glb(file.write(tmp_path / "a.glb"))
-
-
 def test_unknown_required_extensions_are_refused_and_harmless_ones_are_not(tmp_path: Path) -> None:
     file = square()
     file.document["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_transform"]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.draco import draco_values
 
 _DTYPES = {5120: "|i1", 5121: "|u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COMPONENT_TYPES = {name: number for number, name in _DTYPES.items()}
@@ -64,13 +65,36 @@ def _values(file: GltfFile, number: Any, width: int, of: str, count: int | None)
         file.refuse(f"{name} of {of} has {own:,} elements, expected {count or 'at least 1'}")
     dtype = np.dtype(kind)
     bare = accessor.get("bufferView") is None
-    elements = None if bare else _elements(file, accessor, own, width, dtype, name)
+    elements = (
+        _from_draco(file, number, (own, width), dtype)
+        if bare
+        else _elements(file, accessor, own, width, dtype, name)
+    )
     file.budget.spend(own * width * _COPIES)
     # Zeros, or for sparse values. Others are copied, so that sparse ones can replace some.
     values = np.zeros((own, width), dtype=dtype) if elements is None else elements.copy()
     if "sparse" in accessor:
         _replace(file, values, file.object_in(accessor, "sparse", name), name)
     return values
+
+
+def _from_draco(
+    file: GltfFile, number: int, shape: tuple[int, int], dtype: np.dtype[Any]
+) -> NDArray[Any] | None:
+    """(count, width) what Draco holds of an accessor, if anything."""
+    values = draco_values(file, number)
+    if values is None:
+        return None
+    found, kinds = values.shape, {values.dtype.kind, dtype.kind}
+    if found != shape or (kinds != {"i", "u"} and len(kinds) > 1):
+        file.refuse(
+            f"accessor {number} has {shape[0]:,} elements of {shape[1]} numbers, but Draco packs "
+            f"{found[0]:,} of {found[1]} for it"
+        )
+    limits = np.iinfo(dtype) if dtype.kind in "iu" else None
+    if limits and not limits.min <= values.min() <= values.max() <= limits.max:
+        file.refuse(f"what Draco packs for accessor {number} does not fit into its numbers")
+    return values.astype(dtype)
 
 
 def _replace(file: GltfFile, values: NDArray[Any], sparse: dict[str, Any], name: str) -> None:

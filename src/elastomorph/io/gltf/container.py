@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 from urllib.parse import unquote
 
+from numpy.typing import NDArray
+
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.gltf import meshopt
@@ -37,6 +39,7 @@ class GltfFile:
         self._blob = blob
         self._read: dict[Path, bytes] = {}
         self.buffer: Callable[[int], memoryview] = cache(self._buffer)
+        self.draco: dict[int, NDArray[Any]] | None = None  # see `elastomorph.io.gltf.draco`
         self._unpacked: Callable[[int], memoryview] = cache(self._decoded)
 
     def refuse(self, problem: str) -> NoReturn:

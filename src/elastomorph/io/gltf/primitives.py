@@ -17,7 +17,6 @@ from elastomorph.io.gltf.nodes import PlacedMesh
 from elastomorph.io.gltf.skins import Placement
 
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
-_DRACO = "KHR_draco_mesh_compression"
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +132,6 @@ def _read_mesh(
         if placed.skin is not None:
             key = (*key, *_held_by(attributes))
         if key not in known:
-            _refuse_draco(file, primitive, attributes, of)
             by_name = dict(zip(found.targets, targets, strict=False))
             shown = {**attributes, "TEXCOORD_0": attributes.get(image)}
             known[key] = _read_attributes(file, placed, found.count, shown, by_name)
@@ -204,17 +202,6 @@ def _material_name(
     number = primitive["material"]
     file.item("materials", number, of)
     return names[int(number)]
-
-
-def _refuse_draco(
-    file: GltfFile, primitive: dict[str, Any], attributes: dict[str, Any], of: str
-) -> None:
-    if _DRACO in file.object_in(primitive, "extensions", of) and "bufferView" not in (
-        file.item("accessors", attributes.get("POSITION"), of)
-    ):
-        file.refuse(
-            "it is compressed with Draco, which is not read. Export it again without compression"
-        )
 
 
 def _target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:

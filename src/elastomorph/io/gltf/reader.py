@@ -14,6 +14,7 @@ from elastomorph.errors import ElastomorphWarning, ParameterError
 from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.gltf.appearance import read_appearance
 from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.draco import EXTENSION as DRACO
 from elastomorph.io.gltf.mesh_extras import restored_surface
 from elastomorph.io.gltf.meshopt import EXTENSIONS as MESHOPT
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
@@ -33,7 +34,7 @@ _HARMLESS = (
     *("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "MSFT_texture_"),
     *("VRM", "KHR_xmp", "KHR_node_visibility", "KHR_animation_pointer"),
 )
-_READ = ("KHR_mesh_quantization", *MESHOPT)
+_READ = ("KHR_mesh_quantization", DRACO, *MESHOPT)
 
 
 def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
@@ -59,8 +60,8 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
 
     Raises:
         FileError: A file is missing or cannot be read.
-        FormatError: It is damaged, compressed, needs an extension that is not read, or has no mesh
-            of a name.
+        FormatError: It is damaged, needs an extension that is not read, or has no mesh of a name.
+        MissingExtraError: It is compressed, and what unpacks it is not installed.
         ParameterError: An empty list of names.
     """
     wanted = wanted_names(mesh)
@@ -139,11 +140,6 @@ def require_known_extensions(file: GltfFile) -> None:
     for name in file.items("extensionsRequired"):
         if not isinstance(name, str):
             file.refuse("a required extension has no name")
-        if "draco" in name.lower():
-            file.refuse(
-                f"it is compressed ({name[:60]}), which is not read. Export it again without "
-                "compression"
-            )
         if name not in _READ and not name.startswith(_HARMLESS):
             file.refuse(
                 f"it cannot be read without the extension {name[:60]}. Export it again without it"
