@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from visiting import SMALL, Visit, positions, update
 
 import elastomorph as em
 from elastomorph.io import read_rig
+from elastomorph.io.gltf import read_glb
 from elastomorph.rig import Rig
 from elastomorph.viewer import Scene, SceneModel, comparison_scene
 from needs import extra
@@ -82,6 +85,54 @@ def test_an_ordinary_file(visit: Visit, faces: Faces) -> None:
     check_straight(visit, page, rig, {"jawOpen": 0.8, "squash": 0.5, "eyeBlink_L": 1.2})
 
 
+def test_a_fold_of_the_weight(visit: Visit, faces: Faces, tmp_path: Path) -> None:
+    """A bend that is a multiple of its target, kept as a curve of the weight of the target."""
+
+    def fold(document: dict[str, Any]) -> None:
+        stored = document["meshes"][0]["extras"]["elastomorph"]
+        stored["version"] = 2
+        for morph in stored["morphs"]:
+            if morph["name"] == "jawOpen":
+                morph["fold"] = {"breaks": [0, 1], "coefficients": [[0, 0.4, -0.4]]}
+
+    content = rewritten(glb(faces.rigs["linear"]), fold)
+    (tmp_path / "folded.glb").write_bytes(content)
+    rig = read_glb(tmp_path / "folded.glb")
+    page = visit(Scene((SceneModel("folded", "rig", content),), "Folded"), size=SMALL)
+    for value in (0.5, 1.3):
+        update(page, weights={"jawOpen": value}, t=1)
+        found = positions(page, 0, len(rig.neutral.vertices))
+        expected = posed(rig, {"jawOpen": value}, 1)
+        assert distances(found, expected).max() < WITHIN * faces.diameter
+        straight = posed(faces.rigs["linear"], {"jawOpen": value}, 1)
+        assert distances(found, straight).max() > 0.005 * faces.diameter
+
+
+def test_a_face_of_two_meshes_bends_as_one(visit: Visit, faces: Faces) -> None:
+    """Each mesh describes its own targets; one slider moves both along their paths."""
+    rig = faces.rigs["beam:2"]
+
+    def twice(document: dict[str, Any]) -> None:
+        mesh = document["meshes"][0]
+        del mesh["extras"]["elastomorph"]["surface"]
+        other = copy.deepcopy(mesh)
+        other["extras"]["elastomorph"]["morphs"].reverse()
+        document["meshes"].append(other)
+        document["nodes"].append({"mesh": 1, "name": "other"})
+        document["scenes"][0]["nodes"].append(1)
+
+    content = rewritten(glb(rig), twice)
+    page = visit(Scene((SceneModel("two", "rig", content),), "Two"), size=SMALL)
+    pose = {"jawOpen": 0.5, "pursed": 0.5}
+    update(page, weights=pose, t=1)
+    expected = posed(rig, pose, 1)
+    count = page.evaluate("elastomorph.models()[0].vertices")
+    assert count % 2 == 0
+    found = positions(page, 0, count)
+    for half in (found[: len(expected)], found[count // 2 :][: len(expected)]):
+        assert distances(half, expected).max() < WITHIN * faces.diameter
+
+
 @pytest.mark.realdata
 def test_an_ordinary_file_of_real_data(visit: Visit, data_dir: Path, tmp_path: Path) -> None:
     """A head with ARKit's shapes from FBX, as other programs write it."""
@@ -136,10 +187,19 @@ def test_the_real_rig(visit: Visit, data_dir: Path) -> None:
 
 def ordinary(file: bytes) -> bytes:
     """A GLB file without what elastomorph wrote into its mesh, as other programs write them."""
+
+    def forget(document: dict[str, Any]) -> None:
+        for mesh in document["meshes"]:
+            assert mesh["extras"].pop("elastomorph")
+
+    return rewritten(file, forget)
+
+
+def rewritten(file: bytes, change: Callable[[dict[str, Any]], object]) -> bytes:
+    """A GLB file after its document was changed."""
     length = struct.unpack_from("<I", file, 12)[0]
     document = json.loads(file[20 : 20 + length])
-    for mesh in document["meshes"]:
-        assert mesh["extras"].pop("elastomorph")
+    change(document)
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     rest = file[20 + length :]

@@ -92,10 +92,12 @@ function clipOf(
 ): Clip {
   const times = Float32Array.from(new Set(channels.flatMap((c) => [...c.times]))).sort();
   const tau = new Map<string, Float32Array>();
-  for (const { name: morph, delta } of morphs) {
+  for (const { name: morph, delta, fold } of morphs) {
     const target = targetNames[delta]!;
     const source = channels.find(({ names }) => names.includes(target));
-    if (source) tau.set(morph, resampled(source, source.names.indexOf(target), times));
+    if (!source) continue;
+    const track = resampled(source, source.names.indexOf(target), times);
+    tau.set(morph, fold ? track.map((weight) => unfolded(weight, fold)) : track);
   }
   const tracks = new Map<string, Float32Array>();
   for (const [morph, track] of tau) {
@@ -105,6 +107,19 @@ function clipOf(
     if (own.some((weight) => weight !== 0)) tracks.set(morph, own);
   }
   return { name, times, tracks };
+}
+
+/** The time of a path at which its target has a weight, by bisection. */
+function unfolded(weight: number, fold: (t: number) => number): number {
+  if (weight === 0) return 0; // to the last bit, so that what is at rest counts as such
+  let low = -8;
+  let high = 8;
+  for (let step = 0; step < 40; step += 1) {
+    const middle = (low + high) / 2;
+    if (fold(middle) < weight) low = middle;
+    else high = middle;
+  }
+  return (low + high) / 2;
 }
 
 /** The slider of a corrective that others drive with it: its weight over the product of theirs. */

@@ -1,107 +1,94 @@
 // How the morph targets of a file make up paths: as elastomorph described them in its extras, or
 // each target a straight path of its own.
-import type { BendCurve, Corrective, Model, Morph } from '../types/model';
-import { isEntry, type Entry } from './document';
+import { Bender, type DescribedMorph, type MeshExtras } from '../../../runtimes/js/index.js';
+import type { Model, Morph } from '../types/model';
+import { isEntry } from './document';
 
-type Described = Pick<Model, 'morphs' | 'correctives' | 'groups'>;
+type Described = Pick<Model, 'morphs' | 'correctives' | 'groups' | 'bender' | 'sliders'>;
+type Stored = NonNullable<MeshExtras['elastomorph']> & {
+  readonly groups?: Model['groups'];
+};
 
-const VERSION = 1;
-
-/** The paths of a file; `stored` is `extras.elastomorph` of its mesh, if any. */
-export function readMorphs(stored: unknown, targetNames: readonly string[]): Described {
-  const described = isEntry(stored) ? describedBy(stored, targetNames) : null;
-  if (described) return described;
-  if (stored !== undefined) {
+/** The paths of a file; `stored` is `extras.elastomorph` of each mesh that has it. */
+export function readMorphs(stored: readonly unknown[], targetNames: readonly string[]): Described {
+  try {
+    if (stored.length > 0) return described(joined(stored as Stored[]), targetNames);
+  } catch (error) {
     console.warn(
       'What elastomorph stored beside the mesh does not fit it: each morph target is a slider.',
+      error,
     );
   }
-  return {
-    morphs: targetNames.map((name, delta) => straight(name, delta)),
-    correctives: [],
-    groups: [],
-  };
+  return described({ version: 1 }, targetNames);
 }
 
-function straight(name: string, delta: number): Morph {
-  return { name, method: 'linear', delta, bends: [] };
-}
-
-function describedBy(stored: Entry, targetNames: readonly string[]): Described | null {
-  if (typeof stored['version'] !== 'number' || stored['version'] > VERSION) return null;
-  const numberOf = new Map(targetNames.map((name, i) => [name, i]));
-  const morphs: Morph[] = [];
-  for (const entry of entries(stored, 'morphs')) {
-    const morph = morphOf(entry, numberOf);
-    if (!morph) return null;
-    morphs.push(morph);
-  }
+function described(stored: Stored, targetNames: readonly string[]): Described {
+  const bender = new Bender({ elastomorph: stored }, targetNames); // refuses what does not fit
+  const { morphs = [], correctives = [], groups = [] } = stored;
   const used = new Set(
-    morphs.flatMap(({ delta, bends }) => [delta, ...bends.map(({ target }) => target)]),
+    morphs.flatMap(({ target, bends = [] }) => [target, ...bends.map((bend) => bend.target)]),
   );
-  targetNames.forEach((name, i) => {
-    if (!used.has(i)) morphs.push(straight(name, i));
+  const paths = morphs.map((morph) => path(morph, targetNames, stored.version));
+  targetNames.forEach((name, delta) => {
+    if (!used.has(name)) paths.push({ name, delta, fold: null });
   });
-  const names = new Set(morphs.map(({ name }) => name));
-  if (names.size !== morphs.length) return null;
-  const correctives = lists(stored, 'correctives', 'drivers', names);
-  const groups = lists(stored, 'groups', 'members', names);
-  if (!correctives || !groups) return null;
+  const names = new Set(paths.map(({ name }) => name));
+  const fit = groups.filter(({ members }) => members?.every((name) => names.has(name)));
+  return { morphs: paths, correctives, groups: fit, bender, sliders: bender.sliders };
+}
+
+function path(
+  { name, target, fold }: DescribedMorph,
+  targetNames: readonly string[],
+  version: number,
+): Morph {
+  const delta = targetNames.indexOf(target);
+  if (!fold || version < 2) return { name, delta, fold: null };
+  const alone = { version, morphs: [{ name, target, fold }] };
+  const own = new Bender({ elastomorph: alone }, [target]);
+  const weight = [0];
+  return { name, delta, fold: (t) => own.weights([t], weight)[0]! };
+}
+
+/** What several meshes say of the one face they are: the same, each of its own targets. */
+function joined(stored: readonly Stored[]): Stored {
+  const first = stored[0]!;
+  if (stored.length === 1) return first;
+  const morphs = new Map<string, DescribedMorph>();
+  for (const { morphs: own = [] } of stored) {
+    for (const morph of own) {
+      const known = morphs.get(morph.name);
+      const bends = new Map(known?.bends?.map((bend) => [bend.target, bend]));
+      for (const bend of morph.bends ?? []) {
+        requireSame(bends.get(bend.target) ?? bend, bend);
+        bends.set(bend.target, bend);
+      }
+      if (known) requireSame([known.target, known.fold], [morph.target, morph.fold]);
+      morphs.set(morph.name, { ...morph, bends: [...bends.values()] });
+    }
+  }
   return {
-    morphs,
-    correctives: correctives.map(([name, drivers]): Corrective => ({ name, drivers })),
-    groups: groups.map(([name, members]) => ({ name, members })),
+    version: Math.max(...stored.map(({ version }) => version)),
+    morphs: [...morphs.values()],
+    correctives: byName(stored.flatMap(({ correctives = [] }) => correctives)),
+    groups: byName(stored.flatMap(({ groups = [] }) => groups)),
   };
 }
 
-function morphOf(entry: Entry, numberOf: ReadonlyMap<unknown, number>): Morph | null {
-  const delta = numberOf.get(entry['target']);
-  const bends = entries(entry, 'bends').map((bend) => ({
-    target: numberOf.get(bend['target']),
-    curve: curveOf(bend['curve']),
-  }));
-  if (typeof entry['name'] !== 'string' || delta === undefined) return null;
-  const found: Morph['bends'][number][] = [];
-  for (const { target, curve } of bends) {
-    if (target === undefined || !curve) return null;
-    found.push({ target, curve });
-  }
-  const method = typeof entry['method'] === 'string' ? entry['method'] : 'linear';
-  return { name: entry['name'], method, delta, bends: found };
+function byName<Named extends { readonly name: string }>(entries: readonly Named[]): Named[] {
+  return [...new Map(entries.map((entry) => [entry.name, entry])).values()];
 }
 
-function curveOf(stored: unknown): BendCurve | null {
-  if (!isEntry(stored)) return null;
-  const { breaks, coefficients } = stored;
-  if (!isNumbers(breaks) || !Array.isArray(coefficients) || !coefficients.every(isNumbers))
-    return null;
-  const rises = breaks.every((time, i) => i === 0 || time > breaks[i - 1]!);
-  if (!rises || breaks[0] !== 0 || breaks.at(-1) !== 1 || coefficients.length !== breaks.length - 1)
-    return null;
-  return { breaks, coefficients };
+function requireSame(one: unknown, other: unknown): void {
+  if (JSON.stringify(one) !== JSON.stringify(other))
+    throw new Error('two meshes say different things of one path');
 }
 
-function isNumbers(value: unknown): value is number[] {
-  return Array.isArray(value) && value.length > 0 && value.every((n) => Number.isFinite(n));
-}
-
-function entries(holder: Entry, key: string): Entry[] {
-  const found = holder[key];
-  return Array.isArray(found) ? found.filter(isEntry) : [];
-}
-
-function lists(
-  stored: Entry,
-  key: string,
-  of: string,
-  known: ReadonlySet<unknown>,
-): [string, string[]][] | null {
-  const found: [string, string[]][] = [];
-  for (const entry of entries(stored, key)) {
-    const members = entry[of];
-    if (typeof entry['name'] !== 'string' || !Array.isArray(members)) return null;
-    if (!members.every((name) => known.has(name))) return null;
-    found.push([entry['name'], members as string[]]);
-  }
-  return found;
+/** `extras.elastomorph` of each of some meshes, where it has any. */
+export function storedIn(meshes: readonly unknown[]): Record<string, unknown>[] {
+  return meshes.flatMap((mesh) => {
+    const extras = isEntry(mesh) ? mesh['extras'] : undefined;
+    const own = isEntry(extras) ? extras['elastomorph'] : undefined;
+    return isEntry(own) ? [own] : [];
+  });
 }

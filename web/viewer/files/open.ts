@@ -1,11 +1,10 @@
 // Opens a file with a face: its own paths where elastomorph wrote it, straight ones otherwise.
-import { slidersOf } from '../rig/pose';
 import type { Model } from '../types/model';
 import { readClips } from './clips';
 import { openContainer } from './container';
 import { diameterOf } from './diameter';
-import { GltfDocument, isEntry } from './document';
-import { readMorphs } from './morphs';
+import { GltfDocument } from './document';
+import { readMorphs, storedIn } from './morphs';
 import { placedMeshes } from './nodes';
 import { sortedParts } from './parts';
 import { readPolygons, triangleEdges } from './polygons';
@@ -28,8 +27,10 @@ export async function openFile(
   const file = new GltfDocument(await openContainer(name, bytes));
   const meshes = placedMeshes(file);
   const surface = readSurface(file, meshes);
-  const stored = meshes.length === 1 ? extrasOf(file, meshes[0]!.mesh) : undefined;
-  const polygons = await readPolygons(stored?.['surface'], surface);
+  const numbers = [...new Set(meshes.map(({ mesh }) => mesh))];
+  const stored = storedIn(numbers.map((number) => file.item('meshes', number, 'a node')));
+  const written = meshes.length === 1 ? stored[0]?.['surface'] : undefined;
+  const polygons = await readPolygons(written, surface);
   const seams = polygons?.seams ?? seamsOf(surface);
   const described = readMorphs(stored, surface.targetNames);
   return {
@@ -42,15 +43,8 @@ export async function openFile(
     loops: known.loops ?? [],
     targets: surface.targets,
     ...described,
-    sliders: slidersOf(described),
     clips: readClips(file, meshes, surface.targetNames, described.morphs, described.correctives),
     diameter: known.diameter ?? diameterOf(surface.neutral),
     bytes: file.size,
   };
-}
-
-function extrasOf(file: GltfDocument, mesh: number): Record<string, unknown> | undefined {
-  const extras = file.item('meshes', mesh, 'a node')['extras'];
-  const own = isEntry(extras) ? extras['elastomorph'] : undefined;
-  return isEntry(own) ? own : undefined;
 }

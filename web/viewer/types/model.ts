@@ -1,18 +1,12 @@
 // A face as the viewer knows it: plain arrays, without three.js and without the page.
+import type { Bender } from '../../../runtimes/js/index.js';
 
-/** A piecewise polynomial: between breaks i and i + 1 it is Σ_n coefficients[i][n] (t − breaks[i])^n. */
-export interface BendCurve {
-  readonly breaks: readonly number[];
-  readonly coefficients: readonly (readonly number[])[];
-}
-
-/** A path: V₀ + tΔ + Σ b_k(t) D_k, by the numbers of its morph targets. */
+/** A path, whose weights the model's bender knows. */
 export interface Morph {
   readonly name: string;
-  /** How the path was made; 'linear' for an ordinary morph target. */
-  readonly method: string;
-  readonly delta: number;
-  readonly bends: readonly { readonly target: number; readonly curve: BendCurve }[];
+  readonly delta: number; // number of its morph target
+  /** The weight of that target at a time of the path, where it is not the time itself. */
+  readonly fold: ((t: number) => number) | null;
 }
 
 /** A combination shape: its weight is the product of those of its drivers. */
@@ -62,6 +56,8 @@ export interface Model {
   readonly morphs: readonly Morph[];
   readonly correctives: readonly Corrective[];
   readonly groups: readonly { readonly name: string; readonly members: readonly string[] }[];
+  /** From sliders to the weights of the targets. */
+  readonly bender: Bender;
   /** What has a slider: every morph but the correctives that others drive entirely. */
   readonly sliders: readonly string[];
   readonly clips: readonly Clip[];
