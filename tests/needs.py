@@ -41,3 +41,11 @@ def node(*packages: str) -> str:
     if found is None or not all((MODULES / name).is_dir() for name in packages):
         pytest.skip(NO_NODE)
     return found
+
+
+def program(name: str, package: str) -> str:
+    """A program of a Debian package; the tests are skipped without it."""
+    found = shutil.which(name)
+    if found is None:
+        pytest.skip(f"needs {name}: install Debian's package {package}")
+    return found

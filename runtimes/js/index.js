@@ -27,7 +27,10 @@ export class Bender {
       name: morph.name,
       target: take(morph.target),
       fold: folds && morph.fold !== undefined ? curve(morph.fold) : null,
-      bends: list(morph.bends).map((bend) => ({ target: take(bend.target), curve: curve(bend.curve) })),
+      bends: list(morph.bends).map((bend) => ({
+        target: take(bend.target),
+        curve: curve(bend.curve),
+      })),
     }));
     for (const [name, target] of free) all.push({ name, target, fold: null, bends: [] });
     const names = all.map(({ name }) => name);
@@ -133,7 +136,10 @@ function described(extras) {
 function driversOf(correctives, names) {
   const drivers = new Map();
   for (const { name, drivers: own } of correctives) {
-    demand(names.has(name) && !drivers.has(name), `corrective '${name}' is no morph, or given twice`);
+    demand(
+      names.has(name) && !drivers.has(name),
+      `corrective '${name}' is no morph, or given twice`,
+    );
     demand(
       Array.isArray(own) && own.length > 0 && own.every((driver) => names.has(driver)),
       `drivers of '${name}' are no morphs`,
@@ -165,7 +171,8 @@ function curve(stored) {
   );
   const width = 1 - breaks[last];
   const scale = Math.max(1, ...rows.flat().map(Math.abs));
-  demand(Math.max(Math.abs(rows[0][0]), Math.abs(value(rows[last], width))) <= 1e-9 * scale, 'a curve is not 0 at its ends');
+  const ends = Math.max(Math.abs(rows[0][0]), Math.abs(value(rows[last], width)));
+  demand(ends <= 1e-9 * scale, 'a curve is not 0 at its ends');
   const first = rows[0][1] ?? 0;
   const end = value(rows[last].map((a, n) => n * a).slice(1), width);
   return (t) => {

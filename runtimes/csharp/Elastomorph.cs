@@ -1,0 +1,418 @@
+// From sliders to the weights of morph targets, as `extras.elastomorph` of a glTF mesh says.
+//
+// One file, .NET Standard 2.0 (Unity, Godot), no dependency. Read once, asked in every frame:
+//
+//     var bender = Elastomorph.Bender.FromJson(extras);   // the extras of the mesh
+//     bender.Weights(sliders, weights);   // in the order of bender.Sliders and bender.Targets
+//
+// SPDX-License-Identifier: MIT
+using System;
+using System.Collections.Generic;
+using System.Globalization;
+using System.Linq;
+using System.Text;
+
+namespace Elastomorph
+{
+    /// <summary>Extras that do not fit: a sentence that says why.</summary>
+    public sealed class ElastomorphException : Exception
+    {
+        public ElastomorphException(string why) : base(why) { }
+
+        internal static void Unless(bool holds, string why)
+        {
+            if (!holds) throw new ElastomorphException(why);
+        }
+    }
+
+    /// <summary>
+    /// A piecewise polynomial: between breaks i and i + 1 it is Σ_n coefficients[i][n] (t − breaks[i])^n.
+    /// </summary>
+    public sealed class Curve
+    {
+        private readonly double[] breaks;
+        private readonly double[][] coefficients;
+        private readonly double startSlope, endSlope;
+
+        public Curve(double[] breaks, double[][] coefficients)
+        {
+            var pieces = coefficients.Length;
+            Demand(pieces > 0 && breaks.Length == pieces + 1 && breaks[0] == 0 && breaks[pieces] == 1);
+            var terms = coefficients[0].Length;
+            Demand(terms > 0 && terms <= 256);
+            var largest = 1.0;
+            for (var i = 0; i < pieces; i++)
+            {
+                Demand(breaks[i] < breaks[i + 1] && coefficients[i].Length == terms);
+                foreach (var term in coefficients[i])
+                {
+                    Demand(!double.IsNaN(term) && !double.IsInfinity(term));
+                    largest = Math.Max(largest, Math.Abs(term));
+                }
+            }
+            this.breaks = breaks;
+            this.coefficients = coefficients;
+            var last = coefficients[pieces - 1];
+            var width = 1 - breaks[pieces - 1];
+            Demand(Math.Abs(coefficients[0][0]) <= 1e-9 * largest);
+            Demand(Math.Abs(Value(last, width)) <= 1e-9 * largest);
+            startSlope = terms > 1 ? coefficients[0][1] : 0;
+            for (var n = terms - 1; n > 0; n--) endSlope = endSlope * width + n * last[n];
+        }
+
+        /// <summary>The value at a time: straight on along its end tangents outside [0, 1].</summary>
+        public double At(double t)
+        {
+            if (t <= 0) return startSlope * t;
+            if (t >= 1) return endSlope * (t - 1);
+            int low = 0, high = coefficients.Length - 1;
+            while (low < high)
+            {
+                var middle = (low + high + 1) / 2;
+                if (breaks[middle] <= t) low = middle;
+                else high = middle - 1;
+            }
+            return Value(coefficients[low], t - breaks[low]);
+        }
+
+        private static double Value(double[] row, double s)
+        {
+            var sum = 0.0;
+            for (var n = row.Length - 1; n >= 0; n--) sum = sum * s + row[n];
+            return sum;
+        }
+
+        private static void Demand(bool holds)
+        {
+            ElastomorphException.Unless(holds, "a curve is damaged");
+        }
+    }
+
+    /// <summary>What is said of a path; filled by hand, or from extras by Description.From.</summary>
+    public sealed class Morph
+    {
+        public string Name, Target;
+        public Curve Fold; // null where the weight of the target is t itself
+        public readonly List<KeyValuePair<string, Curve>> Bends = new List<KeyValuePair<string, Curve>>();
+    }
+
+    /// <summary>
+    /// What is said of a mesh. Targets that no morph names are straight paths of their own; the
+    /// weight of a corrective is the product of its drivers'.
+    /// </summary>
+    public sealed class Description
+    {
+        private const int Newest = 2;
+
+        public readonly List<string> Targets = new List<string>();
+        public readonly List<Morph> Morphs = new List<Morph>();
+        public readonly Dictionary<string, List<string>> Correctives = new Dictionary<string, List<string>>();
+
+        /// <summary>The description in the extras of a mesh, which `Json.Read` read.</summary>
+        public static Description From(object extras)
+        {
+            var made = new Description();
+            made.Targets.AddRange(Texts(Key(extras, "targetNames") ?? new List<object>()));
+            var own = Key(extras, "elastomorph");
+            if (own == null) return made;
+            var version = Key(own, "version") as double? ?? 0;
+            ElastomorphException.Unless(version >= 1 && version % 1 == 0, "no version");
+            ElastomorphException.Unless(version <= Newest, "a newer Elastomorph.cs is needed");
+            foreach (var entry in Entries(own, "morphs"))
+            {
+                var morph = new Morph { Name = Text(Key(entry, "name")), Target = Text(Key(entry, "target")) };
+                if (version > 1 && Has(entry, "fold")) morph.Fold = ReadCurve(Key(entry, "fold"));
+                foreach (var bend in Entries(entry, "bends"))
+                {
+                    var curve = ReadCurve(Key(bend, "curve"));
+                    morph.Bends.Add(new KeyValuePair<string, Curve>(Text(Key(bend, "target")), curve));
+                }
+                made.Morphs.Add(morph);
+            }
+            foreach (var entry in Entries(own, "correctives"))
+            {
+                var name = Text(Key(entry, "name"));
+                ElastomorphException.Unless(!made.Correctives.ContainsKey(name), "a corrective twice: " + name);
+                made.Correctives.Add(name, Texts(Key(entry, "drivers")));
+            }
+            return made;
+        }
+
+        private static Curve ReadCurve(object json)
+        {
+            return new Curve(Numbers(Key(json, "breaks")), List(Key(json, "coefficients")).Select(Numbers).ToArray());
+        }
+
+        private static bool Has(object json, string key)
+        {
+            var holder = json as Dictionary<string, object>;
+            ElastomorphException.Unless(holder != null, "an object was expected");
+            return holder.ContainsKey(key);
+        }
+
+        private static object Key(object json, string key)
+        {
+            return Has(json, key) ? ((Dictionary<string, object>)json)[key] : null;
+        }
+
+        /// <summary>An empty list may have been left out.</summary>
+        private static List<object> Entries(object json, string key)
+        {
+            return Has(json, key) ? List(Key(json, key)) : new List<object>();
+        }
+
+        private static List<object> List(object json)
+        {
+            ElastomorphException.Unless(json is List<object>, "a list was expected");
+            return (List<object>)json;
+        }
+
+        private static string Text(object json)
+        {
+            ElastomorphException.Unless(json is string, "a text was expected");
+            return (string)json;
+        }
+
+        private static List<string> Texts(object json)
+        {
+            return List(json).Select(Text).ToList();
+        }
+
+        private static double[] Numbers(object json)
+        {
+            var list = List(json);
+            ElastomorphException.Unless(list.All(entry => entry is double), "a number was expected");
+            return list.Cast<double>().ToArray();
+        }
+    }
+
+    /// <summary>The weights of one mesh: made once, asked in every frame.</summary>
+    public sealed class Bender
+    {
+        private readonly string[] sliders, targets;
+        private readonly int[][] drivers; // of each morph, numbers of sliders
+        private readonly int[][] places; // of each morph, its target and those of its bends
+        private readonly Curve[][] curves; // likewise; the first is a fold, or null
+
+        public Bender(Description described)
+        {
+            targets = described.Targets.ToArray();
+            var free = new Dictionary<string, int>(StringComparer.Ordinal);
+            foreach (var name in targets)
+            {
+                ElastomorphException.Unless(!free.ContainsKey(name), "two morph targets of one name: " + name);
+                free.Add(name, free.Count);
+            }
+            var morphs = described.Morphs.ToList();
+            var used = new HashSet<string>(morphs.SelectMany(TargetsOf), StringComparer.Ordinal);
+            morphs.AddRange(targets.Where(t => !used.Contains(t)).Select(t => new Morph { Name = t, Target = t }));
+            var names = new HashSet<string>(morphs.Select(morph => morph.Name), StringComparer.Ordinal);
+            ElastomorphException.Unless(names.Count == morphs.Count, "two morphs of one name");
+
+            var correctives = described.Correctives;
+            foreach (var own in correctives)
+            {
+                ElastomorphException.Unless(names.Contains(own.Key), "a corrective is no morph: " + own.Key);
+                ElastomorphException.Unless(own.Value.Count > 0, "a corrective has no drivers: " + own.Key);
+                foreach (var driver in own.Value)
+                    ElastomorphException.Unless(
+                        names.Contains(driver) && (driver == own.Key || !correctives.ContainsKey(driver)),
+                        "a driver of " + own.Key + " is no slider of its own: " + driver);
+            }
+            Func<string, List<string>> driversOf = name =>
+                correctives.ContainsKey(name) ? correctives[name] : new List<string> { name };
+            sliders = morphs.Select(m => m.Name).Where(name => driversOf(name).Contains(name)).ToArray();
+            drivers = morphs
+                .Select(m => driversOf(m.Name).Select(driver => Array.IndexOf(sliders, driver)).ToArray())
+                .ToArray();
+            places = morphs.Select(m => TargetsOf(m).Select(target => Take(free, target)).ToArray()).ToArray();
+            curves = morphs
+                .Select(m => new[] { m.Fold }.Concat(m.Bends.Select(bend => bend.Value)).ToArray())
+                .ToArray();
+        }
+
+        /// <summary>From the extras of a mesh, an object with targetNames and elastomorph.</summary>
+        public static Bender FromJson(string extras)
+        {
+            return new Bender(Description.From(Json.Read(extras)));
+        }
+
+        /// <summary>Names of the sliders, in the order of their values.</summary>
+        public IReadOnlyList<string> Sliders { get { return sliders; } }
+
+        /// <summary>Names of the morph targets, in the order of their weights.</summary>
+        public IReadOnlyList<string> Targets { get { return targets; } }
+
+        /// <summary>Reads Sliders.Count values and writes Targets.Count weights; allocates nothing.</summary>
+        public void Weights(double[] values, double[] weights)
+        {
+            for (var m = 0; m < places.Length; m++)
+            {
+                var t = 1.0;
+                foreach (var slider in drivers[m]) t *= Finite(values[slider]);
+                for (var k = 0; k < places[m].Length; k++) weights[places[m][k]] = Weight(m, k, t);
+            }
+        }
+
+        /// <summary>The same in single precision.</summary>
+        public void Weights(float[] values, float[] weights)
+        {
+            for (var m = 0; m < places.Length; m++)
+            {
+                var t = 1.0;
+                foreach (var slider in drivers[m]) t *= Finite(values[slider]);
+                for (var k = 0; k < places[m].Length; k++) weights[places[m][k]] = (float)Weight(m, k, t);
+            }
+        }
+
+        private double Weight(int morph, int k, double t)
+        {
+            var curve = curves[morph][k];
+            return (k == 0 ? t : 0) + (curve == null ? 0 : curve.At(t));
+        }
+
+        private static double Finite(double value)
+        {
+            return double.IsNaN(value) || double.IsInfinity(value) ? 0 : value;
+        }
+
+        private static IEnumerable<string> TargetsOf(Morph morph)
+        {
+            return new[] { morph.Target }.Concat(morph.Bends.Select(bend => bend.Key));
+        }
+
+        private static int Take(Dictionary<string, int> free, string target)
+        {
+            int place;
+            var found = free.TryGetValue(target, out place) && free.Remove(target);
+            ElastomorphException.Unless(found, "a morph target is missing or used twice: " + target);
+            return place;
+        }
+    }
+
+    /// <summary>
+    /// JSON as null, bool, double, string, List&lt;object&gt; and Dictionary&lt;string, object&gt;.
+    /// </summary>
+    public sealed class Json
+    {
+        private const int MostDepth = 64;
+        private const string Escapes = "\"\\/bfnrt", Escaped = "\"\\/\b\f\n\r\t";
+        private readonly string text;
+        private int at;
+
+        private Json(string text) { this.text = text; }
+
+        public static object Read(string text)
+        {
+            var reader = new Json(text);
+            var found = reader.Value(0);
+            Demand(reader.Peek() == '\0' && reader.at == text.Length);
+            return found;
+        }
+
+        private static void Demand(bool holds)
+        {
+            ElastomorphException.Unless(holds, "damaged JSON");
+        }
+
+        private char Peek()
+        {
+            while (at < text.Length && " \t\r\n".IndexOf(text[at]) >= 0) at++;
+            return at < text.Length ? text[at] : '\0';
+        }
+
+        private bool Take(char wanted)
+        {
+            var found = Peek() == wanted;
+            if (found) at++;
+            return found;
+        }
+
+        private bool Word(string wanted)
+        {
+            var found = string.CompareOrdinal(text, at, wanted, 0, wanted.Length) == 0;
+            if (found) at += wanted.Length;
+            return found;
+        }
+
+        private object Value(int depth)
+        {
+            Demand(depth <= MostDepth);
+            switch (Peek())
+            {
+                case '{': return Object(depth);
+                case '[': return List(depth);
+                case '"': return Text();
+            }
+            if (Word("null")) return null;
+            if (Word("true")) return true;
+            if (Word("false")) return false;
+            return Number();
+        }
+
+        private Dictionary<string, object> Object(int depth)
+        {
+            var made = new Dictionary<string, object>(StringComparer.Ordinal);
+            at++;
+            if (Take('}')) return made;
+            do
+            {
+                Demand(Peek() == '"');
+                var key = Text();
+                Demand(Take(':'));
+                made[key] = Value(depth + 1);
+            } while (Take(','));
+            Demand(Take('}'));
+            return made;
+        }
+
+        private List<object> List(int depth)
+        {
+            var made = new List<object>();
+            at++;
+            if (Take(']')) return made;
+            do made.Add(Value(depth + 1)); while (Take(','));
+            Demand(Take(']'));
+            return made;
+        }
+
+        private double Number()
+        {
+            var start = at;
+            while (at < text.Length && "+-.0123456789eE".IndexOf(text[at]) >= 0) at++;
+            double found;
+            Demand(double.TryParse(
+                text.Substring(start, at - start), NumberStyles.Float, CultureInfo.InvariantCulture, out found));
+            Demand(!double.IsInfinity(found));
+            return found;
+        }
+
+        private string Text()
+        {
+            var made = new StringBuilder();
+            for (at++; at < text.Length && text[at] != '"'; at++)
+            {
+                if (text[at] != '\\')
+                {
+                    made.Append(text[at]);
+                    continue;
+                }
+                Demand(++at < text.Length);
+                var place = Escapes.IndexOf(text[at]);
+                if (place >= 0)
+                {
+                    made.Append(Escaped[place]);
+                    continue;
+                }
+                Demand(text[at] == 'u' && at + 4 < text.Length);
+                int code;
+                Demand(int.TryParse(
+                    text.Substring(at + 1, 4), NumberStyles.AllowHexSpecifier, CultureInfo.InvariantCulture, out code));
+                made.Append((char)code);
+                at += 4;
+            }
+            Demand(at++ < text.Length);
+            return made.ToString();
+        }
+    }
+}

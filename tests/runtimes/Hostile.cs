@@ -1,0 +1,44 @@
+// Reads extras cut short and changed everywhere: nothing but an ElastomorphException comes of it.
+using System;
+using System.IO;
+using System.Linq;
+using System.Text;
+using Elastomorph;
+
+internal static class Hostile
+{
+    private static int posed;
+
+    private static void Pose(string text)
+    {
+        try
+        {
+            var bender = Bender.FromJson(text);
+            bender.Weights(new float[bender.Sliders.Count], new float[bender.Targets.Count]);
+            posed++;
+        }
+        catch (ElastomorphException)
+        {
+        }
+    }
+
+    private static int Main(string[] words)
+    {
+        var text = File.ReadAllText(words[0]);
+        Pose(text);
+        if (posed != 1) return 1;
+        for (var end = 0; end < text.Length; end++) Pose(text.Substring(0, end));
+        if (posed != 1) return 2; // none of the shorter ones is complete
+        for (var at = 0; at < text.Length; at++)
+            foreach (var other in "\"\\{}[],9-\0\uffffu")
+            {
+                var changed = new StringBuilder(text);
+                changed[at] = other;
+                Pose(changed.ToString());
+            }
+        Pose(new string('[', 1000000));
+        Pose(string.Concat(Enumerable.Repeat("{\"a\":", 100000)));
+        Console.WriteLine(posed);
+        return 0;
+    }
+}
