@@ -97,7 +97,8 @@ class FoundMesh:
                 materials=self._labels(len(faces), material=True),
                 groups=self._labels(len(faces), material=False),
                 material_library=library if isinstance(library, str) else None,
-                source=Source(str(self._path)),
+                # a converter of glTF splits vertices where texture coordinates end
+                source=Source(str(self._path), split=True),
             )
 
     def shape(self, i: int, vertices: int) -> FoundShape:

@@ -1,0 +1,339 @@
+"""Bends the paths of a character in USD: a layer over its file, which stays as it is.
+
+UsdSkel plays a blend shape in straight pieces through its in-betweens, whose only input is the
+weight: animations of weights play bent without a change. In-betweens are those of all meshes that
+a target moves together, at the same weights, so that no seam between meshes opens.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from elastomorph.bending.plan import BentMorph, Plan, make_plan
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import read_bytes, replacing
+from elastomorph.io.usd.bent_shape import BentShape, bent_shape, straight_shape
+from elastomorph.io.usd.inbetweens import Placement, place_inbetweens
+from elastomorph.io.usd.layer import require_layer_path, require_other_file, write_layer
+from elastomorph.io.usd.original import (
+    OriginalFile,
+    OriginalMesh,
+    OriginalShape,
+    original_of,
+    read_original,
+)
+from elastomorph.model.morph import Morph
+from elastomorph.numbers import as_number
+from elastomorph.paths import Method
+from elastomorph.rig import Rig
+from elastomorph.rig.build import bare_rig
+from elastomorph.rig.welding import Welding
+
+__all__ = ["UsdBendReport", "UsdBentTarget", "bend_usd", "unbend_usd"]
+
+_TOLERANCE = 1e-3
+_OF_PATHS = 1e-5  # of the curved paths beside the in-betweens
+_MOST = 62  # in-betweens 1/64 apart
+
+
+@dataclass(frozen=True)
+class UsdBentTarget:
+    """What becomes of one target.
+
+    Attributes:
+        name: Its name.
+        method: That of its path, ``linear`` where it stays straight.
+        gain: Largest distance between its path and the straight line, as a fraction of D.
+        inbetweens: Weights of the in-betweens it gets, rising between 0 and 1.
+        error: Largest distance between the straight pieces that UsdSkel plays and the path, as a
+            fraction of D, for weights from 0 to 1.
+        bytes: Of the numbers that are added for it.
+        meshes: Paths of the meshes in which it bends.
+        note: Why it stays as it is, where it does.
+    """
+
+    name: str
+    method: str
+    gain: float
+    inbetweens: tuple[float, ...]
+    error: float
+    bytes: int
+    meshes: tuple[str, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class UsdBendReport:
+    """What a layer of bends holds, or would hold.
+
+    Attributes:
+        path: The character.
+        original: The file that the layer lies over: the same, unless that is a layer of bends.
+        output: The layer; None where nothing was written.
+        bytes: Size of the layer.
+        tolerance: The error asked for, as a fraction of D.
+        extent: D, the largest distance between two vertices that the targets move, in the unit of
+            the file.
+        targets: One entry a target, in the order of the file.
+        notes: What is not covered.
+    """
+
+    path: Path
+    original: Path
+    output: Path | None
+    bytes: int
+    tolerance: float
+    extent: float
+    targets: tuple[UsdBentTarget, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def bent(self) -> tuple[UsdBentTarget, ...]:
+        """The targets that bend."""
+        return tuple(target for target in self.targets if target.meshes)
+
+    @property
+    def error(self) -> float:
+        """The largest error of all targets, as a fraction of D."""
+        return max((target.error for target in self.targets), default=0.0)
+
+
+def bend_usd(
+    path: str | Path,
+    output: str | Path | None,
+    *,
+    method: str | Method | Mapping[str, str | Method] | None = None,
+    only: Collection[str] | None = None,
+    tolerance: float | None = None,
+    say: Callable[[str], None] = lambda _: None,
+) -> UsdBendReport:
+    """Write a layer that bends the blend shapes of a USD file.
+
+    The layer sublayers the file and overrides its BlendShape prims only: each gets the fewest
+    in-betweens that hold it within the tolerance of its path, and beside them the path itself,
+    which `elastomorph.read_rig` gives back. Targets that have in-betweens, or a path of
+    elastomorph's, keep them. A layer of bends is made anew from the file that it lies over.
+
+    Args:
+        path: A .usd, .usda, .usdc or .usdz file, or a layer that this function wrote.
+        output: The layer: .usda is text, .usdc and .usd are binary. None writes nothing and tells
+            what a binary one would be.
+        method: A method for all targets, or by name of the target; ``auto`` by default.
+        only: Names of the only targets that may bend.
+        tolerance: Of in-betweens, as a fraction of D; 0.001 by default.
+        say: Called with what is being done.
+
+    Raises:
+        MissingExtraError: usd-core is not installed.
+        ParameterError: A name or method is unknown, or the tolerance no number above 0.
+        FormatError: The file is damaged, has no blend shapes, or they lie in an instance.
+        FileError: A file is missing, cannot be read or written, or the output is an input.
+    """
+    allowed = as_number(_TOLERANCE if tolerance is None else tolerance, "the tolerance", above=0)
+    if output is not None:
+        require_layer_path(output)
+    original = read_original(path)
+    if output is not None:
+        require_other_file(output, original.path, original.files)
+    _require_reach(path, original)
+    bends = _Bends.planned(original, method, only, allowed, say)
+    shapes = list(bends.shapes(path if output is None else output))
+    if output is None:
+        with tempfile.TemporaryDirectory(prefix="elastomorph-") as folder:
+            size = write_layer(Path(folder) / "bends.usdc", original, shapes)
+    else:
+        size = write_layer(output, original, shapes)
+    return UsdBendReport(
+        Path(path),
+        original.path,
+        None if output is None else Path(output),
+        size,
+        allowed,
+        bends.plan.extent,
+        tuple(bends.targets(shapes)),
+        tuple(_notes(original)),
+    )
+
+
+def unbend_usd(path: str | Path, output: str | Path) -> Path:
+    """Copy the file that a layer of bends lies over, byte for byte; the path of that file.
+
+    Args:
+        path: A layer that `bend_usd` wrote.
+        output: The copy. A file that may name others stays in its folder; a package (.usdz) may go
+            anywhere.
+
+    Raises:
+        MissingExtraError: usd-core is not installed.
+        FormatError: It is no such layer, or the copy would be no file of the same kind.
+        FileError: A file is missing, cannot be read or written, or the output is an input.
+    """
+    original, files = original_of(path)
+    suffix = original.suffix.lower()
+    if Path(output).suffix.lower() != suffix:
+        raise FormatError(
+            output, f"the original is {original.name}, which is as it was; name a {suffix} file"
+        )
+    require_other_file(output, original, files)
+    if suffix != ".usdz" and Path(output).resolve().parent != original.parent:
+        raise FormatError(
+            output,
+            f"the original is {original}, which is as it was and may name files beside it; use it "
+            "there, or name a copy in its folder",
+        )
+    content = read_bytes(original)
+    with replacing(output) as file:
+        file.write(content)
+    return original
+
+
+def _require_reach(path: str | Path, original: OriginalFile) -> None:
+    """Refuse blend shapes that no layer can override."""
+    for mesh in original.meshes:
+        for shape in mesh.shapes:
+            if shape.instance is not None:
+                raise FormatError(
+                    path,
+                    f"{shape.prim} lies in the instance {shape.instance}, and nothing in an "
+                    "instance can be overridden; bend the file that it refers to, or make the "
+                    "instance a plain reference (instanceable = false)",
+                )
+
+
+def _notes(original: OriginalFile) -> Iterator[str]:
+    variants = {own for mesh in original.meshes for shape in mesh.shapes for own in shape.variants}
+    if variants:
+        yield (
+            f"only the selected variants ({', '.join(sorted(variants))}) are bent; the blend "
+            "shapes of others stay straight"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Bends:
+    """The paths of a file, and where their in-betweens are."""
+
+    original: OriginalFile
+    welding: Welding
+    plan: Plan
+    kept: frozenset[str]  # Morphs with in-betweens or paths in the file
+    placements: Mapping[str, Placement]  # Of the morphs that bend
+    asked: frozenset[str]  # Morphs that may bend
+
+    @classmethod
+    def planned(
+        cls,
+        original: OriginalFile,
+        method: str | Method | Mapping[str, str | Method] | None,
+        only: Collection[str] | None,
+        tolerance: float,
+        say: Callable[[str], None],
+    ) -> _Bends:
+        rig = original.rig
+        shapes = [shape for mesh in original.meshes for shape in mesh.shapes]
+        kept = frozenset(shape.name for shape in shapes if shape.has_path)
+        welding = Welding.of(rig.neutral, [m.target.vertices for m in rig.morphs.values()])
+        ends = {name: welding.mesh(morph.target) for name, morph in rig.morphs.items()}
+        moving = bare_rig(welding.neutral, ends)
+        names = _names(only, moving)
+        free = [name for name in names if name not in kept]
+        paths = min(_OF_PATHS, tolerance)
+        plan = make_plan(moving, method, only=free, tolerance=paths, say=say)
+        within = tolerance * plan.extent / (welding.neutral.diameter or 1.0)
+        say(f"Placing in-betweens for {len(plan.bent)} targets")
+        placements = {
+            own.name: place_inbetweens(own.morph, tolerance=within, most=_MOST) for own in plan.bent
+        }
+        return cls(original, welding, plan, kept, placements, frozenset(names))
+
+    def shapes(self, output: str | Path) -> Iterator[BentShape]:
+        """What the layer says of each blend shape of which it says something."""
+        bent = {own.name: own for own in self.plan.bent}
+        known: dict[str, BentShape] = {}
+        whole: dict[str, Morph] = {}
+        for mesh in self.original.meshes:
+            for shape in mesh.shapes:
+                if shape.name in self.kept:
+                    continue
+                if shape.name in bent and shape.name not in whole:
+                    whole[shape.name] = self._whole(bent[shape.name])
+                own = self._shape(output, mesh, shape, whole.get(shape.name))
+                if shape.prim not in known:
+                    known[shape.prim] = own
+                    yield own
+                else:
+                    _require_same(self.original, known[shape.prim], own)
+
+    def _whole(self, bent: BentMorph) -> Morph:
+        rig = self.original.rig
+        target = rig.morphs[bent.name].target
+        return self.welding.morph(rig.neutral, target, bent.morph)
+
+    def _shape(
+        self, output: str | Path, mesh: OriginalMesh, shape: OriginalShape, morph: Morph | None
+    ) -> BentShape:
+        if morph is None:
+            return straight_shape(output, shape, self.plan.rig.morphs[shape.name])
+        weights = self.placements[shape.name].weights
+        return bent_shape(output, mesh, shape, morph, weights, self.plan.extent)
+
+    def targets(self, shapes: list[BentShape]) -> Iterator[UsdBentTarget]:
+        """What becomes of each target."""
+        bent = {own.name: own for own in self.plan.bent}
+        scale = (self.welding.neutral.diameter or 1.0) / (self.plan.extent or 1.0)
+        added: dict[str, list[BentShape]] = {}
+        for shape in shapes:
+            if shape.bent:
+                added.setdefault(shape.original.name, []).append(shape)
+        meshes = {shape.prim: mesh.path for mesh in self.original.meshes for shape in mesh.shapes}
+        for name in self.original.rig.morphs:
+            if name not in bent:
+                yield UsdBentTarget(name, "linear", 0.0, (), 0.0, 0, (), self._why(name))
+                continue
+            own, placement = added.get(name, []), self.placements[name]
+            yield UsdBentTarget(
+                name,
+                bent[name].morph.method,
+                bent[name].gain,
+                tuple(placement.weights.tolist()),
+                placement.error * scale,
+                sum(shape.bytes for shape in own),
+                tuple(meshes[shape.original.prim] for shape in own),
+            )
+
+    def _why(self, name: str) -> str:
+        if name in self.kept:
+            return "keeps the in-betweens it has"
+        if name not in self.asked:
+            return "not asked for"
+        choice = self.plan.rig.morphs[name].choice
+        return "straight" if choice is None else choice.text
+
+
+def _names(only: Collection[str] | None, rig: Rig) -> list[str]:
+    """The morphs that may bend."""
+    if only is None:
+        return list(rig.morphs)
+    if isinstance(only, str):
+        raise ParameterError(f"only is a list of names, such as [{only!r}], found a text")
+    for name in only:
+        rig.sliders.require(name, tuple(rig.morphs))
+    return [name for name in rig.morphs if name in set(only)]
+
+
+def _require_same(original: OriginalFile, one: BentShape, other: BentShape) -> None:
+    """Refuse a blend shape of two meshes that would have to bend in two ways."""
+    same = one.offsets.shape == other.offsets.shape and np.allclose(
+        one.offsets, other.offsets, rtol=0, atol=1e-5 * float(np.abs(one.offsets).max(initial=0))
+    )
+    if not same:
+        raise FormatError(
+            original.path,
+            f"several meshes share the blend shape {one.original.prim} and would bend it in "
+            "different ways; give each mesh its own",
+        )
