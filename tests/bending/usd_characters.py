@@ -153,11 +153,11 @@ def character(path: Path, **options: Any) -> Path:
     return path
 
 
-def played(path: Path, mesh: str, weights: Mapping[str, float]) -> np.ndarray:
-    """(N, 3) points of a mesh in its own space, by UsdSkel, weights by names of prims."""
+def played(source: Any, mesh: str, weights: Mapping[str, float]) -> np.ndarray:
+    """(N, 3) points of a mesh of a stage or file, by UsdSkel, weights by names of prims."""
     from pxr import Usd, UsdGeom, UsdSkel, Vt
 
-    stage = Usd.Stage.Open(str(path))
+    stage = Usd.Stage.Open(str(source)) if isinstance(source, Path) else source
     prim = stage.GetPrimAtPath(mesh)
     query = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
     names = [target.name for target in prim.GetRelationship("skel:blendShapeTargets").GetTargets()]
@@ -176,9 +176,10 @@ def played(path: Path, mesh: str, weights: Mapping[str, float]) -> np.ndarray:
 
 
 def complaints(path: Path) -> list[str]:
-    """What all validators of USD say about a file."""
+    """What all validators of USD say about a file, whatever its name."""
     from pxr import Usd, UsdValidation
 
     known = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     found = UsdValidation.ValidationContext(known).Validate(Usd.Stage.Open(str(path)))
-    return sorted({f"{error.GetName()}: {error.GetMessage()}" for error in found})
+    said = {f"{error.GetName()}: {error.GetMessage()}" for error in found}
+    return sorted(sentence.replace(str(path), "") for sentence in said)
