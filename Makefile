@@ -11,7 +11,7 @@ DEV_READY := $(VENV)/.dev
 INSTALLED := $(VENV)/.installed
 WEB_READY := web/node_modules/.ready
 
-.PHONY: demo test check house processors docs format page coverage requirements clean
+.PHONY: demo test check house processors docs format page coverage blender test-blender requirements clean
 # One environment, which no two installations may change at once.
 .NOTPARALLEL:
 
@@ -57,6 +57,14 @@ coverage: $(DEV_READY) $(INSTALLED) $(WEB_READY)
 	$(BIN)/coverage report --include '*/elastomorph/io/*' --format=markdown
 	$(BIN)/coverage report --format=total
 
+# The extension for Blender, one .zip for all systems, into out/blender: Blender installs it from disk.
+blender: $(DEMO_READY)
+	$(BIN)/python integrations/blender/build.py
+
+# It is tested in Blender as a Python module, in an environment of its own.
+test-blender:
+	integrations/blender/test.sh
+
 # What the demo needs, in an environment made anew when any pinned version changes.
 $(DEMO_READY): requirements/demo.txt requirements/dev.txt
 	$(PYTHON) -m venv --clear $(VENV)
@@ -91,4 +99,4 @@ requirements:
 	  --constraints requirements/dev.txt pyproject.toml - --output-file requirements/demo.txt
 
 clean:
-	rm -rf $(VENV) web/node_modules out .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .venv-blender web/node_modules out .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis

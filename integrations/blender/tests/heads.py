@@ -1,0 +1,121 @@
+"""Heads in the scene, and where their vertices are when Blender has evaluated everything."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+import bpy
+import numpy as np
+
+
+@cache
+def built_in(*names: str):
+    """Some targets of the built-in head, or all, as Blender stores them; with paths."""
+    import elastomorph as em
+
+    rig = em.read_rig("built-in")
+    chosen = names or tuple(rig.morphs)
+    return with_paths(single(rig.neutral), {name: single(rig[name].target) for name in chosen})
+
+
+def with_paths(neutral, targets, method: str = "auto"):
+    """A rig with the paths that a character gets."""
+    from elastomorph.bending.plan import make_plan
+    from elastomorph.rig.build import bare_rig
+
+    return make_plan(bare_rig(neutral, targets), method).rig
+
+
+def single(mesh):
+    """A mesh at positions in single precision."""
+    return mesh.with_vertices(mesh.vertices.astype(np.float32))
+
+
+def add_head(
+    rig, name: str = "Head", kept: np.ndarray | None = None, names: Sequence[str] = ()
+) -> bpy.types.Object:
+    """An object with the neutral and the targets of a rig, or those of its vertices to be kept."""
+    own = np.arange(len(rig.neutral.vertices)) if kept is None else np.flatnonzero(kept)
+    number = np.full(len(rig.neutral.vertices), -1)
+    number[own] = np.arange(len(own))
+    faces = [number[face].tolist() for face in rig.neutral.faces if (number[face] >= 0).all()]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(rig.neutral.vertices[own].tolist(), [], faces)
+    thing = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(thing)
+    thing.shape_key_add(name="Basis")
+    for target in names or rig.morphs:
+        block = thing.shape_key_add(name=target, from_mix=False)
+        positions = rig[target].target.vertices[own]
+        block.data.foreach_set("co", positions.astype(np.float32).ravel())
+        block.value = 0.0
+    select(thing)
+    return thing
+
+
+def select(*things: bpy.types.Object) -> None:
+    """Select these objects only; the first is active."""
+    for other in bpy.context.view_layer.objects:
+        other.select_set(False)
+    for thing in things:
+        thing.select_set(True)
+    bpy.context.view_layer.objects.active = things[0]
+
+
+def set_weights(thing: bpy.types.Object, weights: Mapping[str, float]) -> None:
+    """Set the sliders of the keys that an object has."""
+    for name, weight in weights.items():
+        block = thing.data.shape_keys.key_blocks.get(name)
+        if block is not None:
+            block.slider_min = min(block.slider_min, weight)
+            block.slider_max = max(block.slider_max, weight)
+            block.value = weight
+
+
+def settle(*keys: bpy.types.Key) -> None:
+    """Evaluate drivers twice.
+
+    Once in some ten thousand times Blender 5.0 evaluates a driver before what it reads from the
+    same data-block, whoever made the driver, and shows the moment before.
+    """
+    graph = bpy.context.evaluated_depsgraph_get()
+    graph.update()
+    for own in keys:
+        own.update_tag()
+    graph.update()
+
+
+def evaluated(*things: bpy.types.Object) -> np.ndarray:
+    """(V, 3) positions in the world, as Blender draws them."""
+    settle(*(thing.data.shape_keys for thing in things))
+    graph = bpy.context.evaluated_depsgraph_get()
+    found = []
+    for thing in things:
+        shown = thing.evaluated_get(graph)
+        flat = np.empty(3 * len(shown.data.vertices), dtype=np.float32)
+        shown.data.vertices.foreach_get("co", flat)
+        to_world = np.array(shown.matrix_world)
+        found.append(flat.reshape(-1, 3).astype(float) @ to_world[:3, :3].T + to_world[:3, 3])
+    return np.concatenate(found)
+
+
+def set_keyframes(thing: bpy.types.Object, weights: Mapping[str, Sequence[float]]) -> None:
+    """Weights of frames 1, 2, … as keyframes, as an animator would set them."""
+    blocks = thing.data.shape_keys.key_blocks
+    for name, values in weights.items():
+        for frame, value in enumerate(values, start=1):
+            blocks[name].slider_min = min(blocks[name].slider_min, float(value))
+            blocks[name].slider_max = max(blocks[name].slider_max, float(value))
+            blocks[name].value = value
+            blocks[name].keyframe_insert("value", frame=frame)
+
+
+def apart(found: np.ndarray, expected: np.ndarray, rig) -> float:
+    """The largest distance between vertices, as a part of the extent of the face."""
+    from elastomorph.rig.build import extent_of
+
+    return float(np.linalg.norm(found - expected, axis=1).max()) / extent_of(rig)
+
+
+def bend_keys(thing: bpy.types.Object) -> list[str]:
+    """Names of the keys of an object that are bends."""
+    return [block.name for block in thing.data.shape_keys.key_blocks if ".bend" in block.name]

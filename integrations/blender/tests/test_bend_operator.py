@@ -1,0 +1,242 @@
+"""*Bend Shape Keys* and *Remove Bends*: what Blender shows is what elastomorph computes."""
+
+import bpy
+import numpy as np
+import pytest
+from heads import (
+    add_head,
+    apart,
+    bend_keys,
+    built_in,
+    evaluated,
+    select,
+    set_keyframes,
+    set_weights,
+    with_paths,
+)
+from mathutils import Matrix
+
+SOME = ("jawOpen", "eyeBlink_L", "mouthSmile_L", "browInnerUp", "cheekPuff")
+CLOSE = 1e-5
+"""Of D."""
+
+
+def random_weights(names, frames: int = 12, least: float = 0.0, most: float = 1.0):
+    """Weights of some frames, the same in every run, as single precision holds them."""
+    table = np.random.default_rng(7).uniform(least, most, (frames, len(names)))
+    return dict(zip(names, table.astype(np.float32).T, strict=True))
+
+
+def frames_apart(things, rig, weights) -> float:
+    """The largest distance between what Blender shows and the rig, over all frames."""
+    count = len(next(iter(weights.values())))
+    worst = 0.0
+    for frame in range(count):
+        bpy.context.scene.frame_set(frame + 1)
+        now = {name: float(values[frame]) for name, values in weights.items()}
+        worst = max(worst, apart(evaluated(*things), rig.pose(now), rig))
+    return worst
+
+
+def test_every_frame_is_the_pose_of_the_rig():
+    """All targets of the built-in head at once, stored as closely as single precision can."""
+    rig = built_in()
+    head = add_head(rig)
+    weights = random_weights(rig.names, 8)
+    set_keyframes(head, weights)
+    straight = frames_apart([head], rig, weights)
+    assert bpy.ops.elastomorph.bend(tolerance=1e-7) == {"FINISHED"}
+    assert frames_apart([head], rig, weights) < CLOSE
+    assert straight > 100 * CLOSE  # the bends are what makes it so
+
+
+def test_each_target_is_within_the_tolerance():
+    rig = built_in()
+    head = add_head(rig)
+    bpy.ops.elastomorph.bend()
+    for name in {bend.rpartition(".")[0] for bend in bend_keys(head)}:
+        for t in (0.2, 0.5, 0.8, 1.0):
+            set_weights(head, {name: t})
+            assert apart(evaluated(head), rig.pose({name: t}), rig) < 1.1 * CLOSE
+        set_weights(head, {name: 0.0})
+
+
+def test_paths_go_on_straight_beyond_their_ends():
+    rig = built_in(*SOME)
+    head = add_head(rig)
+    weights = random_weights(SOME, 12, -0.5, 1.5)
+    set_keyframes(head, weights)
+    bpy.ops.elastomorph.bend()
+    assert frames_apart([head], rig, weights) < CLOSE
+
+
+@pytest.mark.parametrize("method", ["arc", "beam:3", "plate:2", "cosine", "ease:3"])
+def test_each_method_is_as_elastomorph_computes_it(method):
+    known = built_in("jawOpen", "mouthSmile_L")
+    targets = {name: known[name].target for name in known.names}
+    rig = with_paths(known.neutral, targets, method)
+    head = add_head(rig)
+    weights = random_weights(known.names, 6)
+    set_keyframes(head, weights)
+    assert bpy.ops.elastomorph.bend(method=method) == {"FINISHED"}
+    assert frames_apart([head], rig, weights) < CLOSE
+
+
+def test_drivers_need_no_permission_to_run_scripts():
+    rig = built_in()
+    head = add_head(rig)
+    bpy.ops.elastomorph.bend()
+    drivers = head.data.shape_keys.animation_data.drivers
+    assert len(drivers) == 2 * len(bend_keys(head))  # of the weight, and of being muted
+    for followed in drivers:
+        driver = followed.driver
+        assert driver.type == "SUM" or driver.is_simple_expression
+        assert driver.is_valid
+
+
+def test_bending_again_replaces_bends():
+    rig = built_in("jawOpen", "eyeBlink_L")
+    head = add_head(rig)
+    bpy.ops.elastomorph.bend()
+    first = bend_keys(head)
+    bpy.ops.elastomorph.bend(method="cosine")
+    bpy.ops.elastomorph.bend()
+    assert bend_keys(head) == first
+    assert len(head.data.shape_keys.animation_data.drivers) == 2 * len(first)
+    head.data.shape_keys.key_blocks[first[0]].name = "renamed"
+    bpy.ops.elastomorph.bend()
+    assert bend_keys(head) == first
+    assert "renamed" not in head.data.shape_keys.key_blocks
+
+
+def test_one_key_leaves_the_others_as_they_are():
+    rig = built_in("jawOpen", "eyeBlink_L")
+    head = add_head(rig)
+    head.active_shape_key_index = 1
+    assert head.active_shape_key.name == "jawOpen"
+    bpy.ops.elastomorph.bend(keys="ACTIVE")
+    assert {name.partition(".")[0] for name in bend_keys(head)} == {"jawOpen"}
+    head.active_shape_key_index = 2
+    bpy.ops.elastomorph.bend(keys="ACTIVE")
+    assert {name.partition(".")[0] for name in bend_keys(head)} == {"jawOpen", "eyeBlink_L"}
+    bpy.ops.elastomorph.remove(keys="ACTIVE")
+    assert {name.partition(".")[0] for name in bend_keys(head)} == {"jawOpen"}
+    set_weights(head, {"jawOpen": 0.5})
+    assert apart(evaluated(head), rig.pose({"jawOpen": 0.5}), rig) < CLOSE
+
+
+def test_removed_bends_leave_nothing():
+    rig = built_in("jawOpen", "eyeBlink_L")
+    head = add_head(rig)
+    before = [block.name for block in head.data.shape_keys.key_blocks]
+    bpy.ops.elastomorph.bend()
+    bpy.ops.elastomorph.remove()
+    keys = head.data.shape_keys
+    assert [block.name for block in keys.key_blocks] == before
+    assert not len(keys.animation_data.drivers)
+    assert not [*keys.keys()]
+    set_weights(head, {"jawOpen": 0.5})
+    straight = rig.neutral.vertices + 0.5 * rig["jawOpen"].delta
+    assert apart(evaluated(head), straight, rig) < 1e-6
+
+
+def test_two_objects_are_one_face():
+    """Cut off the lower jaw: it still follows the joint it shares with the rest."""
+    rig = built_in("jawOpen", "mouthSmile_L")
+    moves = np.linalg.norm(rig["jawOpen"].delta, axis=1)
+    lower = moves > 0.5 * moves.max()
+    head, jaw = add_head(rig, kept=~lower), add_head(rig, "Jaw", lower)
+    # Objects of their own place, turn and scale: what counts is where they are in the world.
+    placing = (
+        Matrix.Translation((1, 2, 3))
+        @ Matrix.Rotation(0.7, 4, "X")
+        @ Matrix.Diagonal((2, 1, 0.5, 1))
+    )
+    jaw.data.transform(placing.inverted(), shape_keys=True)
+    jaw.matrix_world = placing
+    select(head, jaw)
+    assert bpy.ops.elastomorph.bend() == {"FINISHED"}
+    assert bend_keys(head)
+    assert bend_keys(jaw)
+    import elastomorph as em
+
+    order = np.concatenate([np.flatnonzero(~lower), np.flatnonzero(lower)])
+    number = np.argsort(order)
+    faces = [
+        number[face] for part in (~lower, lower) for face in rig.neutral.faces if part[face].all()
+    ]
+    neutral = em.Mesh(rig.neutral.vertices[order], faces)
+    targets = {n: neutral.with_vertices(rig[n].target.vertices[order]) for n in rig.names}
+    cut = with_paths(neutral, targets)
+    for t in (0.3, 0.6, 1.0):
+        weights = {"jawOpen": t, "mouthSmile_L": 1 - t}
+        set_weights(head, weights)
+        set_weights(jaw, weights)
+        assert apart(evaluated(head, jaw), cut.pose(weights), cut) < CLOSE
+
+
+def test_saved_and_loaded_it_is_the_same(tmp_path):
+    rig = built_in("jawOpen", "eyeBlink_L")
+    head = add_head(rig)
+    weights = random_weights(rig.names, 5)
+    set_keyframes(head, weights)
+    bpy.ops.elastomorph.bend()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "head.blend"))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "head.blend"), use_scripts=False)
+    loaded = bpy.data.objects["Head"]
+    assert frames_apart([loaded], rig, weights) < CLOSE
+    select(loaded)
+    count = len(bend_keys(loaded))
+    bpy.ops.elastomorph.bend()
+    assert len(bend_keys(loaded)) == count
+
+
+def test_undone_it_is_as_before():
+    rig = built_in("jawOpen", "eyeBlink_L")
+    add_head(rig)
+    bpy.ops.ed.undo_push(message="before")
+    bpy.ops.elastomorph.bend()
+    bpy.ops.ed.undo_push(message="bent")  # what Blender does after an operator that a user runs
+    assert bend_keys(bpy.data.objects["Head"])
+    bpy.ops.ed.undo()
+    assert not bend_keys(bpy.data.objects["Head"])
+    bpy.ops.ed.redo()
+    head = bpy.data.objects["Head"]
+    set_weights(head, {"jawOpen": 0.5})
+    assert apart(evaluated(head), rig.pose({"jawOpen": 0.5}), rig) < CLOSE
+
+
+def test_a_muted_key_mutes_its_bends():
+    rig = built_in("jawOpen")
+    head = add_head(rig)
+    bpy.ops.elastomorph.bend()
+    set_weights(head, {"jawOpen": 0.5})
+    head.data.shape_keys.key_blocks["jawOpen"].mute = True
+    assert apart(evaluated(head), rig.neutral.vertices, rig) < 1e-7
+    head.data.shape_keys.key_blocks["jawOpen"].mute = False
+    assert apart(evaluated(head), rig.pose({"jawOpen": 0.5}), rig) < CLOSE
+
+
+def test_vertex_groups_and_relative_keys_count():
+    """The target is what the key adds: from its relative key, within its vertex group."""
+    rig = built_in("jawOpen", "browInnerUp")
+    head = add_head(rig)
+    blocks = head.data.shape_keys.key_blocks
+    x = rig.neutral.vertices[:, 0]
+    shares = np.clip(0.5 + x / np.ptp(x), 0, 1).astype(np.float32)
+    group = head.vertex_groups.new(name="left")
+    for vertex, share in enumerate(shares):
+        group.add([vertex], float(share), "REPLACE")
+    blocks["jawOpen"].vertex_group = "left"
+    both = rig["jawOpen"].delta + rig["browInnerUp"].delta + rig.neutral.vertices
+    blocks["jawOpen"].data.foreach_set("co", both.astype(np.float32).ravel())
+    blocks["jawOpen"].relative_key = blocks["browInnerUp"]
+    bpy.ops.elastomorph.bend()
+    neutral = rig.neutral
+    half = neutral.with_vertices(neutral.vertices + shares[:, None] * rig["jawOpen"].delta)
+    shown = with_paths(neutral, {"jawOpen": half, "browInnerUp": rig["browInnerUp"].target})
+    for t in (0.25, 0.5, 1.0):
+        set_weights(head, {"jawOpen": t, "browInnerUp": 1 - t})
+        expected = shown.pose({"jawOpen": t, "browInnerUp": 1 - t})
+        assert apart(evaluated(head), expected, shown) < CLOSE
