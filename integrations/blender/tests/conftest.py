@@ -38,6 +38,10 @@ def installed(extension: Path) -> None:
     assert "FINISHED" in bpy.ops.extensions.package_install_files(
         filepath=str(extension), repo="user_default", enable_on_install=True
     )
+    # Readers that run in processes of their own, such as that of FBX, start from the same package.
+    import elastomorph
+
+    os.environ["PYTHONPATH"] = str(Path(elastomorph.__file__).parent.parent)
 
 
 @pytest.fixture(autouse=True)

@@ -30,6 +30,19 @@ def single(mesh):
     return mesh.with_vertices(mesh.vertices.astype(np.float32))
 
 
+def split(rig, lower):
+    """The rig in two parts, with no polygon between them."""
+    import elastomorph as em
+
+    order = np.concatenate([np.flatnonzero(~lower), np.flatnonzero(lower)])
+    number = np.argsort(order)
+    parts = (~lower, lower)
+    faces = [number[f] for part in parts for f in rig.neutral.faces if part[f].all()]
+    neutral = em.Mesh(rig.neutral.vertices[order], faces)
+    targets = {n: neutral.with_vertices(rig[n].target.vertices[order]) for n in rig.morphs}
+    return with_paths(neutral, targets)
+
+
 def add_head(
     rig, name: str = "Head", kept: np.ndarray | None = None, names: Sequence[str] = ()
 ) -> bpy.types.Object:
@@ -86,7 +99,7 @@ def settle(*keys: bpy.types.Key) -> None:
 
 def evaluated(*things: bpy.types.Object) -> np.ndarray:
     """(V, 3) positions in the world, as Blender draws them."""
-    settle(*(thing.data.shape_keys for thing in things))
+    settle(*(t.data.shape_keys for t in things if t.data.shape_keys))
     graph = bpy.context.evaluated_depsgraph_get()
     found = []
     for thing in things:

@@ -12,6 +12,7 @@ from heads import (
     select,
     set_keyframes,
     set_weights,
+    split,
     with_paths,
 )
 from mathutils import Matrix
@@ -158,16 +159,7 @@ def test_two_objects_are_one_face():
     assert bpy.ops.elastomorph.bend() == {"FINISHED"}
     assert bend_keys(head)
     assert bend_keys(jaw)
-    import elastomorph as em
-
-    order = np.concatenate([np.flatnonzero(~lower), np.flatnonzero(lower)])
-    number = np.argsort(order)
-    faces = [
-        number[face] for part in (~lower, lower) for face in rig.neutral.faces if part[face].all()
-    ]
-    neutral = em.Mesh(rig.neutral.vertices[order], faces)
-    targets = {n: neutral.with_vertices(rig[n].target.vertices[order]) for n in rig.names}
-    cut = with_paths(neutral, targets)
+    cut = split(rig, lower)
     for t in (0.3, 0.6, 1.0):
         weights = {"jawOpen": t, "mouthSmile_L": 1 - t}
         set_weights(head, weights)
