@@ -1,0 +1,71 @@
+"""three.js, Babylon.js and Blender show characters as the specification of glTF says.
+
+Needs Node.js and the packages of ``web``; Blender is skipped where it is not installed, see
+``make test-blender``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from acceptance.clips import key_times, played
+from acceptance.gltf_file import GltfFile
+from acceptance.players import PLAYERS, Request, as_shown, command, plain, shown
+from acceptance.posing import Pose, Scene
+from character_makers import make
+from needs import NO_NODE
+
+# What single precision leaves of a head 0.2 m high, 1.6 m above the ground, in metres.
+ROUNDED = 1e-6
+
+
+@pytest.fixture(params=PLAYERS)
+def player(request: pytest.FixtureRequest) -> str:
+    """The name of an installed program."""
+    name = str(request.param)
+    if command(name) is None:
+        pytest.skip(
+            "needs Blender as a module: 'make test-blender'" if name == "Blender" else NO_NODE
+        )
+    return name
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["placed-files", "mirrored-embedded", "posed", "separate", "shared-vertices", "quantized"],
+)
+def test_it_shows_morph_targets_nodes_and_skins(name: str, player: str, tmp_path: Path) -> None:
+    scene = Scene(GltfFile.read(make(name, tmp_path)))
+    random = np.random.default_rng(1)
+    weights = {node: random.random(scene.count(node)) for node in scene.faces}
+    file = plain(scene.file, tmp_path / "plain.glb")
+    (found,) = shown(player, file, [Request(weights)], tmp_path)
+    expected = as_shown(scene, player, Pose(weights))
+    assert list(found) == list(expected)
+    for node, rows in expected.items():
+        assert np.abs(found[node] - rows).max() <= ROUNDED
+
+
+def test_it_plays_clips_at_keys_and_between(player: str, tmp_path: Path) -> None:
+    scene = Scene(GltfFile.read(make("skinned", tmp_path)))
+    names = ["step", "linear", "cubic", "shared"]
+    if player == "Blender":  # it drops the tangents
+        names.remove("cubic")
+    clips = [own["name"] for own in scene.file.animations]
+    rest = {node: scene.weights(node, Pose()) for node in scene.faces}
+    asked = []
+    for clip in map(clips.index, names):
+        keys = key_times(scene.file, clip)
+        moments = [*keys, *((keys[:-1] + 2 * keys[1:]) / 3)]
+        asked += [Request(rest, clip, t) for t in moments]
+    file = plain(scene.file, tmp_path / "plain.glb")
+    for request, found in zip(asked, shown(player, file, asked, tmp_path), strict=True):
+        assert request.clip is not None
+        pose = played(scene, request.clip, request.time)
+        pose.weights = rest | pose.weights
+        for node, rows in as_shown(scene, player, pose).items():
+            where = (clips[request.clip], request.time, node)
+            assert np.abs(found[node] - rows).max() <= ROUNDED, where
