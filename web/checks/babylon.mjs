@@ -30,7 +30,7 @@ const meshes = scene.meshes.filter((mesh) => mesh.morphTargetManager?.numTargets
 if (meshes.length === 0) throw new Error(`${path} has no mesh with morph targets`);
 const slider = new Map(weights.map(([name, t]) => [name, Number(t)]));
 for (const mesh of meshes) {
-  const nameOf = new Map(mesh.metadata.elastomorph.morphs.map((m) => [m.target, m.name]));
+  const nameOf = new Map((mesh.metadata?.elastomorph?.morphs ?? []).map((m) => [m.target, m.name]));
   for (let i = 0; i < mesh.morphTargetManager.numTargets; i += 1) {
     const target = mesh.morphTargetManager.getTarget(i);
     target.influence = slider.get(nameOf.get(target.name) ?? target.name) ?? 0;

@@ -24,7 +24,7 @@ async function load(path) {
 // As a player without bends would set them, and then the bends.
 function setWeights(meshes, weights) {
   for (const mesh of meshes) {
-    const nameOf = new Map(mesh.userData.elastomorph.morphs.map((m) => [m.target, m.name]));
+    const nameOf = new Map((mesh.userData.elastomorph?.morphs ?? []).map((m) => [m.target, m.name]));
     for (const [target, i] of Object.entries(mesh.morphTargetDictionary))
       mesh.morphTargetInfluences[i] = weights.get(nameOf.get(target) ?? target) ?? 0;
     bendMesh(mesh);
