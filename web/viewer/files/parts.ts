@@ -1,10 +1,11 @@
 // The triangles of a file, sorted into parts that look alike.
-import type { Part } from '../types/model';
+import type { Part, Skin } from '../types/model';
 import { componentsOf } from './components';
 import { isEntry, type GltfDocument } from './document';
 import { eyeOf } from './eyes';
 import { linear, LOOKS, partOfName, type PartKind } from './looks';
 import type { Polygons } from './polygons';
+import { PLAIN } from './skins';
 import type { Piece, Surface } from './surface';
 
 export interface SortedParts {
@@ -55,6 +56,38 @@ export function sortedParts(
   attachShells(all, ofTriangle, labels, component);
   drawIrises(surface.neutral, all, ofTriangle, labels, component);
   return gathered(all, ofTriangle, labels);
+}
+
+/** Parts by material, of a file that says how each of them looks; what blends comes last. */
+export function dressedParts(
+  file: GltfDocument,
+  surface: Surface,
+  skins: readonly Skin[],
+): SortedParts {
+  const materials = [...new Set(surface.pieces.map(({ material }) => material))];
+  const skinOf = (material: number | null) => skins[material ?? -1] ?? PLAIN;
+  materials.sort(
+    (a, b) => Number(skinOf(a).opacity === 'blend') - Number(skinOf(b).opacity === 'blend'),
+  );
+  const total = surface.pieces.reduce((sum, piece) => sum + piece.triangles.length, 0);
+  const triangles = new Uint32Array(total);
+  const parts: Part[] = [];
+  let place = 0;
+  for (const material of materials) {
+    const start = place;
+    const pieces = surface.pieces.filter((piece) => piece.material === material);
+    for (const piece of pieces) {
+      triangles.set(piece.triangles, place);
+      place += piece.triangles.length;
+    }
+    const { name } = materialOf(file, pieces[0]!);
+    const skin = skinOf(material);
+    const [r, g, b] = skin.colour;
+    const shine = LOOKS[partOfName(name || pieces[0]!.group)].shine;
+    const part = { name: name || pieces[0]!.group, start, count: place - start };
+    if (part.count > 0) parts.push({ ...part, colour: [r, g, b], shine, shown: true, skin });
+  }
+  return { triangles, parts };
 }
 
 function labelOf(

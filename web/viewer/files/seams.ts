@@ -3,9 +3,10 @@ import type { Surface } from './surface';
 
 /**
  * (V,) the first vertex at the same place that has the same normal and moves alike in every morph
- * target. What only touches at rest, as closed lips do, or has a hard edge, stays apart.
+ * target. What only touches at rest, as closed lips do, or has a hard edge, stays apart: normals
+ * are the same where the cosine between them is at least `alike`.
  */
-export function seamsOf({ neutral, normals, targets }: Surface): Uint32Array {
+export function seamsOf({ neutral, normals, targets }: Surface, alike = 0.999): Uint32Array {
   const bits = new Uint32Array(neutral.buffer, neutral.byteOffset, neutral.length);
   const atPlace = new Map<string, number[]>();
   const seams = new Uint32Array(neutral.length / 3);
@@ -14,7 +15,7 @@ export function seamsOf({ neutral, normals, targets }: Surface): Uint32Array {
     const others = atPlace.get(place);
     const same = others?.find(
       (other) =>
-        sameNormal(normals, v, other) && targets.every((target) => equal(target, v, other)),
+        sameNormal(normals, v, other, alike) && targets.every((target) => equal(target, v, other)),
     );
     seams[v] = same ?? v;
     if (!others) atPlace.set(place, [v]);
@@ -23,13 +24,18 @@ export function seamsOf({ neutral, normals, targets }: Surface): Uint32Array {
   return seams;
 }
 
-function sameNormal(normals: Float32Array | null, one: number, other: number): boolean {
+function sameNormal(
+  normals: Float32Array | null,
+  one: number,
+  other: number,
+  alike: number,
+): boolean {
   if (!normals) return true;
   const dot = [0, 1, 2].reduce(
     (sum, axis) => sum + normals[3 * one + axis]! * normals[3 * other + axis]!,
     0,
   );
-  return dot > 0.999;
+  return dot > alike;
 }
 
 function equal(shape: Float32Array, one: number, other: number): boolean {

@@ -3,6 +3,7 @@ import { shapesInOne } from '../rig/layout';
 import { countOf, floats, floatsInto, indices } from './accessors';
 import { isEntry, type Entry, type GltfDocument } from './document';
 import { mirrors, place, type PlacedMesh } from './nodes';
+import { shownCoordinates } from './skins';
 
 /** Triangles of one primitive, of all vertices of the file. */
 export interface Piece {
@@ -14,6 +15,7 @@ export interface Piece {
 export interface Surface {
   readonly neutral: Float32Array; // (V, 3)
   readonly normals: Float32Array | null; // (V, 3) of the neutral, where all meshes have them
+  readonly uv: Float32Array | null; // (V, 2) texture coordinates, where a mesh has any
   readonly pieces: readonly Piece[];
   readonly targetNames: readonly string[];
   readonly targets: readonly Float32Array[]; // (V, 3) each, in one stretch of memory
@@ -66,7 +68,8 @@ export function readSurface(file: GltfDocument, meshes: readonly PlacedMesh[]): 
   }
   requireFinite(file, neutral, 'the vertices');
   targets.forEach((target, i) => requireFinite(file, target, `the morph target '${names[i]}'`));
-  return { neutral, normals, pieces, targetNames: names, targets, sheets: sheets.length };
+  const uv = textureCoordinates(file, sheets, vertices);
+  return { neutral, normals, uv, pieces, targetNames: names, targets, sheets: sheets.length };
 }
 
 function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], pieces: Piece[]): void {
@@ -111,6 +114,28 @@ function requireUncompressed(file: GltfDocument, primitive: Entry): void {
         'in Blender, untick "Compression".',
     );
   }
+}
+
+function textureCoordinates(
+  file: GltfDocument,
+  sheets: readonly Sheet[],
+  vertices: number,
+): Float32Array | null {
+  const sets = sheets.map((sheet) => attribute(sheet, shownCoordinates(file, sheet.primitive)));
+  if (sets.every((set) => set === undefined)) return null;
+  file.spend(8 * vertices);
+  const uv = new Float32Array(2 * vertices);
+  sheets.forEach(({ start, count }, i) => {
+    if (sets[i] !== undefined)
+      floatsInto(
+        file,
+        sets[i],
+        2,
+        'texture coordinates',
+        uv.subarray(2 * start, 2 * (start + count)),
+      );
+  });
+  return uv;
 }
 
 function attribute(sheet: Sheet, name: string): unknown {

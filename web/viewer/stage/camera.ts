@@ -22,6 +22,7 @@ export class FaceCamera {
   /** Middle of the box round the face, and its diagonal. */
   readonly middle = new Vector3();
   size = 1;
+  private reaches = 1;
 
   /** @param changed called when somebody has moved the camera */
   constructor(canvas: HTMLElement, changed: () => void) {
@@ -34,20 +35,29 @@ export class FaceCamera {
 
   /** What is to fill the picture: the neutral of a model, as far as it is drawn. */
   frame(model: Model): void {
+    const drawn = drawnVertices(model);
+    const framed = framedVertices(model, drawn);
     const low = new Vector3(Infinity, Infinity, Infinity);
     const high = low.clone().negate();
     const at = new Vector3();
-    for (const { start, count, shown } of model.parts) {
-      if (!shown) continue;
-      for (let i = start; i < start + count; i += 1) {
-        at.fromArray(model.neutral, 3 * model.triangles[i]!);
-        low.min(at);
-        high.max(at);
-      }
-    }
-    this.corners = boundary(model);
+    framed.forEach((counts, v) => {
+      if (!counts) return;
+      at.fromArray(model.neutral, 3 * v);
+      low.min(at);
+      high.max(at);
+    });
+    this.corners = boundary(model, framed);
     this.middle.addVectors(low, high).multiplyScalar(0.5);
     this.size = Math.max(low.distanceTo(high), 1e-9);
+    // A body goes on beyond the face, and is seen when somebody moves away.
+    this.reaches = this.size;
+    drawn.forEach((counts, v) => {
+      if (counts)
+        this.reaches = Math.max(
+          this.reaches,
+          at.fromArray(model.neutral, 3 * v).distanceTo(this.middle),
+        );
+    });
     this.controls.minDistance = 0.15 * this.size;
     this.controls.maxDistance = 12 * this.size;
   }
@@ -98,8 +108,8 @@ export class FaceCamera {
   /** The picture is of this aspect now. */
   shape(aspect: number): void {
     const distance = this.camera.position.distanceTo(this.middle);
-    this.camera.near = Math.max(distance - 1.5 * this.size, 0.01 * this.size);
-    this.camera.far = distance + 1.5 * this.size;
+    this.camera.near = Math.max(distance - 1.5 * this.reaches, 0.01 * this.size);
+    this.camera.far = distance + 1.5 * this.reaches;
     this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
@@ -142,15 +152,26 @@ export class FaceCamera {
   }
 }
 
+/** (V,) 1 at the vertices of parts that are drawn. */
+function drawnVertices({ neutral, parts, triangles }: Model): Uint8Array {
+  const drawn = new Uint8Array(neutral.length / 3);
+  for (const { start, count, shown } of parts) {
+    if (shown) for (let i = start; i < start + count; i += 1) drawn[triangles[i]!] = 1;
+  }
+  return drawn;
+}
+
+/** Those of the head, where there is a body too. */
+function framedVertices({ head }: Model, drawn: Uint8Array): Uint8Array {
+  const framed = head ? drawn.map((counts, v) => counts & head[v]!) : drawn;
+  return framed.some((counts) => counts) ? framed : drawn;
+}
+
 /**
  * Points that all others lie between: the vertices of the drawn parts that are farthest in some
  * direction, at rest and at the end of each path, so that an open jaw is seen too.
  */
-function boundary(model: Model): Vector3[] {
-  const drawn = new Uint8Array(model.neutral.length / 3);
-  for (const { start, count, shown } of model.parts) {
-    if (shown) for (let i = start; i < start + count; i += 1) drawn[model.triangles[i]!] = 1;
-  }
+function boundary(model: Model, drawn: Uint8Array): Vector3[] {
   const directions = spread(162);
   const best = directions.map(() => ({ reach: -Infinity, vertex: 0 }));
   for (let v = 0; v < drawn.length; v += 1) {

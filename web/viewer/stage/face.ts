@@ -6,6 +6,7 @@ import {
   type BufferGeometry,
   type DataTexture,
   type RawShaderMaterial,
+  type Texture,
   type WebGLRenderer,
 } from 'three';
 import { activeTargets, type ActiveTarget, type Drive } from '../rig/pose';
@@ -14,7 +15,14 @@ import { CpuPoser } from './cpu_poser';
 import { loopLines, wireframe, type Edges } from './edges';
 import { canDrawFloats, GpuPoser } from './gpu_poser';
 import type { Poser, Shape } from './shape';
-import { ghostMaterial, partTexture, skinGeometry, skinMaterial, type Pictures } from './skin';
+import {
+  castingGeometry,
+  ghostMaterial,
+  partTexture,
+  skinGeometry,
+  skinMaterials,
+  type Pictures,
+} from './skin';
 
 /** A shape, and the morph targets it was last posed with. */
 interface Posed {
@@ -37,7 +45,11 @@ export interface GhostLook {
 
 export class Face {
   readonly group = new Group();
-  readonly skin: Mesh<BufferGeometry, RawShaderMaterial>;
+  readonly skin: Mesh<BufferGeometry, RawShaderMaterial | RawShaderMaterial[]>;
+  /** Of the parts; they share what they are told of pose and light. */
+  readonly materials: readonly RawShaderMaterial[];
+  /** What casts a shadow. */
+  readonly casting: BufferGeometry;
   readonly poser: Poser;
   private readonly parts: DataTexture;
   private readonly now: Posed;
@@ -55,9 +67,13 @@ export class Face {
   ) {
     this.poser = canDrawFloats(renderer) ? new GpuPoser(renderer, model) : new CpuPoser(model);
     this.parts = partTexture(model);
-    this.skin = new Mesh(skinGeometry(model), skinMaterial(this.parts, pictures));
+    const materials = skinMaterials(model, this.parts, pictures);
+    const geometry = skinGeometry(model);
+    this.materials = materials;
+    this.casting = castingGeometry(geometry, model);
+    this.skin = new Mesh(geometry, geometry.groups.length > 0 ? materials : materials[0]!);
     this.skin.frustumCulled = false;
-    this.skin.material.uniforms['painting']!.value = model.parts.some(({ eye }) => eye);
+    this.tell({ painting: model.parts.some(({ eye }) => eye) });
     this.group.add(this.skin);
     this.now = { shape: this.poser.shape(), key: null };
     this.rest = { shape: this.poser.shape(), key: null };
@@ -69,9 +85,16 @@ export class Face {
     const active = activeTargets(this.model, drive);
     this.activeCount = active.length;
     this.pose(this.now, active);
-    this.skin.material.uniforms['rest']!.value = this.rest.shape.positions;
-    this.skin.material.uniforms['positions']!.value = this.shape.positions;
-    this.skin.material.uniforms['normals']!.value = this.shape.normals;
+    const { positions, normals } = this.shape;
+    this.tell({ rest: this.rest.shape.positions, positions, normals });
+  }
+
+  /** Tells what draws the face the values of some uniforms. */
+  tell(values: Readonly<Record<string, unknown>>): void {
+    for (const material of this.materials) {
+      for (const [name, value] of Object.entries(values)) material.uniforms[name]!.value = value;
+      material.uniformsNeedUpdate = true;
+    }
   }
 
   get shape(): Shape {
@@ -140,14 +163,22 @@ export class Face {
   /** Bytes on the graphics card. */
   get bytes(): number {
     const { attributes, index } = this.skin.geometry;
-    const surface = (attributes['corner']?.array.byteLength ?? 0) + (index?.array.byteLength ?? 0);
+    const arrays = [attributes['corner'], attributes['uv'], index];
+    const surface = arrays.reduce((sum, own) => sum + (own?.array.byteLength ?? 0), this.imageBytes);
     const shapes = this.poser.bytesOfShape * (2 + this.ghosts.length);
     return (
       this.poser.bytes + surface + shapes + (this.wires?.bytes ?? 0) + (this.loops?.bytes ?? 0)
     );
   }
 
+  /** Of the images with their smaller copies. */
+  private get imageBytes(): number {
+    const images = new Set(this.model.parts.map(({ skin }) => skin?.image));
+    return [...images].reduce((sum, i) => sum + (i ? (16 / 3) * i.width * i.height : 0), 0);
+  }
+
   dispose(): void {
+    for (const { uniforms } of this.materials) (uniforms['image']!.value as Texture | null)?.dispose();
     for (const { depth, colour, posed } of this.ghosts) {
       depth.material.dispose();
       colour.material.dispose();
@@ -160,7 +191,8 @@ export class Face {
       this.parts,
       this.poser,
       this.skin.geometry,
-      this.skin.material,
+      this.casting,
+      ...this.materials,
     ])
       owned?.dispose();
     this.group.removeFromParent();

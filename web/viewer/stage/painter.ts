@@ -107,8 +107,8 @@ export class Painter {
     view.shape(area.width / area.height);
     const { camera, middle, size } = view;
     if (look.state.light === 'studio') {
-      const { geometry } = face.skin;
-      this.pictures.shadow.draw(renderer, camera, geometry, face.shape, middle, 0.6 * size);
+      const { casting, shape } = face;
+      this.pictures.shadow.draw(renderer, camera, casting, shape, middle, 0.6 * size);
     }
     renderer.setScissor(cut.x, cut.y, cut.width, cut.height);
     this.open(area, look.dark);
@@ -140,16 +140,13 @@ export class Painter {
 /** What a face is drawn with besides its pose. */
 function dress(face: Face, against: Face | undefined, { state, drive, dark, heatTop }: Look): void {
   const measured = state.heat && against !== undefined && against !== face;
-  const { material } = face.skin;
-  const values = {
+  face.tell({
     measuring: measured,
     heatTop,
     against: (measured ? against : face).shape.positions,
     inMatcap: state.light === 'matcap',
     flatShading: state.shading === 'flat',
-  };
-  for (const [name, value] of Object.entries(values)) material.uniforms[name]!.value = value;
-  material.uniformsNeedUpdate = true;
+  });
   face.showGhosts(ghostsOf(state, drive, dark));
 }
 

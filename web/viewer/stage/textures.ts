@@ -1,15 +1,50 @@
 // Textures whose texels are numbers.
 import {
+  ClampToEdgeWrapping,
   DataTexture,
   FloatType,
+  LinearFilter,
+  LinearMipmapLinearFilter,
+  MirroredRepeatWrapping,
   NearestFilter,
+  RepeatWrapping,
   RGBAFormat,
   RGBFormat,
   RGFormat,
   RGIntegerFormat,
+  SRGBColorSpace,
+  Texture,
   UnsignedIntType,
   type PixelFormat,
+  type Wrapping,
 } from 'three';
+import type { Skin, Wrap } from '../types/model';
+
+const WRAPS: Readonly<Record<Wrap, Wrapping>> = {
+  repeat: RepeatWrapping,
+  mirror: MirroredRepeatWrapping,
+  clamp: ClampToEdgeWrapping,
+};
+
+/** The image of a skin; white where it has none. */
+export function imageTexture({ image, wrap, smooth }: Skin): Texture {
+  if (!image) {
+    const white = new DataTexture(new Uint8Array([255, 255, 255, 255]), 1, 1);
+    white.needsUpdate = true;
+    return white;
+  }
+  const texture = new Texture(image);
+  texture.colorSpace = SRGBColorSpace;
+  texture.flipY = false;
+  texture.wrapS = WRAPS[wrap[0]];
+  texture.wrapT = WRAPS[wrap[1]];
+  texture.magFilter = smooth ? LinearFilter : NearestFilter;
+  texture.minFilter = smooth ? LinearMipmapLinearFilter : NearestFilter;
+  texture.generateMipmaps = smooth;
+  texture.anisotropy = smooth ? 4 : 1;
+  texture.needsUpdate = true;
+  return texture;
+}
 
 type Format = 'RGB32F' | 'RGBA32F' | 'RG32F' | 'RG32UI';
 

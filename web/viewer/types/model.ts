@@ -22,6 +22,22 @@ export interface Clip {
   readonly tracks: ReadonlyMap<string, Float32Array>; // by slider, as long as times
 }
 
+/** What a file says of the looks of a surface. */
+export interface Skin {
+  readonly image: ImageBitmap | null; // base colour
+  readonly colour: readonly [number, number, number, number]; // linear, and opacity
+  readonly opacity: 'opaque' | 'mask' | 'blend';
+  readonly cutoff: number; // least opacity that a mask shows
+  readonly doubleSided: boolean;
+  readonly unlit: boolean; // light and shade leave it as it is
+  readonly wrap: readonly [Wrap, Wrap]; // beside the image, across and down
+  readonly smooth: boolean; // whether colours between pixels are mixed
+  /** Six numbers of the map from texture coordinates to the image, by columns. */
+  readonly place: readonly number[];
+}
+
+export type Wrap = 'repeat' | 'mirror' | 'clamp';
+
 /** Triangles that look alike. */
 export interface Part {
   readonly name: string;
@@ -30,6 +46,8 @@ export interface Part {
   readonly colour: readonly [number, number, number]; // linear, 0 to 1
   readonly shine: number; // strength of the highlight, 0 to 1
   readonly shown: boolean; // false: shells of wetness or shadow that only an image can shade
+  /** In a file that shows images or colours of its own: they take the place of the colour. */
+  readonly skin?: Skin;
   /** An eyeball without an iris of its own: one is drawn on it. At rest it looks along +Z. */
   readonly eye?: { readonly middle: readonly [number, number, number]; readonly radius: number };
 }
@@ -46,6 +64,8 @@ export interface Model {
   readonly role: 'rig' | 'method' | 'truth';
   readonly neutral: Float32Array; // (V, 3)
   readonly triangles: Uint32Array; // (T, 3)
+  readonly uv: Float32Array | null; // (V, 2) texture coordinates, v from the top
+  readonly head: Uint8Array | null; // (V,) 1 at the head of a character with a body, else null
   /** (V,) the vertex that each vertex is a copy of, at a texture seam, or itself: one normal. */
   readonly seams: Uint32Array;
   readonly edges: Uint32Array; // (E, 2) edges of the polygons, without diagonals where these are known

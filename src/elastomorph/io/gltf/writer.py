@@ -18,6 +18,7 @@ from elastomorph.io.gltf.accessors import AccessorWriter
 from elastomorph.io.gltf.animations import Clip, performance_clip, slider_clips, weight_animation
 from elastomorph.io.gltf.container import glb_chunks, without_empty
 from elastomorph.io.gltf.layout import Layout, lay_out
+from elastomorph.io.gltf.looks import Looks
 from elastomorph.io.gltf.mesh_extras import surface_extras
 from elastomorph.io.gltf.morph_targets import MorphTargets, NormalField, normal_deltas
 from elastomorph.io.gltf.rig_extras import rig_extras
@@ -172,22 +173,27 @@ def _file(
     names = neutral.materials.names if neutral.materials is not None else ()
     labels = [own.label for own in layout.primitives]
     views, blob = accessors.finish()
+    looks = Looks(neutral.appearance)
     document = without_empty(
         {
             "accessors": accessors.accessors,
             "animations": animations,
             "asset": {"generator": "elastomorph", "version": "2.0"},
             "bufferViews": views,
-            "buffers": [{"byteLength": len(blob)}],
-            "materials": [
-                _MATERIAL | {"name": names[label] if label >= 0 else "unnamed"} for label in labels
-            ],
+            "buffers": [],
             "meshes": [mesh],
             "nodes": [{"mesh": 0, "name": "face"}],
             "scene": 0,
             "scenes": [{"nodes": [0]}],
         }
     )
+    # What is empty says something here: a material without light has an extension without content.
+    if labels:
+        document["materials"] = [
+            looks.material(names[label] if label >= 0 else "unnamed", _MATERIAL) for label in labels
+        ]
+    blob = looks.add_to(document, blob)
+    sizes = {"images": looks.size} if looks.size else {}
     if settings is not None:
         document["meshes"][0]["extras"]["elastomorph"]["settings"] = dict(settings)
     chunks = glb_chunks(document, blob)
@@ -202,7 +208,7 @@ def _file(
         dropped_error=max((kept.dropped_error for kept in targets.morphs), default=0.0),
         rounding_error=max((kept.rounding_error for kept in targets.morphs), default=0.0),
         key_error=max((clip.key_error for clip in clips), default=0.0),
-        parts={"json": size - len(blob), **accessors.sizes},
+        parts={"json": size - len(blob), **accessors.sizes, **sizes},
     )
 
 

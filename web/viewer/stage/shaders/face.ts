@@ -6,6 +6,7 @@ import { VERTEX_FETCH } from './vertices';
 export const FACE_VERTEX = /* glsl */ `
 ${VERTEX_FETCH}
 in uvec2 corner; // vertex, part
+in vec2 uv; // texture coordinates, v from the top
 uniform mat4 modelViewMatrix;
 uniform mat4 projectionMatrix;
 uniform sampler2D positions;
@@ -14,6 +15,8 @@ uniform sampler2D rest; // of the neutral, for what is drawn on the skin
 uniform sampler2D against; // of the face compared with
 uniform bool painting; // whether something is drawn on the skin
 uniform bool measuring; // whether the distance is wanted
+uniform mat3 place; // from texture coordinates to the image
+out vec2 onImage;
 centroid out vec3 seen;
 centroid out vec3 normal;
 centroid out vec3 atRest;
@@ -30,6 +33,7 @@ void main() {
   atRest = painting ? ofVertex(rest, corner.x).xyz : vec3(0.0);
   away = measuring ? distance(position, ofVertex(against, corner.x).xyz) : 0.0;
   part = int(corner.y);
+  onImage = (place * vec3(uv, 1.0)).xy;
   gl_Position = projectionMatrix * view;
 }
 `;
@@ -69,6 +73,14 @@ uniform bool inMatcap;
 uniform bool painting;
 uniform bool measuring;
 uniform float heatTop;
+uniform bool dressed; // whether the file says how the surface looks
+uniform bool unlit;
+uniform bool doubleSided;
+uniform sampler2D image;
+uniform vec4 tint; // colour and opacity that the image is multiplied with
+uniform float cutoff; // least opacity that is shown
+uniform float solid; // 1 where nothing shines through
+in vec2 onImage;
 
 // An iris on an eyeball that has none; distances are in its radius.
 vec3 painted(vec3 white, vec4 eye) {
@@ -90,12 +102,23 @@ void main() {
   vec3 v = normalize(-seen);
   vec4 look = texelFetch(parts, ivec2(part, 0), 0);
   vec3 colour = painting ? painted(look.rgb, texelFetch(parts, ivec2(part, 1), 0)) : look.rgb;
-  float inside = inner() ? 0.28 : 1.0;
+  float inside = inner() && !doubleSided ? 0.28 : 1.0;
+  float opacity = 1.0;
+  if (dressed) {
+    vec4 base = tint * texture(image, onImage);
+    if (base.a < cutoff) discard;
+    opacity = max(base.a, solid);
+    colour = base.rgb;
+  }
   if (measuring) {
     // Shape shows through, but a colour stays that of the legend within what eyes tell apart.
     float shade = 0.70 + 0.34 * clamp(dot(n, normalize(vec3(-0.3, 0.4, 0.86))), 0.0, 1.0) - 0.6 * max(hollow, 0.0);
     vec3 c = texture(heat, vec2(clamp(away / heatTop, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
-    pixel = vec4(c * shade * mix(0.5, 1.0, inside), 1.0);
+    pixel = vec4(c * shade * mix(0.5, 1.0, inside), opacity);
+    return;
+  }
+  if (unlit && !inMatcap) {
+    pixel = vec4(encoded(colour), opacity);
     return;
   }
   vec3 light;
@@ -108,7 +131,7 @@ void main() {
   } else {
     light = toned(studio(colour, look.a, hollow, lit(seen, n), n, v));
   }
-  pixel = vec4(encoded(light * inside), 1.0);
+  pixel = vec4(encoded(light * inside), opacity);
 }
 `;
 
