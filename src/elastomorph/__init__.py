@@ -17,6 +17,9 @@ from elastomorph.errors import *  # noqa: F403
 from elastomorph.errors import __all__ as _errors
 
 if TYPE_CHECKING:
+    from elastomorph.bending import BendReport as BendReport
+    from elastomorph.bending import bend as bend
+    from elastomorph.bending import unbend as unbend
     from elastomorph.curves import Curve as Curve
     from elastomorph.curves import CurveNetwork as CurveNetwork
     from elastomorph.curves import edge_loops as edge_loops
@@ -47,6 +50,7 @@ if TYPE_CHECKING:
     from elastomorph.rig.rig import Rig as Rig
 
 _HOMES = {
+    "bending": ("BendReport", "bend", "unbend"),
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
     "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),

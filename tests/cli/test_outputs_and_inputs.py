@@ -34,6 +34,8 @@ CALLS = [
     (["blend", "ours.npz", "--levels", "2", "--sheet", "{}"], "ours.npz"),
     (["blend", "ours.npz", "-w", "smile=1", "-o", "a.obj", "--grid", "{}"], "ours.npz"),
     (["export", "ours.glb", "-o", "{}"], "ours.glb"),
+    (["bend", "ours.glb", "-o", "{}"], "ours.glb"),
+    (["unbend", "ours.glb", "-o", "{}"], "ours.glb"),
     (["blend", "character/elastomorph.toml", "-w", "smile=1", "-o", "{}"], "character/smile.obj"),
     (["export", "face", "--settings", "own.toml", "-o", "{}"], "own.toml"),
     (["animate", "ours.glb", "take.csv", "-o", "{}"], "ours.glb"),

@@ -32,6 +32,8 @@ VERBS = {
     "evaluate": "Judge methods by recorded frames.",
     "fit": "Estimate material and load common to recorded motions.",
     "blend": "Blend expressions.",
+    "bend": "Bend the paths of a character in its own file.",
+    "unbend": "Take the bends out of a character again.",
     "export": "Write a rig for other programs.",
     "animate": "Play a recorded performance on a rig.",
     "render": "Draw a face.",

@@ -41,20 +41,7 @@ def paths_to(
             "a rig needs a mapping from names to morphs or meshes, such as "
             f"{{'jawOpen': mesh}}, found {type(morphs).__name__}"
         )
-    targets: dict[str, Mesh] = {}
-    for name, given in morphs.items():
-        if not isinstance(name, str):
-            raise ParameterError(f"the names of a rig are texts, found {name!r}")
-        if isinstance(given, Morph):
-            require_same_topology(neutral, given.neutral)
-            if not np.array_equal(neutral.vertices, given.neutral.vertices):
-                raise ParameterError(
-                    f"the morph {name!r} starts at another neutral than that of the rig"
-                )
-        else:
-            require_mesh(given, f"{name!r} of the rig (if it is no Morph)")
-            require_same_topology(neutral, given)
-            targets[name] = given
+    targets = _bare_targets(neutral, morphs)
     if not targets:
         if method is not None:
             raise ParameterError("every path of the rig is there: a method has nothing to make")
@@ -82,3 +69,22 @@ def paths_to(
 
     in_own_threads(make, enumerate(targets, start=1))
     return whole  # type: ignore[return-value]
+
+
+def _bare_targets(neutral: Mesh, morphs: Mapping[str, Morph | Mesh]) -> dict[str, Mesh]:
+    """The targets that paths are still to be made to; all must fit the neutral."""
+    targets: dict[str, Mesh] = {}
+    for name, given in morphs.items():
+        if not isinstance(name, str):
+            raise ParameterError(f"the names of a rig are texts, found {name!r}")
+        if isinstance(given, Morph):
+            require_same_topology(neutral, given.neutral)
+            if not np.array_equal(neutral.vertices, given.neutral.vertices):
+                raise ParameterError(
+                    f"the morph {name!r} starts at another neutral than that of the rig"
+                )
+        else:
+            require_mesh(given, f"{name!r} of the rig (if it is no Morph)")
+            require_same_topology(neutral, given)
+            targets[name] = given
+    return targets

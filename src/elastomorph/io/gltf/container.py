@@ -36,6 +36,7 @@ class GltfFile:
         self.path = path
         self.document = document
         self.budget = MemoryBudget(path, size)  # of the file and those it brings with it
+        self.raw = b""  # the file as it is on the disk, where it was opened there
         self._blob = blob
         self._read: dict[Path, bytes] = {}
         self.buffer: Callable[[int], memoryview] = cache(self._buffer)
@@ -201,6 +202,7 @@ def open_gltf(path: str | Path) -> GltfFile:
     content = read_bytes(path)
     text, blob = _chunks(path, content) if content.startswith(_MAGIC) else (content, b"")
     file = GltfFile(path, _parsed(path, text), blob, len(content))
+    file.raw = content
     version = file.object_in(file.document, "asset", "the document").get("version")
     if not isinstance(version, str) or not version.startswith("2."):
         file.refuse(f"glTF version {_shown(version)}; only glTF 2.0 is read. Export it again")

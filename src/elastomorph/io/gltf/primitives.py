@@ -38,6 +38,7 @@ class Primitives:
     attributes: list[Attributes] = field(default_factory=list)  # The vertices
     triangles: list[NDArray[np.int32]] = field(default_factory=list)  # (T, 3) a primitive
     materials: list[str | None] = field(default_factory=list)  # A primitive
+    block_of: dict[int, int] = field(default_factory=dict)  # By primitive: which attributes
 
     @property
     def count(self) -> int:
@@ -110,16 +111,17 @@ def _read_mesh(
 ) -> Primitives:
     mesh = file.item("meshes", placed.number, "a node")
     of = f"mesh {placed.number}"
-    primitives = [
-        primitive
-        for primitive in file.list_in(mesh, "primitives", of)
+    numbered = {
+        number: primitive
+        for number, primitive in enumerate(file.list_in(mesh, "primitives", of))
         if isinstance(primitive, dict) and primitive.get("mode", _TRIANGLES) in modes
-    ]
+    }
+    primitives = list(numbered.values())
     counts = [len(file.list_in(each, "targets", of)) for each in primitives]
     file.budget.spend_objects(sum(counts) + len(counts))
     found = Primitives(_target_names([mesh, *primitives], max(counts, default=0)))
     known: dict[tuple[Any, ...], Attributes] = {}
-    for primitive in primitives:
+    for number, primitive in numbered.items():
         attributes = file.object_in(primitive, "attributes", of)
         targets = [
             target.get("POSITION") if isinstance(target, dict) else None
@@ -136,6 +138,7 @@ def _read_mesh(
             shown = {**attributes, "TEXCOORD_0": attributes.get(image)}
             known[key] = _read_attributes(file, placed, found.count, shown, by_name)
             found.attributes.append(known[key])
+        found.block_of[number] = found.attributes.index(known[key])
         triangles = _read_triangles(file, primitive, known[key], of)
         mirrored = known[key].placement.mirrors
         found.triangles.append(triangles[:, [0, 2, 1]] if mirrored else triangles)

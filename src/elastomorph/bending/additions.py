@@ -1,0 +1,120 @@
+"""What is added to a document: accessors, the views they are in, and the bytes of these.
+
+Everything goes behind what there is, so that every number in the document still holds.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_COMPONENTS = {"|i1": 5120, "|u1": 5121, "<i2": 5122, "<u2": 5123, "<u4": 5125, "<f4": 5126}
+_TYPES = {1: "SCALAR", 3: "VEC3"}
+_ARRAY_BUFFER = 34962
+
+
+class Additions:
+    """Collects what bends add to a document.
+
+    Args:
+        accessors: How many accessors the document has.
+        views: How many buffer views.
+    """
+
+    def __init__(self, accessors: int, views: int) -> None:
+        self._first_accessor, self._first_view = accessors, views
+        self.accessors: list[dict[str, Any]] = []
+        self._views: list[dict[str, Any]] = []
+        self._contents: list[bytearray] = []
+        self._shared: dict[tuple[Any, ...], int] = {}
+        self._known: dict[bytes, int] = {}
+
+    @property
+    def size(self) -> int:
+        """Bytes of all that was added so far."""
+        return sum(map(len, self._contents))
+
+    def displacements(
+        self, rows: NDArray[Any], *, normalized: bool = False, bounds: bool = False
+    ) -> int:
+        """The number of an accessor of (N, 3) displacements, sparse where that is smaller."""
+        moved = np.flatnonzero(rows.any(axis=1))
+        moved = moved.astype(np.uint16 if len(rows) <= 0x10000 else np.uint32)
+        stride = rows.itemsize * 3 + -(rows.itemsize * 3) % 4
+        dense = stride * len(rows)
+        sparse = (moved.itemsize + rows.itemsize * 3) * len(moved)
+        use = f"{rows.dtype.str} {rows.shape} {normalized} {bounds}".encode()
+        key = hashlib.blake2b(use + rows.tobytes(), digest_size=16).digest()
+        if key not in self._known:
+            accessor = self._dense(rows, stride) if sparse >= dense else self._sparse(rows, moved)
+            accessor |= {"normalized": True} if normalized else {}
+            if bounds:
+                low, high = rows.min(axis=0).tolist(), rows.max(axis=0).tolist()
+                accessor |= {"min": low, "max": high}
+            self._known[key] = self._add(accessor)
+        return self._known[key]
+
+    def keys(self, values: NDArray[np.float32], *, bounds: bool = False) -> int:
+        """The number of an accessor of (N,) numbers: key times, which have bounds, or weights."""
+        place = self._append(("keys", bounds), values.tobytes())
+        accessor = place | {"componentType": 5126, "count": len(values), "type": "SCALAR"}
+        if bounds:
+            accessor |= {"min": [float(values.min())], "max": [float(values.max())]}
+        return self._add(accessor)
+
+    def _dense(self, rows: NDArray[Any], stride: int) -> dict[str, Any]:
+        padded = np.zeros((len(rows), stride), dtype=np.uint8)
+        content = np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), -1)
+        padded[:, : content.shape[1]] = content
+        view = {"byteStride": stride, "target": _ARRAY_BUFFER}
+        return self._append(("dense", stride), padded.tobytes(), view) | self._kind(rows)
+
+    def _sparse(self, rows: NDArray[Any], moved: NDArray[Any]) -> dict[str, Any]:
+        if not len(moved):
+            return self._kind(rows)
+        places = self._append(("places", moved.itemsize), moved.tobytes())
+        values = self._append(("values", rows.itemsize), rows[moved].tobytes())
+        component = {"componentType": _COMPONENTS[moved.dtype.str]}
+        sparse = {"count": len(moved), "indices": places | component, "values": values}
+        return self._kind(rows) | {"sparse": sparse}
+
+    def _kind(self, rows: NDArray[Any]) -> dict[str, Any]:
+        kind = {"componentType": _COMPONENTS[rows.dtype.str], "count": len(rows)}
+        return kind | {"type": _TYPES[rows.shape[1]]}
+
+    def _append(
+        self, use: tuple[Any, ...], content: bytes, view: dict[str, Any] | None = None
+    ) -> dict[str, Any]:
+        """Where bytes are, in a view that others of the same use share."""
+        if use not in self._shared:
+            self._shared[use] = len(self._views)
+            self._views.append(view or {})
+            self._contents.append(bytearray())
+        number = self._shared[use]
+        held = self._contents[number]
+        held += bytes(-len(held) % 4)
+        offset = len(held)
+        held += content
+        return {"bufferView": self._first_view + number, "byteOffset": offset}
+
+    def _add(self, accessor: dict[str, Any]) -> int:
+        self.accessors.append(accessor)
+        return self._first_accessor + len(self.accessors) - 1
+
+    def placed(self, buffer: int, start: int) -> tuple[list[dict[str, Any]], bytes]:
+        """The buffer views, and their bytes, which follow ``start`` others in a buffer."""
+        views, blob = [], bytearray(-start % 4)
+        for own, content in zip(self._views, self._contents, strict=True):
+            place = {"buffer": buffer, "byteOffset": start + len(blob), "byteLength": len(content)}
+            views.append(place | own)
+            blob += content + bytes(-len(content) % 4)
+        return views, bytes(blob)
+
+
+def data_uri(content: bytes) -> str:
+    """Bytes as a text that stands for a file."""
+    return "data:application/octet-stream;base64," + base64.b64encode(content).decode()

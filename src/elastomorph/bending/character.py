@@ -1,0 +1,122 @@
+"""`bend` and `unbend`: which file is bent by what, and what is no character."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+from elastomorph.bending.report import BendReport
+from elastomorph.errors import FileError, FormatError, ParameterError
+from elastomorph.io.atomic import is_folder, require_name
+from elastomorph.io.registry import BUILT_IN, require_there
+from elastomorph.paths import Method
+
+__all__ = ["bend", "unbend"]
+
+_GLTF = (".glb", ".gltf", ".vrm")
+
+
+def bend(
+    path: str | Path,
+    output: str | Path | None,
+    *,
+    method: str | Method | Mapping[str, str | Method] | None = None,
+    only: Collection[str] | None = None,
+    tolerance: float = 1e-5,
+    keys_tolerance: float = 1e-4,
+    max_targets: int | None = None,
+    fold: bool = False,
+    say: Callable[[str], None] = lambda _: None,
+) -> BendReport:
+    """Bend the paths of a character in its own file, and keep all the rest of it.
+
+    All meshes with targets of the same names are one face, where the scene shows them at rest. For
+    each target that bends, its bends are added as further morph targets behind all others
+    (``jawOpen.bend1``), with names, default weights, animations of weights and the curves that a
+    runtime follows (``extras.elastomorph`` of each mesh). Nothing else is touched, and the source
+    is never written. A file that was bent before is bent anew from its original.
+
+    Args:
+        path: The character: .glb, .vrm, .gltf.
+        output: The file to write, of the same format; None: nothing is written, and the report
+            says what would be.
+        method: How paths are made, as for `elastomorph.interpolate`, or by name of the target;
+            ``auto`` by default.
+        only: Names of the only targets that bend.
+        tolerance: How closely bends hold the paths, as a fraction of D, the extent of what the
+            targets move.
+        keys_tolerance: How closely animations follow the paths between their keys, likewise.
+        max_targets: The most morph targets that a mesh may have; the bends that gain most come
+            first.
+        fold: Whether a bend that is a multiple of its Δ becomes a curve of the weight of Δ, which
+            costs no target, but needs a runtime or an animation to be seen.
+        say: Told what is being done.
+
+    Returns:
+        What bends, by how much, and what it costs.
+
+    Raises:
+        FileError: A file is missing, or cannot be written.
+        FormatError: The file is damaged, is no character, or has no targets.
+        ParameterError: An option is out of its range, or names what is not there.
+        BakeError: A turn is too sharp to be stored.
+        MissingExtraError: The file needs a package that is not installed.
+    """
+    _require_character(path, "bend")
+    options: dict[str, Any] = {"method": method, "only": only, "tolerance": tolerance}
+    options |= {"max_targets": max_targets, "fold": fold, "say": say}
+    from elastomorph.bending.gltf import bend_gltf
+
+    return bend_gltf(path, output, keys_tolerance=keys_tolerance, **options)
+
+
+def unbend(path: str | Path, output: str | Path) -> None:
+    """Write the original of a bent character: its document equal as data, its bytes all the same.
+
+    Args:
+        path: A file that `bend` wrote.
+        output: The file to write, of the same format.
+
+    Raises:
+        FileError: A file is missing, or cannot be written.
+        FormatError: The file was not made by `bend`, or has been changed since.
+    """
+    _require_character(path, "unbend")
+    from elastomorph.bending.gltf import unbend_gltf
+
+    unbend_gltf(path, output)
+
+
+def _require_character(path: str | Path, verb: str) -> None:
+    """Refuse what is no file of a character, and say what to do instead."""
+    require_name(path)
+    suffix = Path(path).suffix.lower()
+    if str(path) == BUILT_IN:
+        raise ParameterError(
+            f"the built-in head is in no file to {verb}; export it first: "
+            "elastomorph export built-in --method linear -o head.glb"
+        )
+    if is_folder(path):
+        raise FileError(
+            path,
+            f"this is a folder of meshes, and no character to {verb}; "
+            "'elastomorph export' makes one file with bent paths of it",
+        )
+    if suffix == ".fbx":
+        raise FormatError(
+            path,
+            "FBX is only read; export the character as .glb or .vrm from the program that made it, "
+            f"and {verb} that",
+        )
+    if suffix == ".npz":
+        raise FormatError(
+            path,
+            "an archive of a rig has nothing but paths, and those are bent already where a method "
+            "says so; 'elastomorph export' writes it as .glb",
+        )
+    require_there(path)
+    if suffix not in _GLTF:
+        found = f"unknown suffix '{suffix}'" if suffix else "the name has no suffix"
+        expected = ", ".join(_GLTF)
+        raise FormatError(path, f"{found}; a character is a file of {expected}")

@@ -1,0 +1,150 @@
+"""The face that a character's meshes make up: as paths are computed, and back to its meshes.
+
+Teeth, tongue, lashes and brows are meshes of their own, with targets of the same names as the skin.
+Together, where the scene shows them at rest, they are one face, so that a jaw takes its teeth along
+on the same arc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.mesh_extras import unpacked
+from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
+from elastomorph.io.gltf.primitives import Attributes
+from elastomorph.io.gltf.reader import (
+    ReadMesh,
+    read_meshes,
+    require_known_extensions,
+    rig_of,
+)
+from elastomorph.io.untrusted import naming_file
+from elastomorph.model.mesh import Mesh
+from elastomorph.rig import Rig
+from elastomorph.rig.build import bare_rig
+from elastomorph.rig.welding import Welding
+
+
+@dataclass(frozen=True, eq=False)
+class FaceMesh:
+    """A mesh of the file that has targets.
+
+    Attributes:
+        number: Its number.
+        names: Of its targets, in their order.
+        morph_of: The morph that each target is Δ of, by its name.
+        blocks: The vertices of its primitives.
+        block_of: The block of each primitive, by its number; lines, which are not read, have none.
+        rig_vertices: (N,) the vertex of the face that each of these vertices is.
+        stored: ``extras.elastomorph`` of the mesh.
+        diameter: Of the mesh where the scene shows it.
+    """
+
+    number: int
+    names: tuple[str, ...]
+    morph_of: Mapping[str, str]
+    blocks: tuple[Attributes, ...]
+    block_of: Mapping[int, int]
+    rig_vertices: NDArray[np.int64]
+    stored: Mapping[str, Any]
+    diameter: float
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """All meshes of a file that have targets, as one."""
+
+    file: GltfFile
+    rig: Rig  # as the file shows it
+    meshes: tuple[FaceMesh, ...]
+
+    @classmethod
+    def read(cls, file: GltfFile) -> Face:
+        """The face in a file."""
+        require_known_extensions(file)
+        with naming_file(file.path):
+            placed: dict[int, PlacedMesh] = {}
+            for own in placed_meshes(file):  # of several nodes with one mesh, the first places it
+                placed.setdefault(own.number, own)
+            wanted = [own for own in placed.values() if _target_count(file, own.number)]
+            if not wanted:
+                file.refuse(
+                    "none of its meshes has morph targets (blend shapes, shape keys), so there is "
+                    "nothing to bend; export it with them"
+                )
+            meshes = read_meshes(file, wanted)
+            rig = rig_of(file, meshes)
+        starts = np.cumsum([0, *(len(own.part.mesh.vertices) for own in meshes)])
+        found = [_face_mesh(file, own, start) for own, start in zip(meshes, starts, strict=False)]
+        return cls(file, rig, tuple(found))
+
+    @cached_property
+    def welding(self) -> Welding:
+        """The parts of it that move, without the seams of its exporter."""
+        targets = [morph.target.vertices for morph in self.rig.morphs.values()]
+        return Welding.of(self.rig.neutral, targets)
+
+    def moving(self) -> Rig:
+        """The face that paths are made for."""
+        welding, sliders = self.welding, self.rig.sliders
+        targets: dict[str, Mesh] = {
+            name: welding.mesh(morph.target) for name, morph in self.rig.morphs.items()
+        }
+        bare = bare_rig(welding.neutral, targets)
+        return Rig(
+            welding.neutral, bare.morphs, correctives=sliders.correctives, groups=sliders.groups
+        )
+
+
+def _target_count(file: GltfFile, number: int) -> int:
+    """Targets of a mesh, as many in each primitive that has any attributes."""
+    of = f"mesh {number}"
+    mesh = file.item("meshes", number, "a node")
+    counts = [
+        len(file.list_in(primitive, "targets", of))
+        for primitive in file.list_in(mesh, "primitives", of)
+        if isinstance(primitive, dict)
+    ]
+    if len(set(counts)) > 1:
+        file.refuse(
+            f"the primitives of {of} have {min(counts)} to {max(counts)} morph targets; glTF asks "
+            "for as many in each. Export it again, or give the others targets that move nothing"
+        )
+    return max(counts, default=0)
+
+
+def _face_mesh(file: GltfFile, own: ReadMesh, start: int) -> FaceMesh:
+    mesh = file.item("meshes", own.placed.number, "a node")
+    of = f"mesh {own.placed.number}"
+    extras = mesh.get("extras", {})
+    if not isinstance(extras, dict):
+        file.refuse(f"'extras' of {of} are no object, so bend curves cannot be kept in them")
+    stored = extras.get("elastomorph")
+    stored = stored if isinstance(stored, dict) else {}
+    morphs = own.stored.morphs
+    if any(morph.bends or morph.fold is not None for morph in morphs):
+        file.refuse(
+            "its paths are bent already, and not by 'elastomorph bend'; bend the character it was "
+            "made from, or export that with --method linear"
+        )
+    count = len(own.part.mesh.vertices)
+    vertices = np.arange(own.primitives.count)
+    if count < len(vertices):  # our own file: copies along texture seams follow
+        vertices[count:] = unpacked(stored["surface"]["copies"], len(vertices) - count)
+    return FaceMesh(
+        number=own.placed.number,
+        names=tuple(own.primitives.targets),
+        morph_of={morph.target: morph.name for morph in morphs},
+        blocks=tuple(own.primitives.attributes),
+        block_of=own.primitives.block_of,
+        rig_vertices=start + vertices,
+        stored=stored,
+        diameter=own.part.mesh.diameter,
+    )

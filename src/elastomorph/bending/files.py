@@ -1,0 +1,162 @@
+"""The files of a character: read whole, written whole, with all that they bring along."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote, unquote
+
+from elastomorph.bending.undo import is_bent, undone
+from elastomorph.errors import FormatError
+from elastomorph.io.atomic import made_folder, read_bytes, replacing
+from elastomorph.io.gltf.container import GltfFile, open_gltf
+
+_MAGIC, _BIN = b"glTF", 0x004E4942
+_LARGEST = 2**32 - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Character:
+    """A .glb, .vrm or .gltf file.
+
+    Attributes:
+        file: Its document and buffers.
+        is_glb: Whether it is one file of chunks, as .glb and .vrm are.
+        chunk: Its binary chunk, if it has any.
+        rest: Chunks that follow, which no one but their author understands.
+        was_bent: Whether bends were taken out of it.
+    """
+
+    file: GltfFile
+    is_glb: bool
+    chunk: bytes | None = None
+    rest: bytes = b""
+    was_bent: bool = False
+
+    @classmethod
+    def read(cls, path: str | Path) -> Character:
+        """The character in a file; of a bent one the original."""
+        file = open_gltf(path)
+        is_glb = file.raw.startswith(_MAGIC)
+        chunk, rest = _after_document(file.raw) if is_glb else (None, b"")
+        if "extras" in file.document and not isinstance(file.document["extras"], dict):
+            file.refuse("'extras' of the document are no object, so nothing can be kept in them")
+        if not is_bent(file):
+            return cls(file, is_glb, chunk, rest)
+        document, chunk = undone(file, chunk)
+        original = GltfFile(path, document, chunk or b"", len(file.raw))
+        return cls(original, is_glb, chunk, rest, was_bent=True)
+
+    @property
+    def binary_is_buffer_0(self) -> bool:
+        """Whether the first buffer is the binary chunk, or may become it."""
+        buffers = self.file.items("buffers")
+        return self.is_glb and not (
+            buffers and isinstance(buffers[0], dict) and "uri" in buffers[0]
+        )
+
+
+def require_output(character: Character, output: str | Path) -> None:
+    """Refuse a name that is not of the kind that the character is."""
+    known = (".glb", ".vrm") if character.is_glb else (".gltf",)
+    if Path(output).suffix.lower() not in known:
+        raise FormatError(
+            output,
+            f"{character.file.path} keeps its format, so name an output with the suffix "
+            f"{' or '.join(known)}",
+        )
+
+
+def write_character(
+    character: Character,
+    output: str | Path,
+    document: dict[str, Any],
+    chunk: bytes | None,
+    beside: dict[str, bytes],
+) -> None:
+    """Write a character as another file.
+
+    Args:
+        character: Where the document comes from; files that it refers to go with it.
+        output: The file.
+        document: The document.
+        chunk: The binary chunk, None for none.
+        beside: Further files, by their names in the folder of the output.
+    """
+    folder = Path(output).parent
+    for name, content in (*_referred(character, document, folder), *beside.items()):
+        place = folder / name
+        if place.parent != folder and folder.is_dir():
+            made_folder(place.parent)
+        with replacing(place) as file:
+            file.write(content)
+    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
+    chunks = _glb(output, text, chunk, character.rest) if character.is_glb else [text]
+    with replacing(output) as file:
+        file.writelines(chunks)
+
+
+def _glb(output: str | Path, text: bytes, chunk: bytes | None, rest: bytes) -> list[bytes]:
+    text += b" " * (-len(text) % 4)
+    parts = [struct.pack("<I", len(text)) + b"JSON", text]
+    if chunk is not None:
+        padding = bytes(-len(chunk) % 4)
+        parts += [struct.pack("<II", len(chunk) + len(padding), _BIN), chunk, padding]
+    parts.append(rest)
+    length = 12 + sum(map(len, parts))
+    if length > _LARGEST:
+        raise FormatError(output, "a GLB file holds less than 4 GiB; bend fewer targets")
+    return [_MAGIC + struct.pack("<II", 2, length), *parts]
+
+
+def _referred(
+    character: Character, document: dict[str, Any], folder: Path
+) -> Iterator[tuple[str, bytes]]:
+    """Files that a document refers to, where the output goes to another folder."""
+    home = Path(character.file.path).parent
+    if home.resolve() == folder.resolve():
+        return
+    names = {}
+    for kind in ("buffers", "images"):
+        for entry in document.get(kind, []):
+            uri = entry.get("uri") if isinstance(entry, dict) else None
+            if isinstance(uri, str) and ":" not in uri:
+                names[unquote(uri)] = uri
+    for name in names:
+        parts = name.replace("\\", "/").split("/")
+        if name.startswith(("/", "\\")) or ".." in parts or "\0" in name:
+            character.file.refuse(
+                f"it refers to {json.dumps(name)[:80]}, outside of its folder; name an output in "
+                "the folder of the file"
+            )
+        if (home / name).is_file():
+            yield name, read_bytes(home / name)
+
+
+def name_beside(character: Character, output: str | Path) -> tuple[str, str]:
+    """The name of a file for the bytes of bends, and how a document refers to it."""
+    taken = {
+        unquote(str(entry.get("uri")))
+        for entry in character.file.items("buffers")
+        if isinstance(entry, dict)
+    }
+    name = f"{Path(output).stem}.bends.bin"
+    while name in taken:
+        name = f"_{name}"
+    return name, quote(name)
+
+
+def _after_document(content: bytes) -> tuple[bytes | None, bytes]:
+    """The binary chunk of a GLB file, and the chunks behind it."""
+    length = struct.unpack_from("<I", content, 8)[0]
+    place = 20 + struct.unpack_from("<I", content, 12)[0]
+    if place + 8 > length:
+        return None, b""
+    size, kind = struct.unpack_from("<II", content, place)
+    if kind != _BIN:
+        return None, content[place:length]
+    return content[place + 8 : place + 8 + size], content[place + 8 + size : length]

@@ -1,0 +1,255 @@
+"""A character goes in and comes out whole, with its paths bent; and back again."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastomorph.bending.additions import Additions, data_uri
+from elastomorph.bending.clips import ClipEdit
+from elastomorph.bending.face import Face
+from elastomorph.bending.files import Character, name_beside, require_output, write_character
+from elastomorph.bending.meshes import MeshEdit, spaces_of
+from elastomorph.bending.normals import NormalBends
+from elastomorph.bending.plan import BentMorph, Plan, make_plan
+from elastomorph.bending.report import BendReport, BentTarget
+from elastomorph.bending.undo import record
+from elastomorph.errors import FormatError
+from elastomorph.io.atomic import size_of
+from elastomorph.io.untrusted import naming_file
+from elastomorph.paths import Method
+
+__all__ = ["bend_gltf", "unbend_gltf"]
+
+Methods = str | Method | Mapping[str, str | Method] | None
+
+
+def bend_gltf(
+    path: str | Path,
+    output: str | Path | None,
+    *,
+    method: Methods = None,
+    only: Collection[str] | None = None,
+    tolerance: float = 1e-5,
+    keys_tolerance: float = 1e-4,
+    max_targets: int | None = None,
+    fold: bool = False,
+    say: Callable[[str], None] = lambda _: None,
+) -> BendReport:
+    """Bend a .glb, .vrm or .gltf file; without an output, only say what would come of it."""
+    say(f"reading {path}")
+    character = Character.read(path)
+    if output is not None:
+        require_output(character, output)
+    face = Face.read(character.file)
+    say("finding paths")
+    with naming_file(path):
+        plan = make_plan(
+            face.moving(),
+            method,
+            only=only,
+            tolerance=tolerance,
+            max_targets=max_targets,
+            fold=fold,
+            meshes=_meshes(face),
+            say=say,
+        )
+    edit = _Edit(character, face, plan)
+    edit.add_bends(say)
+    edit.add_clips(keys_tolerance, say)
+    return edit.written(output, say)
+
+
+def unbend_gltf(path: str | Path, output: str | Path) -> None:
+    """Write the original of a bent .glb, .vrm or .gltf file."""
+    character = Character.read(path)
+    if not character.was_bent:
+        raise FormatError(
+            path, "it was not made by 'elastomorph bend', so there is nothing to undo"
+        )
+    require_output(character, output)
+    write_character(character, output, character.file.document, character.chunk, {})
+
+
+def _meshes(face: Face) -> list[tuple[int, Any]]:
+    """How many targets each mesh has, and its vertices in the face that paths are made for."""
+    place = face.welding.place
+    found = []
+    for mesh in face.meshes:
+        own = place[np.unique(mesh.rig_vertices)]
+        found.append((len(mesh.names), np.unique(own[own >= 0])))
+    return found
+
+
+class _Edit:
+    """A copy of a document on its way to being bent."""
+
+    def __init__(self, character: Character, face: Face, plan: Plan) -> None:
+        self._character, self._face, self._plan = character, face, plan
+        file = character.file
+        self._document = copy.deepcopy(file.document)
+        counts = (len(file.items("accessors")), len(file.items("bufferViews")))
+        self._additions = Additions(*counts)
+        extent = plan.extent
+        self._meshes = [
+            MeshEdit(file, mesh, self._document, self._additions, extent) for mesh in face.meshes
+        ]
+        self._bent: list[BentTarget] = []
+        self._clips = ClipEdit(file, self._document, self._additions)
+
+    def add_bends(self, say: Callable[[str], None]) -> None:
+        """The bends of all targets, in all meshes."""
+        normals = self._normals()
+        with naming_file(self._character.file.path):
+            for number, bent in enumerate(self._plan.bent, start=1):
+                say(f"the bends of {bent.name}, {number} of {len(self._plan.bent)}")
+                bends = self._face.welding.fields(bent.morph.bends)
+                target = self._face.rig.morphs[bent.name].target.vertices
+                turned = None if normals is None else normals.bends(bent, target, bends)
+                before = self._additions.size, sum(len(mesh.names) for mesh in self._meshes)
+                for mesh in self._meshes:
+                    mesh.add(bent, bends, turned)
+                after = self._additions.size, sum(len(mesh.names) for mesh in self._meshes)
+                self._bent.append(_described(bent, after[1] - before[1], after[0] - before[0]))
+
+    def _normals(self) -> NormalBends | None:
+        """The normals of the face, None where no target turns any."""
+        turned = any(
+            "NORMAL" in target
+            for mesh in self._face.meshes
+            for primitive in self._document["meshes"][mesh.number]["primitives"]
+            for target in primitive["targets"]
+        )
+        if not turned:
+            return None
+        file, document = self._character.file, self._document
+        spaces = [
+            (mesh.rig_vertices, space)
+            for mesh in self._face.meshes
+            for space in spaces_of(file, mesh, document["meshes"][mesh.number]).values()
+        ]
+        return NormalBends.of(self._face, spaces)
+
+    def add_clips(self, tolerance: float, say: Callable[[str], None]) -> None:
+        """Names, default weights and curves of all meshes, and the animations of their weights."""
+        columns = {}
+        for mesh in self._meshes:
+            own = mesh.finish(self._plan.rig.morphs)
+            if own is not None:
+                columns[mesh.number] = own
+        say("bending clips")
+        self._clips.extend(columns, tolerance)
+
+    def written(self, output: str | Path | None, say: Callable[[str], None]) -> BendReport:
+        """Write the file, or only find out how large it would be."""
+        chunk, beside = self._with_buffers(output)
+        character = self._character
+        length = None if character.chunk is None else len(character.chunk)
+        document = record(character.file.document, self._document, length, chunk)
+        text = len(json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode())
+        size = text + sum(map(len, beside.values())) + self._others()
+        if character.is_glb:
+            size = 20 + text + -text % 4 + (0 if chunk is None else 8 + len(chunk))
+            size += len(character.rest)
+        if output is not None:
+            say(f"writing {output}")
+            write_character(character, output, document, chunk, beside)
+        return self._report(output, size)
+
+    def _with_buffers(self, output: str | Path | None) -> tuple[bytes | None, dict[str, bytes]]:
+        """The binary chunk, and files beside the output, with the bytes of bends behind theirs."""
+        document, character = self._document, self._character
+        additions = self._additions
+        if not additions.accessors:
+            return character.chunk, {}
+        buffers = document.setdefault("buffers", [])
+        into_chunk = character.binary_is_buffer_0
+        chunk, beside = character.chunk, {}
+        if into_chunk:
+            views, blob = additions.placed(0, len(chunk or b""))
+            chunk = (chunk or b"") + blob
+            if buffers:
+                buffers[0]["byteLength"] = len(chunk)
+            elif chunk:
+                buffers.append({"byteLength": len(chunk)})
+        else:
+            views, blob = additions.placed(len(buffers), 0)
+            own: dict[str, Any] = {"byteLength": len(blob)}
+            if self._has_files and output is not None:
+                name, own["uri"] = name_beside(character, output)
+                beside[name] = blob
+            else:
+                own["uri"] = data_uri(blob)
+            if blob:
+                buffers.append(own)
+        document.setdefault("bufferViews", []).extend(views)
+        document["accessors"] = [*document.get("accessors", []), *additions.accessors]
+        if not document["bufferViews"]:
+            del document["bufferViews"]
+        return chunk, beside
+
+    @property
+    def _has_files(self) -> bool:
+        """Whether a buffer of the source is a file of its own."""
+        buffers = self._character.file.items("buffers")
+        uris = (own.get("uri") for own in buffers if isinstance(own, dict))
+        return any(isinstance(uri, str) and not uri.startswith("data:") for uri in uris)
+
+    def _others(self) -> int:
+        """Bytes of the files that the source refers to."""
+        file = self._character.file
+        home = Path(file.path).parent
+        uris = {
+            own.get("uri")
+            for kind in ("buffers", "images")
+            for own in file.items(kind)
+            if isinstance(own, dict)
+        }
+        return sum(size_of(home / uri) for uri in uris if isinstance(uri, str) and ":" not in uri)
+
+    def _report(self, output: str | Path | None, size: int) -> BendReport:
+        file, plan = self._character.file, self._plan
+        counts = [(len(own.names), own) for own in self._meshes]
+        bent = {own.name for own in (*plan.bent, *plan.left_out)}
+        before = max(len(mesh.names) for mesh in self._face.meshes)
+        after = max(
+            len(mesh.names) + len(own.names)
+            for mesh, own in zip(self._face.meshes, self._meshes, strict=True)
+        )
+        return BendReport(
+            path=Path(file.path),
+            output=None if output is None else Path(output),
+            extent=plan.extent,
+            bent=tuple(self._bent),
+            straight=tuple(name for name in plan.rig.morphs if name not in bent),
+            left_out=tuple(_described(own, 0, 0) for own in plan.left_out),
+            targets_before=before,
+            targets=after,
+            meshes=tuple(own.title for count, own in counts if count),
+            clips=self._clips.clips,
+            added_keys=self._clips.added_keys,
+            bytes_before=len(file.raw) + self._others(),
+            bytes=size,
+            storage_error=max((own.error for own in self._meshes), default=0.0),
+            key_error=self._clips.error,
+            was_bent=self._character.was_bent,
+        )
+
+
+def _described(bent: BentMorph, targets: int, size: int) -> BentTarget:
+    choice = bent.morph.choice
+    return BentTarget(
+        name=bent.name,
+        gain=bent.gain,
+        error=bent.error,
+        method=bent.morph.method if choice is None else choice.text,
+        bends=len(bent.morph.bends),
+        targets=targets,
+        bytes=size,
+        folded=bent.fold is not None,
+    )

@@ -1,0 +1,211 @@
+"""The meshes of a document with the bends they get: targets, names, default weights, curves.
+
+New targets follow all others, so that whatever names a target by its number, such as an expression
+of VRM, means the same as before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.bending.additions import Additions
+from elastomorph.bending.encoding import Encoding
+from elastomorph.bending.face import FaceMesh
+from elastomorph.bending.keys import Columns
+from elastomorph.bending.plan import BentMorph
+from elastomorph.bending.spaces import MeshSpace
+from elastomorph.io.blend_shapes import curve_to_json
+from elastomorph.io.choices import choice_to_json
+from elastomorph.io.gltf.container import GltfFile
+from elastomorph.model.morph import Morph
+
+Fields = NDArray[np.float64]
+
+_KINDS = ("NORMAL", "TANGENT")
+
+
+def spaces_of(file: GltfFile, mesh: FaceMesh, entry: dict[str, Any]) -> dict[int, MeshSpace]:
+    """The vertices of each primitive that was read, the same for those that share them."""
+    known: dict[tuple[Any, ...], MeshSpace] = {}
+    found = {}
+    for number, block in mesh.block_of.items():
+        attributes = entry["primitives"][number]["attributes"]
+        key = (block, attributes.get("NORMAL"), attributes.get("TANGENT"))
+        if key not in known:
+            known[key] = MeshSpace(file, mesh.blocks[block], attributes, f"mesh {mesh.number}")
+        found[number] = known[key]
+    return found
+
+
+class MeshEdit:
+    """A mesh of a document that bends are added to.
+
+    Args:
+        file: The file.
+        mesh: The mesh, as it was read.
+        document: The document that is changed.
+        additions: What is added to it.
+        extent: D, in the unit of the scene.
+    """
+
+    def __init__(
+        self,
+        file: GltfFile,
+        mesh: FaceMesh,
+        document: dict[str, Any],
+        additions: Additions,
+        extent: float,
+    ) -> None:
+        self._file, self._mesh, self._additions = file, mesh, additions
+        self._entry: dict[str, Any] = document["meshes"][mesh.number]
+        self._document = document
+        self._extent = extent or 1.0
+        self._targets = {morph: target for target, morph in mesh.morph_of.items()}
+        self._bends: list[tuple[int, Any, float]] = []
+        self._folds: dict[int, tuple[Any, float]] = {}
+        self.number = mesh.number
+        self._spaces = spaces_of(file, mesh, self._entry)
+        name = self._entry.get("name")
+        self.title = name if isinstance(name, str) and name else f"mesh {mesh.number}"
+        self.names: list[str] = []  # of the targets that were added
+        self._stored: dict[str, dict[str, Any]] = {}  # what is said of each morph that bends
+        self.error = 0.0  # how far the numbers in the file are from the bends, fraction of D
+
+    def add(self, bent: BentMorph, bends: Fields, normals: Fields | None) -> None:
+        """The bends (K, V, 3) of a morph of the face, and what they add to its normals."""
+        if bent.name not in self._targets:
+            return
+        column = self._mesh.names.index(self._targets[bent.name])
+        peaks = np.array([abs(curve.peak[1]) for curve in bent.morph.bend_curves])
+        curves: list[dict[str, Any]] = []
+        own = bends[:, self._mesh.rig_vertices]
+        lengths = np.linalg.norm(own, axis=2)
+        for k in np.flatnonzero(lengths.any(axis=1)).tolist():
+            name = self._new_name(f"{self._mesh.names[column]}.bend{k + 1}")
+            self.names.append(name)
+            curve = bent.morph.bend_curves[k]
+            self._bends.append((column, curve, float(lengths[k].max()) / self._extent))
+            curves.append({"target": name, "curve": curve_to_json(curve)})
+            turned = None if normals is None else normals[k][self._mesh.rig_vertices]
+            self._add_target(column, own[k], turned, float(peaks[k]))
+        entry: dict[str, Any] = {"method": bent.morph.method, "bends": curves}
+        if bent.fold is not None:
+            delta = np.linalg.norm(bent.morph.delta, axis=1).max(initial=0.0) / self._extent
+            self._folds[column] = (bent.fold, float(delta))
+            entry["fold"] = curve_to_json(bent.fold)
+        entry["bake_error"] = bent.error * self._extent / (self._mesh.diameter or 1.0)
+        self._stored[bent.name] = entry
+
+    @property
+    def columns(self) -> Columns | None:
+        """How its weights are extended; None where nothing was added."""
+        if not self._bends and not self._folds:
+            return None
+        return Columns(len(self._mesh.names), tuple(self._bends), self._folds)
+
+    def _add_target(self, column: int, bend: Fields, normals: Fields | None, peak: float) -> None:
+        """One further target in every primitive; those that share vertices share accessors."""
+        known: dict[tuple[Any, ...], int] = {}
+        for number, primitive in enumerate(self._entry["primitives"]):
+            example = primitive["targets"][column]
+            kinds = dict.fromkeys(["POSITION", *(kind for kind in _KINDS if kind in example)])
+            target: dict[str, Any] = {}
+            for kind in kinds:
+                encoding = Encoding.of(self._file, example.get(kind))
+                space = self._spaces.get(number)
+                key = (kind, encoding, space or number)
+                if key not in known:
+                    values = self._values(kind, number, bend, normals)
+                    rows, normalized, error = encoding.encoded(values)
+                    if kind == "POSITION" and space is not None:
+                        away = np.linalg.norm(space.block.placement.offsets(error), axis=1)
+                        self.error = max(self.error, peak * float(away.max()) / self._extent)
+                    bounds = kind == "POSITION"
+                    known[key] = self._additions.displacements(
+                        rows, normalized=normalized, bounds=bounds
+                    )
+                target[kind] = known[key]
+            primitive["targets"].append(target)
+
+    def _values(self, kind: str, primitive: int, bend: Fields, normals: Fields | None) -> Fields:
+        """(N, 3) of a bend in the space of the mesh."""
+        space = self._spaces.get(primitive)
+        if space is None:  # lines, of which nothing is read
+            positions = self._entry["primitives"][primitive]["attributes"]["POSITION"]
+            count = self._file.item("accessors", positions, "a primitive")["count"]
+            return np.zeros((count, 3))
+        if kind == "POSITION":
+            return space.displacements(bend[space.rows])
+        if normals is None or kind not in ("NORMAL", "TANGENT"):
+            return np.zeros((len(space.block.vertices), 3))
+        turned = space.normals(normals[space.rows])
+        return turned if kind == "NORMAL" else space.tangents(turned)
+
+    def _new_name(self, name: str) -> str:
+        taken = {*self._mesh.names, *self.names}
+        while name in taken:
+            name += "_"
+        return name
+
+    def finish(self, paths: Mapping[str, Morph]) -> Columns | None:
+        """Write names, default weights and curves; how the weights of the mesh are extended."""
+        columns = self.columns
+        if columns is None:
+            return None
+        extras = self._entry.setdefault("extras", {})
+        self._extend_names(extras)
+        nodes = (n for n in self._document.get("nodes", []) if isinstance(n, dict))
+        for holder in (self._entry, *(n for n in nodes if n.get("mesh") == self._mesh.number)):
+            if "weights" in holder:
+                given = self._weights(holder["weights"])
+                holder["weights"] = [*given, *columns.weights(given).tolist()[len(given) :]]
+                for place in columns.folds:
+                    holder["weights"][place] = float(columns.weights(given)[place])
+        extras["elastomorph"] = {
+            **self._mesh.stored,
+            "version": 2 if columns.folds else 1,
+            "morphs": [self._described(name, paths) for name in self._mesh.names],
+        }
+        return columns
+
+    def _described(self, target: str, paths: Mapping[str, Morph]) -> dict[str, Any]:
+        name = self._mesh.morph_of.get(target, target)
+        entry: dict[str, Any] = {"name": name, "target": target}
+        own = self._stored.get(name)
+        if own is None:
+            return entry | {"method": "linear", "bake_error": 0.0, "choice": None, "bends": []}
+        return entry | {"choice": choice_to_json(paths[name].choice)} | own
+
+    def _weights(self, given: Any) -> list[float]:
+        count = len(self._mesh.names)
+        numbers = isinstance(given, list) and all(
+            isinstance(own, int | float) and not isinstance(own, bool) for own in given
+        )
+        if not numbers or len(given) != count:
+            self._file.refuse(
+                f"default weights of mesh {self._mesh.number} are not {count} numbers, one for "
+                "each morph target"
+            )
+        return list(given)
+
+    def _extend_names(self, extras: dict[str, Any]) -> None:
+        """Names of the new targets, wherever those of the others are."""
+        count = len(self._mesh.names)
+        lists = [extras]
+        for primitive in self._entry["primitives"]:
+            own = primitive.get("extras")
+            if isinstance(own, dict):
+                lists.append(own)
+            for name, target in zip(self.names, primitive["targets"][count:], strict=True):
+                if any("extras" in each for each in primitive["targets"][:count]):
+                    target["extras"] = {"name": name}
+        holding = [own for own in lists if isinstance(own.get("targetNames"), list)]
+        for own in holding:
+            given = own["targetNames"][:count]
+            own["targetNames"] = [*given, *self._mesh.names[len(given) :], *self.names]
+        if not any(own is extras for own in holding):
+            extras["targetNames"] = [*self._mesh.names, *self.names]

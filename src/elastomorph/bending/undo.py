@@ -1,0 +1,132 @@
+"""What undoes a bend: the few things of a document that changed, kept in the document itself.
+
+``extras.elastomorph`` of the document is::
+
+    {"version": 1, "undo": {…}, "chunk": 2700120, "made": "9f…"}
+
+``undo`` is a patch that makes the document of the original: of an object, ``set`` holds members as
+they were, ``cut`` names those that were added and ``in`` patches others; of a list, ``cut`` is the
+length it had. ``chunk`` is the length that the binary chunk had, null where there was none.
+``made`` is a digest of all the rest: it tells whether another program has changed anything since,
+so that the patch no longer fits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any, NoReturn
+
+from elastomorph.io.gltf.container import GltfFile
+
+_VERSION = 1
+_KEY = "elastomorph"
+
+
+def record(
+    original: dict[str, Any], bent: dict[str, Any], length: int | None, chunk: bytes | None
+) -> dict[str, Any]:
+    """The document of a bent file, with its binary chunk, and what undoes it.
+
+    The chunk had another length before, None where there was none.
+    """
+    extras = dict(bent.get("extras", {}))
+    patch = reverse_patch(original, bent) or {}
+    # The digest is taken of a document without record, whether or not there were other extras.
+    digest = _digest(bent, chunk or b"")
+    extras[_KEY] = {"version": _VERSION, "undo": patch, "chunk": length, "made": digest}
+    return {**bent, "extras": extras}
+
+
+def is_bent(file: GltfFile) -> bool:
+    """Whether a document says that `bend` made it."""
+    extras = file.document.get("extras")
+    own = extras.get(_KEY) if isinstance(extras, dict) else None
+    return isinstance(own, dict) and "undo" in own
+
+
+def undone(file: GltfFile, chunk: bytes | None) -> tuple[dict[str, Any], bytes | None]:
+    """The document and the binary chunk of the original of a bent file."""
+    extras = dict(file.document["extras"])
+    own = extras.pop(_KEY)
+    if own.get("version") != _VERSION:
+        file.refuse(
+            "it was bent by a newer version of elastomorph; update, or bend the original instead"
+        )
+    bent = {**file.document, "extras": extras}
+    if not extras:
+        del bent["extras"]
+    length = own.get("chunk")
+    known = type(length) is int and chunk is not None and 0 <= length <= len(chunk)
+    if not known and length is not None:
+        _refuse(file)
+    if own.get("made") != _digest(bent, chunk or b""):
+        _refuse(file)
+    try:
+        document = patched(bent, own["undo"])
+    except (LookupError, TypeError, ValueError):
+        _refuse(file)
+    return document, None if length is None or chunk is None else chunk[:length]
+
+
+def reverse_patch(old: Any, new: Any) -> dict[str, Any] | None:
+    """What makes the old JSON value of the new one; None where they are the same."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        inside = {key: reverse_patch(old[key], new[key]) for key in old if key in new}
+        parts = {
+            "set": {key: value for key, value in old.items() if key not in new},
+            "cut": [key for key in new if key not in old],
+            "in": {key: patch for key, patch in inside.items() if patch is not None},
+        }
+        return {name: part for name, part in parts.items() if part} or None
+    if isinstance(old, list) and isinstance(new, list) and len(old) <= len(new):
+        within = {
+            str(place): patch
+            for place, pair in enumerate(zip(old, new, strict=False))
+            if (patch := reverse_patch(*pair)) is not None
+        }
+        found: dict[str, Any] = {"in": within} if within else {}
+        return found | ({"cut": len(old)} if len(old) < len(new) else {}) or None
+    same = type(old) is type(new) and old == new and not isinstance(old, list)
+    return None if same else {"was": old}
+
+
+def patched(value: Any, patch: dict[str, Any]) -> Any:
+    """A JSON value with a patch of `reverse_patch` applied."""
+    if "was" in patch:
+        return patch["was"]
+    inside = patch.get("in", {})
+    if isinstance(value, list):
+        own = value[: patch.get("cut", len(value))]
+        for place, inner in inside.items():
+            own[int(place)] = patched(own[int(place)], inner)
+        return own
+    kept = {key: own for key, own in value.items() if key not in patch.get("cut", ())}
+    for key, inner in inside.items():
+        kept[key] = patched(kept[key], inner)
+    return kept | patch.get("set", {})
+
+
+def _digest(document: dict[str, Any], chunk: bytes) -> str:
+    # As other programs write numbers: 1.0 and 1 are the same to JSON.
+    text = json.dumps(_plain(document), sort_keys=True, separators=(",", ":"))
+    found = hashlib.blake2b(chunk, digest_size=16)
+    found.update(text.encode())
+    return found.hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(own) for key, own in value.items()}
+    if isinstance(value, list):
+        return [_plain(own) for own in value]
+    if isinstance(value, float) and value.is_integer() and abs(value) < 2**53:
+        return int(value)
+    return value
+
+
+def _refuse(file: GltfFile) -> NoReturn:
+    file.refuse(
+        "another program has changed it since it was bent, so that the bends cannot be taken out; "
+        "bend the original instead"
+    )
