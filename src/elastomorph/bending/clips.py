@@ -1,23 +1,212 @@
-"""The animations of a document with the weights of bends, so that its clips play bent."""
+"""The animations of a document with the weights of bends, so that its clips play bent.
+
+A channel of weights gets a sampler of its own with all weights; the sampler it had, which others
+may use too, and its accessors stay as they are. Where KHR_animation_pointer moves one weight alone,
+the weights of its bends get channels of their own.
+"""
 
 from __future__ import annotations
 
+import copy
+import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from elastomorph.bending.additions import Additions
-from elastomorph.bending.keys import Columns
+from elastomorph.bending.keys import Columns, Keys, bent_keys
+from elastomorph.errors import ParameterError
+from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import GltfFile
+
+_POINTER = "KHR_animation_pointer"
+_WEIGHTS = re.compile(r"/(nodes|meshes)/(\d{1,9})/weights(?:/(\d{1,9}))?")
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """What a channel moves: all weights of a mesh, or one."""
+
+    mesh: int
+    weight: int | None
 
 
 class ClipEdit:
-    """The animations of a document that weights of bends are added to."""
+    """The animations of a document that weights of bends are added to.
 
-    def __init__(self, file: GltfFile, document: dict[str, Any], additions: Additions) -> None:
+    Args:
+        file: The file.
+        document: The document that is changed.
+        additions: What is added to it.
+        columns: How the weights of each mesh that got bends are extended.
+        tolerance: How far a vertex may be from its path between keys, as a fraction of D.
+
+    Attributes:
+        clips: How many animations play bent.
+        added_keys: How many keys were added to them.
+        error: How far a vertex may be from its path between keys, as a fraction of D.
+    """
+
+    def __init__(
+        self,
+        file: GltfFile,
+        document: dict[str, Any],
+        additions: Additions,
+        columns: Mapping[int, Columns],
+        tolerance: float,
+    ) -> None:
         self._file, self._document, self._additions = file, document, additions
+        self._columns, self._tolerance = columns, tolerance
+        self._inputs: dict[bytes, int] = {}
         self.clips = 0
         self.added_keys = 0
         self.error = 0.0
 
-    def extend(self, columns: Mapping[int, Columns], tolerance: float) -> None:
-        """Extend every channel of weights of the meshes that got bends."""
+    def extend(self) -> None:
+        """Extend every channel of weights."""
+        for number in range(len(self._file.items("animations"))):
+            self._file.item("animations", number, "the document")
+            animation = self._document["animations"][number]
+            of = f"animation {number}"
+            made: dict[tuple[int, _Moved], list[int]] = {}
+            for channel in list(self._file.list_in(animation, "channels", of)):
+                if not isinstance(channel, dict):
+                    self._file.refuse(f"a channel of {of} is no object")
+                moved = self._moved(channel, of)
+                if moved is not None and moved.mesh in self._columns:
+                    self._extend(animation, channel, moved, made, of)
+            self.clips += bool(made)
+
+    def _moved(self, channel: dict[str, Any], of: str) -> _Moved | None:
+        """The weights that a channel moves, None where it moves something else."""
+        file = self._file
+        target = file.object_in(channel, "target", of)
+        if target.get("path") == "weights" and "node" in target:
+            return self._of_node(target["node"], None, of)
+        if target.get("path") != "pointer":
+            return None
+        extensions = file.object_in(target, "extensions", of)
+        pointer = file.object_in(extensions, _POINTER, of).get("pointer")
+        found = _WEIGHTS.fullmatch(pointer) if isinstance(pointer, str) else None
+        if found is None:
+            return None
+        kind, number, weight = found.groups()
+        index = None if weight is None else int(weight)
+        if kind == "nodes":
+            return self._of_node(int(number), index, of)
+        file.item("meshes", int(number), of)
+        return self._checked(_Moved(int(number), index), of)
+
+    def _of_node(self, number: Any, weight: int | None, of: str) -> _Moved:
+        node = self._file.item("nodes", number, f"a channel of {of}")
+        if "mesh" not in node:
+            self._file.refuse(
+                f"{of} moves weights of node {number}, which has no mesh; take out that channel, "
+                "or export the animation again"
+            )
+        self._file.item("meshes", node["mesh"], "a node")
+        return self._checked(_Moved(node["mesh"], weight), of)
+
+    def _checked(self, moved: _Moved, of: str) -> _Moved:
+        columns = self._columns.get(moved.mesh)
+        if columns is not None and moved.weight is not None and moved.weight >= columns.count:
+            self._file.refuse(
+                f"{of} moves weight {moved.weight} of mesh {moved.mesh}, which has "
+                f"{columns.count} morph targets; take out that channel, or export it again"
+            )
+        return moved
+
+    def _extend(
+        self,
+        animation: dict[str, Any],
+        channel: dict[str, Any],
+        moved: _Moved,
+        made: dict[tuple[int, _Moved], list[int]],
+        of: str,
+    ) -> None:
+        samplers = self._file.list_in(animation, "samplers", of)
+        number = channel.get("sampler")
+        if type(number) is not int or number not in range(len(samplers)):
+            self._file.refuse(f"a channel of {of} names a sampler that it does not have")
+        columns = self._columns[moved.mesh]
+        followers = list(range(columns.count, columns.count + len(columns.bends)))
+        if moved.weight is not None:
+            followers = [
+                columns.count + k
+                for k, (column, _, _) in enumerate(columns.bends)
+                if column == moved.weight
+            ]
+            columns = _of_one(columns, moved.weight)
+            if not columns.followers:
+                return
+        key = (number, moved)
+        if key not in made:
+            keys, source = self._keys(samplers[number], columns, of)
+            made[key] = self._samplers(samplers, keys, source, alone=moved.weight is not None)
+        if moved.weight is None:
+            channel["sampler"] = made[key][0]
+            return
+        own, *others = made[key]
+        if columns.folds:
+            channel["sampler"] = own
+        for follower, sampler in zip(followers, others, strict=True):
+            added = copy.deepcopy(channel) | {"sampler": sampler}
+            place = added["target"]["extensions"][_POINTER]
+            place["pointer"] = f"{place['pointer'].rpartition('/')[0]}/{follower}"
+            animation["channels"].append(added)
+
+    def _keys(
+        self, sampler: Any, columns: Columns, of: str
+    ) -> tuple[Keys, tuple[Any, NDArray[np.float64]]]:
+        """The keys of all weights, and the number and times of those of the source."""
+        file, what = self._file, f"the keys of {of}"
+        if not isinstance(sampler, dict):
+            file.refuse(f"a sampler of {of} is no object")
+        times = read_floats(file, sampler.get("input"), 1, what)[:, 0]
+        kind = sampler.get("interpolation", "LINEAR")
+        rows = 3 if kind == "CUBICSPLINE" else 1
+        count = len(times) * rows * columns.count
+        values = read_floats(file, sampler.get("output"), 1, what, count=count)
+        shape = (len(times), *([3] if rows == 3 else []), columns.count)
+        try:
+            keys = bent_keys(times, values.reshape(shape), kind, columns, self._tolerance)
+        except ParameterError as problem:
+            file.refuse(f"{of} cannot be bent: {problem}")
+        self.error = max(self.error, keys.error)
+        self.added_keys += len(keys.times) - len(times)
+        return keys, (sampler["input"], times)
+
+    def _samplers(
+        self,
+        samplers: list[Any],
+        keys: Keys,
+        source: tuple[Any, NDArray[np.float64]],
+        alone: bool,
+    ) -> list[int]:
+        """The numbers of new samplers: one for all weights, or one each."""
+        number, times = source
+        if not np.array_equal(times, keys.times):
+            number = self._input(keys.times.astype(np.float32))
+        columns = np.split(keys.values, keys.values.shape[-1], axis=-1) if alone else [keys.values]
+        for values in columns:
+            output = self._additions.keys(values.astype(np.float32).reshape(-1))
+            samplers.append(
+                {"input": number, "interpolation": keys.interpolation, "output": output}
+            )
+        return list(range(len(samplers) - len(columns), len(samplers)))
+
+    def _input(self, times: NDArray[np.float32]) -> int:
+        key = times.tobytes()
+        if key not in self._inputs:
+            self._inputs[key] = self._additions.keys(times, bounds=True)
+        return self._inputs[key]
+
+
+def _of_one(columns: Columns, weight: int) -> Columns:
+    """The columns of one slider alone."""
+    bends = tuple((0, curve, size) for column, curve, size in columns.bends if column == weight)
+    folds = {0: columns.folds[weight]} if weight in columns.folds else {}
+    return Columns(1, bends, folds)

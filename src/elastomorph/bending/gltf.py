@@ -100,7 +100,6 @@ class _Edit:
             MeshEdit(file, mesh, self._document, self._additions, extent) for mesh in face.meshes
         ]
         self._bent: list[BentTarget] = []
-        self._clips = ClipEdit(file, self._document, self._additions)
 
     def add_bends(self, say: Callable[[str], None]) -> None:
         """The bends of all targets, in all meshes."""
@@ -143,7 +142,9 @@ class _Edit:
             if own is not None:
                 columns[mesh.number] = own
         say("bending clips")
-        self._clips.extend(columns, tolerance)
+        file = self._character.file
+        self._clips = ClipEdit(file, self._document, self._additions, columns, tolerance)
+        self._clips.extend()
 
     def written(self, output: str | Path | None, say: Callable[[str], None]) -> BendReport:
         """Write the file, or only find out how large it would be."""
