@@ -8,7 +8,7 @@ every moment.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 # rounded to single precision.
 _AT_CORNER = 1e-6
 _MOST_CELLS = 1 << 14
+# Points that are computed at once.
+_BLOCK = 1 << 13
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +64,10 @@ class Follower:
             near = np.abs(sliders[:, None] - self.corners).argmin(axis=1)
             corner = self.corners[near]
             found = np.where(np.abs(sliders - corner) <= _AT_CORNER, corner, sliders)
-        below = self.curve.slope(found, before=True)
         above = self.curve.slope(found)
+        if not len(self.corners):
+            return above * rates
+        below = self.curve.slope(found, before=True)
         return np.asarray(np.where((rates > 0) == before, below, above) * rates)
 
 
@@ -78,47 +82,47 @@ def _largest_derivative(curve: BendCurve, order: int) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
-    """The sliders between two source keys: polynomials of u, the part of the time that has gone."""
+class Pieces:
+    """The sliders between source keys: polynomials of u, the part of the time that has gone."""
 
-    start: float  # Seconds
-    stop: float
-    rows: Floats  # (2 or 4, J) coefficients of 1, u, u² and u³
+    starts: Floats  # (M,) seconds
+    stops: Floats  # (M,)
+    rows: Floats  # (M, 2 or 4, J) coefficients of 1, u, u² and u³
 
     @property
     def cubic(self) -> bool:
         """Whether keys have tangents."""
-        return len(self.rows) == 4
+        return bool(self.rows.shape[1] == 4)
 
-    def sliders(self, u: Floats) -> Floats:
-        """(N, J) values of the sliders."""
-        return np.asarray(np.polynomial.polynomial.polyval(u, self.rows).T)
-
-    def rates(self, u: Floats) -> Floats:
-        """(N, J) ds/du."""
-        rows = np.polynomial.polynomial.polyder(self.rows)
-        return np.asarray(np.polynomial.polynomial.polyval(u, rows).T)
+    def at(self, which: NDArray[np.int64], u: Floats, column: int | slice) -> tuple[Floats, Floats]:
+        """(P,) or (P, J) values and rates d/du of a slider, or of some, at P points of pieces."""
+        rows = self.rows[:, :, column][which]
+        part = u.reshape(-1, *(1,) * (rows.ndim - 2))
+        value, rate = rows[:, -1], np.zeros_like(rows[:, 0])
+        for degree in range(rows.shape[1] - 2, -1, -1):
+            rate = rate * part + value
+            value = value * part + rows[:, degree]
+        return value, rate
 
     @cached_property
     def fastest(self) -> Floats:
-        """(J,) bounds of |ds/du|."""
-        bound: Floats = np.arange(1.0, len(self.rows)) @ np.abs(self.rows[1:])
-        return bound
+        """(M, J) bounds of |ds/du|."""
+        degrees = np.arange(1.0, self.rows.shape[1])
+        return np.asarray(np.einsum("n,mnj->mj", degrees, np.abs(self.rows[:, 1:])))
 
     @cached_property
     def hardest(self) -> Floats:
-        """(J,) bounds of |d²s/du²|."""
+        """(M, J) bounds of |d²s/du²|."""
         if not self.cubic:
-            return np.zeros(self.rows.shape[1])
-        second = 2 * self.rows[2]
-        return np.asarray(np.maximum(np.abs(second), np.abs(second + 6 * self.rows[3])))
+            return np.zeros_like(self.rows[:, 0])
+        second = 2 * self.rows[:, 2]
+        return np.asarray(np.maximum(np.abs(second), np.abs(second + 6 * self.rows[:, 3])))
 
-    def crossings(self, column: int, level: float) -> Floats:
-        """Each u within (0, 1) at which a slider passes a level."""
-        row = self.rows[:, column].copy()
+    def crossings(self, number: int, column: int, level: float) -> Floats:
+        """Each u within (0, 1) at which a slider passes a level in a piece."""
+        row = self.rows[number, :, column].copy()
         row[0] -= level
-        size = np.abs(row).max()
-        row[np.abs(row) <= 1e-14 * size] = 0.0
+        row[np.abs(row) <= 1e-14 * np.abs(row).max()] = 0.0
         roots = np.polynomial.polynomial.polyroots(np.trim_zeros(row, "b"))
         real = roots.real[np.abs(roots.imag) <= 1e-9]
         return np.asarray(real[(real > 0) & (real < 1)])
@@ -132,40 +136,83 @@ class Added:
     error: float  # What is left between all of them, as a fraction of D
 
 
-def added_keys(piece: Piece, followers: Sequence[Follower], tolerance: float) -> Added:
-    """The keys that a piece needs, as few as a greedy search finds."""
-    none = np.zeros(0)
-    moving = [own for own in followers if own.size and piece.rows[1:, own.column].any()]
-    bend = sum(
-        own.size
-        * (own.roundest * piece.fastest[own.column] ** 2 + own.steepest * piece.hardest[own.column])
+def added_keys(pieces: Pieces, followers: Sequence[Follower], tolerance: float) -> list[Added]:
+    """The keys that each piece needs, as few as a greedy search finds."""
+    found = [Added(np.zeros(0), 0.0)] * len(pieces.starts)
+    columns = np.array([own.column for own in followers], dtype=np.int64)
+    sizes, steepest, roundest = (
+        np.array([getattr(own, name) for own in followers])
+        for name in ("size", "steepest", "roundest")
+    )
+    fast, hard = pieces.fastest[:, columns], pieces.hardest[:, columns]
+    bends = (roundest * fast**2 + steepest * hard) @ sizes
+    moving = (fast > 0) & (sizes > 0)
+    grids = []
+    for number in np.flatnonzero(moving.any(axis=1)).tolist():
+        own = np.flatnonzero(moving[number])
+        some = [followers[k] for k in own.tolist()]
+        grid = _grid(pieces, number, some, float(bends[number]), tolerance)
+        if grid is not None:
+            grids.append((grid, own))
+        else:
+            found[number] = Added(np.zeros(0), float(bends[number]) / 8)
+    for block in _blocks(grids):
+        for grid, stretch in _stretches(pieces, block, followers):
+            stops, error = _fewest(stretch, np.searchsorted(grid.u, grid.places), tolerance)
+            at = np.searchsorted(grid.places, grid.u[stops[1:-1]]) - 1
+            found[grid.number] = Added(grid.times[at], error)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Where keys may be put in a piece, and where the error is measured."""
+
+    number: int  # of the piece
+    times: Floats  # (N,) seconds of possible keys
+    places: Floats  # (N + 2,) those moments, the start and the end
+    u: Floats  # (P,) the places, and the moments at which curves have corners
+    bend: float  # Σ_k bound of |d²/du²|
+
+
+def _grid(
+    pieces: Pieces, number: int, moving: Sequence[Follower], bend: float, tolerance: float
+) -> _Grid | None:
+    """The grid of a piece; None where straight lines need no more keys."""
+    turns = [
+        pieces.crossings(number, own.column, float(corner))
         for own in moving
-    )
-    crossings = np.unique(
-        [
-            u
-            for own in moving
-            for corner in own.corners
-            for u in piece.crossings(own.column, float(corner))
-        ]
-    )
-    if not moving or (bend == 0 and not len(crossings)):
-        return Added(none, 0.0)
-    if not piece.cubic and not len(crossings) and bend / 8 <= tolerance:
-        return Added(none, bend / 8)
+        for corner in own.corners
+    ]
+    corners = np.unique(np.concatenate([np.zeros(0), *turns]))
+    if not len(corners) and (bend == 0 or (not pieces.cubic and bend / 8 <= tolerance)):
+        return None
     # Straight pieces are many and short, cubics few and long: choosing where they end from cells
     # this small keeps a straight piece within a twentieth of as long as it can be.
-    fine = 2 if piece.cubic else 8
+    fine = 2 if pieces.cubic else 8
     cells = int(np.clip(np.ceil(fine * np.sqrt(bend / tolerance)), 1, _MOST_CELLS))
+    start, stop = pieces.starts[number], pieces.stops[number]
     even = np.arange(1, cells) / cells
-    span = piece.stop - piece.start
-    times = np.unique((piece.start + np.union1d(even, crossings) * span).astype(np.float32))
-    seconds = times.astype(np.float64)
-    seconds = seconds[(seconds > piece.start) & (seconds < piece.stop)]
-    places = np.concatenate([[0.0], (seconds - piece.start) / span, [1.0]])
-    stretch = _Stretch.of(piece, moving, np.union1d(places, crossings), float(bend))
-    stops, error = _fewest(stretch, np.searchsorted(stretch.u, places), tolerance)
-    return Added(seconds[np.searchsorted(places, stretch.u[stops[1:-1]]) - 1], error)
+    single = (start + np.union1d(even, corners) * (stop - start)).astype(np.float32)
+    times = np.unique(single).astype(np.float64)
+    times = times[(times > start) & (times < stop)]
+    places = np.concatenate([[0.0], (times - start) / (stop - start), [1.0]])
+    return _Grid(number, times, places, np.union1d(places, corners), bend)
+
+
+_Moved = tuple[_Grid, NDArray[np.int64]]  # A grid, and which followers move in its piece
+
+
+def _blocks(grids: list[_Moved]) -> Iterator[list[_Moved]]:
+    """The grids in runs of not too many points."""
+    block: list[_Moved] = []
+    for own in grids:
+        block.append(own)
+        if sum(len(grid.u) for grid, _ in block) >= _BLOCK:
+            yield block
+            block = []
+    if block:
+        yield block
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,22 +224,6 @@ class _Stretch:
     # (2, K, P) d/du just before and just after each point; None where keys have no tangents
     rates: Floats | None
     bend: float  # Σ_k bound of |d²/du²|
-
-    @classmethod
-    def of(cls, piece: Piece, moving: Sequence[Follower], u: Floats, bend: float) -> _Stretch:
-        sliders, rates = piece.sliders(u), piece.rates(u)
-        sizes = np.array([own.size for own in moving])[:, None]
-        values = sizes * np.stack([own.curve(sliders[:, own.column]) for own in moving])
-        if not piece.cubic:
-            return cls(u, values, None, bend)
-        both = [
-            [
-                own.rates(sliders[:, own.column], rates[:, own.column], before=before)
-                for own in moving
-            ]
-            for before in (True, False)
-        ]
-        return cls(u, values, sizes * np.array(both), bend)
 
     def error(self, start: int, stop: int) -> float:
         """The largest Σ_k |error| between keys at two points and nowhere between."""
@@ -212,6 +243,29 @@ class _Stretch:
         return left + bend * float(np.diff(u).max()) ** 2 / 8
 
 
+def _stretches(
+    pieces: Pieces, block: list[_Moved], followers: Sequence[Follower]
+) -> Iterator[tuple[_Grid, _Stretch]]:
+    """What moves on some grids, each curve computed at all of their points at once."""
+    u = np.concatenate([grid.u for grid, _ in block])
+    which = np.repeat([grid.number for grid, _ in block], [len(grid.u) for grid, _ in block])
+    some = np.unique(np.concatenate([own for _, own in block]))
+    values = np.empty((len(some), len(u)))
+    rates = np.empty((2, *values.shape)) if pieces.cubic else None
+    for row, own in enumerate(followers[k] for k in some.tolist()):
+        slider, rate = pieces.at(which, u, own.column)
+        values[row] = own.size * own.curve(slider)
+        if rates is not None:
+            rates[0, row] = own.size * own.rates(slider, rate, before=True)
+            rates[1, row] = own.size * own.rates(slider, rate, before=False)
+    start = 0
+    for grid, own_rows in block:
+        rows, points = np.searchsorted(some, own_rows), slice(start, start + len(grid.u))
+        start = points.stop
+        both = None if rates is None else rates[:, rows, points]
+        yield grid, _Stretch(grid.u, values[rows, points], both, grid.bend)
+
+
 def _fewest(
     stretch: _Stretch, places: NDArray[np.int64], tolerance: float
 ) -> tuple[NDArray[np.int64], float]:
@@ -219,28 +273,34 @@ def _fewest(
     last = len(places) - 1
     keys, largest = [0], 0.0
     while keys[-1] < last:
-        reached, error = _longest(stretch, places, keys[-1], tolerance)
+        before = keys[-1] - keys[-2] if len(keys) > 1 else last
+        reached, error = _longest(stretch, places, keys[-1], before, tolerance)
         keys.append(reached)
         largest = max(largest, error)
     return places[keys], largest
 
 
 def _longest(
-    stretch: _Stretch, places: NDArray[np.int64], start: int, tolerance: float
+    stretch: _Stretch, places: NDArray[np.int64], start: int, guess: int, tolerance: float
 ) -> tuple[int, float]:
-    """Where the longest stretch from one key ends, and its error: the next place at least."""
+    """Where the longest stretch from one key ends, and its error: the next place at least.
+
+    It is looked for from as long as the last one was, in steps that double and then halve.
+    """
     last = len(places) - 1
-    whole = stretch.error(places[start], places[last])
-    if whole <= tolerance or last == start + 1:
-        return last, whole
-    good, bad = start + 1, last
-    error = stretch.error(places[start], places[good])
-    step = 1
-    while bad - good > 1:
-        tried = min(good + step, (good + bad) // 2)
+    good, bad, error = start + 1, last + 1, np.nan
+    tried, step = min(start + guess, last), 1
+    while bad - good > 1 or np.isnan(error):
         longer = stretch.error(places[start], places[tried])
-        if longer > tolerance:
-            bad, step = tried, bad  # from here on only halves
+        if longer <= tolerance or tried == start + 1:
+            good, error = tried, longer
+            ahead = tried + step
         else:
-            good, error, step = tried, longer, 2 * step
-    return good, error
+            bad = tried
+            ahead = tried - step
+        inside = bad <= last and not np.isnan(error)
+        tried = (good + bad) // 2 if inside else min(max(ahead, start + 1), last)
+        step *= 2
+        if good == last:
+            break
+    return good, float(error)

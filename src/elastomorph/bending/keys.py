@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.bending.followers import Added, Floats, Follower, Piece, added_keys
+from elastomorph.bending.followers import Added, Floats, Follower, Pieces, added_keys
 from elastomorph.errors import ParameterError
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.numbers import as_number, as_numbers
@@ -120,7 +120,7 @@ def bent_keys(
         found, error = _rounded(columns.weights(given), columns)
         return Keys(moments, found, interpolation, error)
     pieces = _pieces(moments, given)
-    added = [added_keys(piece, columns.followers, tolerance) for piece in pieces]
+    added = added_keys(pieces, columns.followers, tolerance)
     seconds, sliders = _with_added(moments, given, pieces, added)
     error = max((own.error for own in added), default=0.0)
     if interpolation == "LINEAR":
@@ -161,7 +161,7 @@ def _single(numbers: Floats) -> Floats:
     return found
 
 
-def _pieces(times: Floats, values: Floats) -> list[Piece]:
+def _pieces(times: Floats, values: Floats) -> Pieces:
     """What the sliders do between each two keys."""
     if values.ndim == 2:
         rows = np.stack([values[:-1], np.diff(values, axis=0)], axis=1)
@@ -172,24 +172,23 @@ def _pieces(times: Floats, values: Floats) -> list[Piece]:
         rows = np.stack(
             [values[:-1, 1], first, 3 * rise - 2 * first - last, first + last - 2 * rise], axis=1
         )
-    return [Piece(*own) for own in zip(times[:-1].tolist(), times[1:].tolist(), rows, strict=True)]
+    return Pieces(times[:-1], times[1:], rows)
 
 
 def _with_added(
-    times: Floats, values: Floats, pieces: list[Piece], added: list[Added]
+    times: Floats, values: Floats, pieces: Pieces, added: list[Added]
 ) -> tuple[Floats, Floats]:
     """Times and sliders of all keys; between its keys each slider stays the same curve."""
-    seconds, sliders = [times[:1]], [values[:1]]
-    for place, (piece, own) in enumerate(zip(pieces, added, strict=True), start=1):
-        span = piece.stop - piece.start
-        part = (own.times - piece.start) / span
-        found = piece.sliders(part)
-        if piece.cubic:
-            rates = piece.rates(part) / span
-            found = np.stack([rates, found, rates], axis=1)
-        seconds += [own.times, times[place : place + 1]]
-        sliders += [found, values[place : place + 1]]
-    return np.concatenate(seconds), np.concatenate(sliders)
+    counts = np.array([len(own.times) for own in added], dtype=np.int64)
+    which = np.repeat(np.arange(len(added)), counts)
+    more = np.concatenate([np.zeros(0), *(own.times for own in added)])
+    spans = pieces.stops - pieces.starts
+    found, rates = pieces.at(which, (more - pieces.starts[which]) / spans[which], slice(None))
+    if pieces.cubic:
+        rates = rates / spans[which, None]
+        found = np.stack([rates, found, rates], axis=1)
+    after = np.repeat(np.arange(1, len(times)), counts)
+    return np.insert(times, after, more), np.insert(values, after, found, axis=0)
 
 
 def _with_tangents(sliders: Floats, columns: Columns) -> Floats:
