@@ -31,11 +31,13 @@ class Request:
     weights: dict[int, Floats]
     clip: int | None = None
     time: float = 0.0
+    bend: bool = False  # by the package for engines, which Blender has not
 
     def as_json(self) -> dict[str, Any]:
         """As the scripts take it."""
         weights = {str(node): own.tolist() for node, own in self.weights.items()}
-        return {"weights": weights, "clip": self.clip, "time": float(self.time)}
+        own = {"clip": self.clip, "time": float(self.time), "bend": self.bend}
+        return {"weights": weights, **own}
 
 
 def command(player: str) -> list[str] | None:

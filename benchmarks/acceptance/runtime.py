@@ -39,7 +39,8 @@ def bent_weights(
     for morph in stored["morphs"]:
         of = drivers.get(morph["name"], [morph["name"]])
         t = float(np.prod([sliders.get(name, 0.0) for name in of]))
-        found[morph["target"]] = t + (curve_value(morph["fold"], t) if morph.get("fold") else 0.0)
+        fold = morph.get("fold") if stored["version"] > 1 else None
+        found[morph["target"]] = t + (curve_value(fold, t) if fold else 0.0)
         for bend in morph.get("bends", []):
             found[bend["target"]] = curve_value(bend["curve"], t)
     return np.array([found[name] for name in names])

@@ -1,6 +1,8 @@
 // What Babylon.js shows of a file, without a window.
 import { FreeCamera, ImportMeshAsync, Logger, NullEngine, Scene, Vector3 } from '@babylonjs/core';
 import '@babylonjs/loaders/glTF/index.js';
+import { registerGLTFExtension } from '@babylonjs/loaders/glTF/2.0/glTFLoaderExtensionRegistry.js';
+import { bendMesh, keepExtras } from '../../../runtimes/js/babylon.js';
 
 const FRAMES = 60; // a second, which is what its loader counts in
 
@@ -8,6 +10,7 @@ const MOVED = ['position', 'rotationQuaternion', 'scaling'];
 
 export async function load(content) {
   Logger.LogLevels = Logger.ErrorLogLevel; // what it greets with is no answer
+  registerGLTFExtension('elastomorph', false, keepExtras);
   const engine = new NullEngine({ useHighPrecisionMatrix: true });
   const scene = new Scene(engine);
   scene.useRightHandedSystem = true;
@@ -49,6 +52,7 @@ function part(mesh) {
         targets.getTarget(i).influence = weight;
       });
     },
+    bend: () => bendMesh(mesh),
     positions() {
       const posed = mesh.getPositionData(true, true);
       const found = new Float64Array(posed.length);

@@ -1,6 +1,7 @@
 // What three.js shows of a file.
 import { AnimationMixer, LoopOnce, Vector3 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { bendMesh } from '../../../runtimes/js/three.js';
 
 export async function load(content) {
   const { scene, animations, parser } = await new GLTFLoader().parseAsync(content, '');
@@ -37,6 +38,7 @@ function part(mesh, parser) {
         mesh.morphTargetInfluences[i] = weight;
       });
     },
+    bend: () => bendMesh(mesh),
     positions() {
       const found = new Float64Array(3 * count);
       const vertex = new Vector3();
