@@ -7,7 +7,7 @@
 //     if (!bender) return fail(problem);
 //     bender->weights(sliders, weights);   // in the order of bender->sliders() and ->targets()
 //
-// SPDX-License-Identifier: MIT
+// Version 0.2.0. SPDX-License-Identifier: MIT
 #pragma once
 
 #include <algorithm>

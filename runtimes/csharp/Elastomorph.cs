@@ -5,7 +5,7 @@
 //     var bender = Elastomorph.Bender.FromJson(extras);   // the extras of the mesh
 //     bender.Weights(sliders, weights);   // in the order of bender.Sliders and bender.Targets
 //
-// SPDX-License-Identifier: MIT
+// Version 0.2.0. SPDX-License-Identifier: MIT
 using System;
 using System.Collections.Generic;
 using System.Globalization;

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -116,13 +115,6 @@ class TestPackage:
     def test_an_application_grows_by_at_most_4_kb(self, module: str) -> None:
         told = ran(node("vite"), WEB / "checks" / "size.mjs", JS / module)
         assert 1000 < json.loads(told)[str(JS / module)] <= FOUR_KB
-
-    def test_its_version_and_licence_are_those_of_the_python_package(self) -> None:
-        project = tomllib.loads((RUNTIMES.parent / "pyproject.toml").read_text("utf-8"))["project"]
-        assert self.package["version"] == project["version"]
-        assert self.package["license"] == "MIT"
-        licence = (RUNTIMES.parent / "LICENSE").read_text("utf-8")
-        assert (JS / "LICENSE").read_text("utf-8") == licence
 
     def test_it_needs_nothing(self) -> None:
         assert not {"dependencies", "peerDependencies", "scripts"} & self.package.keys()
