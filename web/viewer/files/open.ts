@@ -3,14 +3,9 @@ import type { Model } from '../types/model';
 import { readClips } from './clips';
 import { openContainer } from './container';
 import { diameterOf } from './diameter';
-<<<<<<< HEAD
 import { GltfDocument } from './document';
-import { readMorphs, storedIn } from './morphs';
-=======
-import { GltfDocument, isEntry } from './document';
 import { headOf } from './head';
-import { readMorphs } from './morphs';
->>>>>>> 3be50eb (The viewer shows a character with its own looks; GLB files keep them)
+import { readMorphs, storedIn } from './morphs';
 import { placedMeshes } from './nodes';
 import { dressedParts, sortedParts } from './parts';
 import { readPolygons, triangleEdges } from './polygons';
@@ -40,18 +35,12 @@ export async function openFile(
   const file = new GltfDocument(await openContainer(name, bytes));
   const meshes = placedMeshes(file);
   const surface = readSurface(file, meshes);
-<<<<<<< HEAD
   const numbers = [...new Set(meshes.map(({ mesh }) => mesh))];
   const stored = storedIn(numbers.map((number) => file.item('meshes', number, 'a node')));
   const written = meshes.length === 1 ? stored[0]?.['surface'] : undefined;
   const polygons = await readPolygons(written, surface);
-  const seams = polygons?.seams ?? seamsOf(surface);
-=======
-  const stored = meshes.length === 1 ? extrasOf(file, meshes[0]!.mesh) : undefined;
-  const polygons = await readPolygons(stored?.['surface'], surface);
   const skins = await readSkins(file);
   const seams = skins ? seamsOf(surface, SEAM_OF_SKINS) : (polygons?.seams ?? seamsOf(surface));
->>>>>>> 3be50eb (The viewer shows a character with its own looks; GLB files keep them)
   const described = readMorphs(stored, surface.targetNames);
   const several = meshes.length > 1 || (polygons?.groups?.names.length ?? 0) > 1;
   return {
