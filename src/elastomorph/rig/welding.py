@@ -46,11 +46,17 @@ class Welding:
         moves = np.zeros(len(vertices), dtype=bool)
         for target in targets:
             moves |= (target != vertices).any(axis=1)
-        part = component_of(len(vertices), neutral.edges)
-        kept = np.flatnonzero(np.isin(part, part[moves]))
-        number = np.arange(len(kept))
-        if neutral.source is not None and neutral.source.split:
-            number = _same(vertices, targets, kept)
+        everywhere = np.arange(len(vertices))
+        if neutral.source is None or not neutral.source.split:
+            kept = _hanging_on(neutral, everywhere, everywhere, moves)
+            number = np.arange(len(kept))
+        else:
+            # A surface goes on across its seams. What is at one place is soon found, and among
+            # that what is one: parts that only touch the others are not kept.
+            touching = _hanging_on(neutral, everywhere, _same(vertices, [], everywhere), moves)
+            first = touching[_same(vertices, targets, touching)]
+            kept = _hanging_on(neutral, touching, first, moves)
+            number = np.searchsorted(kept, first[np.isin(touching, kept)])
         first, at = np.unique(number, return_inverse=True)
         place = np.full(len(vertices), -1, dtype=np.int64)
         place[kept] = at
@@ -92,6 +98,15 @@ def seams_of(neutral: Mesh, ends: Mapping[str, Mesh]) -> Welding | None:
         return None
     welding = Welding.of(neutral, [end.vertices for end in ends.values()])
     return welding if welding.joins else None
+
+
+def _hanging_on(
+    neutral: Mesh, these: NDArray[np.int64], first: NDArray[np.int64], moves: NDArray[np.bool_]
+) -> NDArray[np.int64]:
+    """Rising vertices of the parts that move, where these are one with their first ones."""
+    edges = np.concatenate([neutral.edges, np.column_stack([these, first])])
+    part = component_of(len(neutral.vertices), edges)
+    return np.flatnonzero(np.isin(part, part[moves]))
 
 
 def _same(
