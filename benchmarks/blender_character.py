@@ -138,10 +138,10 @@ def _object(bpy: Any, part: str, arrays: Any, armature: Any, image: Any) -> None
 
 def _shapes(part: str, thing: Any, arrays: Any, placed: Any) -> None:
     """Shape keys, a few of them animated; all objects have the keys of the head."""
-    thing.shape_key_add(name="Basis")
+    thing.shape_key_add(name="Basis", from_mix=False)
     names = [key.split("/")[-1] for key in arrays.files if key.startswith("Head/shapes/")]
     for name in names:
-        key = thing.shape_key_add(name=name)
+        key = thing.shape_key_add(name=name, from_mix=False)
         if f"{part}/shapes/{name}" in arrays.files:
             moved = placed(arrays[f"{part}/shapes/{name}"])
             key.data.foreach_set("co", moved.astype(np.float32).reshape(-1))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 import elastomorph as em
 from acceptance.gltf_file import GltfFile
-from acceptance.posing import Floats, Pose, Scene
+from acceptance.posing import Floats, Scene
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.polygons import Polygons
 
@@ -35,25 +35,48 @@ class Face:
         nodes: dict[int, int] = {}
         for node in scene.faces:
             nodes.setdefault(scene.file.nodes[node]["mesh"], node)
-        rest = scene.posed(Pose(weights={n: np.zeros(scene.count(n)) for n in scene.faces}))
         places, start, triangles = {}, 0, []
-        for node in nodes.values():
-            for surface in scene.surfaces(node):
-                key = (node, surface.number[1])
-                places[key] = slice(start, start + len(surface.positions))
-                triangles.append(corners(scene.file, *surface.number) + start)
-                start = places[key].stop
-        neutral = np.concatenate([rest[key] for key in places])
-        names = [name for mesh in nodes for name in scene.names(mesh)]
-        targets = {}
-        for name in dict.fromkeys(names):
-            weights = {
-                node: np.array([float(own == name) for own in scene.names(mesh)])
-                for mesh, node in nodes.items()
-            }
-            full = scene.posed(Pose(weights=weights))
-            targets[name] = np.concatenate([full[key] for key in places])
+        whole: list[Floats] = []
+        moves: dict[str, list[Floats]] = {
+            name: [] for name in dict.fromkeys(n for mesh in nodes for n in scene.names(mesh))
+        }
+        for mesh, node in nodes.items():
+            for surface, held in zip(scene.surfaces(node), scene.matrices(node), strict=True):
+                place = slice(start, start + len(surface.positions))
+                places[node, surface.number[1]] = place
+                start = place.stop
+                triangles.append(corners(scene.file, *surface.number) + place.start)
+                linear, shift = held[..., :3], held[..., 3]
+                whole.append(np.einsum("...ij,...j->...i", linear, surface.positions) + shift)
+                of_name = dict(zip(scene.names(mesh), surface.targets, strict=False))
+                for name, parts in moves.items():
+                    moved = of_name.get(name, np.zeros_like(surface.positions))
+                    parts.append(np.einsum("...ij,...j->...i", linear, moved))
+        neutral = np.concatenate(whole)
+        targets = {name: neutral + np.concatenate(parts) for name, parts in moves.items()}
         return cls(places, neutral, targets, np.concatenate(triangles))
+
+    def in_numbers_of(self, rig: em.Rig) -> Face:
+        """The same face with the numbers of a rig that was read, which are within rounding.
+
+        Where a surface is folded to nothing in the neutral, paths notice a ten-millionth.
+        """
+        shared = [name for name in self.targets if name in rig.morphs]
+        far = (
+            rig.neutral.vertices[:, None],
+            *(rig.morphs[name].target.vertices[:, None] for name in shared),
+        )
+        near = self.neutral[:, None], *(self.targets[name][:, None] for name in shared)
+        theirs, ours = (np.concatenate(own, axis=1).reshape(len(own[0]), -1) for own in (far, near))
+        # A few mixed coordinates tell vertices apart as well as all of them do.
+        mixed = np.random.default_rng(0).normal(size=(theirs.shape[1], 6))
+        away, at = cKDTree(theirs @ mixed).query(ours @ mixed)
+        assert away.max() < 1e-4 * (self.extent or 1.0) * len(shared)
+        targets = {
+            name: rig.morphs[name].target.vertices[at] if name in shared else own
+            for name, own in self.targets.items()
+        }
+        return replace(self, neutral=rig.neutral.vertices[at], targets=targets)
 
     @cached_property
     def extent(self) -> float:
@@ -74,18 +97,39 @@ class Face:
         _, first, place = np.unique(label, return_index=True, return_inverse=True)
         return first, place.reshape(-1)
 
+    @cached_property
+    def _moving(self) -> NDArray[np.bool_]:
+        """(W,) whether a place belongs to a connected part that a target moves."""
+        first, place = self.welded
+        faces, count = place[self.triangles], len(first)
+        ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
+        graph = coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
+        _, part = connected_components(graph, directed=False)
+        moved = np.zeros(count, dtype=bool)
+        for target in self.targets.values():
+            moved |= (target != self.neutral).any(axis=1)[first]
+        return np.isin(part, part[moved])
+
     def paths(self, names: list[str], method: str = "auto") -> dict[str, em.Morph]:
-        """The path of some targets on the welded surface."""
+        """The path of some targets on the welded surface, of its connected parts that move."""
         first, place = self.welded
         faces = place[self.triangles]
-        proper = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
-        mesh = em.Mesh(self.neutral[first], Polygons.of(faces[proper].astype(np.int32)))
+        proper = (faces != np.roll(faces, 1, axis=1)).all(axis=1) & self._moving[faces[:, 0]]
+        kept = np.flatnonzero(self._moving)
+        number = np.full(len(first), -1)
+        number[kept] = np.arange(len(kept))
+        polygons = Polygons.of(number[faces[proper]].astype(np.int32))
+        mesh = em.Mesh(self.neutral[first[kept]], polygons)
         to = em.prepare(mesh, method, extent=self.extent or None)
-        return {name: to(mesh.with_vertices(self.targets[name][first])) for name in names}
+        ends = {name: self.targets[name][first[kept]] for name in names}
+        return {name: to(mesh.with_vertices(end)) for name, end in ends.items()}
 
     def at(self, path: em.Morph, t: float) -> Floats:
         """(V, 3) of all primitives at a weight of a path."""
-        return np.asarray(path.at(np.array([t]))[0][self.welded[1]])
+        first, place = self.welded
+        found = self.neutral[first].copy()
+        found[self._moving] = path.at(np.array([t]))[0]
+        return np.asarray(found[place])
 
 
 def corners(file: GltfFile, mesh: int, number: int) -> NDArray[np.int64]:

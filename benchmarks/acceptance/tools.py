@@ -1,4 +1,4 @@
-"""What Node.js programs say of files: the Khronos validator, and glTF-Transform to unpack them."""
+"""What Node.js programs say of files: the Khronos validator, and decoders of meshopt and Draco."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _ISSUE = re.compile(r": (error|warning|information|hint) (\S+) at (.*?): ")
 
 
 def unpacked(path: Path, folder: Path) -> GltfFile:
-    """A file whose arrays can be read: itself, or as glTF-Transform decompresses it."""
+    """A file whose arrays can be read: itself, or with what is compressed decoded by others."""
     file = GltfFile.read(path)
     if not file.packed:
         return file
-    plain = folder / f"{path.stem}-{path.suffix[1:]}-plain.glb"
-    _run("transform.mjs", str(path), str(plain), "plain")
+    plain = folder / f"{path.stem}-{path.suffix[1:]}-plain.gltf"
+    _run("unpack.mjs", str(path), str(plain))
     return GltfFile.read(plain)
 
 
