@@ -7,14 +7,52 @@ from __future__ import annotations
 
 import base64
 import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.io.gltf import meshopt
+from elastomorph.io.gltf.container import GltfFile
+
 _COMPONENTS = {"|i1": 5120, "|u1": 5121, "<i2": 5122, "<u2": 5123, "<u4": 5125, "<f4": 5126}
 _TYPES = {1: "SCALAR", 3: "VEC3"}
 _ARRAY_BUFFER = 34962
+
+
+@dataclass(frozen=True)
+class Packing:
+    """How the views of a file that meshoptimizer packed are packed.
+
+    Attributes:
+        extension: The name of the extension.
+        fallback: Number of the buffer, without bytes, that views have their decoded place in.
+        length: Its length.
+    """
+
+    extension: str
+    fallback: int
+    length: int
+
+    @classmethod
+    def of(cls, file: GltfFile, accessors: Iterable[Any]) -> Packing | None:
+        """That of the first of some accessors that is packed, None where none is."""
+        for number in accessors:
+            view = file.item("accessors", number, "a morph target").get("bufferView")
+            if view is None:
+                continue
+            entry = file.item("bufferViews", view, "a morph target")
+            extensions = file.object_in(entry, "extensions", "a buffer view")
+            for name in meshopt.EXTENSIONS:
+                buffer = file.item("buffers", entry.get("buffer"), "a buffer view")
+                own = file.object_in(buffer, "extensions", "a buffer").get(name)
+                bare = isinstance(own, dict) and own.get("fallback") is True and "uri" not in buffer
+                if name in extensions and bare:
+                    length = file.whole_in(buffer, "byteLength", "a buffer")
+                    return cls(name, entry["buffer"], length)
+        return None
 
 
 class Additions:
@@ -23,10 +61,13 @@ class Additions:
     Args:
         accessors: How many accessors the document has.
         views: How many buffer views.
+        packing: How its targets are packed, if they are.
     """
 
-    def __init__(self, accessors: int, views: int) -> None:
+    def __init__(self, accessors: int, views: int, packing: Packing | None = None) -> None:
         self._first_accessor, self._first_view = accessors, views
+        self._packing = packing
+        self.fallback_length = 0 if packing is None else packing.length
         self.accessors: list[dict[str, Any]] = []
         self._views: list[dict[str, Any]] = []
         self._contents: list[bytearray] = []
@@ -50,7 +91,9 @@ class Additions:
         use = f"{rows.dtype.str} {rows.shape} {normalized} {bounds}".encode()
         key = hashlib.blake2b(use + rows.tobytes(), digest_size=16).digest()
         if key not in self._known:
-            accessor = self._dense(rows, stride) if sparse >= dense else self._sparse(rows, moved)
+            # A packed view of zeros takes next to nothing, and sparse ones are not packed.
+            whole = sparse >= dense or (self._packing is not None and len(moved) > 0)
+            accessor = self._dense(rows, stride) if whole else self._sparse(rows, moved)
             accessor |= {"normalized": True} if normalized else {}
             if bounds:
                 low, high = rows.min(axis=0).tolist(), rows.max(axis=0).tolist()
@@ -109,10 +152,31 @@ class Additions:
         """The buffer views, and their bytes, which follow ``start`` others in a buffer."""
         views, blob = [], bytearray(-start % 4)
         for own, content in zip(self._views, self._contents, strict=True):
-            place = {"buffer": buffer, "byteOffset": start + len(blob), "byteLength": len(content)}
+            stored = bytes(content)
+            offset = start + len(blob)
+            place: dict[str, Any] = {"buffer": buffer, "byteOffset": offset}
+            place["byteLength"] = len(content)
+            if self._packing is not None:
+                stride = own.get("byteStride", 4)
+                content += bytes(-len(content) % stride)
+                stored = meshopt.encode_attributes(bytes(content), stride)
+                place["byteLength"] = len(stored)
+                place |= {"byteStride": stride, "mode": "ATTRIBUTES"}
+                place["count"] = len(content) // stride
+                place = self._unpacked(len(content)) | {
+                    "extensions": {self._packing.extension: place}
+                }
             views.append(place | own)
-            blob += content + bytes(-len(content) % 4)
+            blob += stored + bytes(-len(stored) % 4)
         return views, bytes(blob)
+
+    def _unpacked(self, length: int) -> dict[str, Any]:
+        """The place of decoded bytes in the buffer that has none."""
+        packing = self._packing
+        assert packing is not None
+        offset = self.fallback_length + -self.fallback_length % 4
+        self.fallback_length = offset + length
+        return {"buffer": packing.fallback, "byteOffset": offset, "byteLength": length}
 
 
 def data_uri(content: bytes) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from elastomorph.bending.report import BendReport
 from elastomorph.errors import FileError, FormatError, ParameterError
@@ -12,23 +12,30 @@ from elastomorph.io.atomic import is_folder, require_name
 from elastomorph.io.registry import BUILT_IN, require_there
 from elastomorph.paths import Method
 
+if TYPE_CHECKING:
+    from elastomorph.bending.usd import UsdBendReport
+
 __all__ = ["bend", "unbend"]
 
 _GLTF = (".glb", ".gltf", ".vrm")
+_USD = (".usd", ".usda", ".usdc", ".usdz")
+_TOLERANCE = 1e-5
+_KEYS_TOLERANCE = 1e-4
 
 
 def bend(
     path: str | Path,
-    output: str | Path | None,
+    output: str | Path | None = None,
     *,
     method: str | Method | Mapping[str, str | Method] | None = None,
     only: Collection[str] | None = None,
-    tolerance: float = 1e-5,
-    keys_tolerance: float = 1e-4,
+    tolerance: float | None = None,
+    keys_tolerance: float | None = None,
     max_targets: int | None = None,
     fold: bool = False,
+    dry_run: bool = False,
     say: Callable[[str], None] = lambda _: None,
-) -> BendReport:
+) -> BendReport | UsdBendReport:
     """Bend the paths of a character in its own file, and keep all the rest of it.
 
     All meshes with targets of the same names are one face, where the scene shows them at rest. For
@@ -37,20 +44,24 @@ def bend(
     runtime follows (``extras.elastomorph`` of each mesh). Nothing else is touched, and the source
     is never written. A file that was bent before is bent anew from its original.
 
+    Of a USD file, the output is a layer over it: in-betweens for players, and the paths beside them
+    (`elastomorph.bending.usd.bend_usd`).
+
     Args:
-        path: The character: .glb, .vrm, .gltf.
-        output: The file to write, of the same format; None: nothing is written, and the report
-            says what would be.
+        path: The character: .glb, .vrm, .gltf, .usd, .usda, .usdc, .usdz.
+        output: The file to write, of the same format.
         method: How paths are made, as for `elastomorph.interpolate`, or by name of the target;
             ``auto`` by default.
         only: Names of the only targets that bend.
         tolerance: How closely bends hold the paths, as a fraction of D, the extent of what the
-            targets move.
-        keys_tolerance: How closely animations follow the paths between their keys, likewise.
+            targets move: 1e-5 by default, of the in-betweens of USD 1e-3.
+        keys_tolerance: How closely animations follow the paths between their keys, likewise: 1e-4
+            by default. Only for glTF, as the two that follow.
         max_targets: The most morph targets that a mesh may have; the bends that gain most come
             first.
         fold: Whether a bend that is a multiple of its Δ becomes a curve of the weight of Δ, which
             costs no target, but needs a runtime or an animation to be seen.
+        dry_run: Only report what would come of it; nothing is written.
         say: Told what is being done.
 
     Returns:
@@ -64,18 +75,30 @@ def bend(
         MissingExtraError: The file needs a package that is not installed.
     """
     _require_character(path, "bend")
-    options: dict[str, Any] = {"method": method, "only": only, "tolerance": tolerance}
-    options |= {"max_targets": max_targets, "fold": fold, "say": say}
+    if output is None and not dry_run:
+        raise ParameterError("say where the bent character goes: em.bend(path, output)")
+    options: dict[str, Any] = {"method": method, "only": only, "say": say}
+    if Path(path).suffix.lower() in _USD:
+        given = {"keys_tolerance": keys_tolerance, "max_targets": max_targets, "fold": fold or None}
+        for name, value in given.items():
+            if value is not None:
+                raise ParameterError(f"{path}: {name} is for glTF; a layer of USD has none")
+        from elastomorph.bending.usd import bend_usd
+
+        return bend_usd(path, None if dry_run else output, tolerance=tolerance, **options)
+    options |= {"max_targets": max_targets, "fold": fold, "dry_run": dry_run}
+    options["tolerance"] = _TOLERANCE if tolerance is None else tolerance
+    options["keys_tolerance"] = _KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance
     from elastomorph.bending.gltf import bend_gltf
 
-    return bend_gltf(path, output, keys_tolerance=keys_tolerance, **options)
+    return bend_gltf(path, output, **options)
 
 
 def unbend(path: str | Path, output: str | Path) -> None:
     """Write the original of a bent character: its document equal as data, its bytes all the same.
 
     Args:
-        path: A file that `bend` wrote.
+        path: A file that `bend` wrote. Of a layer of USD, the file it lies over is copied.
         output: The file to write, of the same format.
 
     Raises:
@@ -83,6 +106,11 @@ def unbend(path: str | Path, output: str | Path) -> None:
         FormatError: The file was not made by `bend`, or has been changed since.
     """
     _require_character(path, "unbend")
+    if Path(path).suffix.lower() in _USD:
+        from elastomorph.bending.usd import unbend_usd
+
+        unbend_usd(path, output)
+        return
     from elastomorph.bending.gltf import unbend_gltf
 
     unbend_gltf(path, output)
@@ -116,7 +144,7 @@ def _require_character(path: str | Path, verb: str) -> None:
             "says so; 'elastomorph export' writes it as .glb",
         )
     require_there(path)
-    if suffix not in _GLTF:
+    if suffix not in _GLTF + _USD:
         found = f"unknown suffix '{suffix}'" if suffix else "the name has no suffix"
-        expected = ", ".join(_GLTF)
+        expected = ", ".join(_GLTF + _USD)
         raise FormatError(path, f"{found}; a character is a file of {expected}")

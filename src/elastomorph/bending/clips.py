@@ -144,8 +144,10 @@ class ClipEdit:
                 return
         key = (number, moved)
         if key not in made:
-            keys, source = self._keys(samplers[number], columns, of)
-            made[key] = self._samplers(samplers, keys, source, alone=moved.weight is not None)
+            keys, times = self._keys(samplers[number], columns, of)
+            made[key] = self._samplers(
+                samplers, samplers[number], keys, times, alone=moved.weight is not None
+            )
         if moved.weight is None:
             channel["sampler"] = made[key][0]
             return
@@ -158,10 +160,8 @@ class ClipEdit:
             place["pointer"] = f"{place['pointer'].rpartition('/')[0]}/{follower}"
             animation["channels"].append(added)
 
-    def _keys(
-        self, sampler: Any, columns: Columns, of: str
-    ) -> tuple[Keys, tuple[Any, NDArray[np.float64]]]:
-        """The keys of all weights, and the number and times of those of the source."""
+    def _keys(self, sampler: Any, columns: Columns, of: str) -> tuple[Keys, NDArray[np.float64]]:
+        """The keys of all weights, and the times of those of the source."""
         file, what = self._file, f"the keys of {of}"
         if not isinstance(sampler, dict):
             file.refuse(f"a sampler of {of} is no object")
@@ -177,25 +177,24 @@ class ClipEdit:
             file.refuse(f"{of} cannot be bent: {problem}")
         self.error = max(self.error, keys.error)
         self.added_keys += len(keys.times) - len(times)
-        return keys, (sampler["input"], times)
+        return keys, times
 
     def _samplers(
         self,
         samplers: list[Any],
+        source: dict[str, Any],
         keys: Keys,
-        source: tuple[Any, NDArray[np.float64]],
+        times: NDArray[np.float64],
         alone: bool,
     ) -> list[int]:
-        """The numbers of new samplers: one for all weights, or one each."""
-        number, times = source
+        """The numbers of new samplers like that of the source: one for all weights, or one each."""
+        number = source["input"]
         if not np.array_equal(times, keys.times):
             number = self._input(keys.times.astype(np.float32))
         columns = np.split(keys.values, keys.values.shape[-1], axis=-1) if alone else [keys.values]
         for values in columns:
             output = self._additions.keys(values.astype(np.float32).reshape(-1))
-            samplers.append(
-                {"input": number, "interpolation": keys.interpolation, "output": output}
-            )
+            samplers.append({**source, "input": number, "output": output})
         return list(range(len(samplers) - len(columns), len(samplers)))
 
     def _input(self, times: NDArray[np.float32]) -> int:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from elastomorph.bending.additions import Additions, data_uri
+from elastomorph.bending.additions import Additions, Packing, data_uri
 from elastomorph.bending.clips import ClipEdit
 from elastomorph.bending.face import Face
 from elastomorph.bending.files import Character, name_beside, require_output, write_character
@@ -21,6 +21,7 @@ from elastomorph.bending.report import BendReport, BentTarget
 from elastomorph.bending.undo import record
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import size_of
+from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.untrusted import naming_file
 from elastomorph.paths import Method
 
@@ -39,9 +40,10 @@ def bend_gltf(
     keys_tolerance: float = 1e-4,
     max_targets: int | None = None,
     fold: bool = False,
+    dry_run: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> BendReport:
-    """Bend a .glb, .vrm or .gltf file; without an output, only say what would come of it."""
+    """Bend a .glb, .vrm or .gltf file, or only say what would come of it."""
     say(f"reading {path}")
     character = Character.read(path)
     if output is not None:
@@ -62,7 +64,7 @@ def bend_gltf(
     edit = _Edit(character, face, plan)
     edit.add_bends(say)
     edit.add_clips(keys_tolerance, say)
-    return edit.written(output, say)
+    return edit.written(output, say, dry_run)
 
 
 def unbend_gltf(path: str | Path, output: str | Path) -> None:
@@ -86,6 +88,14 @@ def _meshes(face: Face) -> list[tuple[int, Any]]:
     return found
 
 
+def _accessors(file: GltfFile, face: Face) -> Iterator[Any]:
+    """The accessors of the targets of a face."""
+    for mesh in face.meshes:
+        for primitive in file.item("meshes", mesh.number, "a node")["primitives"]:
+            for target in primitive["targets"]:
+                yield from (own for own in target.values() if type(own) is int)
+
+
 class _Edit:
     """A copy of a document on its way to being bent."""
 
@@ -94,7 +104,8 @@ class _Edit:
         file = character.file
         self._document = copy.deepcopy(file.document)
         counts = (len(file.items("accessors")), len(file.items("bufferViews")))
-        self._additions = Additions(*counts)
+        self._packing = Packing.of(file, _accessors(file, face))
+        self._additions = Additions(*counts, self._packing)
         extent = plan.extent
         self._meshes = [
             MeshEdit(file, mesh, self._document, self._additions, extent) for mesh in face.meshes
@@ -146,7 +157,9 @@ class _Edit:
         self._clips = ClipEdit(file, self._document, self._additions, columns, tolerance)
         self._clips.extend()
 
-    def written(self, output: str | Path | None, say: Callable[[str], None]) -> BendReport:
+    def written(
+        self, output: str | Path | None, say: Callable[[str], None], dry_run: bool
+    ) -> BendReport:
         """Write the file, or only find out how large it would be."""
         chunk, beside = self._with_buffers(output)
         character = self._character
@@ -157,9 +170,10 @@ class _Edit:
         if character.is_glb:
             size = 20 + text + -text % 4 + (0 if chunk is None else 8 + len(chunk))
             size += len(character.rest)
-        if output is not None:
-            say(f"writing {output}")
-            write_character(character, output, document, chunk, beside)
+        if output is None or dry_run:
+            return self._report(None, size)
+        say(f"writing {output}")
+        write_character(character, output, document, chunk, beside)
         return self._report(output, size)
 
     def _with_buffers(self, output: str | Path | None) -> tuple[bytes | None, dict[str, bytes]]:
@@ -188,6 +202,8 @@ class _Edit:
                 own["uri"] = data_uri(blob)
             if blob:
                 buffers.append(own)
+        if self._packing is not None:
+            buffers[self._packing.fallback]["byteLength"] = additions.fallback_length
         document.setdefault("bufferViews", []).extend(views)
         document["accessors"] = [*document.get("accessors", []), *additions.accessors]
         if not document["bufferViews"]:

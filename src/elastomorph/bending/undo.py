@@ -108,11 +108,20 @@ def patched(value: Any, patch: dict[str, Any]) -> Any:
 
 
 def _digest(document: dict[str, Any], chunk: bytes) -> str:
+    buffers = document.get("buffers")
+    if isinstance(buffers, list):  # files beside it may be renamed
+        document = {**document, "buffers": [_unnamed(own) for own in buffers]}
     # As other programs write numbers: 1.0 and 1 are the same to JSON.
     text = json.dumps(_plain(document), sort_keys=True, separators=(",", ":"))
     found = hashlib.blake2b(chunk, digest_size=16)
     found.update(text.encode())
     return found.hexdigest()
+
+
+def _unnamed(buffer: Any) -> Any:
+    if not isinstance(buffer, dict):
+        return buffer
+    return {key: own for key, own in buffer.items() if key != "uri"}
 
 
 def _plain(value: Any) -> Any:

@@ -16,11 +16,17 @@ from elastomorph.errors import ParameterError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rich.table import Table
+
     from elastomorph.bending import BendReport
+    from elastomorph.bending.usd import UsdBendReport
     from elastomorph.paths import Method
 
 CharacterFile = Annotated[
-    Path, typer.Argument(metavar="CHARACTER", help="A character: .glb, .vrm, .gltf, USD.")
+    Path,
+    typer.Argument(
+        metavar="CHARACTER", help="A character: .glb, .vrm, .gltf, USD, or its settings (.toml)."
+    ),
 ]
 
 
@@ -39,11 +45,13 @@ def bend(
         ),
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(help="How closely bends hold paths, as a fraction of D.")
-    ] = 1e-5,
+        float | None,
+        typer.Option(help="How closely bends hold paths, as a fraction of D: 1e-5; USD: 1e-3."),
+    ] = None,
     keys_tolerance: Annotated[
-        float, typer.Option(help="How closely clips follow paths between keys, likewise.")
-    ] = 1e-4,
+        float | None,
+        typer.Option(help="How closely clips follow paths between keys, likewise: 1e-4."),
+    ] = None,
     max_targets: Annotated[
         int | None,
         typer.Option(help="Most morph targets of a mesh; what gains most comes first.", min=0),
@@ -65,56 +73,77 @@ def bend(
 
     if output is None and not dry_run:
         raise ParameterError("say where to write the bent character: -o character.bent.glb")
+    file, methods = _named(character, settings, method)
     report = bent(
-        character,
-        None if dry_run else output,
-        method=_methods(character, settings, method),
+        file,
+        output,
+        method=methods,
         only=None if only is None else [name.strip() for name in only.split(",")],
         tolerance=tolerance,
         keys_tolerance=keys_tolerance,
         max_targets=max_targets,
         fold=fold,
+        dry_run=dry_run,
         say=say,
     )
     return Answer(_facts(report), lambda: _tell(report))
 
 
-def _methods(
-    character: Path, settings: Path | None, method: str | None
-) -> str | Mapping[str, str | Method] | None:
-    """The method of each target, as settings state it; None where nothing does."""
-    return method
+def _named(
+    character: Path, file: Path | None, method: str | None
+) -> tuple[Path, str | Mapping[str, str | Method] | None]:
+    """The file to bend, and the method of each of its targets as settings state it."""
+    settings = options.settings_of(character, file, method)
+    if settings is None:
+        return character, method
+    for table, given in (("regions", settings.regions), ("inbetweens", settings.inbetweens)):
+        if given:
+            raise ParameterError(
+                f"{settings.path} has [{table}], which bend does not take; leave the table out, or "
+                "write the rig that it describes by 'elastomorph export'"
+            )
+    if settings.character.rig is None:
+        raise ParameterError(
+            f"{settings.path} describes meshes, and no character in one file; name the file as "
+            "'rig' of [character], or write one by 'elastomorph export'"
+        )
+    from elastomorph.io.rig_folder import rig_as_stored
+
+    rig = settings.file(settings.character.rig)
+    names = rig_as_stored(rig).morphs
+    settings.require_names(names)
+    return rig, {name: settings.choice_for(name).method() for name in names}
 
 
-def _facts(report: BendReport) -> dict[str, Any]:
+def _facts(report: BendReport | UsdBendReport) -> dict[str, Any]:
+    from elastomorph.bending import BendReport
+
     found = asdict(report)
-    found |= {"path": str(report.path), "output": report.output and str(report.output)}
-    return found | {"largest_error": report.largest_error}
+    if isinstance(report, BendReport):
+        found["largest_error"] = report.largest_error
+    return {name: str(own) if isinstance(own, Path) else own for name, own in found.items()}
 
 
-def _tell(report: BendReport) -> None:
+def _tell(report: BendReport | UsdBendReport) -> None:
     from rich.console import Console
 
+    from elastomorph.bending import BendReport
+
     console = Console()
-    headers = ("target", "bends by\n% of D", "held to\n% of D", "bends", "targets", "bytes")
-    table = plain_table(("target",), headers)
-    for own in report.bent:
-        table.add_row(
-            own.name,
-            f"{100 * own.gain:.3f}",
-            f"{100 * own.error:.4f}",
-            f"{own.bends}{' + fold' if own.folded else ''}",
-            str(own.targets),
-            f"{own.bytes:,}",
-        )
-    if report.bent:
+    table, lines = _of_gltf(report) if isinstance(report, BendReport) else _of_usd(report)
+    if table.row_count:
         console.print(table)
-    for line in _lines(report):
+    for line in lines:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
-def _lines(report: BendReport) -> list[str]:
-    """What the table does not say."""
+def _of_gltf(report: BendReport) -> tuple[Table, list[str]]:
+    headers = ("target", "bends by\n% of D", "held to\n% of D", "bends", "targets", "bytes")
+    table = plain_table(("target",), headers)
+    for own in report.bent:
+        bends = f"{own.bends}{' + fold' if own.folded else ''}"
+        gain, error = f"{100 * own.gain:.3f}", f"{100 * own.error:.4f}"
+        table.add_row(own.name, gain, error, bends, str(own.targets), f"{own.bytes:,}")
     count = len(report.bent)
     lines = [f"{count} of {count + len(report.straight) + len(report.left_out)} targets bend"]
     if report.left_out:
@@ -136,6 +165,23 @@ def _lines(report: BendReport) -> list[str]:
     )
     if report.was_bent:
         lines.append("the file was bent before: it was bent anew from its original")
-    if report.output is None:
-        return [*lines, "nothing was written"]
-    return [*lines, f"written: {report.output}"]
+    return table, [*lines, _written(report.output)]
+
+
+def _of_usd(report: UsdBendReport) -> tuple[Table, list[str]]:
+    headers = ("target", "bends by\n% of D", "held to\n% of D", "in-betweens", "bytes")
+    table = plain_table(("target",), headers)
+    for own in report.bent:
+        gain, error = f"{100 * own.gain:.3f}", f"{100 * own.error:.4f}"
+        table.add_row(own.name, gain, error, str(len(own.inbetweens)), f"{own.bytes:,}")
+    lines = [
+        f"{len(report.bent)} of {len(report.targets)} targets bend",
+        f"a layer of {report.bytes:,} bytes over {report.original}",
+        f"D is {report.extent:.4g}; a vertex is within {100 * report.error:.2g} % of D of its path",
+        *report.notes,
+    ]
+    return table, [*lines, _written(report.output)]
+
+
+def _written(output: Path | None) -> str:
+    return "nothing was written" if output is None else f"written: {output}"

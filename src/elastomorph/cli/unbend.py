@@ -7,14 +7,15 @@ from typing import Annotated
 
 import typer
 
-from elastomorph.cli.bend import CharacterFile
 from elastomorph.cli.output import Say, print_facts
 from elastomorph.cli.verb import Answer, verb
 
 
 @verb
 def unbend(
-    character: CharacterFile,
+    character: Annotated[
+        Path, typer.Argument(metavar="CHARACTER", help="A file that 'elastomorph bend' wrote.")
+    ],
     output: Annotated[
         Path, typer.Option("--output", "-o", help="The original, of the same format.")
     ],
