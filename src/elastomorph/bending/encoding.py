@@ -28,16 +28,19 @@ class Encoding:
         return cls(dtype, dtype != "<f4" and entry.get("normalized") is True)
 
     def encoded(
-        self, values: NDArray[np.float64]
+        self, values: NDArray[np.float64], *, directions: bool = False
     ) -> tuple[NDArray[Any], bool, NDArray[np.float64]]:
         """(N, 3) the numbers stored, whether they are normalized, and (N, 3) how far they are off.
 
-        What does not fit into whole numbers is stored in single precision.
+        What does not fit into whole numbers is stored in single precision; of what turns directions
+        such as normals, the few vectors that are too long are shortened.
         """
         kind = np.dtype(self.dtype)
         if kind.kind == "i":
             limits = np.iinfo(kind)
             unit = 1.0 / limits.max if self.normalized else 1.0
+            if directions and self.normalized:
+                values = values / np.maximum(1.0, np.abs(values).max(axis=1, keepdims=True))
             steps = np.round(values / unit)
             if np.abs(steps).max(initial=0.0) <= limits.max:
                 return steps.astype(kind), self.normalized, steps * unit - values

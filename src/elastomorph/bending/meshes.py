@@ -120,13 +120,13 @@ class MeshEdit:
                 key = (kind, encoding, space or number)
                 if key not in known:
                     values = self._values(kind, number, bend, normals)
-                    rows, normalized, error = encoding.encoded(values)
+                    turns = kind != "POSITION"
+                    rows, normalized, error = encoding.encoded(values, directions=turns)
                     if kind == "POSITION" and space is not None:
                         away = np.linalg.norm(space.block.placement.offsets(error), axis=1)
                         self.error = max(self.error, peak * float(away.max()) / self._extent)
-                    bounds = kind == "POSITION"
                     known[key] = self._additions.displacements(
-                        rows, normalized=normalized, bounds=bounds
+                        rows, normalized=normalized, bounds=not turns
                     )
                 target[kind] = known[key]
             primitive["targets"].append(target)
