@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 
 from foreign_files import glb
@@ -15,6 +16,7 @@ from foreign_files import glb
 RUNTIMES = Path(__file__).parents[2] / "runtimes"
 KIT = RUNTIMES / "conformance"
 REFUSED = json.loads((KIT / "vectors" / "refused.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads((KIT / "elastomorph.schema.json").read_text(encoding="utf-8"))
 VECTORS: dict[str, dict[str, Any]] = {
     path.stem: json.loads(path.read_text(encoding="utf-8"))
     for path in sorted((KIT / "vectors").glob("*.json"))
@@ -98,3 +100,19 @@ def glb_of(vector: dict[str, Any], path: Path) -> Path:
         accessor |= {"min": shape.min(axis=0).tolist(), "max": shape.max(axis=0).tolist()}
     path.write_bytes(glb(document, b"".join(parts)))
     return path
+
+
+def strict_schema() -> jsonschema.Draft202012Validator:
+    """The schema, refusing keys that it does not tell of."""
+    return jsonschema.Draft202012Validator(_closed(SCHEMA))
+
+
+def _closed(schema: Any) -> Any:
+    """A schema that refuses keys it does not name, but where it names none."""
+    if isinstance(schema, list):
+        return [_closed(entry) for entry in schema]
+    if not isinstance(schema, dict):
+        return schema
+    inner = {key: _closed(value) for key, value in schema.items()}
+    named = isinstance(schema.get("properties"), dict)
+    return inner | {"additionalProperties": False} if named else inner

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import numpy as np
 import pytest
-from kit import DOUBLE, KIT, REFUSED, VECTORS, glb_of, require_same, written_now
+from kit import DOUBLE, REFUSED, SCHEMA, VECTORS, glb_of, require_same, strict_schema, written_now
 
 import elastomorph as em
 from elastomorph import samples
@@ -19,7 +18,6 @@ from elastomorph.io.gltf.rig_extras import stored_rig
 from elastomorph.io.untrusted import MemoryBudget
 from foreign_files import chunks_of
 
-SCHEMA = json.loads((KIT / "elastomorph.schema.json").read_text(encoding="utf-8"))
 LOOSE = jsonschema.Draft202012Validator(SCHEMA)
 
 
@@ -122,19 +120,8 @@ class TestSchema:
             groups={"jaw": ["jawOpen"]},
         )
         write_glb(tmp_path / "head.glb", rig, settings={"seed": 1})
-        strict = jsonschema.Draft202012Validator(closed(SCHEMA))
+        strict = strict_schema()
         written = chunks_of(tmp_path / "head.glb")[0]["meshes"][0]["extras"]["elastomorph"]
         assert {"correctives", "groups", "surface", "settings"} < written.keys()
         strict.validate(written)
         assert not strict.is_valid(written | {"more": 1})
-
-
-def closed(schema: Any) -> Any:
-    """A schema that refuses keys it does not name, but where it names none."""
-    if isinstance(schema, list):
-        return [closed(entry) for entry in schema]
-    if not isinstance(schema, dict):
-        return schema
-    inner = {key: closed(value) for key, value in schema.items()}
-    named = isinstance(schema.get("properties"), dict)
-    return inner | {"additionalProperties": False} if named else inner
