@@ -1,4 +1,4 @@
-"""The animation curves of shape keys, as this version of Blender keeps them."""
+"""The animation curves of shape keys: in each action those of the slot that they use."""
 
 from __future__ import annotations
 
@@ -26,17 +26,16 @@ def all_curves(keys: bpy.types.Key) -> Iterator[bpy.types.bpy_prop_collection]:
     animation = keys.animation_data
     if animation is None:
         return
-    used = [(animation.action, getattr(animation, "action_slot", None))]
+    used = [(animation.action, animation.action_slot)]
     for track in animation.nla_tracks:
-        used += [(strip.action, getattr(strip, "action_slot", None)) for strip in track.strips]
-    seen = set()
-    for action, slot in used:
-        if action is None or (action, getattr(slot, "handle", None)) in seen:
-            continue
-        seen.add((action, getattr(slot, "handle", None)))
-        found = _curves_in(action, slot)
-        if found is not None:
-            yield found
+        used += [(strip.action, strip.action_slot) for strip in track.strips]
+    slots = {(a.name, slot.handle): (a, slot) for a, slot in used if a and slot}
+    for action, slot in slots.values():
+        for layer in action.layers:
+            for strip in layer.strips:
+                bag = strip.channelbag(slot)
+                if bag is not None:
+                    yield bag.fcurves
 
 
 def active_curves(keys: bpy.types.Key) -> bpy.types.bpy_prop_collection:
@@ -45,8 +44,6 @@ def active_curves(keys: bpy.types.Key) -> bpy.types.bpy_prop_collection:
     if animation.action is None:
         animation.action = bpy.data.actions.new(f"{keys.user.name} Shape Keys")
     action = animation.action
-    if not hasattr(action, "slots"):
-        return action.fcurves
     slot = animation.action_slot
     if slot is None:
         slot = action.slots.new(id_type="KEY", name=keys.name)
@@ -74,19 +71,3 @@ def set_keyframes(
     for point in curve.keyframe_points:
         point.interpolation = "LINEAR"
     curve.update()
-
-
-def _curves_in(
-    action: bpy.types.Action, slot: object | None
-) -> bpy.types.bpy_prop_collection | None:
-    """The curves for one slot; before Blender 4.4 actions had no slots."""
-    if not hasattr(action, "slots"):
-        return action.fcurves
-    if slot is None:
-        return None
-    for layer in action.layers:
-        for strip in layer.strips:
-            bag = strip.channelbag(slot)
-            if bag is not None:
-                return bag.fcurves
-    return None

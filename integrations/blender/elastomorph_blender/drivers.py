@@ -138,6 +138,8 @@ def _set_segments(followed: bpy.types.FCurve, curve: BendCurve) -> str:
     stretch = 2.0 ** max(0, ceil(np.log2(_APART / np.diff(times).min())))
     times, after, before = times * stretch, after / stretch, before / stretch
     thirds = np.diff(times) / 3
+    while followed.modifiers:  # up to Blender 4.5 a driver has one that maps its value to itself
+        followed.modifiers.remove(followed.modifiers[0])
     points = followed.keyframe_points
     while len(points):
         points.remove(points[0])

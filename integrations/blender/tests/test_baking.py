@@ -222,3 +222,19 @@ def key_offsets(head, name: str) -> np.ndarray:
     for row, block in zip(both, (blocks[name], blocks[0]), strict=True):
         block.data.foreach_get("co", row)
     return np.subtract(*both.astype(float)).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("what", ["abc", "usdc"])
+def test_alembic_and_usd_play_bent(performed, tmp_path, what):
+    """As Blender imports them again; drivers need no baking there."""
+    _, rig, weights = performed
+    path = str(tmp_path / f"head.{what}")
+    if what == "abc":
+        bpy.ops.wm.alembic_export(filepath=path, start=1, end=12)
+    else:
+        bpy.ops.wm.usd_export(filepath=path, export_animation=True, export_shapekeys=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    load = bpy.ops.wm.alembic_import if what == "abc" else bpy.ops.wm.usd_import
+    load(filepath=path)
+    (again,) = [thing for thing in bpy.data.objects if thing.type == "MESH"]
+    assert frames_apart([again], rig, weights) < CLOSE

@@ -1,8 +1,23 @@
 """Faces as characters have them: modifiers, armatures, teeth on a bone."""
 
+import os
+from pathlib import Path
+
 import bpy
 import numpy as np
-from heads import add_head, apart, bend_keys, built_in, evaluated, select, set_weights, split
+import pytest
+from heads import (
+    add_head,
+    apart,
+    bend_keys,
+    built_in,
+    evaluated,
+    select,
+    set_weights,
+    single,
+    split,
+    with_paths,
+)
 
 CLOSE = 1e-5
 WEIGHTS = ({"jawOpen": 0.5}, {"jawOpen": 0.3, "eyeBlink_L": 0.6})
@@ -92,3 +107,19 @@ def test_teeth_on_a_bone_count_where_they_are_at_rest():
         for thing in (head, teeth):
             set_weights(thing, {"jawOpen": t})
         assert apart(evaluated(head, teeth), cut.pose({"jawOpen": t}), cut) < CLOSE
+
+
+@pytest.mark.skipif("ELASTOMORPH_DATA" not in os.environ, reason="needs the real rig")
+def test_the_ict_rig_bends():
+    """All targets of a scanned rig, with eyes, teeth and lashes in its 26,719 vertices."""
+    import elastomorph as em
+
+    rig = em.read_rig(Path(os.environ["ELASTOMORPH_DATA"]) / "ict-facekit")
+    targets = {name: single(morph.target) for name, morph in rig.morphs.items()}
+    rig = with_paths(single(rig.neutral), targets)
+    head = add_head(rig)
+    assert bpy.ops.elastomorph.bend() == {"FINISHED"}
+    assert len(bend_keys(head)) > 20
+    for weights in ({"jawOpen": 0.5}, {"jawOpen": 0.4, "eyeBlink_L": 0.5, "mouthPucker": 0.7}):
+        set_weights(head, {name: weights.get(name, 0.0) for name in rig.names})
+        assert apart(evaluated(head), rig.pose(weights), rig) < CLOSE
