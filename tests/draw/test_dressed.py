@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import struct
 import zlib
 from dataclasses import replace
@@ -10,12 +9,25 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from PIL import Image
 
+from cards import (
+    BACK,
+    BLUE,
+    BOTH,
+    FLAT,
+    GREEN,
+    PAPER,
+    RED,
+    UV,
+    WHITE,
+    card,
+    image_of,
+    texture,
+    unlit,
+)
 from elastomorph.draw.camera import Camera
 from elastomorph.draw.dressed import welded_corners
-from elastomorph.draw.stage import BACKGROUND, Stage
+from elastomorph.draw.stage import Stage
 from elastomorph.draw.textures import MOST_PIXELS, encoded, linear, pixels_of, places_in
 from elastomorph.errors import ElastomorphWarning
 from elastomorph.model.appearance import Material, Texture
@@ -23,40 +35,6 @@ from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from scenes import seen_at
 
 SIZE = (120, 120)
-FLAT = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
-TRIANGLES = [[0, 1, 2], [0, 2, 3]]
-UV = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
-PIXELS = [[RED, GREEN], [BLUE, WHITE]]
-PAPER = tuple(round(255 * part) for part in BACKGROUND)
-BOTH = [*TRIANGLES, [4, 5, 6], [4, 6, 7]]
-BACK = [[0, 2, 1], [0, 3, 2]]
-
-
-def image_of(pixels: Any = PIXELS, kind: str = "PNG", **settings: Any) -> bytes:
-    file = io.BytesIO()
-    Image.fromarray(np.array(pixels, dtype=np.uint8)).save(file, kind, **settings)
-    return file.getvalue()
-
-
-def texture(pixels: Any = PIXELS, **fields: Any) -> Texture:
-    return Texture(image_of(pixels), "squares", smooth=False, **fields)
-
-
-def unlit(shown: Texture | None = None, **fields: Any) -> Material:
-    return Material(texture=shown, unlit=True, **fields)
-
-
-def card(material: Material | None, faces: Any = TRIANGLES, uv: NDArray[np.float64] = UV) -> Mesh:
-    """A square of 2 × 2 in the plane of the picture."""
-    corners = np.array(faces, dtype=np.int32).reshape(-1)
-    return Mesh(
-        FLAT,
-        faces,
-        uv=UVMap(uv, corners),
-        materials=FaceLabels(("card",), np.zeros(2, dtype=np.int32)),
-        appearance={} if material is None else {"card": material},
-    )
 
 
 def seen(mesh: Mesh, points: list[tuple[float, float]], **how: Any) -> list[tuple[int, ...]]:

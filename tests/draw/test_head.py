@@ -5,27 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 import elastomorph as em
+from cards import character
 from elastomorph.draw.framing import Turntable, camera_for
 from elastomorph.draw.head import head_of
 from elastomorph.draw.posed import PosedRig, pose_picture
 from elastomorph.model.mesh import FaceLabels, Mesh
-from scenes import ball, joined, seen_at
-
-
-def character(*, dressed: bool = True) -> em.Rig:
-    """A head on a long body, each a ball; a target opens the lower half of the head."""
-    head, body = ball(), ball()
-    whole = joined(
-        head=head.with_vertices(head.vertices + [0, 6, 0]),
-        body=body.with_vertices(body.vertices * [1, 5, 1]),
-    )
-    mesh = Mesh(whole.vertices, whole.faces, appearance={} if dressed else None)
-    moved = mesh.vertices.copy()
-    lower = (moved[:, 1] < 6) & (moved[:, 1] >= 5) & (np.arange(len(moved)) < len(head.vertices))
-    moved[lower] -= [0.0, 0.2, 0.0]
-    upper = (moved[:, 1] > 6.5) & (np.arange(len(moved)) < len(head.vertices))
-    moved[upper] += [0.0, 0.1, 0.0]
-    return em.Rig(mesh, {"open": mesh.with_vertices(moved)}, method="linear")
+from scenes import ball, seen_at
 
 
 def test_the_head_is_what_targets_move_and_what_is_around() -> None:
