@@ -16,6 +16,7 @@ from calls import status_of as run
 
 import elastomorph as em
 from children import started
+from elastomorph.io.gltf.clips import read_weight_clips
 from elastomorph.rig import Rig
 from elastomorph.samples import expressions, head, shapes
 from elastomorph.viewer import ViewerServer
@@ -253,10 +254,9 @@ def test_it_ends_when_asked(tmp_path: Path, number: signal.Signals) -> None:
     assert said == ""
 
 
-def test_a_glb_of_others_is_bent_unless_it_has_clips(
+def test_a_glb_of_others_is_bent_and_keeps_its_clips(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Clips play on the file as it is; that and how to bend it is said."""
     shapes_of = {"jawOpen": shapes()["jawOpen"]}
     rig = Rig(head(), {name: em.interpolate(head(), m, "linear") for name, m in shapes_of.items()})
     bare = write_foreign_glb(tmp_path / "bare.glb", rig)
@@ -267,8 +267,12 @@ def test_a_glb_of_others_is_bent_unless_it_has_clips(
     bent = rig_in(written(page)[1][0], tmp_path).morphs["jawOpen"]
     assert bent.choice is not None
     assert len(bent.bends)
-    assert run("view", clips, "-o", page) == 0
-    assert "shown as it is" in capsys.readouterr().err
-    assert written(page)[1] == [clips.read_bytes()]
-    assert run("view", clips, "-o", page, "--method", "auto") == 0
-    assert len(rig_in(written(page)[1][0], tmp_path).morphs["jawOpen"].bends)
+    for options in ((), ("--method", "auto")):
+        assert run("view", clips, "-o", page, *options) == 0
+        assert capsys.readouterr().err == ""
+        shown = written(page)[1][0]
+        assert len(rig_in(shown, tmp_path).morphs["jawOpen"].bends)
+        (tmp_path / "shown.glb").write_bytes(shown)
+        (clip,) = read_weight_clips(tmp_path / "shown.glb", rig.sliders)
+        assert clip.name == "jawOpen"
+        np.testing.assert_allclose(clip.weights[:, 0], clip.times, atol=1e-6)

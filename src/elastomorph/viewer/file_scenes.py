@@ -1,20 +1,20 @@
-"""Scenes of files: paths made from their targets, or a GLB file as it is, with its clips."""
+"""Scenes of files: a face with its paths, looks and clips, or a GLB file of ours as it is."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from elastomorph.curves import CurveNetwork, extract_curves
-from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
+from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io import read_rig
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.gltf import read_glb
+from elastomorph.io.gltf.clips import WeightClip, read_weight_clips
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
-from elastomorph.rig.build import with_paths
+from elastomorph.rig.build import extent_of, with_paths
 from elastomorph.viewer.rig_scenes import comparison_start, rig_model
 from elastomorph.viewer.scene import Role, Scene, SceneModel
 
@@ -31,8 +31,8 @@ def read_scene(
     """A scene of each file by each method.
 
     Args:
-        files: Rig files, folders of meshes, or whatever ``read`` knows. A GLB file of ours, and
-            one of others with clips, is shown as it is if no method is named.
+        files: Rig files, folders of meshes, or whatever ``read`` knows. A GLB file of ours is
+            shown as it is if no method is named.
         methods: How paths are made from the targets, as for `elastomorph.interpolate`. Without
             any, the paths are those that are read.
         unit: Unit of the coordinates, for legends.
@@ -46,20 +46,21 @@ def read_scene(
     curves: CurveNetwork | None = None
     diameter: float | None = None
     for file, name in zip(files, _names(files), strict=True):
-        if _is_glb(file) and not (parsed or chosen) and _stands_as_it_is(file):
+        if _is_glb(file) and not (parsed or chosen) and _is_ours(open_gltf(file)):
             say(f"reading {file}")
             models.append(_file_model(file, name, role))
-            curves = _file_curves(file) if curves is None else curves
+            curves = extract_curves(read_glb(file).neutral) if curves is None else curves
             continue
         rig = read(file)
-        curves = extract_curves(rig.neutral) if curves is None else curves
-        diameter = rig.neutral.diameter if diameter is None else diameter
+        clips = _clips(file, rig)
+        curves = _curves(rig) if curves is None else curves
+        diameter = _diameter(rig) if diameter is None else diameter
         say(f"preparing {name}")
         if not parsed:
-            models.append(rig_model(rig, name, role))
+            models.append(rig_model(rig, name, role, clips))
         for method in parsed:
             title = f"{name}, {method.label}" if len(files) > 1 else method.label
-            models.append(rig_model(with_paths(rig, method), title, role))
+            models.append(rig_model(with_paths(rig, method), title, role, clips))
     start = comparison_start(len(models))
     return Scene(tuple(models), _title(files, parsed), unit, diameter, curves, start)
 
@@ -74,41 +75,39 @@ def _file_model(path: str | Path, name: str, role: Role) -> SceneModel:
         ) from None
 
 
-def _file_curves(path: str | Path) -> CurveNetwork | None:
-    """The curves on a GLB file of elastomorph; None for one of others.
-
-    Files of other programs hold triangles, whose edges are no loops, and copies of vertices along
-    seams, where curves would end.
-    """
-    return extract_curves(read_glb(path).neutral) if _is_ours(open_gltf(path)) else None
-
-
-def _stands_as_it_is(path: str | Path) -> bool:
-    """Whether there is nothing to be bent in a GLB file, or its clips would be lost by that.
-
-    The paths of a file of elastomorph are its own; a file without morph targets has none; and one
-    of others with clips can play them only as it is, of which a warning says how to bend it.
-    """
-    file = open_gltf(path)
-    meshes = [mesh for mesh in file.items("meshes") if isinstance(mesh, dict)]
-    primitives = [p for mesh in meshes for p in file.list_in(mesh, "primitives", "a mesh")]
-    moves = any(isinstance(each, dict) and each.get("targets") for each in primitives)
-    if _is_ours(file) or not moves:
-        return True
-    if not file.items("animations"):
-        return False
-    warnings.warn(
-        f"{path}: shown as it is, on straight paths, so that its clips can be played; "
-        "--method auto bends the paths and leaves the clips out",
-        ElastomorphWarning,
-        stacklevel=2,
-    )
-    return True
-
-
 def _is_ours(file: GltfFile) -> bool:
+    """Whether elastomorph wrote all of a file; of a character that it bent, others wrote the rest.
+
+    The page shows its own files as they are. Those of others are read here, where their skins,
+    compression and further meshes are known, and handed over as one face with its looks.
+    """
     extras = [mesh.get("extras") for mesh in file.items("meshes") if isinstance(mesh, dict)]
-    return any(isinstance(each, dict) and "elastomorph" in each for each in extras)
+    own = [
+        each["elastomorph"] for each in extras if isinstance(each, dict) and "elastomorph" in each
+    ]
+    return any(isinstance(each, dict) and "surface" in each for each in own)
+
+
+def _is_split(rig: Rig) -> bool:
+    return rig.neutral.source is not None and rig.neutral.source.split
+
+
+def _curves(rig: Rig) -> CurveNetwork | None:
+    """The curves on a face, if it has polygons whose edges follow on.
+
+    Triangles do not, and at seams where vertices were cut apart curves would end.
+    """
+    return None if _is_split(rig) else extract_curves(rig.neutral)
+
+
+def _diameter(rig: Rig) -> float:
+    """The unit of distances: of a whole character, the extent of what its targets move."""
+    return (_is_split(rig) and extent_of(rig)) or rig.neutral.diameter
+
+
+def _clips(file: str, rig: Rig) -> list[WeightClip]:
+    """The clips of a file that move sliders; they play on the paths of the rig."""
+    return read_weight_clips(file, rig.sliders) if _is_glb(file) and rig.names else []
 
 
 def _is_glb(file: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
 from elastomorph.io.gltf import write_glb
+from elastomorph.io.gltf.clips import WeightClip
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
@@ -171,8 +172,10 @@ def _start(evaluation: Evaluation) -> dict[str, Any]:
     }
 
 
-def rig_model(rig: Rig | Morph, name: str, role: Role) -> SceneModel:
-    """A model from a rig, or from a single path with a slider of its own."""
+def rig_model(
+    rig: Rig | Morph, name: str, role: Role, clips: Sequence[WeightClip] = ()
+) -> SceneModel:
+    """A model from a rig with clips of its sliders, or from a path with a slider of its own."""
     whole = Rig(rig.neutral, {_SLIDER: rig}) if isinstance(rig, Morph) else rig
     if not len(whole.neutral.faces):
         raise ParameterError(
@@ -181,5 +184,6 @@ def rig_model(rig: Rig | Morph, name: str, role: Role) -> SceneModel:
         )
     file = io.BytesIO()
     # The page finds normals from positions; those of targets would make it half as large again.
-    write_glb(file, whole, normals="none")
+    played = [(clip.times, clip.weights, clip.name) for clip in clips]
+    write_glb(file, whole, normals="none", animation=played or None)
     return SceneModel(name, role, file.getvalue())

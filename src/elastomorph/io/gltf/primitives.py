@@ -119,7 +119,7 @@ def _read_mesh(
     primitives = list(numbered.values())
     counts = [len(file.list_in(each, "targets", of)) for each in primitives]
     file.budget.spend_objects(sum(counts) + len(counts))
-    found = Primitives(_target_names([mesh, *primitives], max(counts, default=0)))
+    found = Primitives(target_names([mesh, *primitives], max(counts, default=0)))
     known: dict[tuple[Any, ...], Attributes] = {}
     for number, primitive in numbered.items():
         attributes = file.object_in(primitive, "attributes", of)
@@ -207,7 +207,7 @@ def _material_name(
     return names[int(number)]
 
 
-def _target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
+def target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
     """The names of the morph targets of a mesh; ``target_0``, ``target_1`` where they have none.
 
     Most programs name them in the extras of the mesh, some in those of each primitive, and older

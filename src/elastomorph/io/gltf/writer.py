@@ -97,7 +97,7 @@ def write_glb(
     fps: float = 30,
     sparse: bool = True,
     timing: Timing = linear,
-    animation: Performance | None = None,
+    animation: Performance | Sequence[Performance] | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> GlbReport:
     """Write a rig as a binary glTF 2.0 file.
@@ -120,7 +120,8 @@ def write_glb(
         sparse: Store only the vertices that a morph target moves, where that is smaller.
         timing: The t of a path at each moment of its animation; see `elastomorph.rig.timing`.
         animation: A recorded performance, in place of an animation a morph: times (T,) in
-            seconds from 0, weights (T, J) of the sliders of ``rig.names``, and its name.
+            seconds from 0, weights (T, J) of the sliders of ``rig.names``, and its name; or a
+            list of several.
         settings: How the rig was made, as JSON; `elastomorph.io.registry` gives it back.
 
     Returns:
@@ -139,7 +140,7 @@ def write_glb(
     if animation is None:
         clips = slider_clips(rig, targets, keys_tolerance, fps, timing)
     else:
-        clips = [performance_clip(rig, targets, *animation)]
+        clips = [performance_clip(rig, targets, *each) for each in _each(animation)]
     chunks, report = _file(rig, targets, clips, normals == "delta", sparse, settings)
     if report.bytes > _LARGEST_FILE:
         advice = "leave out normals, or export fewer morphs"
@@ -147,6 +148,11 @@ def write_glb(
     with replacing(path) if isinstance(path, str | Path) else nullcontext(path) as file:
         file.writelines(chunks)
     return report
+
+
+def _each(animation: Performance | Sequence[Performance]) -> Sequence[Performance]:
+    # One of them is a tuple that ends with its name.
+    return [animation] if isinstance(animation[-1], str) else animation  # type: ignore[list-item, return-value]
 
 
 def _file(

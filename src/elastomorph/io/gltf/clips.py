@@ -1,0 +1,187 @@
+"""The animations of a file that move morph targets, as weights of sliders over time.
+
+A channel is played as glTF says: straight between keys, in steps, or along cubic splines. Steps
+become a key just before the jump, splines as many keys as a player could tell apart, so that
+everything is straight between the keys that are given back.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.io.gltf.accessors import read_floats
+from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.primitives import target_names
+from elastomorph.io.untrusted import naming_file
+from elastomorph.rig.sliders import Sliders
+
+__all__ = ["WeightClip", "read_weight_clips"]
+
+Floats = NDArray[np.float64]
+
+_POINTER = re.compile(r"/(nodes|meshes)/(\d{1,9})/weights")
+_JUMP = 1e-4
+"""Seconds before a jump, where the value before it ends."""
+_BETWEEN = 8
+"""Keys put into each stretch of a spline."""
+_TIMES = 5  # keys from all channels, and the jumps and splines between them
+
+
+@dataclass(frozen=True, eq=False)
+class WeightClip:
+    """An animation: seconds (T,) from 0 that rise, and weights (T, S) of the sliders asked for."""
+
+    name: str
+    times: Floats
+    weights: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Channel:
+    names: list[str]  # of the morph targets it moves
+    times: Floats  # (T,)
+    values: Floats  # (T, J), or (T, 3, J) of a spline: tangent before, value, tangent after
+    kind: str
+
+    def moments(self) -> Floats:
+        """(N,) times between which it is straight."""
+        if self.kind == "STEP":
+            return np.concatenate([self.times, self.times[1:] - _JUMP])
+        if self.kind == "CUBICSPLINE":
+            share = np.arange(1, _BETWEEN) / _BETWEEN
+            between = self.times[:-1, None] + np.diff(self.times)[:, None] * share
+            return np.concatenate([self.times, between.reshape(-1)])
+        return self.times
+
+    def at(self, when: Floats) -> Floats:
+        """(N, J) weights at (N,) times."""
+        last = len(self.times) - 1
+        key = np.clip(np.searchsorted(self.times, when, side="right") - 1, 0, last)
+        after = np.minimum(key + 1, last)
+        length = np.where(after > key, self.times[after] - self.times[key], 1.0)
+        share = np.clip((when - self.times[key]) / length, 0.0, 1.0)[:, None]
+        if self.kind == "STEP":
+            return np.asarray(self.values[key])
+        if self.kind != "CUBICSPLINE":
+            return np.asarray(self.values[key] * (1 - share) + self.values[after] * share)
+        start, end = self.values[key, 1], self.values[after, 1]
+        out, into = (length[:, None] * t for t in (self.values[key, 2], self.values[after, 0]))
+        s, s2, s3 = share, share**2, share**3
+        return np.asarray(
+            (2 * s3 - 3 * s2 + 1) * start
+            + (s3 - 2 * s2 + s) * out
+            + (3 * s2 - 2 * s3) * end
+            + (s3 - s2) * into
+        )
+
+
+def read_weight_clips(path: str | Path, sliders: Sliders) -> list[WeightClip]:
+    """The animations of a file that move some of the sliders of its rig.
+
+    Raises:
+        FileError: The file cannot be read.
+        FormatError: An animation is damaged.
+    """
+    file = open_gltf(path)
+    found = []
+    with naming_file(path), np.errstate(all="ignore"):
+        for number, animation in enumerate(file.items("animations")):
+            if not isinstance(animation, dict):
+                file.refuse(f"animation {number} is no object")
+            channels = list(_channels(file, animation, f"animation {number}"))
+            tracks, times = _tracks(file, channels)
+            weights = _weights(sliders, tracks, len(times))
+            if weights.any():
+                name = animation.get("name")
+                shown = name if isinstance(name, str) and name else f"clip {number + 1}"
+                found.append(WeightClip(shown, times, weights))
+    return found
+
+
+def _channels(file: GltfFile, animation: dict[str, Any], of: str) -> Iterator[_Channel]:
+    samplers = file.list_in(animation, "samplers", of)
+    for channel in file.list_in(animation, "channels", of):
+        mesh = _moved(file, channel)
+        if mesh is None:
+            continue
+        number = channel.get("sampler")
+        if type(number) is not int or not 0 <= number < len(samplers):
+            file.refuse(f"a channel of {of} has no sampler")
+        sampler = samplers[number] if isinstance(samplers[number], dict) else {}
+        primitives = file.list_in(mesh, "primitives", "a mesh")
+        counts = [len(file.list_in(p, "targets", "a mesh")) for p in primitives]
+        names = target_names([mesh, *primitives], max(counts, default=0))
+        kind = str(sampler.get("interpolation", "LINEAR"))
+        times = read_floats(file, sampler.get("input"), 1, f"the times of {of}").reshape(-1)
+        values = read_floats(file, sampler.get("output"), 1, f"the weights of {of}").reshape(-1)
+        tangents = (3,) if kind == "CUBICSPLINE" else ()
+        if not names or len(values) != len(times) * len(names) * (3 if tangents else 1):
+            file.refuse(f"{of} has {len(values):,} weights for {len(times):,} keys")
+        if not (np.isfinite(times).all() and np.isfinite(values).all() and times[0] >= 0):
+            file.refuse(f"{of} has times or weights that are no finite numbers from 0")
+        if (np.diff(times) <= 0).any():
+            file.refuse(f"the times of {of} do not rise")
+        yield _Channel(names, times, values.reshape(len(times), *tangents, len(names)), kind)
+
+
+def _moved(file: GltfFile, channel: Any) -> dict[str, Any] | None:
+    """The mesh whose weights a channel moves, if it does that."""
+    target = channel.get("target") if isinstance(channel, dict) else None
+    if not isinstance(target, dict):
+        return None
+    node, path = target.get("node"), target.get("path")
+    if path == "pointer":
+        extensions = target.get("extensions")
+        pointer = extensions.get("KHR_animation_pointer") if isinstance(extensions, dict) else None
+        text = pointer.get("pointer") if isinstance(pointer, dict) else None
+        found = _POINTER.fullmatch(text) if isinstance(text, str) else None
+        if found is None:
+            return None
+        if found[1] == "meshes":
+            return file.item("meshes", int(found[2]), "an animation")
+        node = int(found[2])
+    elif path != "weights":
+        return None
+    return file.item("meshes", file.item("nodes", node, "an animation").get("mesh"), "a node")
+
+
+def _tracks(file: GltfFile, channels: list[_Channel]) -> tuple[dict[str, Floats], Floats]:
+    """The weight of each morph target by name, (T,), at times (T,) that all of them share.
+
+    Of meshes that share targets, the first that is moved counts.
+    """
+    if not channels:
+        return {}, np.zeros(0)
+    together = np.concatenate([channel.moments() for channel in channels])
+    times = np.unique(np.maximum(together, 0.0).astype(np.float32)).astype(np.float64)
+    file.budget.spend(8 * _TIMES * len(times) * sum(len(c.names) for c in channels))
+    tracks: dict[str, Floats] = {}
+    for channel in channels:
+        weights = channel.at(times)
+        for column, name in enumerate(channel.names):
+            tracks.setdefault(name, weights[:, column])
+    return tracks, times
+
+
+def _weights(sliders: Sliders, tracks: dict[str, Floats], count: int) -> Floats:
+    """(T, S) weights of sliders; that of a corrective is its share of what drives it."""
+    table = np.zeros((count, len(sliders.names)))
+    for column, name in enumerate(sliders.names):
+        if name not in tracks:
+            continue
+        table[:, column] = tracks[name]
+        others = [d for d in sliders.correctives.get(name, ()) if d != name]
+        for driver in others:
+            weight = tracks.get(driver, np.zeros(count))
+            steady = np.abs(weight) > 1e-6
+            table[:, column] = np.where(
+                steady, table[:, column] / np.where(steady, weight, 1.0), 0.0
+            )
+    return table
