@@ -74,7 +74,7 @@ def bent_shape(
     there = shape.found.points
     joining = np.setdiff1d(moved, there).astype(np.int64)
     points = np.concatenate([there, joining])
-    bends = _inverse(mesh, of_rig[:, points])
+    bends = mesh.own(of_rig[:, points], points)
     again = np.ones(len(points), dtype=bool)
     again[np.unique(points, return_index=True)[1]] = False
     bends[:, again] = 0.0
@@ -96,7 +96,7 @@ def bent_shape(
     normals = None
     if shape.normals is not None:
         given = np.concatenate([shape.normals, np.zeros((len(joining), 3))])
-        normals = as_float32(path, _normals(mesh.part.mesh, points, at, exact, given), "a normal")
+        normals = as_float32(path, _normals(mesh.mesh, points, at, exact, given), "a normal")
     joined = points.astype(np.int32) if joining.size else None
     return BentShape(shape, text, stored, floats, offsets, normals, joined)
 
@@ -108,14 +108,6 @@ def straight_shape(path: str | Path, shape: OriginalShape, morph: Morph) -> Bent
     belonging = checksum([shape.found.points.astype(np.int32), offsets, none])
     text = path_to_json(morph, belonging, curves=(), bake_error=0.0)
     return BentShape(shape, text, np.zeros((0, 0, 3)), none, offsets, None, None)
-
-
-def _inverse(mesh: OriginalMesh, bends: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bends (K, N, 3) of the rig in the space of the mesh."""
-    if mesh.place.is_identity:
-        return bends.copy()
-    # a mesh that is scaled to a plane or a line has no inverse, but a nearest one
-    return np.asarray(bends @ np.linalg.pinv(mesh.place.linear).T)
 
 
 def _normals(

@@ -20,6 +20,7 @@ from elastomorph.io.npz.members import NpzMembers
 from elastomorph.io.usd.exact import path_from_json
 from elastomorph.io.usd.reader import ADVICE, members_of, parts_of, rig_of
 from elastomorph.io.usd.scene import FoundMesh, FoundShape, found_meshes
+from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
 _READER = IsolatedReader("elastomorph.io.usd.layer_worker", "USD", ADVICE)
@@ -50,14 +51,27 @@ class OriginalMesh:
     """A mesh of the file, and what it is of the rig."""
 
     path: str  # Of its prim
-    part: RigPart
+    mesh: Mesh  # As it is stored
+    held: NDArray[np.float64] | None  # (N, 4, 3) what joints do to each point, if they differ
+    part: RigPart  # Where these hold it at rest
     vertices: slice  # Of the rig
     shapes: tuple[OriginalShape, ...]
 
     @property
     def place(self) -> Placing:
-        """From its own space to that of the rig."""
+        """From where its joints hold it to the rig."""
         return self.part.place
+
+    def own(self, fields: NDArray[np.float64], points: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(K, N, 3) fields of the rig on these points, in the space of the mesh."""
+        # a mesh that is scaled to a plane or a line has no inverse, but a nearest one
+        found = fields
+        if not self.place.is_identity:
+            found = fields @ np.linalg.pinv(self.place.linear).T
+        if self.held is not None:
+            turns = np.linalg.pinv(self.held[points, :3])
+            found = np.einsum("kni,nij->knj", found, turns)
+        return np.array(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,5 +158,6 @@ def _meshes(
                     normals,
                 )
             )
-        yield OriginalMesh(entry["path"], part, slice(start, start + count), tuple(shapes))
+        vertices = slice(start, start + count)
+        yield OriginalMesh(entry["path"], one.mesh, one.held, part, vertices, tuple(shapes))
         start += count

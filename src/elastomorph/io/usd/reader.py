@@ -12,6 +12,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -45,17 +46,19 @@ _CLOSE = 1e-6  # UsdSkel passes over in-betweens nearer than this to 0 and 1
 def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
     """The rig in a USD file.
 
-    A file of `write_usd` comes back with its curved paths. Of any other, each in-between becomes
-    a bend whose curve is a hat, so that the path is exactly the one UsdSkel plays. All meshes that
-    are rendered become one, in the order of the stage; blend shapes of the same name in several of
-    them are one morph, and a mesh without any is part of the neutral. Positions are those of the
-    mesh with most blend shapes in its own space, the others where they stand beside it, skinned
-    ones as they were bound; polygons of a left-handed mesh are turned around. USD reads the file
-    in a process of its own, as it ends the whole program on some damaged files.
+    A file of `write_usd`, or a layer of bends, comes back with its curved paths. Of any other, each
+    in-between becomes a bend whose curve is a hat, so that the path is exactly the one UsdSkel
+    plays. All meshes that are rendered become one, in the order of the stage; blend shapes of the
+    same name in several of them are one morph, and a mesh without any is part of the neutral.
+    Positions are those of the mesh with most blend shapes in its own space, the others where they
+    stand beside it, skinned ones where their joints hold them at rest, point by point; polygons of
+    a left-handed mesh are turned around. USD reads the file in a process of its own, as it ends the
+    whole program on some damaged files.
 
     Args:
         path: A .usd, .usda, .usdc or .usdz file. References, payloads and sublayers are followed
-            within its own folder, or package, only.
+            within its own folder, or package, only; the file under a layer of `elastomorph.bend`
+            wherever it is.
         mesh: Name or path of the mesh to read, or of several; with or without blend shapes.
 
     Raises:
@@ -122,7 +125,7 @@ def rig_of(
 
 def parts_of(path: str | Path, found: list[FoundMesh], budget: MemoryBudget) -> list[RigPart]:
     """The meshes with their morphs, in the order of their blend shapes, each where it goes."""
-    meshes = [one.mesh() for one in found]
+    meshes = [one.mesh for one in found]
     shapes = [
         [one.shape(i, len(mesh.vertices)) for i in range(one.shape_count)]
         for one, mesh in zip(found, meshes, strict=True)
@@ -134,7 +137,8 @@ def parts_of(path: str | Path, found: list[FoundMesh], budget: MemoryBudget) -> 
         for own in shapes
         for shape in own
     )
-    budget.spend_fields(vertices, fields, copies=1 if len(meshes) == 1 else 2)
+    copies = 1 + (len(meshes) > 1) + any(one.held is not None for one in found)
+    budget.spend_fields(vertices, fields, copies=copies)
     main = max(range(len(meshes)), key=lambda number: len(shapes[number]))
     with naming_file(path):
         places = placings(None, found, main)
@@ -142,8 +146,29 @@ def parts_of(path: str | Path, found: list[FoundMesh], budget: MemoryBudget) -> 
     for one, mesh, own, place in zip(found, meshes, shapes, places, strict=True):
         by_name = zip(_names(own), own, strict=True)
         morphs = {name: _morph(path, mesh, name, shape) for name, shape in by_name}
-        parts.append(RigPart(one.name, mesh, morphs, place))
+        part = RigPart(one.name, mesh, morphs, place)
+        with naming_file(path):
+            parts.append(part if one.held is None else _at_rest(part, one.held))
     return parts
+
+
+def _at_rest(part: RigPart, held: NDArray[np.float64]) -> RigPart:
+    """A mesh whose points have different joints, (N, 4, 3) each, where these hold them at rest."""
+
+    def turned(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(np.einsum("...ni,nij->...nj", vectors, held[:, :3]))
+
+    neutral = part.mesh.with_vertices(turned(part.mesh.vertices) + held[:, 3])
+    morphs = {
+        name: replace(
+            morph,
+            neutral=neutral,
+            target=neutral.with_vertices(neutral.vertices + turned(morph.delta)),
+            bends=turned(morph.bends),
+        )
+        for name, morph in part.morphs.items()
+    }
+    return replace(part, mesh=neutral, morphs=morphs)
 
 
 def _names(shapes: Iterable[FoundShape]) -> list[str]:

@@ -19,7 +19,7 @@ from elastomorph.io.usd.exact import checksum
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
-_OBJECTS_OF_MESH = 10  # so many arrays the worker wrote of it
+_OBJECTS_OF_MESH = 11  # so many arrays the worker wrote of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +65,13 @@ class FoundMesh:
         return self._array("matrix", (4, 3))
 
     @cached_property
+    def held(self) -> NDArray[np.float64] | None:
+        """(N, 4, 3) what joints do to each point before that, None where it is nothing."""
+        if not self._has("held"):
+            return None
+        return self._array("held", (None, 4, 3))
+
+    @cached_property
     def sliders(self) -> dict[str, Any]:
         """What elastomorph stored of the sliders; empty where it did not."""
         try:
@@ -73,8 +80,9 @@ class FoundMesh:
             return {}
         return found if isinstance(found, dict) and found.get("version") == 1 else {}
 
+    @cached_property
     def mesh(self) -> Mesh:
-        """The neutral."""
+        """The neutral, as it is stored."""
         points = self._array("points", (None, 3))
         counts = self._indices("counts", 0, None)
         indices = self._indices("indices", 0, len(points) - 1)

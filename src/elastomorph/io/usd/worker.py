@@ -25,6 +25,7 @@ from elastomorph.io.usd.library import (
     SLIDERS,
     pxr,
 )
+from elastomorph.io.usd.skins import place_at_rest
 
 _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
 
@@ -112,7 +113,11 @@ def _mesh(arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any) -
     keep("counts", mesh.GetFaceVertexCountsAttr())
     keep("indices", mesh.GetFaceVertexIndicesAttr())
     keep("exact_points", prim.GetAttribute(POINTS), 3)
-    arrays[f"{prefix}matrix"] = np.array(_to_world(prim), dtype=np.float64)[:, :3]
+    points = arrays.get(f"{prefix}points", np.zeros(0))
+    matrix, held = place_at_rest(prim, len(points) if points.ndim else 0)
+    arrays[f"{prefix}matrix"] = matrix[:, :3]
+    if held is not None:
+        arrays[f"{prefix}held"] = held
     return {
         "name": prim.GetName(),
         "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
@@ -123,18 +128,6 @@ def _mesh(arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any) -
         "material": _material(prim),
         "shapes": _shapes(keep, stage, prim),
     }
-
-
-def _to_world(prim: Any) -> Any:
-    """The matrix from points to the world: a skinned mesh stands where it was bound."""
-    geometry, binding = pxr("UsdGeom"), pxr("UsdSkel").BindingAPI(prim)
-    cache = geometry.XformCache(pxr("Usd").TimeCode.EarliestTime())
-    skeleton = binding.GetInheritedSkeleton()
-    if not skeleton or not binding.GetJointIndicesPrimvar().HasAuthoredValue():
-        return cache.GetLocalToWorldTransform(prim)
-    bound = _value(binding.GetGeomBindTransformAttr())
-    placed = cache.GetLocalToWorldTransform(skeleton.GetPrim())
-    return placed if bound is None else bound * placed
 
 
 def shape_targets(prim: Any) -> list[Any]:
