@@ -25,7 +25,7 @@ _KEYS_TOLERANCE = 1e-4
 
 def bend(
     path: str | Path,
-    output: str | Path | None = None,
+    output: str | Path | None,
     *,
     method: str | Method | Mapping[str, str | Method] | None = None,
     only: Collection[str] | None = None,
@@ -33,7 +33,6 @@ def bend(
     keys_tolerance: float | None = None,
     max_targets: int | None = None,
     fold: bool = False,
-    dry_run: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> BendReport | UsdBendReport:
     """Bend the paths of a character in its own file, and keep all the rest of it.
@@ -49,7 +48,8 @@ def bend(
 
     Args:
         path: The character: .glb, .vrm, .gltf, .usd, .usda, .usdc, .usdz.
-        output: The file to write, of the same format.
+        output: The file to write, of the same format; None: nothing is written, and the report
+            says what would be.
         method: How paths are made, as for `elastomorph.interpolate`, or by name of the target;
             ``auto`` by default.
         only: Names of the only targets that bend.
@@ -61,7 +61,6 @@ def bend(
             first.
         fold: Whether a bend that is a multiple of its Δ becomes a curve of the weight of Δ, which
             costs no target, but needs a runtime or an animation to be seen.
-        dry_run: Only report what would come of it; nothing is written.
         say: Told what is being done.
 
     Returns:
@@ -75,8 +74,6 @@ def bend(
         MissingExtraError: The file needs a package that is not installed.
     """
     _require_character(path, "bend")
-    if output is None and not dry_run:
-        raise ParameterError("say where the bent character goes: em.bend(path, output)")
     options: dict[str, Any] = {"method": method, "only": only, "say": say}
     if Path(path).suffix.lower() in _USD:
         given = {"keys_tolerance": keys_tolerance, "max_targets": max_targets, "fold": fold or None}
@@ -85,8 +82,8 @@ def bend(
                 raise ParameterError(f"{path}: {name} is for glTF; a layer of USD has none")
         from elastomorph.bending.usd import bend_usd
 
-        return bend_usd(path, None if dry_run else output, tolerance=tolerance, **options)
-    options |= {"max_targets": max_targets, "fold": fold, "dry_run": dry_run}
+        return bend_usd(path, output, tolerance=tolerance, **options)
+    options |= {"max_targets": max_targets, "fold": fold}
     options["tolerance"] = _TOLERANCE if tolerance is None else tolerance
     options["keys_tolerance"] = _KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance
     from elastomorph.bending.gltf import bend_gltf

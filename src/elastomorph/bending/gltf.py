@@ -40,10 +40,9 @@ def bend_gltf(
     keys_tolerance: float = 1e-4,
     max_targets: int | None = None,
     fold: bool = False,
-    dry_run: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> BendReport:
-    """Bend a .glb, .vrm or .gltf file, or only say what would come of it."""
+    """Bend a .glb, .vrm or .gltf file; without an output, only say what would come of it."""
     say(f"reading {path}")
     character = Character.read(path)
     if output is not None:
@@ -64,7 +63,7 @@ def bend_gltf(
     edit = _Edit(character, face, plan)
     edit.add_bends(say)
     edit.add_clips(keys_tolerance, say)
-    return edit.written(output, say, dry_run)
+    return edit.written(output, say)
 
 
 def unbend_gltf(path: str | Path, output: str | Path) -> None:
@@ -157,9 +156,7 @@ class _Edit:
         self._clips = ClipEdit(file, self._document, self._additions, columns, tolerance)
         self._clips.extend()
 
-    def written(
-        self, output: str | Path | None, say: Callable[[str], None], dry_run: bool
-    ) -> BendReport:
+    def written(self, output: str | Path | None, say: Callable[[str], None]) -> BendReport:
         """Write the file, or only find out how large it would be."""
         chunk, beside = self._with_buffers(output)
         character = self._character
@@ -170,10 +167,9 @@ class _Edit:
         if character.is_glb:
             size = 20 + text + -text % 4 + (0 if chunk is None else 8 + len(chunk))
             size += len(character.rest)
-        if output is None or dry_run:
-            return self._report(None, size)
-        say(f"writing {output}")
-        write_character(character, output, document, chunk, beside)
+        if output is not None:
+            say(f"writing {output}")
+            write_character(character, output, document, chunk, beside)
         return self._report(output, size)
 
     def _with_buffers(self, output: str | Path | None) -> tuple[bytes | None, dict[str, bytes]]:

@@ -76,14 +76,13 @@ def bend(
     file, methods = _named(character, settings, method)
     report = bent(
         file,
-        output,
+        None if dry_run else output,
         method=methods,
         only=None if only is None else [name.strip() for name in only.split(",")],
         tolerance=tolerance,
         keys_tolerance=keys_tolerance,
         max_targets=max_targets,
         fold=fold,
-        dry_run=dry_run,
         say=say,
     )
     return Answer(_facts(report), lambda: _tell(report))
