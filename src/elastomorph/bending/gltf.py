@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -49,17 +50,16 @@ def bend_gltf(
         require_output(character, output)
     face = Face.read(character.file)
     say("finding paths")
-    with naming_file(path):
-        plan = make_plan(
-            face.moving(),
-            method,
-            only=only,
-            tolerance=tolerance,
-            max_targets=max_targets,
-            fold=fold,
-            meshes=_meshes(face),
-            say=say,
-        )
+    plan = make_plan(
+        face.moving(),
+        method,
+        only=only,
+        tolerance=tolerance,
+        max_targets=max_targets,
+        fold=fold,
+        meshes=_meshes(face),
+        say=say,
+    )
     edit = _Edit(character, face, plan)
     edit.add_bends(say)
     edit.add_clips(keys_tolerance, say)
@@ -223,7 +223,8 @@ class _Edit:
             for own in file.items(kind)
             if isinstance(own, dict)
         }
-        return sum(size_of(home / uri) for uri in uris if isinstance(uri, str) and ":" not in uri)
+        names = {unquote(uri) for uri in uris if isinstance(uri, str) and ":" not in uri}
+        return sum(size_of(home / name) for name in names)
 
     def _report(self, output: str | Path | None, size: int) -> BendReport:
         file, plan = self._character.file, self._plan
