@@ -222,8 +222,10 @@ namespace Elastomorph
             Func<string, List<string>> driversOf = name =>
                 correctives.ContainsKey(name) ? correctives[name] : new List<string> { name };
             sliders = morphs.Select(m => m.Name).Where(name => driversOf(name).Contains(name)).ToArray();
+            var column = new Dictionary<string, int>(StringComparer.Ordinal);
+            foreach (var name in sliders) column.Add(name, column.Count);
             drivers = morphs
-                .Select(m => driversOf(m.Name).Select(driver => Array.IndexOf(sliders, driver)).ToArray())
+                .Select(m => driversOf(m.Name).Select(driver => column[driver]).ToArray())
                 .ToArray();
             places = morphs.Select(m => TargetsOf(m).Select(target => Take(free, target)).ToArray()).ToArray();
             curves = morphs

@@ -41,10 +41,11 @@ export class Bender {
     const drivers = driversOf(list(correctives), new Set(names));
     /** Names of the morph targets, in the order of their weights. */
     this.targets = targets;
+    const own = all.filter(({ name }) => drivers.get(name)?.includes(name) ?? true);
     /** Names of the sliders, in the order of their values. */
-    this.sliders = names.filter((name) => drivers.get(name)?.includes(name) ?? true);
-    /** For each slider, the number of the morph target that has its name in other programs. */
-    this.sliderTargets = this.sliders.map((name) => all[names.indexOf(name)].target);
+    this.sliders = own.map(({ name }) => name);
+    /** For each slider, the number of the morph target where programs without this one set it. */
+    this.sliderTargets = own.map(({ target }) => target);
     const column = new Map(this.sliders.map((name, i) => [name, i]));
     this.#morphs = all.map((morph) => ({
       ...morph,
@@ -170,7 +171,7 @@ function curve(stored) {
     'a curve is damaged',
   );
   const width = 1 - breaks[last];
-  const scale = Math.max(1, ...rows.flat().map(Math.abs));
+  const scale = rows.flat().reduce((most, a) => Math.max(most, Math.abs(a)), 1);
   const ends = Math.max(Math.abs(rows[0][0]), Math.abs(value(rows[last], width)));
   demand(ends <= 1e-9 * scale, 'a curve is not 0 at its ends');
   const first = rows[0][1] ?? 0;

@@ -28,7 +28,8 @@ function described(stored: Stored, targetNames: readonly string[]): Described {
   const used = new Set(
     morphs.flatMap(({ target, bends = [] }) => [target, ...bends.map((bend) => bend.target)]),
   );
-  const paths = morphs.map((morph) => path(morph, targetNames, stored.version));
+  const numberOf = new Map(targetNames.map((name, i) => [name, i]));
+  const paths = morphs.map((morph) => path(morph, numberOf.get(morph.target)!, stored.version));
   targetNames.forEach((name, delta) => {
     if (!used.has(name)) paths.push({ name, delta, fold: null });
   });
@@ -37,12 +38,7 @@ function described(stored: Stored, targetNames: readonly string[]): Described {
   return { morphs: paths, correctives, groups: fit, bender, sliders: bender.sliders };
 }
 
-function path(
-  { name, target, fold }: DescribedMorph,
-  targetNames: readonly string[],
-  version: number,
-): Morph {
-  const delta = targetNames.indexOf(target);
+function path({ name, target, fold }: DescribedMorph, delta: number, version: number): Morph {
   if (!fold || version < 2) return { name, delta, fold: null };
   const alone = { version, morphs: [{ name, target, fold }] };
   const own = new Bender({ elastomorph: alone }, [target]);
