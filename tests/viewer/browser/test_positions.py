@@ -15,6 +15,7 @@ from faces import METHODS, Faces, distances, glb
 from visiting import SMALL, Visit, positions, update
 
 import elastomorph as em
+from character_makers import make
 from elastomorph.io import read_rig
 from elastomorph.io.gltf import read_glb
 from elastomorph.rig import Rig
@@ -131,6 +132,22 @@ def test_a_face_of_two_meshes_bends_as_one(visit: Visit, faces: Faces) -> None:
     found = positions(page, 0, count)
     for half in (found[: len(expected)], found[count // 2 :][: len(expected)]):
         assert distances(half, expected).max() < WITHIN * faces.diameter
+
+
+def test_a_bent_character(visit: Visit, tmp_path: Path) -> None:
+    """Head, eyes, teeth and lashes, each with what it says of its own targets."""
+    em.bend(make("skinned", tmp_path), tmp_path / "bent.glb")
+    content = (tmp_path / "bent.glb").read_bytes()
+    rig = read_glb(tmp_path / "bent.glb")
+    page = visit(Scene((SceneModel("bent", "rig", content),), "Bent"), size=SMALL)
+    pose = {"jawOpen": 0.5, "eyeBlinkLeft": 0.4, "eyeLookDownLeft": 0.5, "mouthSmileLeft": 1.2}
+    update(page, weights=pose, t=1)
+    found = positions(page, 0, len(rig.neutral.vertices))
+    expected = posed(rig, pose, 1)
+    deltas = {name: rig.morphs[name].delta for name in pose}
+    straight = rig.neutral.vertices + sum(pose[name] * deltas[name] for name in pose)
+    assert distances(found, expected).max() < WITHIN * rig.neutral.diameter
+    assert distances(expected, straight).max() > 20 * WITHIN * rig.neutral.diameter
 
 
 @pytest.mark.realdata
