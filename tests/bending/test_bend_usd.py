@@ -30,7 +30,9 @@ def original(plain: Path, tmp_path: Path) -> Path:
 
 
 def parts(rig: em.Rig, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of head and teeth, in the spaces of their meshes."""
+    """Positions of head and teeth, in the spaces of their meshes, where up is z."""
+    x, y, z = positions.T
+    positions = np.stack([x, -z, y], axis=1)
     return positions[: len(HEAD)], positions[len(HEAD) : len(HEAD) + len(TEETH)] - OFFSET
 
 

@@ -21,6 +21,8 @@ extra("pxr", "usd")
 
 STRIP = np.array([[x, y, 0.0] for x in range(4) for y in range(2)])
 
+TURN = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
+
 
 def file_with(folder: Path, **shapes: Any) -> Path:
     from pxr import Usd
@@ -250,7 +252,8 @@ def test_meshes_are_chosen_by_name_or_path(tmp_path: Path) -> None:
     path = several_meshes(tmp_path)
     teeth = read_usd(path, mesh="teeth")
     assert teeth.names == ("jaw",)
-    assert teeth.neutral.vertices.tobytes() == STRIP.tobytes()
+    # in its own numbers, but turned as the stage shows it
+    np.testing.assert_array_equal(teeth.neutral.vertices, STRIP[:, [1, 0, 2]] * [-1, 1, 1])
     assert read_in_this_process(path, tmp_path, "/head/old").names == ("old",)
     both = read_in_this_process(path, tmp_path, "hair", "face")
     assert len(both.neutral.vertices) == 16
@@ -259,6 +262,24 @@ def test_meshes_are_chosen_by_name_or_path(tmp_path: Path) -> None:
         FormatError, match=r"no mesh is called 'nose'; there are '/head/face' \(2 sh"
     ):
         read_in_this_process(path, tmp_path, "nose")
+
+
+@pytest.mark.parametrize(("up", "rows"), [("Y", [[1, 0, 0], [0, 1, 0], [0, 0, 1]]), ("Z", TURN)])
+def test_faces_stand_upright(tmp_path: Path, up: str, rows: list[list[int]]) -> None:
+    """Blender and many others say that z is up, and look along y."""
+    from pxr import Usd, UsdGeom
+
+    stage = Usd.Stage.CreateInMemory()
+    author_shapes(stage, "/head", STRIP, {"jaw": (offsets(0), None, {0.5: offsets(1)})})
+    UsdGeom.SetStageUpAxis(stage, up)
+    path = tmp_path / "upright.usda"
+    stage.GetRootLayer().Export(str(path))
+    rig = read_in_this_process(path, tmp_path)
+    for weight in (0.0, 0.5, 1.0):
+        played = posed_by_usd(path, {"jaw": weight}, "/head")
+        found = rig.pose({"jaw": weight})
+        np.testing.assert_allclose(found, played @ np.transpose(rows), rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(rig.neutral.vertices, STRIP @ np.transpose(rows))
 
 
 def test_a_skinned_mesh_stands_where_it_was_bound(tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
     in-between becomes a bend whose curve is a hat, so that the path is exactly the one UsdSkel
     plays. All meshes that are rendered become one, in the order of the stage; blend shapes of the
     same name in several of them are one morph, and a mesh without any is part of the neutral.
-    Positions are those of the mesh with most blend shapes in its own space, the others where they
+    Positions are those of the mesh with most blend shapes, turned upright, the others where they
     stand beside it, skinned ones where their joints hold them at rest, point by point; polygons of
     a left-handed mesh are turned around. USD reads the file in a process of its own, as it ends the
     whole program on some damaged files.
@@ -141,7 +141,7 @@ def parts_of(path: str | Path, found: list[FoundMesh], budget: MemoryBudget) -> 
     budget.spend_fields(vertices, fields, copies=copies)
     main = max(range(len(meshes)), key=lambda number: len(shapes[number]))
     with naming_file(path):
-        places = placings(None, found, main)
+        places = placings(found[main].axes, found, main)
     parts = []
     for one, mesh, own, place in zip(found, meshes, shapes, places, strict=True):
         by_name = zip(_names(own), own, strict=True)

@@ -19,6 +19,8 @@ from elastomorph.io.usd.exact import checksum
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
+# Right, up and front of a face, as rows: programs that call z up look along y.
+_AXES = {"Y": np.eye(3), "Z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
 _OBJECTS_OF_MESH = 11  # so many arrays the worker wrote of it
 
 
@@ -41,20 +43,27 @@ def found_meshes(path: str | Path, members: NpzMembers) -> list[FoundMesh]:
     scene = json.loads(members.array("scene", "u", (None,)).tobytes())
     members.budget.add_size(scene["size_of_others"])
     members.budget.spend_objects(_OBJECTS_OF_MESH * len(scene["meshes"]))
-    return [FoundMesh(path, members, f"{i}_", own) for i, own in enumerate(scene["meshes"])]
+    axes = _AXES.get(scene["up"], _AXES["Y"])
+    return [FoundMesh(path, members, f"{i}_", own, axes) for i, own in enumerate(scene["meshes"])]
 
 
 class FoundMesh:
     """A mesh and its blend shapes."""
 
     def __init__(
-        self, path: str | Path, members: NpzMembers, prefix: str, entry: dict[str, Any]
+        self,
+        path: str | Path,
+        members: NpzMembers,
+        prefix: str,
+        entry: dict[str, Any],
+        axes: NDArray[np.float64],
     ) -> None:
         self._path = path
         self._members = members
         self._prefix = prefix
         self._entry = entry
         self.name: str = entry["name"]
+        self.axes = axes  # (3, 3) right, up and front of the file, as rows
         self.settings: str | None = entry["settings"]  # as JSON, where elastomorph stored them
         self.shape_count = len(entry["shapes"])
         self._shapes: dict[int, FoundShape] = {}

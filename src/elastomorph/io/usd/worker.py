@@ -64,7 +64,9 @@ def scene_of(opened: Composed, prims: Sequence[Any]) -> dict[str, NDArray[Any]]:
     """The arrays of the meshes that these prims are; ``scene`` is JSON of all that is no array."""
     arrays: dict[str, NDArray[Any]] = {}
     meshes = [_mesh(arrays, f"{i}_", opened.stage, own) for i, own in enumerate(prims)]
-    arrays["scene"] = text_array({"size_of_others": opened.size_of_others, "meshes": meshes})
+    up = str(pxr("UsdGeom").GetStageUpAxis(opened.stage))
+    scene = {"size_of_others": opened.size_of_others, "up": up, "meshes": meshes}
+    arrays["scene"] = text_array(scene)
     return arrays
 
 
