@@ -83,7 +83,8 @@ export function dressedParts(
     const { name } = materialOf(file, pieces[0]!);
     const skin = skinOf(material);
     const [r, g, b] = skin.colour;
-    const shine = LOOKS[partOfName(name || pieces[0]!.group)].shine;
+    // An image shows its highlights itself; a glint as on bare eyes would hide it.
+    const shine = Math.min(LOOKS[partOfName(name || pieces[0]!.group)].shine, 0.4);
     const part = { name: name || pieces[0]!.group, start, count: place - start };
     if (part.count > 0) parts.push({ ...part, colour: [r, g, b], shine, shown: true, skin });
   }
