@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,6 +35,8 @@ _HARMLESS = (
     *("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "MSFT_texture_"),
     *("VRM", "KHR_xmp", "KHR_node_visibility", "KHR_animation_pointer"),
 )
+# As the targets of bends are named.
+_BEND = re.compile(r"(.+)\.bend\d+_*")
 _READ = ("KHR_mesh_quantization", DRACO, *MESHOPT)
 
 
@@ -79,6 +82,7 @@ class ReadMesh:
     primitives: Primitives
     part: RigPart
     stored: StoredRig
+    gone: str  # What another program has left out of what elastomorph stored, if anything
 
 
 def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
@@ -86,11 +90,16 @@ def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
     read = list(zip(placed, read_primitives(file, placed), strict=True))
     used = {name for _, own in read if own is not None for name in own.materials if name}
     looks = read_appearance(file, used)
-    return [
+    found = [
         ReadMesh(own, primitives, *_part(file, own, primitives, looks))
         for own, primitives in read
         if primitives is not None
     ]
+    gone = list(dict.fromkeys(own.gone for own in found if own.gone))
+    if gone:
+        more = f"; {len(gone) - 1} more of its meshes have lost something too" if gone[1:] else ""
+        warnings.warn(f"{file.path}: {gone[0]}{more}", ElastomorphWarning, stacklevel=4)
+    return found
 
 
 def rig_of(file: GltfFile, meshes: Sequence[ReadMesh]) -> Rig:
@@ -117,8 +126,8 @@ def _chosen(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
 
 def _part(
     file: GltfFile, placed: PlacedMesh, primitives: Primitives, looks: dict[str, Material] | None
-) -> tuple[RigPart, StoredRig]:
-    """A mesh with its morphs, as `write_glb` described them or as the file shows them."""
+) -> tuple[RigPart, StoredRig, str]:
+    """A mesh with its morphs, as described or as the file shows them; and what is gone."""
     extras = file.item("meshes", placed.number, "a node").get("extras")
     own = extras.get("elastomorph") if isinstance(extras, dict) else None
     surface = own.get("surface") if isinstance(own, dict) else None
@@ -126,13 +135,43 @@ def _part(
     if neutral is None:
         neutral = _neutral(file, primitives, looks)
     stored = StoredRig(tuple(StoredMorph.straight(name) for name in primitives.targets), {}, {})
+    gone = _undescribed(primitives.targets)
     if own is not None:
         try:
-            stored = stored_rig(own, primitives.targets, file.budget)
+            stored, gone = stored_rig(own, primitives.targets, file.budget), ""
         except ValueError as problem:
-            _warn(file, "each morph target read as a slider of its own", problem)
+            gone = _unfit("each morph target read as a slider of its own", problem)
     morphs = {morph.name: _morph(neutral, primitives, morph) for morph in stored.morphs}
-    return RigPart(placed.names[0], neutral, morphs, Placing(np.eye(3), np.zeros(3))), stored
+    part = RigPart(placed.names[0], neutral, morphs, Placing(np.eye(3), np.zeros(3)))
+    return part, stored, gone or _emptied(primitives, stored)
+
+
+def _undescribed(targets: Sequence[str]) -> str:
+    """What is to be said of a mesh that has targets of bends, but no longer says so."""
+    known = set(targets)
+    bends = [name for name in targets if (of := _BEND.fullmatch(name)) and of[1] in known]
+    if not bends:
+        return ""
+    return (
+        f"it has the targets of {len(bends)} bends, such as {shortened(bends[0])!r}, but another "
+        "program has left out what they follow (export with custom properties); each morph target "
+        "read as a slider of its own"
+    )
+
+
+def _emptied(primitives: Primitives, stored: StoredRig) -> str:
+    """What is to be said of a mesh whose bends do nothing: they are written where they move it."""
+    bends = [target for morph in stored.morphs for target, _ in morph.bends]
+    moved = {
+        name for own in primitives.attributes for name, by in own.displacements.items() if by.any()
+    }
+    empty = [target for target in bends if target not in moved]
+    if not empty:
+        return ""
+    return (
+        f"{len(empty)} of {len(bends)} bends, such as {shortened(empty[0])!r}, move nothing: "
+        "rounded away or emptied by another program; the paths are straighter there"
+    )
 
 
 def require_known_extensions(file: GltfFile) -> None:
@@ -160,7 +199,8 @@ def _restored(
             raise ParameterError("another program has split or changed its vertices")
         surface = restored_surface(stored, triangles, vertices, primitives.texture())
     except ValueError as problem:
-        _warn(file, "its polygons are lost, and it is read with triangles for polygons", problem)
+        lost = _unfit("its polygons are lost, and it is read with triangles for polygons", problem)
+        warnings.warn(f"{file.path}: {lost}", ElastomorphWarning, stacklevel=6)
         return None
     own, source = vertices[: stored["vertices"]], Source(str(file.path))
     return Mesh(own, **surface, source=source, appearance=looks)
@@ -208,10 +248,8 @@ def _morph(neutral: Mesh, primitives: Primitives, stored: StoredMorph) -> Morph:
     )
 
 
-def _warn(file: GltfFile, instead: str, problem: Exception) -> None:
-    warnings.warn(
-        f"{file.path}: what elastomorph stored beside the mesh no longer fits it "
-        f"({shortened(problem)}); {instead}",
-        ElastomorphWarning,
-        stacklevel=6,
+def _unfit(instead: str, problem: Exception) -> str:
+    return (
+        f"what elastomorph stored beside the mesh no longer fits it ({shortened(problem)}); "
+        f"{instead}"
     )
