@@ -8,7 +8,7 @@ import os
 import shutil
 import struct
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -57,10 +57,11 @@ def command(player: str) -> list[str] | None:
     return [node, str(CHECKS / "play.mjs"), _SCRIPTS[player]]
 
 
-def plain(file: GltfFile, path: Path) -> Path:
+def plain(file: GltfFile, path: Path, *, pointers: bool = True) -> Path:
     """Write a copy for players: one buffer, no materials, all named by their numbers.
 
-    Shapes, skins and clips are those of the file, byte for byte; it must not be packed.
+    Shapes, skins and clips are those of the file, byte for byte; it must not be packed. Clips with
+    pointers are left out where a program cannot open a file that has them.
     """
     document = copy.deepcopy(file.document)
     starts, content = [], b""
@@ -83,6 +84,11 @@ def plain(file: GltfFile, path: Path) -> Path:
         for number, own in enumerate(document.get(kind, [])):
             own["name"] = f"{word}{number}"
             own.pop("extensions", None)
+    clips = document.get("animations", [])
+    clips = [own for own in clips if pointers or not has_pointers(own)]
+    document["animations"] = clips
+    if not clips:
+        del document["animations"]
     kept = {"KHR_mesh_quantization", "KHR_animation_pointer"}
     for name in ("extensionsUsed", "extensionsRequired"):
         document[name] = [own for own in document.get(name, []) if own in kept]
@@ -95,6 +101,11 @@ def plain(file: GltfFile, path: Path) -> Path:
     chunks += [struct.pack("<I4s", len(content), b"BIN\0"), content]
     path.write_bytes(head + b"".join(chunks))
     return path
+
+
+def has_pointers(clip: Mapping[str, Any]) -> bool:
+    """Whether an animation moves something that only KHR_animation_pointer can name."""
+    return any(own["target"]["path"] == "pointer" for own in clip["channels"])
 
 
 def shown(

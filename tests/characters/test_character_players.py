@@ -11,15 +11,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import elastomorph as em
 from acceptance.clips import key_times, played
 from acceptance.gltf_file import GltfFile
+from acceptance.judging import Pair
 from acceptance.players import PLAYERS, Request, as_shown, command, plain, shown
+from acceptance.playing import play
 from acceptance.posing import Pose, Scene
 from character_makers import make
 from needs import NO_NODE
 
-# What single precision leaves of a head 0.2 m high, 1.6 m above the ground, in metres.
+# What single precision leaves of a head 0.2 m high, 1.6 m above the ground: in metres, and as a
+# fraction of the 0.16 m between the vertices that move.
 ROUNDED = 1e-6
+ROUNDED_OF_D = 5e-6
 
 
 @pytest.fixture(params=PLAYERS)
@@ -69,3 +74,30 @@ def test_it_plays_clips_at_keys_and_between(player: str, tmp_path: Path) -> None
         for node, rows in as_shown(scene, player, pose).items():
             where = (clips[request.clip], request.time, node)
             assert np.abs(found[node] - rows).max() <= ROUNDED, where
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("bent")
+
+
+@pytest.fixture(scope="module")
+def pair(folder: Path) -> Pair:
+    """A skinned character with clips of every interpolation, and what bending makes of it."""
+    source = make("skinned", folder)
+    em.bend(source, folder / "bent.glb", tolerance=1e-5, keys_tolerance=1e-4)
+    return Pair(source, folder / "bent.glb", folder)
+
+
+def test_a_bent_character_plays_bent(pair: Pair, player: str, folder: Path) -> None:
+    found = play(pair, player, folder)
+    assert found.poses >= 30
+    assert found.posed <= ROUNDED_OF_D
+    assert found.ends <= 1e-6
+    # The path of ``auto``, which is a hundred times farther from the straight line.
+    assert found.between <= 1e-5 + ROUNDED_OF_D
+    assert found.straight >= 1e-2
+    assert found.unplayed == (["cubic"] if player == "Blender" else [])
+    assert found.moments >= 30
+    assert found.keys <= ROUNDED_OF_D
+    assert found.clips <= 1e-4 + ROUNDED_OF_D

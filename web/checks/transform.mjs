@@ -2,9 +2,10 @@
 //
 //   node checks/transform.mjs IN OUT STEP…
 //
-// Steps, in the order given: dedup, prune, weld, join, reorder, quantize, dequantize, meshopt, draco,
-// resample, sparse, flatten, palette, optimize (a chain of most of them), unpartition, and plain (no
-// compression and no quantization of its own: arrays that anyone can read).
+// Steps, in the order given: copy (none), dedup, prune, weld, unweld, join, reorder, quantize,
+// dequantize, meshopt, draco, resample, sparse, flatten, palette, center, instance, metalrough,
+// simplify, unlit, optimize (a chain of most of them), unpartition, and plain (no compression and no
+// quantization of its own: arrays that anyone can read).
 // Prints the extensions of what was written as JSON.
 import { NodeIO } from '@gltf-transform/core';
 import {
@@ -12,24 +13,37 @@ import {
   KHRDracoMeshCompression,
 } from '@gltf-transform/extensions';
 import {
+  center,
   dedup,
   dequantize,
   flatten,
+  instance,
   join,
   meshopt,
+  metalRough,
   palette,
   prune,
   quantize,
   reorder,
   resample,
+  simplify,
   sparse,
+  unlit,
   unpartition,
+  unweld,
   weld,
 } from '@gltf-transform/functions';
 import draco3d from 'draco3dgltf';
-import { MeshoptDecoder, MeshoptEncoder } from 'meshoptimizer';
+import { MeshoptDecoder, MeshoptEncoder, MeshoptSimplifier } from 'meshoptimizer';
 
 const STEPS = {
+  copy: () => [],
+  center: () => [center({ pivot: 'below' })],
+  instance: () => [instance()],
+  metalrough: () => [metalRough()],
+  simplify: () => [weld(), simplify({ simplifier: MeshoptSimplifier, ratio: 0.8, error: 0.001 })],
+  unlit: () => [unlit()],
+  unweld: () => [unweld()],
   dedup: () => [dedup()],
   prune: () => [prune({ keepAttributes: true, keepLeaves: true })],
   weld: () => [weld()],
@@ -79,6 +93,7 @@ if (names.length === 0 || !names.every((name) => name in STEPS)) {
 }
 await MeshoptDecoder.ready;
 await MeshoptEncoder.ready;
+await MeshoptSimplifier.ready;
 const io = new NodeIO()
   .registerExtensions(ALL_EXTENSIONS)
   .registerDependencies({

@@ -1,0 +1,49 @@
+"""Bent characters keep their bends through every command of glTF-Transform that keeps targets.
+
+Needs Node.js and the packages of ``web``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import elastomorph as em
+from character_makers import make
+from character_variants import PACKAGES
+from needs import node
+from transformed import COMMANDS, outcome
+
+# Commands that round positions: to 14 bits of a body 1.7 m high, of which D is a tenth.
+ROUNDING = {"quantize", "meshopt", "optimize"}
+
+
+@pytest.fixture(scope="module")
+def bent(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    node(*PACKAGES)
+    folder = tmp_path_factory.mktemp("transformed")
+    out = folder / "bent.glb"
+    em.bend(make("skinned", folder), out)
+    return out
+
+
+@pytest.mark.parametrize("command", [own for own in COMMANDS if own not in ROUNDING])
+def test_nothing_is_gone(bent: Path, command: str, tmp_path: Path) -> None:
+    found = outcome(bent, command, tmp_path)
+    assert found.targets == (7, 7)
+    assert found.bends[0] == found.bends[1] >= 7
+    assert found.off <= 1e-12
+    assert found.said == ()
+
+
+@pytest.mark.parametrize("command", sorted(ROUNDING))
+def test_bends_smaller_than_the_rounding_are_named(
+    bent: Path, command: str, tmp_path: Path
+) -> None:
+    found = outcome(bent, command, tmp_path)
+    assert found.targets == (7, 7)
+    assert found.bends[0] == found.bends[1]
+    assert found.off <= 1e-3
+    (said,) = found.said
+    assert "1 of 6 bends, such as 'mouthSmileLeft.bend1', move nothing: rounded away" in said
