@@ -104,14 +104,17 @@ class Face:
 
 
 def _target_count(file: GltfFile, number: int) -> int:
-    """Targets of a mesh, as many in each primitive that has any attributes."""
+    """Targets of a mesh, as many in each of its primitives."""
     of = f"mesh {number}"
     mesh = file.item("meshes", number, "a node")
-    counts = [
-        len(file.list_in(primitive, "targets", of))
-        for primitive in file.list_in(mesh, "primitives", of)
-        if isinstance(primitive, dict)
-    ]
+    counts = []
+    for primitive in file.list_in(mesh, "primitives", of):
+        if not isinstance(primitive, dict):
+            file.refuse(f"a primitive of {of} is no object")
+        targets = file.list_in(primitive, "targets", of)
+        if not all(isinstance(target, dict) for target in targets):
+            file.refuse(f"a morph target of {of} is no object")
+        counts.append(len(targets))
     if len(set(counts)) > 1:
         file.refuse(
             f"the primitives of {of} have {min(counts)} to {max(counts)} morph targets; glTF asks "

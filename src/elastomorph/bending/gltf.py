@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -45,7 +46,8 @@ def bend_gltf(
 ) -> BendReport:
     """Bend a .glb, .vrm or .gltf file; without an output, only say what would come of it."""
     say(f"reading {path}")
-    character = Character.read(path)
+    with _of_bounded_depth(path):
+        character = Character.read(path)
     if output is not None:
         require_output(character, output)
     face = Face.read(character.file)
@@ -60,21 +62,32 @@ def bend_gltf(
         meshes=_meshes(face),
         say=say,
     )
-    edit = _Edit(character, face, plan)
-    edit.add_bends(say)
-    edit.add_clips(keys_tolerance, say)
-    return edit.written(output, say)
+    with _of_bounded_depth(path):
+        edit = _Edit(character, face, plan)
+        edit.add_bends(say)
+        edit.add_clips(keys_tolerance, say)
+        return edit.written(output, say)
 
 
 def unbend_gltf(path: str | Path, output: str | Path) -> None:
     """Write the original of a bent .glb, .vrm or .gltf file."""
-    character = Character.read(path)
+    with _of_bounded_depth(path):
+        character = Character.read(path)
     if not character.was_bent:
         raise FormatError(
             path, "it was not made by 'elastomorph bend', so there is nothing to undo"
         )
     require_output(character, output)
     write_character(character, output, character.file.document, character.chunk, {})
+
+
+@contextmanager
+def _of_bounded_depth(path: str | Path) -> Iterator[None]:
+    """Refuse a document that is nested deeper than Python calls itself."""
+    try:
+        yield
+    except RecursionError:
+        raise FormatError(path, "its document is nested too deeply") from None
 
 
 def _meshes(face: Face) -> list[tuple[int, Any]]:

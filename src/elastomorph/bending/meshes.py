@@ -37,6 +37,7 @@ def spaces_of(file: GltfFile, mesh: FaceMesh, entry: dict[str, Any]) -> dict[int
         key = (block, attributes.get("NORMAL"), attributes.get("TANGENT"))
         if key not in known:
             known[key] = MeshSpace(file, mesh.blocks[block], attributes, f"mesh {mesh.number}")
+            known[key].require_place()
         found[number] = known[key]
     return found
 

@@ -43,6 +43,11 @@ class MeshSpace:
         """Which of the vertices of the mesh these are."""
         return slice(self.block.start, self.block.start + len(self.block.vertices))
 
+    def require_place(self) -> None:
+        """Refuse a mesh that moves, but is flattened to a plane, a line or a point."""
+        if self.block.displacements and self.block.placement.linear.ndim == 2:
+            self._require_solid(self.block.placement.linear)
+
     def displacements(self, field: Field) -> Field:
         """(N, 3) displacements in the mesh."""
         linear = self.block.placement.linear

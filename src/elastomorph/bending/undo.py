@@ -64,7 +64,7 @@ def undone(file: GltfFile, chunk: bytes | None) -> tuple[dict[str, Any], bytes |
         _refuse(file)
     try:
         document = patched(bent, own["undo"])
-    except (LookupError, TypeError, ValueError):
+    except (AttributeError, LookupError, TypeError, ValueError):
         _refuse(file)
     return document, None if length is None or chunk is None else chunk[:length]
 

@@ -1,0 +1,155 @@
+"""What undoes a bend, and files that were bent before."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_characters import SmallFile, flap_character
+
+import elastomorph as em
+from elastomorph.bending.undo import patched, reverse_patch
+from elastomorph.io.gltf.container import open_gltf
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-3, 3) | st.floats(-2, 2) | st.text(max_size=2),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=2), inner),
+    max_leaves=12,
+)
+
+
+def exactly(value: Any) -> str:
+    """JSON that tells 1 from 1.0 and True, whatever the order of members."""
+    return json.dumps(value, sort_keys=True)
+
+
+@given(VALUES, VALUES)
+def test_the_patch_of_two_documents_makes_the_old_one_of_the_new(old: Any, new: Any) -> None:
+    patch = reverse_patch(old, new)
+    if patch is None:
+        assert exactly(old) == exactly(new)
+    else:
+        stored = json.loads(json.dumps(patch))
+        assert exactly(patched(new, stored)) == exactly(old)
+
+
+@given(VALUES)
+def test_the_same_document_needs_no_patch(value: Any) -> None:
+    assert reverse_patch(value, copy.deepcopy(value)) is None
+
+
+def test_what_was_appended_is_told_by_a_length_alone() -> None:
+    old = {"accessors": [{"count": 3}] * 9, "extras": {"a": 1}}
+    new = {"accessors": [{"count": 3}] * 12, "extras": {"a": 1, "b": [1] * 99}}
+    assert reverse_patch(old, new) == {
+        "in": {"accessors": {"cut": 9}, "extras": {"cut": ["b"]}}
+    }  # fmt: skip
+
+
+@st.composite
+def small_files(draw: st.DrawFn) -> SmallFile:
+    """Characters of all kinds that `flap_character` knows, placed anywhere."""
+    quantized = draw(st.booleans())
+    node: dict[str, Any] = {}
+    if draw(st.booleans()):
+        axis = np.array(draw(st.tuples(*[st.integers(-5, 5)] * 4)), dtype=float)
+        length = np.linalg.norm(axis)
+        node["rotation"] = (axis / length).tolist() if length else [0, 0, 0, 1]
+        node["translation"] = draw(st.lists(st.integers(-9, 9), min_size=3, max_size=3))
+    file = flap_character(
+        quantized=quantized,
+        normals=draw(st.booleans()),
+        tangents=draw(st.booleans()),
+        names=draw(st.sampled_from(["mesh", "primitive", "target", "nowhere"])),
+        teeth=draw(st.booleans()),
+        **node,
+    )
+    if draw(st.booleans()):
+        file.json["nodes"][0]["weights"] = draw(
+            st.lists(st.floats(0, 1, width=32), min_size=2, max_size=2)
+        )
+    if draw(st.booleans()):
+        del file.json["extras"]
+    file.json["nodes"][0]["extras"] = draw(VALUES)
+    return file
+
+
+@settings(max_examples=25, deadline=None)
+@given(small_files(), st.booleans())
+def test_unbending_gives_back_the_document_and_every_byte(
+    tmp_path_factory: pytest.TempPathFactory, file: SmallFile, fold: bool
+) -> None:
+    folder = tmp_path_factory.mktemp("small")
+    path = file.write(folder / "a.glb")
+    before = path.read_bytes()
+    em.bend(path, folder / "b.glb", fold=fold)
+    em.unbend(folder / "b.glb", folder / "c.glb")
+    original, found = open_gltf(path), open_gltf(folder / "c.glb")
+    assert exactly(found.document) == exactly(original.document)
+    assert found.buffer(0) == original.buffer(0)
+    assert path.read_bytes() == before
+
+
+def test_a_bent_file_is_bent_anew_from_its_original(tmp_path: Path) -> None:
+    path = flap_character().write(tmp_path / "a.glb")
+    em.bend(path, tmp_path / "b.glb")
+    report = em.bend(tmp_path / "b.glb", tmp_path / "c.glb")
+    assert report.was_bent
+    assert (tmp_path / "c.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
+    em.bend(tmp_path / "b.glb", tmp_path / "d.glb", method="linear")
+    em.bend(path, tmp_path / "e.glb", method="linear")
+    assert (tmp_path / "d.glb").read_bytes() == (tmp_path / "e.glb").read_bytes()
+
+
+def test_a_bent_document_in_files_is_bent_anew_and_undone(tmp_path: Path) -> None:
+    path = flap_character().write(tmp_path / "a.gltf")
+    em.bend(path, tmp_path / "b.gltf")
+    em.bend(tmp_path / "b.gltf", tmp_path / "b.gltf", method="rotation")
+    em.unbend(tmp_path / "b.gltf", tmp_path / "c.gltf")
+    assert open_gltf(tmp_path / "c.gltf").document == open_gltf(path).document
+
+
+@pytest.mark.parametrize("verb", [lambda f, o: em.bend(f, o), em.unbend])
+def test_a_bent_file_that_was_changed_is_not_undone(tmp_path: Path, verb: Any) -> None:
+    file = flap_character()
+    path = file.write(tmp_path / "a.glb")
+    em.bend(path, tmp_path / "b.glb")
+    content = (tmp_path / "b.glb").read_bytes()
+    (tmp_path / "b.glb").write_bytes(content.replace(b'"still"', b'"STILL"'))
+    with pytest.raises(em.FormatError, match=r"another program has changed it.*bend the original"):
+        verb(tmp_path / "b.glb", tmp_path / "c.glb")
+    (tmp_path / "b.glb").write_bytes(content[:-4] + b"abcd")
+    with pytest.raises(em.FormatError, match="another program has changed it"):
+        verb(tmp_path / "b.glb", tmp_path / "c.glb")
+    assert not (tmp_path / "c.glb").exists()
+
+
+def test_another_program_may_write_the_same_document_in_its_own_way(tmp_path: Path) -> None:
+    """Members in another order, spaces, and whole numbers with a point."""
+    path = flap_character().write(tmp_path / "embedded.gltf")
+    em.bend(path, tmp_path / "b.gltf")
+    document = json.loads((tmp_path / "b.gltf").read_text())
+    document["nodes"][0]["mesh"] = 0
+    document["asset"] = dict(reversed(document["asset"].items()))
+    text = json.dumps(document, indent=4).replace('"count": 18', '"count": 18.0')
+    (tmp_path / "b.gltf").write_text(text)
+    em.unbend(tmp_path / "b.gltf", tmp_path / "c.gltf")
+    assert open_gltf(tmp_path / "c.gltf").document == open_gltf(path).document
+
+
+def test_chunks_that_no_one_knows_go_along(tmp_path: Path) -> None:
+    path = flap_character().write(tmp_path / "a.glb")
+    content = bytearray(path.read_bytes()) + b"\x04\0\0\0ABCDwxyz"
+    content[8:12] = len(content).to_bytes(4, "little")
+    path.write_bytes(content)
+    em.bend(path, tmp_path / "b.glb")
+    em.unbend(tmp_path / "b.glb", tmp_path / "c.glb")
+    for name in ("b.glb", "c.glb"):
+        assert (tmp_path / name).read_bytes().endswith(b"\x04\0\0\0ABCDwxyz")
+    open_gltf(tmp_path / "b.glb")
