@@ -43,8 +43,7 @@ def bend(
     runtime follows (``extras.elastomorph`` of each mesh). Nothing else is touched, and the source
     is never written. A file that was bent before is bent anew from its original.
 
-    Of a USD file, the output is a layer over it: in-betweens for players, and the paths beside them
-    (`elastomorph.bending.usd.bend_usd`).
+    Of a USD file, the output is a layer over it: see `elastomorph.bending.usd.bend_usd`.
 
     Args:
         path: The character: .glb, .vrm, .gltf, .usd, .usda, .usdc, .usdz.
@@ -77,18 +76,24 @@ def bend(
     options: dict[str, Any] = {"method": method, "only": only, "say": say}
     if Path(path).suffix.lower() in _USD:
         given = {"keys_tolerance": keys_tolerance, "max_targets": max_targets, "fold": fold or None}
-        for name, value in given.items():
-            if value is not None:
-                raise ParameterError(f"{path}: {name} is for glTF; a layer of USD has none")
-        from elastomorph.bending.usd import bend_usd
+        return _bend_usd(path, output, given, tolerance=tolerance, **options)
+    from elastomorph.bending.gltf import bend_gltf
 
-        return bend_usd(path, output, tolerance=tolerance, **options)
     options |= {"max_targets": max_targets, "fold": fold}
     options["tolerance"] = _TOLERANCE if tolerance is None else tolerance
     options["keys_tolerance"] = _KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance
-    from elastomorph.bending.gltf import bend_gltf
-
     return bend_gltf(path, output, **options)
+
+
+def _bend_usd(
+    path: str | Path, output: str | Path | None, given: dict[str, Any], **options: Any
+) -> UsdBendReport:
+    for name, value in given.items():
+        if value is not None:
+            raise ParameterError(f"{path}: {name} is for glTF; a layer of USD has none")
+    from elastomorph.bending.usd import bend_usd
+
+    return bend_usd(path, output, **options)
 
 
 def unbend(path: str | Path, output: str | Path) -> None:
