@@ -1,0 +1,88 @@
+"""``elastomorph bend`` and ``elastomorph unbend``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from calls import status_of as run
+
+import elastomorph as em
+from elastomorph.io.gltf.container import open_gltf
+
+
+@pytest.fixture
+def head(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Two targets of the built-in head in a file, straight; the program runs in its folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    rig = em.read_rig("built-in", method="linear").only(["jawOpen", "eyeBlink_L"])
+    em.write("head.glb", rig)
+    return tmp_path / "head.glb"
+
+
+def test_it_bends_and_says_what_it_costs(head: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("bend", "head.glb", "-o", "bent.glb") == 0
+    said = capsys.readouterr().out
+    for words in ("jawOpen", "2 of 2 targets bend", "before 2; bytes", "written: bent.glb"):
+        assert words in said
+    assert run("unbend", "bent.glb", "-o", "back.glb") == 0
+    assert open_gltf("back.glb").document == open_gltf(head).document
+
+
+def test_a_dry_run_writes_nothing(head: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("bend", "head.glb", "--dry-run", "--only", "jawOpen", "--json") == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert [own["name"] for own in facts["bent"]] == ["jawOpen"]
+    assert facts["straight"] == ["eyeBlink_L"]
+    assert list(head.parent.iterdir()) == [head]
+
+
+def test_settings_state_the_method_of_each_target(
+    head: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("own.toml").write_text(
+        '[character]\nrig = "head.glb"\n[method]\ndefault = "linear"\n'
+        '[methods]\njawOpen = "rotation"\n'
+    )
+    for words in (["head.glb", "--settings", "own.toml"], ["own.toml"]):
+        assert run("bend", *words, "--dry-run", "--json") == 0
+        facts = json.loads(capsys.readouterr().out)
+        assert [(own["name"], own["method"]) for own in facts["bent"]] == [("jawOpen", "rotation")]
+    Path("other.toml").write_text('[character]\nrig = "head.glb"\n[methods]\njawOpne = "beam"\n')
+    assert run("bend", "head.glb", "--settings", "other.toml", "--dry-run") == 1
+    assert "'jawOpne' in [methods] is no target" in capsys.readouterr().err
+    Path("parts.toml").write_text(
+        '[character]\nrig = "head.glb"\n[regions.mouth]\nvertices = [1]\nmethod = "beam"\n'
+    )
+    assert run("bend", "parts.toml", "--dry-run") == 1
+    assert "has [regions], which bend does not take" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["head.glb"], "say where to write the bent character"),
+        (["head.glb", "-o", "bent.gltf"], "keeps its format"),
+        (["head.glb", "-o", "bent.glb", "--only", "smile"], "no slider 'smile'"),
+        (["head.glb", "-o", "bent.glb", "--tolerance", "-1"], "tolerance"),
+        (["built-in", "-o", "bent.glb"], "the built-in head is in no file to bend"),
+        (["head.glb", "-o", "head.glb"], "--overwrite"),
+    ],
+)
+def test_what_cannot_be_is_one_sentence(
+    head: Path, words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = head.read_bytes()
+    assert run("bend", *words) == 1
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert head.read_bytes() == before
+    assert list(head.parent.iterdir()) == [head]
+
+
+def test_an_output_may_take_the_place_of_the_character(head: Path) -> None:
+    assert run("bend", "head.glb", "-o", "head.glb", "--overwrite") == 0
+    assert len(em.read_rig(head).morphs["jawOpen"].bends)
