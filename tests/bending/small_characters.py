@@ -105,6 +105,7 @@ def flap_character(
     normals: bool = False,
     tangents: bool = False,
     quantized: bool = False,
+    kind: str = "<i2",
     names: str = "mesh",
     teeth: bool = True,
     **node: Any,
@@ -116,18 +117,19 @@ def flap_character(
     file = SmallFile()
     shape, turned, triangles = flap()
     slid = shape + [0, 0.1, 0]
-    kind = {"kind": "<i2", "normalized": True} if quantized else {"kind": "<f4"}
-    scale = 32767 / 2 if quantized else 1.0
+    stored: dict[str, Any] = {"kind": kind, "normalized": True} if quantized else {}
+    scale = np.iinfo(kind).max / 2 if quantized else 1.0
     half = len(triangles) // 2
     primitives = []
     for own in (triangles[:half], triangles[half:]):
         used, corners = np.unique(own, return_inverse=True)
-        shown: dict[str, Any] = {"POSITION": file.array(shape[used] * scale, **kind)}
+        at_rest = np.round(shape[used] * scale) if quantized else shape[used]
+        shown: dict[str, Any] = {"POSITION": file.array(at_rest, **stored)}
         shown["NORMAL"] = file.array(np.tile([0, 0, 1.0], (len(used), 1)))
         targets = []
         for moved in (turned, slid):
             delta = np.round((moved - shape)[used] * scale) if quantized else (moved - shape)[used]
-            target: dict[str, Any] = {"POSITION": file.array(delta, **kind)}
+            target: dict[str, Any] = {"POSITION": file.array(delta, **stored)}
             if normals:
                 end = np.where((moved is turned) & (shape[used, 1:2] > 0.5), _TURNED, [0, 0, 1.0])
                 target["NORMAL"] = file.array(end - [0, 0, 1.0])

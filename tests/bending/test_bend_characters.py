@@ -247,6 +247,21 @@ def test_quantized_targets_get_quantized_bends_in_rows_of_four_bytes(tmp_path: P
     np.testing.assert_allclose(half, expected, atol=5e-4)
 
 
+@pytest.mark.parametrize(("tolerance", "code"), [(1e-5, 5122), (0.02, 5120)])
+def test_targets_of_eight_bits_get_bends_of_sixteen_where_they_must(
+    tmp_path: Path, tolerance: float, code: int
+) -> None:
+    file = flap_character(quantized=True, kind="|i1", teeth=False)
+    bent = bent_file(file, tmp_path, tolerance=tolerance)
+    codes = {
+        bent.document["accessors"][target["POSITION"]]["componentType"]
+        for own in targets_of(bent)
+        for target in own[2:]
+    }
+    assert codes == {code}
+    assert em.bend(tmp_path / "a.glb", None, tolerance=tolerance).storage_error < 1e-2
+
+
 @pytest.mark.parametrize("name", ["a.gltf", "embedded.gltf"])
 def test_a_document_with_its_bytes_elsewhere_keeps_them_there(tmp_path: Path, name: str) -> None:
     flap_character().write(tmp_path / name)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from elastomorph.io.gltf.container import GltfFile
 
 _WHOLE = {5120: "|i1", 5122: "<i2"}
+_FINER = {"|i1": "<i2"}
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,11 @@ class Encoding:
         entry = {} if accessor is None else file.item("accessors", accessor, "a morph target")
         dtype = _WHOLE.get(entry.get("componentType", 0), "<f4")
         return cls(dtype, dtype != "<f4" and entry.get("normalized") is True)
+
+    @property
+    def finer(self) -> Encoding:
+        """The next with more bits, for what these hold too roughly; itself where there is none."""
+        return Encoding(_FINER.get(self.dtype, self.dtype), self.normalized)
 
     def encoded(
         self, values: NDArray[np.float64], *, directions: bool = False

@@ -63,7 +63,7 @@ def bend_gltf(
         say=say,
     )
     with _of_bounded_depth(path):
-        edit = _Edit(character, face, plan)
+        edit = _Edit(character, face, plan, tolerance)
         edit.add_bends(say)
         edit.add_clips(keys_tolerance, say)
         return edit.written(output, say)
@@ -111,17 +111,15 @@ def _accessors(file: GltfFile, face: Face) -> Iterator[Any]:
 class _Edit:
     """A copy of a document on its way to being bent."""
 
-    def __init__(self, character: Character, face: Face, plan: Plan) -> None:
+    def __init__(self, character: Character, face: Face, plan: Plan, tolerance: float) -> None:
         self._character, self._face, self._plan = character, face, plan
         file = character.file
         self._document = copy.deepcopy(file.document)
         counts = (len(file.items("accessors")), len(file.items("bufferViews")))
         self._packing = Packing.of(file, _accessors(file, face))
         self._additions = Additions(*counts, self._packing)
-        extent = plan.extent
-        self._meshes = [
-            MeshEdit(file, mesh, self._document, self._additions, extent) for mesh in face.meshes
-        ]
+        shared = (self._document, self._additions, plan.extent, tolerance)
+        self._meshes = [MeshEdit(file, mesh, *shared) for mesh in face.meshes]
         self._bent: list[BentTarget] = []
 
     def add_bends(self, say: Callable[[str], None]) -> None:

@@ -51,6 +51,7 @@ class MeshEdit:
         document: The document that is changed.
         additions: What is added to it.
         extent: D, in the unit of the scene.
+        tolerance: How far rounding may move a vertex before more bits are used, fraction of D.
     """
 
     def __init__(
@@ -60,11 +61,12 @@ class MeshEdit:
         document: dict[str, Any],
         additions: Additions,
         extent: float,
+        tolerance: float,
     ) -> None:
         self._file, self._mesh, self._additions = file, mesh, additions
         self._entry: dict[str, Any] = document["meshes"][mesh.number]
         self._document = document
-        self._extent = extent or 1.0
+        self._extent, self._tolerance = extent or 1.0, tolerance
         self._targets = {morph: target for target, morph in mesh.morph_of.items()}
         self._bends: list[tuple[int, Any, float]] = []
         self._folds: dict[int, tuple[Any, float]] = {}
@@ -121,16 +123,28 @@ class MeshEdit:
                 key = (kind, encoding, space or number)
                 if key not in known:
                     values = self._values(kind, number, bend, normals)
-                    turns = kind != "POSITION"
-                    rows, normalized, error = encoding.encoded(values, directions=turns)
-                    if kind == "POSITION" and space is not None:
-                        away = np.linalg.norm(space.block.placement.offsets(error), axis=1)
-                        self.error = max(self.error, peak * float(away.max()) / self._extent)
-                    known[key] = self._additions.displacements(
-                        rows, normalized=normalized, bounds=not turns
-                    )
+                    known[key] = self._accessor(kind, encoding, values, space, peak)
                 target[kind] = known[key]
             primitive["targets"].append(target)
+
+    def _accessor(
+        self, kind: str, encoding: Encoding, values: Fields, space: MeshSpace | None, peak: float
+    ) -> int:
+        """The accessor of (N, 3) values in the space of the mesh."""
+        if kind != "POSITION":
+            rows, normalized, _ = encoding.encoded(values, directions=True)
+            return self._additions.displacements(rows, normalized=normalized)
+        while True:
+            rows, normalized, away = encoding.encoded(values)
+            error = 0.0
+            if space is not None:
+                lengths = np.linalg.norm(space.block.placement.offsets(away), axis=1)
+                error = peak * float(lengths.max()) / self._extent
+            if error <= self._tolerance or encoding.finer == encoding:
+                break
+            encoding = encoding.finer
+        self.error = max(self.error, error)
+        return self._additions.displacements(rows, normalized=normalized, bounds=True)
 
     def _values(self, kind: str, primitive: int, bend: Fields, normals: Fields | None) -> Fields:
         """(N, 3) of a bend in the space of the mesh."""
