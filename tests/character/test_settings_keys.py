@@ -79,7 +79,14 @@ RIG: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 }
 """Keys that change the rig: tables before and after."""
 
-GLB = {"normals": "none", "tolerance": 1e-4, "keys_tolerance": 1e-3, "fps": 60, "sparse": False}
+GLB = {
+    "normals": "none",
+    "tolerance": 1e-4,
+    "keys_tolerance": 1e-3,
+    "fps": 60,
+    "sparse": False,
+    "compress": True,
+}
 USD = {"tolerance": 1e-4, "most_inbetweens": 5, "fps": 24}
 EXPORT: dict[str, tuple[dict[str, Any], str]] = {
     "character.unit": (changed(TABLES, character__unit="mm"), "face.usda"),

@@ -132,6 +132,7 @@ def test_a_file_that_was_read_on_the_way_is_kept(here: Path) -> None:
     ("words", "package", "extra"),
     [
         (["export", "face", "-o", "a.usdc"], "pxr", "usd"),
+        (["export", "face", "-o", "a.glb", "--compress"], "meshopt", "gltf"),
         (["animate", "face", "take.csv", "-o", "a.usda"], "pxr", "usd"),
         (["curves", "neutral.obj", "--picture", "a.png"], "vtkmodules", "demo"),
         (["blend", "face", "--sheet", "a.png"], "PIL", "demo"),

@@ -4,9 +4,11 @@
 //   node checks/pose.mjs FILE OUT --clip NAME --time SECONDS    plays an animation of the file
 //
 // OUT receives the positions of all vertices as little-endian float32 triples, in the order of the
-// file. Prints the number of vertices, morph targets and triangles as JSON.
+// file and in the units of the scene. Prints the number of vertices, morph targets and triangles as
+// JSON.
 import { readFile, writeFile } from 'node:fs/promises';
 import { AnimationMixer, Vector3 } from 'three';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { bendMesh } from '../../runtimes/js/three.js';
 
@@ -18,7 +20,7 @@ function usage() {
 async function load(path) {
   const bytes = await readFile(path);
   const content = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
-  return new GLTFLoader().parseAsync(content, '');
+  return new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(content, '');
 }
 
 // As a player without bends would set them, and then the bends.
@@ -45,7 +47,9 @@ function positions(mesh) {
   const count = mesh.geometry.attributes.position.count;
   const found = new Float32Array(3 * count);
   const vertex = new Vector3();
-  for (let i = 0; i < count; i += 1) mesh.getVertexPosition(i, vertex).toArray(found, 3 * i);
+  mesh.updateWorldMatrix(true, false);
+  for (let i = 0; i < count; i += 1)
+    mesh.getVertexPosition(i, vertex).applyMatrix4(mesh.matrixWorld).toArray(found, 3 * i);
   return found;
 }
 

@@ -70,6 +70,7 @@ def tables() -> dict[str, dict[str, Key]]:
             "keys_tolerance": Key("number", "1e-3"),
             "fps": Key("number", "60"),
             "sparse": Key("flag", "false"),
+            "compress": Key("flag", "true"),
         },
         "export.usd": {
             "tolerance": Key("number", "1e-4"),

@@ -37,6 +37,10 @@ def export(
         float | None, typer.Option(help="Largest error allowed, as a fraction of D.")
     ] = None,
     timing: options.TimingText = None,
+    compress: Annotated[
+        bool,
+        typer.Option("--compress", help=".glb: a fifth of the size, within 1e-4 of D of the rig."),
+    ] = False,
     *,
     say: Say,
 ) -> Answer:
@@ -47,6 +51,7 @@ def export(
     from elastomorph.io import write
 
     given = {"normals": normals, "tolerance": tolerance, "timing": options.timing(timing)}
+    given["compress"] = compress or None
     said: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     _require_format(output, list(said))
     source = options.NamedRig.of(rig, settings, method, mesh)
@@ -73,7 +78,10 @@ def _require_format(output: Path, names: list[str]) -> None:
 
     writer_of(output, RIG_FORMATS)
     suffix = output.suffix.lower()
-    known: dict[str, list[str]] = {".glb": ["normals", "tolerance", "timing"], ".npz": []}
+    known: dict[str, list[str]] = {
+        ".glb": ["normals", "tolerance", "timing", "compress"],
+        ".npz": [],
+    }
     known |= {usd: ["tolerance"] for usd in (".usd", ".usda", ".usdc")}
     for name in names:
         if name not in known.get(suffix, names):

@@ -28,6 +28,7 @@ _OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to")
 """The parameters of verbs that name what is written."""
 _PICTURES = ("picture", "sheet", "grid")
 _DRAWING = (("vtkmodules", "vtk", "demo"), ("PIL", "pillow", "demo"))
+_COMPRESSION = ("meshopt", "meshopt", "gltf")
 _GRAPHS = ("matplotlib", "matplotlib", "demo")
 STATUS_OF_ERRORS = {"doctor": 2}
 """Exit status of a verb on an error, where it is not 1."""
@@ -115,6 +116,8 @@ def _require_packages(parameters: dict[str, Any], name: str) -> None:
     pages = parameters.get("output") is not None or parameters.get("report") is not None
     if name == "demo" or (name == "evaluate" and pages and parameters.get("pictures", True)):
         needed += [_GRAPHS]
+    if parameters.get("compress"):
+        needed.append(_COMPRESSION)
     for package in needed:
         if package is not None and find_spec(package[0]) is None:
             raise MissingExtraError(*package[1:])

@@ -45,6 +45,7 @@ class MemoryBudget:
         self._path = path
         self._size = size
         self._spent = 0.0
+        self._briefly = 0.0
 
     def add_size(self, size: int) -> None:
         """Bytes of another file that belongs to this one."""
@@ -60,6 +61,13 @@ class MemoryBudget:
                 f"it would take more memory than {allowed >> 20:,} MiB, as no face in a file of "
                 f"{self._size:,} bytes does; it is damaged or was made to harm",
             )
+
+    def spend_briefly(self, amount: float) -> None:
+        """Count bytes of memory that are given back before the next are used: the most of them."""
+        more = amount - self._briefly
+        if more > 0:
+            self._briefly = amount
+            self.spend(more)
 
     def spend_objects(self, count: int) -> None:
         """Count things that each take some memory and time, such as targets or meshes."""

@@ -1,12 +1,10 @@
 """Accessors: arrays in the buffers of a document, dense or sparse.
 
-Every number that is read is checked against the bytes there are before it is believed. What is
-written goes into one buffer, each sequence of bytes once.
+Every number that is read is checked against the bytes there are before it is believed.
 """
 
 from __future__ import annotations
 
-import hashlib
 from typing import Any
 
 import numpy as np
@@ -15,22 +13,11 @@ from numpy.typing import NDArray
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.draco import draco_values
 
-_DTYPES = {5120: "|i1", 5121: "|u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_COMPONENT_TYPES = {name: number for number, name in _DTYPES.items()}
+DTYPES = {5120: "|i1", 5121: "|u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+COMPONENT_TYPES = {name: number for number, name in DTYPES.items()}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-_TYPES = {width: name for name, width in _WIDTHS.items()}
-_COPIES = 20  # bytes of each number that is read, with the copies made of it
-
-_ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
-_VIEWS: dict[str, dict[str, int]] = {
-    "attributes of 2": {"byteStride": 8, "target": _ARRAY_BUFFER},
-    "attributes of 3": {"byteStride": 12, "target": _ARRAY_BUFFER},
-    "indices": {"target": _ELEMENT_ARRAY_BUFFER},
-    "times of keys": {},
-    "weights of keys": {},
-    "places of sparse values": {},
-    "sparse values": {},
-}
+TYPES = {width: name for name, width in _WIDTHS.items()}
+_KEPT, _COPIES = 8, 12  # bytes of each number that is read, and of copies made on the way
 
 
 def read_floats(
@@ -57,7 +44,7 @@ def read_indices(file: GltfFile, number: Any, of: str) -> NDArray[np.int64]:
 def _values(file: GltfFile, number: Any, width: int, of: str, count: int | None) -> NDArray[Any]:
     accessor = file.item("accessors", number, of)
     name = f"accessor {number}"
-    kind = _DTYPES.get(_key(accessor.get("componentType")))
+    kind = DTYPES.get(_key(accessor.get("componentType")))
     if kind is None or _WIDTHS.get(_key(accessor.get("type"))) != width:
         file.refuse(f"{name} of {of} has a type that {of} cannot have")
     own = file.whole_in(accessor, "count", name)
@@ -70,7 +57,8 @@ def _values(file: GltfFile, number: Any, width: int, of: str, count: int | None)
         if bare
         else _elements(file, accessor, own, width, dtype, name)
     )
-    file.budget.spend(own * width * _COPIES)
+    file.budget.spend(own * width * _KEPT)
+    file.budget.spend_briefly(own * width * _COPIES)
     # Zeros, or for sparse values. Others are copied, so that sparse ones can replace some.
     values = np.zeros((own, width), dtype=dtype) if elements is None else elements.copy()
     if "sparse" in accessor:
@@ -103,7 +91,7 @@ def _replace(file: GltfFile, values: NDArray[Any], sparse: dict[str, Any], name:
     if not 1 <= count <= len(values):
         file.refuse(f"{name} has {len(values):,} elements, and {count:,} sparse ones of them")
     indices, contents = (file.object_in(sparse, key, of) for key in ("indices", "values"))
-    kind = _DTYPES.get(_key(indices.get("componentType")), "")
+    kind = DTYPES.get(_key(indices.get("componentType")), "")
     if "u" not in kind:
         file.refuse(f"{of} have places that are no whole numbers")
     file.budget.spend(count * (8 + values.dtype.itemsize * values.shape[1]))
@@ -133,89 +121,3 @@ def _elements(
 def _key(value: Any) -> Any:
     """A value to look up; lists and objects are none."""
     return value if isinstance(value, int | str) else None
-
-
-class AccessorWriter:
-    """Collects accessors, and their values in one buffer."""
-
-    def __init__(self) -> None:
-        self.accessors: list[dict[str, Any]] = []  # as JSON
-        self.sizes: dict[str, int] = {}  # bytes written for each part of the file, by its name
-        self._views: dict[str, bytearray] = {}
-        self._known: dict[bytes, int] = {}
-
-    def vertices(
-        self, rows: NDArray[np.float32], part: str, *, bounds: bool = False, sparse: bool = False
-    ) -> int:
-        """The number of an attribute of the vertices, or of a morph target, (N, 2) or (N, 3).
-
-        Bounds, as positions must have, are its least and greatest value; sparse, only the rows that
-        are not zero are stored, where that is smaller.
-        """
-        moved = np.flatnonzero(rows.any(axis=1)) if sparse else None
-        if moved is not None:
-            moved = moved.astype(np.uint16 if len(rows) <= 0xFFFF else np.uint32)
-            if moved.nbytes + rows[:1].nbytes * len(moved) >= rows.nbytes:
-                moved = None
-        return self._accessor(f"attributes of {rows.shape[1]}", rows, part, bounds, moved)
-
-    def indices(self, triangles: NDArray[np.int32], vertices: int) -> int:
-        """The corners of triangles (T, 3) of a mesh of so many vertices."""
-        kind = np.uint16 if vertices <= 0xFFFF else np.uint32
-        return self._accessor("indices", triangles.reshape(-1, 1).astype(kind), "surface")
-
-    def keys(self, times: NDArray[np.float32], weights: NDArray[np.float32]) -> tuple[int, int]:
-        """The key times (T,) and the keys (T, targets) of an animation."""
-        at = self._accessor("times of keys", times.reshape(-1, 1), "animations", bounds=True)
-        return at, self._accessor("weights of keys", weights.reshape(-1, 1), "animations")
-
-    def finish(self) -> tuple[list[dict[str, Any]], bytes]:
-        """The buffer views and the buffer."""
-        blob = bytearray()
-        views: list[dict[str, Any]] = []
-        for name, content in self._views.items():
-            place = {"buffer": 0, "byteOffset": len(blob), "byteLength": len(content)}
-            views.append({**place, **_VIEWS[name], "name": name})
-            blob += content + bytes(-len(content) % 4)
-        return views, bytes(blob)
-
-    def _accessor(
-        self,
-        view: str,
-        rows: NDArray[Any],
-        part: str,
-        bounds: bool = False,
-        moved: NDArray[Any] | None = None,
-    ) -> int:
-        # An accessor has one use: positions state their bounds, times and weights lie apart.
-        use = f"{view} {moved is None} {rows.dtype} {rows.shape} {bounds}".encode()
-        key = hashlib.blake2b(use + rows.tobytes(), digest_size=16).digest()
-        if key in self._known:
-            return self._known[key]
-        accessor: dict[str, Any] = {} if moved is not None else self._append(view, rows, part)
-        accessor |= {
-            "componentType": _COMPONENT_TYPES[rows.dtype.str],
-            "count": len(rows),
-            "type": _TYPES[rows.shape[1]],
-        }
-        if moved is not None and len(moved):
-            kind = {"componentType": _COMPONENT_TYPES[moved.dtype.str]}
-            accessor["sparse"] = {
-                "count": len(moved),
-                "indices": self._append("places of sparse values", moved, part) | kind,
-                "values": self._append("sparse values", rows[moved], part),
-            }
-        if bounds:
-            accessor |= {"max": rows.max(axis=0).tolist(), "min": rows.min(axis=0).tolist()}
-        self._known[key] = len(self.accessors)
-        self.accessors.append(accessor)
-        return self._known[key]
-
-    def _append(self, view: str, rows: NDArray[Any], part: str) -> dict[str, Any]:
-        """Where the values of an accessor are."""
-        content = self._views.setdefault(view, bytearray())
-        content += bytes(-len(content) % 4)
-        offset = len(content)
-        content += rows.tobytes()
-        self.sizes[part] = self.sizes.get(part, 0) + rows.nbytes
-        return {"bufferView": list(self._views).index(view), "byteOffset": offset}

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.io.blend_shapes import driven_weights
-from elastomorph.io.gltf.accessors import AccessorWriter
+from elastomorph.io.gltf.accessor_writer import AccessorWriter
 from elastomorph.io.gltf.morph_targets import KeptMorph, MorphTargets
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig

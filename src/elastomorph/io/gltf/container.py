@@ -119,7 +119,8 @@ class GltfFile:
             packing = meshopt.Packing(count, stride, mode, applied)
             if self.whole_in(entry, "byteLength", of) != packing.size:
                 raise ValueError(f"{count:,} rows of {stride} bytes are not its byteLength")
-            self.budget.spend(2 * packing.size)
+            self.budget.spend(packing.size)
+            self.budget.spend_briefly(packing.size)
             return meshopt.decoded(packing, content)
         except ValueError as error:
             self.refuse(f"{problem}: {error}")

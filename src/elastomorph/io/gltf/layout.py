@@ -9,6 +9,7 @@ so the polygons can be read back from the triangles and their sizes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,10 @@ class Layout:
     def rows(self, vectors: NDArray[np.float64]) -> NDArray[np.float32]:
         """(N, 3) vectors of the vertices of the file, from (V, 3) of those of the mesh."""
         return vectors.astype(np.float32)[self.vertex_of]
+
+    def copies(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """(N, …) rows of the vertices of the file, from (V, …) of those of the mesh."""
+        return rows[self.vertex_of]
 
 
 def lay_out(mesh: Mesh) -> Layout:

@@ -60,7 +60,7 @@ class Looks:
         return entry
 
     def add_to(self, document: dict[str, Any], blob: bytes) -> bytes:
-        """Add what was collected to a document with one buffer, and the images to its bytes."""
+        """Add what was collected to a document, and the images to the bytes of its first buffer."""
         views, images = document.setdefault("bufferViews", []), []
         for content, kind in self._images.items():
             place = {"buffer": 0, "byteOffset": len(blob), "byteLength": len(content)}
@@ -75,7 +75,7 @@ class Looks:
         ):
             if names:
                 document[key] = sorted({*document.get(key, ()), *names})
-        document["buffers"] = [{"byteLength": len(blob)}]
+        document["buffers"][0] = {"byteLength": len(blob)}
         return blob
 
     def _shown(self, texture: Texture) -> dict[str, Any] | None:

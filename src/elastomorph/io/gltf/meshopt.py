@@ -99,6 +99,26 @@ def encode_indices(indices: NDArray[Any], mode: str) -> bytes:
     return bytes(_library().encode_gltf_buffer(indices.reshape(-1), mode))
 
 
+def packed_view(content: bytes, stride: int, mode: str) -> tuple[bytes, dict[str, Any]]:
+    """The stream of a view, and what the extension says of it beside where the stream is.
+
+    Args:
+        content: The view: whole rows of ``stride`` bytes, or indices of 2 or 4.
+        stride: Bytes a row or index.
+        mode: ``ATTRIBUTES``, ``TRIANGLES`` or ``INDICES``.
+    """
+    if mode == "ATTRIBUTES":
+        stream = encode_attributes(content, stride)
+    else:
+        stream = encode_indices(np.frombuffer(content, dtype=f"<u{stride}"), mode)
+    return stream, {"byteStride": stride, "count": len(content) // stride, "mode": mode}
+
+
+def require_meshopt() -> None:
+    """Refuse, by a MissingExtraError, to go on where the package is not installed."""
+    _library()
+
+
 def _library() -> ModuleType:
     try:
         import meshopt

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.io.gltf.quantize import Grid, largest_move, largest_weight
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
@@ -23,22 +24,28 @@ class KeptMorph:
     # (V, 3) float64 of each of these bends, zero where it hardly moves
     displacements: tuple[NDArray[np.float64], ...]
     dropped_error: float  # How far what was left out can move a vertex, fraction of D
-    rounding_error: float  # How far single precision can move a vertex, fraction of D
+    rounding_error: float  # How far storing the numbers can move a vertex, fraction of D
 
     @classmethod
-    def of(cls, morph: Morph, first: int, tolerance: float) -> KeptMorph:
+    def of(cls, morph: Morph, first: int, tolerance: float, grid: Grid | None = None) -> KeptMorph:
         """The targets of a morph from number ``first`` on; the tolerance is a fraction of D."""
         scale = morph.neutral.diameter or 1.0
         kept: dict[int, NDArray[np.float64]] = {}
-        dropped, rounded = 0.0, _rounding(morph.neutral.vertices) + _rounding(morph.delta)
+        dropped = 0.0
+        rounded = [
+            _rounding(morph.neutral.vertices, grid, placed=True),
+            _rounding(morph.delta, grid),
+        ]
         for k, (curve, bend) in enumerate(zip(morph.bend_curves, morph.bends, strict=True)):
-            moves = _peak(curve) / scale * np.linalg.norm(bend, axis=1)
+            peak = largest_weight(curve)
+            moves = peak / scale * np.linalg.norm(bend, axis=1)
             small = (moves < tolerance) | (moves == 0)
             dropped += float(moves[small].max(initial=0.0))
             if not small.all():
                 kept[k] = np.where(small[:, None], 0.0, bend)
-                rounded += _peak(curve) * _rounding(bend)
-        return cls(first, tuple(kept), tuple(kept.values()), dropped, rounded / scale)
+                rounded.append(peak * _rounding(kept[k], grid))
+        error = largest_move(rounded) / scale
+        return cls(first, tuple(kept), tuple(kept.values()), dropped, error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +57,17 @@ class MorphTargets:
     dropped: tuple[str, ...]  # Names of the bends left out
 
     @classmethod
-    def of(cls, rig: Rig, tolerance: float) -> MorphTargets:
-        """All Δ, and of the bends what moves vertices farther than a fraction of D."""
+    def of(cls, rig: Rig, tolerance: float, grid: Grid | None = None) -> MorphTargets:
+        """All Δ, and of the bends what moves vertices farther than a fraction of D.
+
+        They are stored in single precision, or in the steps of a grid.
+        """
         names: list[str] = []
         dropped: list[str] = []
         morphs: list[KeptMorph] = []
         taken = set(rig.morphs)
         for name, morph in rig.morphs.items():
-            morphs.append(KeptMorph.of(morph, len(names), tolerance))
+            morphs.append(KeptMorph.of(morph, len(names), tolerance, grid))
             names.append(name)
             for k in range(len(morph.bends)):
                 title = f"{name}.bend{k + 1}"
@@ -68,15 +78,15 @@ class MorphTargets:
         return cls(tuple(names), tuple(morphs), tuple(dropped))
 
 
-def _peak(curve: BendCurve) -> float:
-    """The largest |b(t)| on [0, 1], to within a thousandth."""
-    return float(np.abs(curve(curve.times_within(65))).max())
-
-
-def _rounding(values: NDArray[np.float64]) -> float:
-    """The farthest that single precision moves one of (V, 3) vectors."""
-    away = values.astype(np.float32) - values
-    return float(np.sqrt(np.einsum("vi,vi->v", away, away).max(initial=0.0)))
+def _rounding(
+    values: NDArray[np.float64], grid: Grid | None, *, placed: bool = False
+) -> NDArray[np.float64]:
+    """(V, 3) how far storing moves displacements, or positions that are placed on a grid."""
+    if grid is None:
+        stored = values.astype(np.float32).astype(np.float64)
+    else:
+        stored = grid.stored_positions(values) if placed else grid.stored_displacements(values)
+    return stored - values
 
 
 # A bend that moves vertices less than this fraction of D turns no normal: what a fit would find

@@ -89,8 +89,9 @@ def read_primitives(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[Primit
     if not shown:
         file.refuse("it shows no triangles; expected a mesh with morph targets")
     targets = {name for own in shown for name in own.targets}
-    # A morph has a displacement and a target for every vertex, however few of them it moves.
-    copies = 2 if len(shown) == 1 else 3
+    # A morph has a target for every vertex, however few of them it moves; what it moves them by was
+    # counted as it was read.
+    copies = 1 if len(shown) == 1 else 2
     vertices = sum(own.count for own in shown)
     file.budget.spend_fields(vertices, len(targets), copies=copies)
     if len(shown) > 1:  # joining copies them

@@ -1,0 +1,136 @@
+"""Coordinates as whole numbers: KHR_mesh_quantization.
+
+A file that we compress stores positions and morph targets in whole steps of one length, as 8 or 16
+bits; the node that shows the mesh multiplies by the step. A target of small moves then takes one
+byte a coordinate at the same precision as the largest. The step is as long as the error asked for
+allows, and what storing really moves is measured. Normals are stored in 127ths.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.io.gltf.accessors import DTYPES
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.rig import Rig
+
+# A coordinate is off by at most half a step, a vertex by half the diagonal of a cube of steps.
+_WORST = np.sqrt(3) / 2
+_LARGEST = np.iinfo(np.int16).max
+_FARTHEST, _TINY = 1e30, 1e-37
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Steps in which positions and displacements are stored."""
+
+    step: float  # Length of a step, in units of the rig
+    origin: NDArray[np.float64]  # (3,) where the steps of positions are counted from
+
+    @classmethod
+    def of(cls, rig: Rig, error: float) -> Grid:
+        """The longest steps at which no slider is off by more than a fraction of D.
+
+        A vertex sums the errors of the neutral, of Δ, and of each bend times its curve.
+        """
+        vertices = rig.neutral.vertices
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        sums = [sum(map(largest_weight, m.bend_curves)) for m in rig.morphs.values()]
+        step = error * (rig.neutral.diameter or 1.0) / (_WORST * (2 + max(sums, default=0.0)))
+        fields = [own for m in rig.morphs.values() for own in (m.delta, m.bends)]
+        farthest = max(float(np.abs(own).max(initial=0.0)) for own in [high - low, *fields])
+        # In single precision, as viewers hold the scale of a node, and no number of steps too large
+        # for it where targets move vertices beyond all measure.
+        return cls(float(np.float32(max(step, farthest / _FARTHEST, _TINY))), (low + high) / 2)
+
+    def positions(self, rows: NDArray[np.float64]) -> NDArray[Any]:
+        """(N, 3) positions in steps from the origin."""
+        return self._whole(rows - self.origin)
+
+    def displacements(self, rows: NDArray[np.float64]) -> NDArray[Any]:
+        """(N, 3) displacements in steps."""
+        return self._whole(rows)
+
+    def stored_positions(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) positions as a reader gets them."""
+        return self.positions(rows) * self.step + self.origin
+
+    def stored_displacements(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) displacements as a reader gets them."""
+        return np.asarray(self.displacements(rows) * self.step)
+
+    def placing(self) -> dict[str, list[float]]:
+        """The scale and the translation of the node of the mesh, as JSON."""
+        return {"scale": [self.step] * 3, "translation": self.origin.tolist()}
+
+    def _whole(self, rows: NDArray[np.float64]) -> NDArray[Any]:
+        """In the smallest type that holds all; floats, unrounded, where 16 bits do not."""
+        steps = rows / self.step
+        whole = np.rint(steps) + 0.0
+        largest = np.abs(whole).max(initial=0.0)
+        if largest > _LARGEST:
+            return steps.astype("<f4")
+        return whole.astype("i1" if largest <= np.iinfo(np.int8).max else "<i2")
+
+
+def largest_weight(curve: BendCurve) -> float:
+    """The largest |b(t)| on [0, 1], to within a thousandth."""
+    return float(np.abs(curve(curve.times_within(65))).max())
+
+
+def byte_normals(normals: NDArray[np.float64]) -> NDArray[np.int8]:
+    """(N, 3) unit vectors, or what is added to them, in 127ths."""
+    found: NDArray[np.int8] = np.rint(127 * np.clip(normals, -1, 1)).astype(np.int8)
+    return found
+
+
+def within_reach(turned: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) what is added to unit normals, with no part of it beyond 1, which is all bytes hold.
+
+    A normal only tells a direction: n + δ is shortened until each part of δ fits. The direction at
+    the end of the slider stays what it was.
+    """
+    end = normals + turned
+    # |s·e − n| ≤ 1 for each part: s ≤ (1 ± n) / |e| by the sign of e.
+    with np.errstate(all="ignore"):
+        room = np.where(end == 0, np.inf, (1 + np.sign(end) * normals) / np.abs(end))
+    shorter = np.clip(room.min(axis=1, keepdims=True), 0.0, 1.0)
+    return np.where(shorter < 1, shorter * end - normals, turned)
+
+
+def quantized(rows: NDArray[np.float64], component: int, normalized: bool) -> NDArray[Any]:
+    """Numbers as an accessor of this ``componentType`` holds them.
+
+    Args:
+        rows: (N, width) in units of the mesh; from -1 to 1 where they are normalized.
+        component: ``componentType`` of the accessor.
+        normalized: Whether it is ``normalized``.
+
+    Raises:
+        ValueError: The type does not hold numbers of this size.
+    """
+    kind = np.dtype(DTYPES[component])
+    if kind.kind == "f":
+        return rows.astype(kind)
+    limits = np.iinfo(kind)
+    whole = np.rint(rows * limits.max if normalized else rows) + 0.0
+    if not limits.min <= whole.min(initial=0) <= whole.max(initial=0) <= limits.max:
+        raise ValueError(f"numbers up to {np.abs(rows).max():g} do not fit into {kind.name}")
+    return whole.astype(kind)
+
+
+def padded(rows: NDArray[Any]) -> NDArray[np.uint8]:
+    """(N, bytes) rows as bytes, each filled up with zeros to fours, as attributes must lie."""
+    content = np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), -1)
+    return np.pad(content, ((0, 0), (0, -content.shape[1] % 4)))
+
+
+def largest_move(away: Sequence[NDArray[np.float64]]) -> float:
+    """The farthest that (V, 3) errors move a vertex together, however they point."""
+    total = sum(np.sqrt(np.einsum("vi,vi->v", own, own)) for own in away)
+    return float(np.max(total, initial=0.0))
