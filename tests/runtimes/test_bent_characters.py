@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from acceptance.posing import Pose, Scene
 from acceptance.runtime import bent_weights
 from character_makers import make
 from elastomorph.io.gltf import read_glb
+from needs import WEB, node
 
 SLIDERS = {
     "jawOpen": 0.5,
@@ -60,3 +63,38 @@ def test_python_reads_the_folds_of_a_character(tmp_path: Path) -> None:
     known = {name: value for name, value in SLIDERS.items() if name in rig.sliders.names}
     found = rig.pose(known)[: len(expected)]  # then what has no targets
     np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["vrm0", "vrm1"])
+def test_a_vrm_player_shows_what_it_showed_and_bends_with_one_line(
+    name: str, tmp_path: Path
+) -> None:
+    """Expressions set the sliders of whole files; the adapter follows, frame after frame."""
+    source = make(name, tmp_path)
+    bent = tmp_path / "bent.vrm"
+    em.bend(source, bent)
+    before, after = (played(path, "aa=0.5", "happy=0.6") for path in (source, bent))
+    assert after.keys() == before.keys()
+    moved = 0.0
+    for number, shown in after.items():
+        plain = before[number]["alone"]
+        assert any(plain)
+        assert shown["alone"] == [*plain, *[0] * (len(shown["alone"]) - len(plain))]
+        file = GltfFile.read(bent)
+        extras = file.meshes[file.nodes[number]["mesh"]]["extras"]
+        names = extras["targetNames"]
+        sliders = dict(zip(names, plain, strict=False))
+        asked = bent_weights(extras.get("elastomorph"), names, sliders)
+        np.testing.assert_allclose(shown["bent"], asked, atol=1e-12)
+        moved = max(moved, *np.abs(asked[len(plain) :]), 0.0)
+    assert moved > 0.1
+
+
+def played(path: Path, *values: str) -> dict[int, dict[str, list[float]]]:
+    """Weights that a VRM player sets by number of the node, of its last primitive."""
+    command = [node("three", "@pixiv/three-vrm-core"), str(WEB / "checks" / "vrm.mjs"), str(path)]
+    done = subprocess.run(
+        [*command, *values], capture_output=True, text=True, check=False, timeout=100
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    return {own["node"]: own for own in json.loads(done.stdout)}
