@@ -132,7 +132,8 @@ private:
         if (t <= 0) return law.start_slope * t;
         if (t >= 1) return law.end_slope * (t - 1);
         const double* breaks = breaks_.data() + law.first;
-        const auto piece = std::upper_bound(breaks, breaks + law.pieces, t) - breaks - 1;
+        const auto later = std::upper_bound(breaks, breaks + law.pieces, t);
+        const auto piece = static_cast<std::size_t>(later - breaks) - 1;
         const double* terms = terms_.data() + rows_[law.first + piece];
         double sum = 0;
         for (std::size_t n = law.terms; n-- > 0;) sum = sum * (t - breaks[piece]) + terms[n];

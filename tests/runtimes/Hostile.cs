@@ -22,6 +22,17 @@ internal static class Hostile
         }
     }
 
+    /// <summary>Whether a million frames make the collector work.</summary>
+    private static bool Allocates(Bender bender)
+    {
+        var values = Enumerable.Repeat(0.3f, bender.Sliders.Count).ToArray();
+        var weights = new float[bender.Targets.Count];
+        GC.Collect();
+        var before = GC.CollectionCount(0);
+        for (var frame = 0; frame < 1000000; frame++) bender.Weights(values, weights);
+        return GC.CollectionCount(0) > before;
+    }
+
     private static int Main(string[] words)
     {
         var text = File.ReadAllText(words[0]);
@@ -38,6 +49,7 @@ internal static class Hostile
             }
         Pose(new string('[', 1000000));
         Pose(string.Concat(Enumerable.Repeat("{\"a\":", 100000)));
+        if (Allocates(Bender.FromJson(text))) return 3;
         Console.WriteLine(posed);
         return 0;
     }

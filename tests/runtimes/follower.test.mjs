@@ -71,7 +71,7 @@ test('weights that are no numbers are 0', () => {
     assert.deepEqual(expected(value, 1), expected(0, 1));
 });
 
-test('nothing is allocated for weights that have a place', () => {
+test('weights are written where they have a place', () => {
   const bender = new Bender(extras);
   const out = new Float32Array(5);
   assert.equal(bender.weights([0.5, 0, 0], out), out);

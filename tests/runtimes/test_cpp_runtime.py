@@ -12,7 +12,8 @@ from kit import RUNTIMES, VECTORS, require_conforming
 from needs import program
 
 CPP = RUNTIMES / "cpp"
-STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", f"-I{CPP}"]
+STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{CPP}"]
+STRICT += ["-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wold-style-cast"]
 CHECKED = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 

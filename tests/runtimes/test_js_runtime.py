@@ -52,8 +52,9 @@ def test_it_passes_the_kit() -> None:
     require_conforming([node(), str(JS / "conform.mjs")])
 
 
-def test_adapters_follow_the_sliders() -> None:
-    ran(node(), "--test", Path(__file__).parent / "follower.test.mjs")
+@pytest.mark.parametrize("file", ["follower.test.mjs", "frames.test.mjs"])
+def test_adapters_follow_the_sliders_and_allocate_nothing(file: str) -> None:
+    ran(node(), "--test", Path(__file__).parent / file)
 
 
 @pytest.mark.parametrize("player", ["three.js", "Babylon.js"])
