@@ -34,7 +34,7 @@ def bake(context: bpy.types.Context, things: Sequence[bpy.types.Object]) -> Bake
             f"{things[0].name} has no bends to bake: run Bend Shape Keys before, and bake last"
         )
     driven = {thing: _driven(thing) for thing in things}
-    sampled = _sampled(context.scene, driven) if any(driven.values()) else {}
+    sampled = _sampled(context.scene, context.view_layer, driven) if any(driven.values()) else {}
     frames = np.arange(context.scene.frame_start, context.scene.frame_end + 1, dtype=float)
     moving = still = 0
     for thing in things:
@@ -58,7 +58,9 @@ def _driven(thing: bpy.types.Object) -> list[str]:
 
 
 def _sampled(
-    scene: bpy.types.Scene, driven: dict[bpy.types.Object, list[str]]
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    driven: dict[bpy.types.Object, list[str]],
 ) -> dict[bpy.types.Object, dict[str, Array]]:
     """(F,) weight of each driven key in each frame of the scene."""
     now = scene.frame_current, scene.frame_subframe
@@ -68,6 +70,10 @@ def _sampled(
     }
     for row, frame in enumerate(frames):
         scene.frame_set(frame)
+        # Once in some ten thousand times a driver is one moment late; a second time it is not.
+        for thing in found:
+            thing.data.shape_keys.update_tag()
+        view_layer.update()
         for thing, names in found.items():
             for name, weights in names.items():
                 weights[row] = thing.data.shape_keys.key_blocks[name].value

@@ -16,6 +16,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from elastomorph import Mesh, Rig
+from elastomorph.model.mesh import Source
 from elastomorph.model.polygons import Polygons
 from elastomorph.rig.build import bare_rig
 
@@ -125,7 +126,9 @@ def read_face(things: Sequence[bpy.types.Object]) -> Face:
         raise RefusedError(
             f"No shape key of {things[0].name} moves anything: there is nothing to bend"
         )
-    mesh = Mesh(neutral, _polygons(parts))
+    # Importers split vertices at seams: those that are at one place in all keys move as one.
+    source = Source(things[0].name, split=True)
+    mesh = Mesh(neutral, _polygons(parts), source=source)
     targets = {name: mesh.with_vertices(neutral + delta) for name, delta in deltas.items()}
     spans = tuple(slice(start, stop) for start, stop in pairwise(starts.tolist()))
     return Face(parts, bare_rig(mesh, targets), spans)

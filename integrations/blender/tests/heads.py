@@ -6,6 +6,9 @@ from functools import cache
 import bpy
 import numpy as np
 
+CLOSE = 1e-5
+"""Of D: how close what Blender shows is to the rig."""
+
 
 @cache
 def built_in(*names: str):
@@ -19,10 +22,14 @@ def built_in(*names: str):
 
 def with_paths(neutral, targets, method: str = "auto"):
     """A rig with the paths that a character gets."""
+    import elastomorph as em
     from elastomorph.bending.plan import make_plan
+    from elastomorph.model.mesh import Source
     from elastomorph.rig.build import bare_rig
 
-    return make_plan(bare_rig(neutral, targets), method).rig
+    whole = em.Mesh(neutral.vertices, neutral.faces, source=Source("head", split=True))
+    ends = {name: whole.with_vertices(target.vertices) for name, target in targets.items()}
+    return make_plan(bare_rig(whole, ends), method).rig
 
 
 def single(mesh):
@@ -132,3 +139,40 @@ def apart(found: np.ndarray, expected: np.ndarray, rig) -> float:
 def bend_keys(thing: bpy.types.Object) -> list[str]:
     """Names of the keys of an object that are bends."""
     return [block.name for block in thing.data.shape_keys.key_blocks if ".bend" in block.name]
+
+
+def curves_of(head):
+    animation = head.data.shape_keys.animation_data
+    strip = animation.action.layers[0].strips[0]
+    return strip.channelbag(animation.action_slot).fcurves
+
+
+def random_weights(names, frames: int = 12, least: float = 0.0, most: float = 1.0):
+    """Weights of some frames, the same in every run, as single precision holds them."""
+    table = np.random.default_rng(7).uniform(least, most, (frames, len(names)))
+    return dict(zip(names, table.astype(np.float32).T, strict=True))
+
+
+def frames_apart(things, rig, weights) -> float:
+    """The largest distance between what Blender shows and the rig, over all frames."""
+    count = len(next(iter(weights.values())))
+    worst = 0.0
+    for frame in range(count):
+        bpy.context.scene.frame_set(frame + 1)
+        now = {name: float(values[frame]) for name, values in weights.items()}
+        worst = max(worst, apart(evaluated(*things), rig.pose(now), rig))
+    return worst
+
+
+def add_performed(names: Sequence[str] = ("jawOpen", "eyeBlink_L", "mouthSmile_L")):
+    """A bent head that plays random weights for 12 frames, its rig and the weights."""
+    rig = built_in(*names)
+    head = add_head(rig)
+    weights = random_weights(names)
+    set_keyframes(head, weights)
+    for curve in curves_of(head):
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
+    bpy.context.scene.frame_end = 12
+    bpy.ops.elastomorph.bend()
+    return head, rig, weights

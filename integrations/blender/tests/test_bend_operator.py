@@ -4,11 +4,14 @@ import bpy
 import numpy as np
 import pytest
 from heads import (
+    CLOSE,
     add_head,
     apart,
     bend_keys,
     built_in,
     evaluated,
+    frames_apart,
+    random_weights,
     select,
     set_keyframes,
     set_weights,
@@ -18,25 +21,6 @@ from heads import (
 from mathutils import Matrix
 
 SOME = ("jawOpen", "eyeBlink_L", "mouthSmile_L", "browInnerUp", "cheekPuff")
-CLOSE = 1e-5
-"""Of D."""
-
-
-def random_weights(names, frames: int = 12, least: float = 0.0, most: float = 1.0):
-    """Weights of some frames, the same in every run, as single precision holds them."""
-    table = np.random.default_rng(7).uniform(least, most, (frames, len(names)))
-    return dict(zip(names, table.astype(np.float32).T, strict=True))
-
-
-def frames_apart(things, rig, weights) -> float:
-    """The largest distance between what Blender shows and the rig, over all frames."""
-    count = len(next(iter(weights.values())))
-    worst = 0.0
-    for frame in range(count):
-        bpy.context.scene.frame_set(frame + 1)
-        now = {name: float(values[frame]) for name, values in weights.items()}
-        worst = max(worst, apart(evaluated(*things), rig.pose(now), rig))
-    return worst
 
 
 def test_every_frame_is_the_pose_of_the_rig():
@@ -184,19 +168,67 @@ def test_saved_and_loaded_it_is_the_same(tmp_path):
     assert len(bend_keys(loaded)) == count
 
 
-def test_undone_it_is_as_before():
+def test_each_operator_is_one_step_of_undo():
+    """Called as a user does, with undo: bend, bake and remove, and the three of them undone."""
     rig = built_in("jawOpen", "eyeBlink_L")
     add_head(rig)
     bpy.ops.ed.undo_push(message="before")
-    bpy.ops.elastomorph.bend()
-    bpy.ops.ed.undo_push(message="bent")  # what Blender does after an operator that a user runs
-    assert bend_keys(bpy.data.objects["Head"])
-    bpy.ops.ed.undo()
-    assert not bend_keys(bpy.data.objects["Head"])
+    states = [state()]
+    for operator in ("bend", "bake", "remove"):
+        getattr(bpy.ops.elastomorph, operator)("EXEC_DEFAULT", True)
+        states.append(state())
+    bent, _ = states[1]
+    assert bent
+    assert states == [([], 0), (bent, 2 * len(bent)), (bent, 0), ([], 0)]
+    for expected in states[-2::-1]:
+        bpy.ops.ed.undo()
+        assert state() == expected
     bpy.ops.ed.redo()
     head = bpy.data.objects["Head"]
     set_weights(head, {"jawOpen": 0.5})
     assert apart(evaluated(head), rig.pose({"jawOpen": 0.5}), rig) < CLOSE
+
+
+def state() -> tuple[list[str], int]:
+    """The bends of the head, and how many drivers it has."""
+    head = bpy.data.objects["Head"]
+    animation = head.data.shape_keys.animation_data
+    return bend_keys(head), len(animation.drivers) if animation else 0
+
+
+def test_a_copy_follows_its_own_sliders():
+    rig = built_in("jawOpen")
+    head = add_head(rig)
+    bpy.ops.elastomorph.bend()
+    bpy.ops.object.duplicate()
+    copy = bpy.context.active_object
+    assert copy != head
+    set_weights(head, {"jawOpen": 0.2})
+    set_weights(copy, {"jawOpen": 0.7})
+    assert apart(evaluated(head), rig.pose({"jawOpen": 0.2}), rig) < CLOSE
+    assert apart(evaluated(copy), rig.pose({"jawOpen": 0.7}), rig) < CLOSE
+    bpy.ops.elastomorph.bend()
+    assert bend_keys(copy) == bend_keys(head)
+
+
+def test_seams_hold():
+    """Vertices that an importer split where a texture ends move as one."""
+    import elastomorph as em
+
+    rig = built_in("jawOpen", "mouthSmile_L")
+    sides = [rig.neutral.vertices[face, 0].mean() > 0 for face in rig.neutral.faces]
+    count = len(rig.neutral.vertices)
+    faces = [f + count * side for f, side in zip(rig.neutral.faces, sides, strict=True)]
+    used, corners = np.unique(np.concatenate(faces), return_inverse=True)
+    cuts = np.cumsum([len(face) for face in faces])[:-1]
+    assert count < len(used) < 2 * count
+    neutral = em.Mesh(rig.neutral.vertices[used % count], np.split(corners, cuts))
+    targets = {n: neutral.with_vertices(rig[n].target.vertices[used % count]) for n in rig}
+    head = add_head(em.Rig(neutral, targets, method="linear"))
+    bpy.ops.elastomorph.bend()
+    weights = {"jawOpen": 0.5, "mouthSmile_L": 0.4}
+    set_weights(head, weights)
+    assert apart(evaluated(head), rig.pose(weights)[used % count], rig) < CLOSE
 
 
 def test_a_muted_key_mutes_its_bends():

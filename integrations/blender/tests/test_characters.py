@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from heads import (
+    CLOSE,
     add_head,
     apart,
     bend_keys,
@@ -19,7 +20,7 @@ from heads import (
     with_paths,
 )
 
-CLOSE = 1e-5
+NEUTRAL = "generic_neutral_mesh"
 WEIGHTS = ({"jawOpen": 0.5}, {"jawOpen": 0.3, "eyeBlink_L": 0.6})
 
 
@@ -110,16 +111,17 @@ def test_teeth_on_a_bone_count_where_they_are_at_rest():
 
 
 @pytest.mark.skipif("ELASTOMORPH_DATA" not in os.environ, reason="needs the real rig")
-def test_the_ict_rig_bends():
-    """All targets of a scanned rig, with eyes, teeth and lashes in its 26,719 vertices."""
+def test_a_scanned_rig_bends():
+    """Some targets of ICT-FaceKit, with eyes, teeth and lashes in its 26,719 vertices."""
     import elastomorph as em
 
-    rig = em.read_rig(Path(os.environ["ELASTOMORPH_DATA"]) / "ict-facekit")
-    targets = {name: single(morph.target) for name, morph in rig.morphs.items()}
-    rig = with_paths(single(rig.neutral), targets)
+    folder = Path(os.environ["ELASTOMORPH_DATA"]) / "ict-facekit"
+    names = ("jawOpen", "eyeBlink_L", "mouthPucker", "cheekPuff_L")
+    neutral, *targets = (single(em.read(folder / f"{n}.obj")) for n in (NEUTRAL, *names))
+    rig = with_paths(neutral, dict(zip(names, targets, strict=True)))
     head = add_head(rig)
     assert bpy.ops.elastomorph.bend() == {"FINISHED"}
-    assert len(bend_keys(head)) > 20
+    assert len(bend_keys(head)) > 3
     for weights in ({"jawOpen": 0.5}, {"jawOpen": 0.4, "eyeBlink_L": 0.5, "mouthPucker": 0.7}):
-        set_weights(head, {name: weights.get(name, 0.0) for name in rig.names})
+        set_weights(head, {name: weights.get(name, 0.0) for name in names})
         assert apart(evaluated(head), rig.pose(weights), rig) < CLOSE

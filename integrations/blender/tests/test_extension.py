@@ -4,9 +4,11 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import pytest
+from heads import add_head, built_in
 
 
 def blenders_tool(*arguments: str) -> subprocess.CompletedProcess:
@@ -56,3 +58,46 @@ def test_it_is_disabled_and_enabled_again():
         bpy.ops.elastomorph.bend()
     bpy.ops.preferences.addon_enable(module=module)
     assert "DATA_PT_elastomorph" in dir(bpy.types)
+
+
+def test_the_panel_offers_what_there_is():
+    """It is drawn with a layout that notes what it is asked for."""
+    import importlib
+
+    head = add_head(built_in("jawOpen"))
+    head.active_shape_key_index = 1
+    panel = importlib.import_module("bl_ext.user_default.elastomorph.panel").ShapeKeyBends
+    assert panel.poll(bpy.context)
+    asked = Layout()
+    panel.draw(SimpleNamespace(layout=asked), bpy.context)
+    for name in asked.operators:
+        group, _, operator = name.partition(".")
+        assert getattr(getattr(bpy.ops, group), operator).poll()
+    assert len(asked.operators) == 4
+    assert asked.labels == ["0 bends of 0 keys"]
+    assert asked.properties == ["elastomorph_preview"]
+    bpy.ops.elastomorph.bend()
+    panel.draw(SimpleNamespace(layout=asked), bpy.context)
+    assert asked.labels[1:] == ["2 bends of 1 keys"]
+
+
+class Layout:
+    """What a panel asks of its layout, rows and columns alike."""
+
+    def __init__(self):
+        self.operators, self.properties, self.labels = [], [], []
+
+    def row(self, align=False):
+        return self
+
+    column = row
+
+    def operator(self, name, text="", icon="NONE"):
+        self.operators.append(name)
+
+    def prop(self, owner, name, slider=False):
+        assert name in owner.bl_rna.properties
+        self.properties.append(name)
+
+    def label(self, text=""):
+        self.labels.append(text)

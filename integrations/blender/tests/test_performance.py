@@ -3,10 +3,9 @@
 import bpy
 import numpy as np
 import pytest
-from heads import add_head, apart, bend_keys, built_in, evaluated, select
+from heads import CLOSE, add_head, apart, bend_keys, built_in, evaluated, select
 
 NAMES = ("jawOpen", "mouthSmile_L", "mouthSmile_R")
-CLOSE = 1e-5
 
 
 @pytest.fixture
