@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -10,7 +11,8 @@ import pytest
 from usd_characters import HEAD, OFFSET, TEETH, character, complaints, jaw, played
 
 import elastomorph as em
-from elastomorph.bending.usd import bend_usd, unbend_usd
+from elastomorph.bending.usd import UsdBendReport, bend_usd, unbend_usd
+from elastomorph.cli import main
 from elastomorph.errors import FileError, FormatError, ParameterError
 from needs import extra
 
@@ -172,6 +174,10 @@ def test_a_layer_is_bent_anew_from_its_original(original: Path) -> None:
     second = bend_usd(once, again)
     assert again.read_bytes() == once.read_bytes()
     assert second.original == first.original == original
+    assert first.notes == ()
+    assert second.notes == (
+        "the file is a layer of bends: it was bent anew from the file under it",
+    )
     finer = bend_usd(once, once, tolerance=1e-4)
     assert len(finer.bent[0].inbetweens) > len(first.bent[0].inbetweens)
     assert farthest_from_path(once, finer.extent) < 1.01e-4
@@ -306,6 +312,7 @@ def test_inbetweens_of_the_artist_are_kept(original: Path) -> None:
     report = bend_usd(original, layer)
     assert report.bent == ()
     assert report.targets[0].note == "keeps the in-betweens it has"
+    assert report.notes == ("targets that have in-betweens already, and keep them: jawOpen",)
     assert "inbetweens:" not in layer.read_text()
     for mesh in ("/body/head", "/body/teeth"):
         for time in TIMES:
@@ -347,3 +354,41 @@ def test_the_original_is_never_written_over(original: Path) -> None:
     with pytest.raises(FileError, match=r"a part of character\.usda"):
         bend_usd(original, original.with_name("link.usda"))
     assert original.read_bytes() == content
+
+
+def test_the_verb_bends_usd(original: Path) -> None:
+    layer, copy = original.with_name("bent.usdc"), original.with_name("copy.usda")
+    report = em.bend(original, layer, only=["jawOpen"])
+    assert isinstance(report, UsdBendReport)
+    assert [target.name for target in report.bent] == ["jawOpen"]
+    assert len(report.bent[0].inbetweens) > 1  # by default what auto bends has some
+    em.unbend(layer, copy)
+    assert copy.read_bytes() == original.read_bytes()
+
+
+@pytest.mark.parametrize("option", ["max_targets", "fold", "keys_tolerance"])
+def test_options_without_effect_are_refused(original: Path, option: str) -> None:
+    with pytest.raises(ParameterError, match=f"{option} is for glTF; a layer of USD has none"):
+        em.bend(original, original.with_name("bent.usda"), **{option: True})
+    assert not original.with_name("bent.usda").exists()
+
+
+def status(*words: object) -> object:
+    """What the program ends with."""
+    with pytest.raises(SystemExit) as end:
+        main([str(word) for word in words])
+    return end.value.code
+
+
+def test_the_program_bends_usd(original: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    layer = original.with_name("bent.usda")
+    assert status("bend", original, "--dry-run") == 0
+    said = capsys.readouterr().out
+    assert re.search(r"jawOpen +\d\.\d+ +0\.\d+ +\d+ +[\d,]+", said)
+    assert "1 of 2 targets bend" in said
+    assert "nothing was written" in said
+    assert not layer.exists()
+    assert status("bend", original, "-o", layer, "--tolerance", "1e-4") == 0
+    assert farthest_from_path(layer, 1.118) < 1.01e-4
+    assert status("bend", original, "-o", original) == 1
+    assert "name another output" in capsys.readouterr().err

@@ -53,7 +53,7 @@ def bend(
             ``auto`` by default.
         only: Names of the only targets that bend.
         tolerance: How closely bends hold the paths, as a fraction of D, the extent of what the
-            targets move: 1e-5 by default, of the in-betweens of USD 1e-3.
+            targets move: 1e-5 by default, of the in-betweens of USD 5e-4.
         keys_tolerance: How closely animations follow the paths between their keys, likewise: 1e-4
             by default. Only for glTF, as the two that follow.
         max_targets: The most morph targets that a mesh may have; the bends that gain most come
