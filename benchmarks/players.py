@@ -23,8 +23,8 @@ from acceptance.players import PLAYERS, command
 from acceptance.playing import Played, play
 
 _HEAD = (
-    "| file | program | poses | moments | specified | at 0 and 1 | auto between (straight) "
-    "| at keys | between keys | seconds | |\n|" + " --- |" * 11
+    "| file | program | poses | moments | specified (original) | at 0 and 1 "
+    "| auto between (straight) | at keys | between keys | seconds | |\n|" + " --- |" * 11
 )
 
 
@@ -57,7 +57,7 @@ def _row(file: str, player: str, found: Played, seconds: float) -> str:
         player,
         str(found.poses),
         str(found.moments),
-        f"{found.posed:.1e}",
+        f"{found.posed:.1e} ({found.original:.1e})",
         f"{found.ends:.1e}",
         f"{found.between:.1e} ({found.straight:.1e})",
         *clips,

@@ -30,6 +30,7 @@ class Played:
         poses: How many poses by sliders were looked at.
         moments: How many moments of clips.
         posed: From what the specification says of the bent file.
+        original: What it shows of the original, from what the specification says of that.
         ends: With sliders at 0 and 1, from what the program shows of the original.
         between: With one slider between its ends, from the path of ``auto``.
         straight: The same of the original, whose paths are straight.
@@ -41,6 +42,7 @@ class Played:
     poses: int = 0
     moments: int = 0
     posed: float = 0.0
+    original: float = 0.0
     ends: float = 0.0
     between: float = 0.0
     straight: float = 0.0
@@ -81,6 +83,8 @@ def play(pair: Pair, player: str, folder: Path) -> Played:
             found.moments += 1
         specified = as_shown(pair.new, player, _pose(pair.new, case.bent))
         found.posed = max(found.posed, _apart(bent, specified) / pair.extent)
+        specified = as_shown(pair.old, player, _pose(pair.old, case.straight))
+        found.original = max(found.original, _apart(original, specified) / pair.extent)
         if case.kind == "ends":
             found.ends = max(found.ends, _apart(bent, original) / pair.extent)
         if case.kind == "alone":
