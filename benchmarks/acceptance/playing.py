@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+import elastomorph as em
 from acceptance.clips import key_times, played
+from acceptance.expected import Face
 from acceptance.judging import Pair
 from acceptance.players import Request, as_shown, has_pointers, plain, seen, shown
 from acceptance.posing import Floats, Pose, Scene
@@ -73,7 +75,8 @@ def play(pair: Pair, player: str, folder: Path) -> Played:
     new = shown(player, after, [own.bent for own in cases], folder)
     unplayed += _unplayed(pair, player, cases, old)
     found = Played(unplayed=[clips[n].get("name", f"{n}") for n in unplayed])
-    paths = pair.face.paths(_bent(pair))
+    face = pair.face.in_numbers_of(em.read_rig(pair.source))
+    paths = face.paths(_bent(pair))
     for case, original, bent in zip(cases, old, new, strict=True):
         if case.bent.clip in unplayed:
             continue
@@ -89,7 +92,7 @@ def play(pair: Pair, player: str, folder: Path) -> Played:
             found.ends = max(found.ends, _apart(bent, original) / pair.extent)
         if case.kind == "alone":
             name, t = case.slider
-            aim = _on_path(pair, player, pair.face.at(paths[name], t))
+            aim = _on_path(pair, player, face, face.at(paths[name], t))
             found.between = max(found.between, _apart(bent, aim) / pair.extent)
             found.straight = max(found.straight, _apart(original, aim) / pair.extent)
         if case.kind in ("key", "between"):
@@ -184,9 +187,9 @@ def _unplayed(
     return found
 
 
-def _on_path(pair: Pair, player: str, rows: Floats) -> dict[int, Floats]:
+def _on_path(pair: Pair, player: str, face: Face, rows: Floats) -> dict[int, Floats]:
     found: dict[int, list[Floats]] = {}
-    for (node, primitive), place in pair.face.places.items():
+    for (node, primitive), place in face.places.items():
         found.setdefault(node, []).append(seen(pair.old, player, node, primitive, rows[place]))
     return {node: np.concatenate(own) for node, own in found.items()}
 
