@@ -38,6 +38,7 @@ class Played:
         straight: The same of the original, whose paths are straight.
         keys: Of clips at their keys, from where the sliders of the original's clip lead.
         clips: The same between keys.
+        off_straight: Of clips, from what the program shows of the original.
         unplayed: Clips that the program does not play as specified in the original either.
     """
 
@@ -50,6 +51,7 @@ class Played:
     straight: float = 0.0
     keys: float = 0.0
     clips: float = 0.0
+    off_straight: float = 0.0
     unplayed: list[str] = field(default_factory=list)
 
 
@@ -98,6 +100,7 @@ def play(pair: Pair, player: str, folder: Path) -> Played:
         if case.kind in ("key", "between"):
             aim = as_shown(pair.new, player, _led(pair, case))
             apart = _apart(bent, aim) / pair.extent
+            found.off_straight = max(found.off_straight, _apart(bent, original) / pair.extent)
             if case.kind == "key":
                 found.keys = max(found.keys, apart)
             else:

@@ -21,6 +21,8 @@ from acceptance.posing import Pose, Scene
 from character_makers import make
 from needs import NO_NODE
 
+pytestmark = pytest.mark.slow  # programs start, three for each test
+
 # What single precision leaves of a head 0.2 m high, 1.6 m above the ground: in metres, and as a
 # fraction of the 0.16 m between the vertices that move.
 ROUNDED = 1e-6
@@ -101,3 +103,18 @@ def test_a_bent_character_plays_bent(pair: Pair, player: str, folder: Path) -> N
     assert found.moments >= 30
     assert found.keys <= ROUNDED_OF_D
     assert found.clips <= 1e-4 + ROUNDED_OF_D
+
+
+def test_a_folded_character_plays_at_its_pace(player: str, tmp_path: Path) -> None:
+    """No target is added: the clip's keys hold what the curve makes of each weight."""
+    source, bent = make("scaled", tmp_path), tmp_path / "folded.glb"
+    report = em.bend(source, bent, method="ease:2", fold=True, keys_tolerance=1e-4)
+    assert report.targets == report.targets_before
+    pair = Pair(source, bent, tmp_path)
+    found = play(pair, player, tmp_path)
+    assert found.moments >= 10
+    assert found.ends <= 1e-6
+    assert max(found.posed, found.keys) <= ROUNDED_OF_D
+    assert found.clips <= 1e-4 + ROUNDED_OF_D
+    # Not where the straight clip was: t² of the way is up to a quarter of a target short of t.
+    assert found.off_straight >= 1e-3
