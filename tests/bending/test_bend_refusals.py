@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from small_characters import SmallFile, flap_character
 
 import elastomorph as em
+from elastomorph.io.gltf.container import open_gltf
 
 Change = Callable[[SmallFile], object]
 
@@ -138,3 +141,41 @@ def test_a_document_that_is_nested_too_deeply_is_refused(tmp_path: Path) -> None
     path = file.write(tmp_path / "a.glb")
     with pytest.raises(em.FormatError, match="nested too deeply"):
         em.bend(path, tmp_path / "b.glb")
+
+
+ODD: list[Any] = [None, True, -1, 0, 3, 99, 2**70, 1.5, 1e300, "", "x", [], {}, [[0]], {"a": 1}]
+
+
+def places(value: Any, above: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """The way to every value of a document."""
+    inner: Any = []
+    if isinstance(value, dict | list):
+        inner = value.items() if isinstance(value, dict) else enumerate(value)
+    return [above, *(way for key, own in inner for way in places(own, (*above, key)))]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_a_document_with_anything_anywhere_is_bent_and_undone_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    file = flap_character(normals=True, tangents=True, weights=[0.1, 0.2])
+    clip(file, pointing("/nodes/0/weights/0"), count=2)
+    file.json["skins"] = [{"joints": [0]}]
+    *way, last = data.draw(st.sampled_from(places(file.json)[1:]))
+    holder = file.json
+    for key in way:
+        holder = holder[key]
+    holder[last] = data.draw(st.sampled_from(ODD))
+    folder = tmp_path_factory.mktemp("odd")
+    path = file.write(folder / "a.glb")
+    try:
+        em.bend(path, folder / "b.glb")
+    except em.ElastomorphError as error:
+        said = str(error)
+    else:
+        said = ""
+        em.unbend(folder / "b.glb", folder / "c.glb")
+        assert open_gltf(folder / "c.glb").document == open_gltf(path).document
+    assert said.startswith(f"{path}: ") or not said
+    assert (folder / "b.glb").exists() != bool(said)

@@ -25,7 +25,8 @@ class Encoding:
     def of(cls, file: GltfFile, accessor: Any) -> Encoding:
         """That of an accessor of the file; single precision where there is none."""
         entry = {} if accessor is None else file.item("accessors", accessor, "a morph target")
-        dtype = _WHOLE.get(entry.get("componentType", 0), "<f4")
+        code = entry.get("componentType")
+        dtype = _WHOLE.get(code, "<f4") if type(code) is int else "<f4"
         return cls(dtype, dtype != "<f4" and entry.get("normalized") is True)
 
     @property

@@ -34,7 +34,7 @@ def spaces_of(file: GltfFile, mesh: FaceMesh, entry: dict[str, Any]) -> dict[int
     found = {}
     for number, block in mesh.block_of.items():
         attributes = entry["primitives"][number]["attributes"]
-        key = (block, attributes.get("NORMAL"), attributes.get("TANGENT"))
+        key = (block, *(repr(attributes.get(kind)) for kind in _KINDS))
         if key not in known:
             known[key] = MeshSpace(file, mesh.blocks[block], attributes, f"mesh {mesh.number}")
             known[key].require_place()
@@ -100,6 +100,8 @@ class MeshEdit:
             delta = np.linalg.norm(bent.morph.delta, axis=1).max(initial=0.0) / self._extent
             self._folds[column] = (bent.fold, float(delta))
             entry["fold"] = curve_to_json(bent.fold)
+        if bent.morph.limit_law.coefficients.any():
+            entry["limit_law"] = curve_to_json(bent.morph.limit_law)
         entry["bake_error"] = bent.error * self._extent / (self._mesh.diameter or 1.0)
         self._stored[bent.name] = entry
 
