@@ -131,6 +131,7 @@ def all_vectors() -> dict[str, dict[str, Any]]:
             ),
             rng,
         ),
+        "everything": _content(_everything(np.random.default_rng(11)), rng),
         "names": _content(
             Vector(
                 "Any text is a name. A slider that the mesh does not have does nothing.",
@@ -163,6 +164,26 @@ def _pieces(rng: np.random.Generator, pieces: int, terms: int) -> em.BendCurve:
     coefficients[0, 0] = 0.0
     coefficients[-1, 0] -= np.polynomial.polynomial.polyval(1 - breaks[-2], coefficients[-1])
     return em.BendCurve(breaks, coefficients)
+
+
+def _everything(rng: np.random.Generator) -> Vector:
+    """Many morphs, each with or without a fold, bends and drivers."""
+
+    def curve() -> em.BendCurve:
+        return _pieces(rng, int(rng.integers(2, 8)), int(rng.integers(1, 6)))
+
+    morphs = {
+        f"m{i}": Bent(
+            [curve() for _ in range(rng.integers(0, 4))], curve() if rng.random() < 0.5 else None
+        )
+        for i in range(16)
+    }
+    correctives = {}
+    for i in range(10, 16):
+        drivers = [f"m{d}" for d in rng.integers(0, 10, rng.integers(1, 4))]
+        correctives[f"m{i}"] = [*drivers, *([f"m{i}"] if rng.random() < 0.5 else [])]
+    poses = [{name: float(_fractions(rng, 1)[0] * 2) for name in morphs} for _ in range(6)]
+    return Vector("All of it at once, at random.", morphs, poses, correctives)
 
 
 def _content(vector: Vector, rng: np.random.Generator) -> dict[str, Any]:
