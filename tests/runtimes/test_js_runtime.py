@@ -106,6 +106,14 @@ class TestPackage:
             assert (JS / entry["default"]).is_file()
             assert (JS / entry["types"]).is_file()
 
+    def test_it_is_imported_by_its_name(self) -> None:
+        """A package may import itself, as others would."""
+        names = ["", "/three", "/babylon"]
+        program = "".join(f"await import('elastomorph{name}');" for name in names)
+        command = [node(), "--input-type=module", "--eval", program]
+        done = subprocess.run(command, cwd=JS, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
     def test_typed_programs_compile(self, tmp_path: Path) -> None:
         program = node("typescript", "three", "@babylonjs/core")
         ran(program, MODULES / "typescript" / "bin" / "tsc", "--noEmit", "-p", WEB / "checks")
