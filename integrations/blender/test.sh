@@ -4,6 +4,7 @@
 # why, and nothing fails.
 set -euo pipefail
 cd "$(dirname "$0")"
+unset PYTHONPATH  # what is tested comes with the .zip
 venv=$(cd ../.. && pwd)/.venv-blender
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
