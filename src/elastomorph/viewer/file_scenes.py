@@ -89,7 +89,10 @@ def _is_ours(file: GltfFile) -> bool:
 
 
 def _is_split(rig: Rig) -> bool:
-    return rig.neutral.source is not None and rig.neutral.source.split
+    """Whether a face is of triangles that were cut apart at seams, as players want them."""
+    neutral = rig.neutral
+    split = neutral.source is not None and neutral.source.split
+    return split and bool((neutral.faces.sizes == 3).all())
 
 
 def _curves(rig: Rig) -> CurveNetwork | None:
@@ -107,7 +110,8 @@ def _diameter(rig: Rig) -> float:
 
 def _clips(file: str, rig: Rig) -> list[WeightClip]:
     """The clips of a file that move sliders; they play on the paths of the rig."""
-    return read_weight_clips(file, rig.sliders) if _is_glb(file) and rig.names else []
+    played = _is_glb(file) or Path(file).suffix.lower() == ".gltf"
+    return read_weight_clips(file, rig.sliders) if played and rig.names else []
 
 
 def _is_glb(file: str) -> bool:

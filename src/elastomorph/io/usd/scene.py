@@ -16,6 +16,7 @@ from elastomorph.io.joined_rig import turned_corners
 from elastomorph.io.npz.members import NpzMembers
 from elastomorph.io.untrusted import naming_file
 from elastomorph.io.usd.exact import checksum
+from elastomorph.model.appearance import Material, Texture
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
@@ -44,7 +45,31 @@ def found_meshes(path: str | Path, members: NpzMembers) -> list[FoundMesh]:
     members.budget.add_size(scene["size_of_others"])
     members.budget.spend_objects(_OBJECTS_OF_MESH * len(scene["meshes"]))
     axes = _AXES.get(scene["up"], _AXES["Y"])
-    return [FoundMesh(path, members, f"{i}_", own, axes) for i, own in enumerate(scene["meshes"])]
+    looks = _appearance(scene["looks"], members)
+    return [
+        FoundMesh(path, members, f"{i}_", own, axes, looks) for i, own in enumerate(scene["meshes"])
+    ]
+
+
+def _appearance(stored: dict[str, Any], members: NpzMembers) -> dict[str, Material] | None:
+    """The looks of materials by name; None where all are plain greys, which say nothing."""
+    found: dict[str, Material] = {}
+    for name, look in stored.items():
+        texture: Texture | None = None
+        if shown := look.pop("texture", None):
+            number, problem = shown.pop("image"), "it is no file below the folder of the stage"
+            content = b""
+            if number is not None:
+                problem = ""
+                content = members.array(f"image_{number}", "u", (None,)).tobytes()
+            lists: dict[str, Any] = {
+                key: tuple(v) if isinstance(v, list) else v for key, v in shown.items()
+            }
+            texture = Texture(image=content, problem=problem, **lists)
+        # Which side polygons show is said of meshes, and few stages say it.
+        own = {**look, "colour": tuple(look["colour"])}
+        found[name] = Material(texture=texture, double_sided=True, **own)
+    return None if all(material.plain for material in found.values()) else found
 
 
 class FoundMesh:
@@ -57,8 +82,10 @@ class FoundMesh:
         prefix: str,
         entry: dict[str, Any],
         axes: NDArray[np.float64],
+        looks: dict[str, Material] | None,
     ) -> None:
         self._path = path
+        self._looks = looks
         self._members = members
         self._prefix = prefix
         self._entry = entry
@@ -116,6 +143,7 @@ class FoundMesh:
                 material_library=library if isinstance(library, str) else None,
                 # a converter of glTF splits vertices where texture coordinates end
                 source=Source(str(self._path), split=True),
+                appearance=self._looks,
             )
 
     def shape(self, i: int, vertices: int) -> FoundShape:

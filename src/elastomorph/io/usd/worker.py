@@ -25,6 +25,7 @@ from elastomorph.io.usd.library import (
     SLIDERS,
     pxr,
 )
+from elastomorph.io.usd.looks import looks_of
 from elastomorph.io.usd.skins import place_at_rest
 
 _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
@@ -65,7 +66,14 @@ def scene_of(opened: Composed, prims: Sequence[Any]) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {}
     meshes = [_mesh(arrays, f"{i}_", opened.stage, own) for i, own in enumerate(prims)]
     up = str(pxr("UsdGeom").GetStageUpAxis(opened.stage))
-    scene = {"size_of_others": opened.size_of_others, "up": up, "meshes": meshes}
+    materials: dict[str, Any] = {}
+    for prim in prims:
+        for bound in (prim, *_bound_subsets(prim)):
+            if (material := _bound(bound)) is not None:
+                materials.setdefault(_name_of(material), material)
+    looks = looks_of(arrays, materials, opened.layer)
+    others = {"size_of_others": opened.size_of_others, "looks": looks}
+    scene = {"up": up, "meshes": meshes, **others}
     arrays["scene"] = text_array(scene)
     return arrays
 
@@ -200,16 +208,28 @@ def _subsets(keep: Callable[..., bool], prim: Any) -> list[dict[str, Any]]:
     return found
 
 
-def _material(prim: Any) -> str | None:
-    """Name of the material bound to this prim itself."""
+def _bound_subsets(prim: Any) -> list[Any]:
+    geometry = pxr("UsdGeom")
+    subsets = geometry.Subset.GetAllGeomSubsets(geometry.Imageable(prim))
+    return [subset.GetPrim() for subset in subsets]
+
+
+def _bound(prim: Any) -> Any:
+    """The material bound to this prim itself."""
     shade = pxr("UsdShade")
     if not prim.HasAPI(shade.MaterialBindingAPI):
         return None
-    material = shade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterial()
-    if not material:
-        return None
+    return shade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterial() or None
+
+
+def _name_of(material: Any) -> str:
     name: str = material.GetPrim().GetDisplayName() or material.GetPrim().GetName()
     return name
+
+
+def _material(prim: Any) -> str | None:
+    material = _bound(prim)
+    return None if material is None else _name_of(material)
 
 
 def _shapes(keep: Callable[..., bool], stage: Any, prim: Any) -> list[dict[str, Any]]:
