@@ -276,3 +276,17 @@ def test_a_glb_of_others_is_bent_and_keeps_its_clips(
         (clip,) = read_weight_clips(tmp_path / "shown.glb", rig.sliders)
         assert clip.name == "jawOpen"
         np.testing.assert_allclose(clip.weights[:, 0], clip.times, atol=1e-6)
+
+
+def test_a_compressed_glb_of_ours_is_unpacked_for_the_page(small: Rig, tmp_path: Path) -> None:
+    em.write(tmp_path / "face.glb", small, compress=True)
+    page = tmp_path / "page.html"
+    assert run("view", tmp_path / "face.glb", "-o", page) == 0
+    shown = written(page)[1][0]
+    (tmp_path / "shown.glb").write_bytes(shown)
+    document, _ = chunks_of(tmp_path / "shown.glb")
+    assert not any("compression" in name for name in document.get("extensionsUsed", []))
+    back = rig_in(shown, tmp_path)
+    assert back.names == small.names
+    reach = 1e-4 * small.neutral.diameter
+    np.testing.assert_allclose(back.neutral.vertices, small.neutral.vertices, atol=reach)

@@ -9,7 +9,8 @@ from cards import character
 from elastomorph.draw.framing import Turntable, camera_for
 from elastomorph.draw.head import head_of
 from elastomorph.draw.posed import PosedRig, pose_picture
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import Mesh
+from elastomorph.samples import head, shapes
 from scenes import ball, seen_at
 
 
@@ -60,12 +61,23 @@ def test_what_is_no_more_than_a_head_is_framed_as_ever() -> None:
     assert head_of(face, wide.morphs.values()) is None
 
 
-def test_meshes_of_several_parts_are_characters_too() -> None:
-    bare = character(dressed=False).neutral
-    count = len(bare.faces)
-    groups = FaceLabels(("head", "body"), np.repeat([0, 1], count // 2).astype(np.int32))
-    mesh = Mesh(bare.vertices, bare.faces, groups=groups)
-    dressed = character()
-    target = mesh.with_vertices(dressed.morphs["open"].target.vertices)
-    rig = em.Rig(mesh, {"open": target}, method="linear")
-    assert head_of(mesh, rig.morphs.values()) is not None
+def test_a_part_of_the_face_that_moves_stands_for_the_head() -> None:
+    """Of a tall figure whose targets move no more than the lips, all of the head is shown."""
+    mesh = character().neutral
+    moved = mesh.vertices.copy()
+    moved[np.linalg.norm(mesh.vertices - [0, 5.7, 0.9], axis=1) < 0.3] += [0, 0, 0.1]
+    rig = em.Rig(mesh, {"pout": mesh.with_vertices(moved)}, method="linear")
+    found = head_of(mesh, rig.morphs.values())
+    assert found is not None
+    heights = mesh.vertices[found, 1]
+    assert heights.max() > 6.4
+    assert heights.min() < 5.2
+
+
+def test_the_groups_of_a_head_make_it_no_body() -> None:
+    """A bare head of several groups with one target is framed as it is with all of them."""
+    mesh = head()
+    rig = em.Rig(mesh, {"jawOpen": shapes()["jawOpen"]}, method="linear")
+    assert head_of(mesh, rig.morphs.values()) is None
+    looks = Mesh(mesh.vertices, mesh.faces, groups=mesh.groups, appearance={})
+    assert head_of(looks, rig.morphs.values()) is None

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 
-_BODY = 2.2
-"""A mesh so many times as large as what its targets move is more than a head."""
+_BODY = 3.5
+"""A mesh so many times as large as what its targets move is more than a head and its shoulders."""
+_HEAD = 1 / 9
+"""The least size of a head over that of its body, where targets move only a part of the face."""
 _MOVED = 0.05
 """Motion, over the largest, below which a vertex is carried along: at the foot of the neck."""
 _ABOVE, _BESIDE, _BELOW = 0.7, 0.35, 0.15
@@ -21,10 +23,9 @@ _ABOVE, _BESIDE, _BELOW = 0.7, 0.35, 0.15
 def head_of(mesh: Mesh, morphs: Iterable[Morph]) -> NDArray[np.int64] | None:
     """(N,) vertices of the head and what is around it; None where the mesh is no more than that.
 
-    A mesh of one part, of which nothing is known but its shape, counts as a head.
+    A mesh of which nothing is known but its shape counts as a head.
     """
-    parts = 0 if mesh.groups is None else len(mesh.groups.names)
-    if mesh.appearance is None and parts < 2:
+    if mesh.appearance is None:
         return None
     motion = np.zeros(len(mesh.vertices))
     for morph in morphs:
@@ -33,9 +34,12 @@ def head_of(mesh: Mesh, morphs: Iterable[Morph]) -> NDArray[np.int64] | None:
         return None
     face = mesh.vertices[motion > _MOVED * motion.max()]
     low, high = face.min(axis=0), face.max(axis=0)
-    size = float((high - low).max())
-    if np.ptp(mesh.vertices, axis=0).max() < _BODY * size:
+    size, whole = float((high - low).max()), float(np.ptp(mesh.vertices, axis=0).max())
+    if whole < _BODY * size:
         return None
+    size = max(size, _HEAD * whole)
+    middle = (low + high) / 2
+    low, high = np.minimum(low, middle - size / 2), np.maximum(high, middle + size / 2)
     low = low - size * np.array([_BESIDE, _BELOW, _ABOVE])
     high = high + size * np.array([_BESIDE, _ABOVE, _ABOVE])
     inside = ((mesh.vertices >= low) & (mesh.vertices <= high)).all(axis=1)

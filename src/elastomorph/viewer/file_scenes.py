@@ -78,9 +78,12 @@ def _file_model(path: str | Path, name: str, role: Role) -> SceneModel:
 def _is_ours(file: GltfFile) -> bool:
     """Whether elastomorph wrote all of a file; of a character that it bent, others wrote the rest.
 
-    The page shows its own files as they are. Those of others are read here, where their skins,
-    compression and further meshes are known, and handed over as one face with its looks.
+    The page shows its own files as they are, unless they are compressed. Those of others are read
+    here, where their skins, compression and further meshes are known, and handed over as one face
+    with its looks.
     """
+    if any("compression" in str(name) for name in file.items("extensionsUsed")):
+        return False
     extras = [mesh.get("extras") for mesh in file.items("meshes") if isinstance(mesh, dict)]
     own = [
         each["elastomorph"] for each in extras if isinstance(each, dict) and "elastomorph" in each

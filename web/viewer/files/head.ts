@@ -1,7 +1,8 @@
 // Where the head of a whole character is: what its targets move tells, and the hair around that.
 import type { Surface } from './surface';
 
-const BODY = 2.2; // a mesh so many times as large as what its targets move is more than a head
+const BODY = 3.5; // a mesh so many times as large as what its targets move is more than a head
+const HEAD = 1 / 9; // least size of a head over that of its body
 const MOVED = 0.05; // of the largest motion: below it a vertex is carried along at the neck
 const [ABOVE, BESIDE, BELOW] = [0.7, 0.35, 0.15]; // hair and shoulders, over the size of the face
 
@@ -18,11 +19,17 @@ export function headOf({ neutral, targets }: Surface): Uint8Array<ArrayBuffer> |
   const most = motion.reduce((a, b) => Math.max(a, b), 0);
   if (most === 0) return null;
   const face = boxOf(neutral, (v) => motion[v]! > MOVED * most);
-  const size = Math.max(...face.sides);
-  const all = boxOf(neutral, () => true);
-  if (Math.max(...all.sides) < BODY * size) return null;
-  const low = [BESIDE, BELOW, ABOVE].map((share, axis) => face.low[axis]! - share * size);
-  const high = [BESIDE, ABOVE, ABOVE].map((share, axis) => face.high[axis]! + share * size);
+  const moved = Math.max(...face.sides);
+  const whole = Math.max(...boxOf(neutral, () => true).sides);
+  if (whole < BODY * moved) return null;
+  const size = Math.max(moved, HEAD * whole);
+  const reach = (axis: number, side: number, share: number) => {
+    const [low, high] = [face.low[axis]!, face.high[axis]!];
+    const least = (low + high + side * size) / 2;
+    return side < 0 ? Math.min(low, least) - share * size : Math.max(high, least) + share * size;
+  };
+  const low = [BESIDE, BELOW, ABOVE].map((share, axis) => reach(axis, -1, share));
+  const high = [BESIDE, ABOVE, ABOVE].map((share, axis) => reach(axis, 1, share));
   return Uint8Array.from({ length: count }, (_, v) =>
     [0, 1, 2].every((axis) => {
       const at = neutral[3 * v + axis]!;

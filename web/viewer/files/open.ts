@@ -42,7 +42,6 @@ export async function openFile(
   const skins = await readSkins(file);
   const seams = skins ? seamsOf(surface, SEAM_OF_SKINS) : (polygons?.seams ?? seamsOf(surface));
   const described = readMorphs(stored, surface.targetNames);
-  const several = meshes.length > 1 || (polygons?.groups?.names.length ?? 0) > 1;
   return {
     name: known.name ?? name.replace(/\.(glb|gltf)$/i, ''),
     role: known.role ?? 'rig',
@@ -51,7 +50,7 @@ export async function openFile(
       ? dressedParts(file, surface, skins)
       : sortedParts(file, surface, polygons, seams)),
     uv: surface.uv,
-    head: skins || several ? headOf(surface) : null,
+    head: skins ? headOf(surface) : null,
     seams,
     edges: polygons?.edges ?? triangleEdges(surface, seams),
     loops: known.loops ?? [],
