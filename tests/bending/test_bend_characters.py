@@ -137,16 +137,17 @@ def test_new_targets_are_named_where_the_others_are(tmp_path: Path, place: str) 
     for primitive in bent.document["meshes"][0]["primitives"]:
         if place == "primitive":
             assert primitive["extras"]["targetNames"] == ["open", "slide", *added]
-        if place == "target":
-            named = [target["extras"]["name"] for target in primitive["targets"]]
-            assert named == ["open", "slide", *added]
+        if place == "target":  # where glTF allows no names
+            assert all("extras" not in target for target in primitive["targets"][2:])
     assert set(em.read_rig(tmp_path / "bent a.glb").names) == {"open", "slide"}
 
 
 def test_a_name_that_is_taken_is_not_given_again(tmp_path: Path) -> None:
     file = flap_character()
     file.json["meshes"][0]["extras"]["targetNames"][1] = "open.bend1"
-    names = bent_file(file, tmp_path).document["meshes"][0]["extras"]["targetNames"]
+    with pytest.warns(em.ElastomorphWarning, match=r"the targets of 1 bends, such as 'open.bend1'"):
+        bent = bent_file(file, tmp_path)
+    names = bent.document["meshes"][0]["extras"]["targetNames"]
     assert names[:3] == ["open", "open.bend1", "open.bend1_"]
 
 

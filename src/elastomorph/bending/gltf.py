@@ -202,8 +202,10 @@ class _Edit:
         else:
             views, blob = additions.placed(len(buffers), 0)
             own: dict[str, Any] = {"byteLength": len(blob)}
-            if self._has_files and output is not None:
-                name, own["uri"] = name_beside(character, output)
+            if self._has_files:
+                path = Path(character.file.path)
+                usual = path.with_name(f"{path.stem}.bent{path.suffix}")
+                name, own["uri"] = name_beside(character, usual if output is None else output)
                 beside[name] = blob
             else:
                 own["uri"] = data_uri(blob)

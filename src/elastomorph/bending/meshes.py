@@ -210,16 +210,17 @@ class MeshEdit:
         return list(given)
 
     def _extend_names(self, extras: dict[str, Any]) -> None:
-        """Names of the new targets, wherever those of the others are."""
+        """Names of the new targets, wherever the others have a list of them.
+
+        Older programs name each target within it, where glTF allows no names: new ones are named
+        in the list of the mesh alone.
+        """
         count = len(self._mesh.names)
         lists = [extras]
         for primitive in self._entry["primitives"]:
             own = primitive.get("extras")
             if isinstance(own, dict):
                 lists.append(own)
-            for name, target in zip(self.names, primitive["targets"][count:], strict=True):
-                if any("extras" in each for each in primitive["targets"][:count]):
-                    target["extras"] = {"name": name}
         holding = [own for own in lists if isinstance(own.get("targetNames"), list)]
         for own in holding:
             given = own["targetNames"][:count]
