@@ -176,6 +176,42 @@ def test_bends_of_a_placed_and_a_mirrored_mesh_are_in_its_own_space(tmp_path: Pa
     )  # fmt: skip
 
 
+def test_bends_of_a_posed_skin_go_back_vertex_by_vertex(tmp_path: Path) -> None:
+    """Where joints that turn share vertices, each has a place of its own at rest."""
+    file = flap_character(teeth=False, skin=0)
+    file.node(name="root")
+    file.node(name="turned", rotation=[0.5, 0, 0, np.sqrt(0.75)], translation=[0, 0.3, 0])
+    file.json["skins"] = [{"joints": [2, 3]}]
+    for primitive in file.json["meshes"][0]["primitives"]:
+        shown = primitive["attributes"]
+        number = file.json["accessors"][shown["POSITION"]]["count"]
+        share = np.linspace(0, 1, number)
+        weights = np.stack([1 - share, share, 0 * share, 0 * share], axis=1)
+        shown["JOINTS_0"] = file.array(np.tile([0, 1, 0, 0], (number, 1)), "|u1")
+        shown["WEIGHTS_0"] = file.array(weights)
+    bent_file(file, tmp_path)
+    expected, found = em.read_rig(tmp_path / "a.glb"), em.read_rig(tmp_path / "bent a.glb")
+    assert np.ptp(expected.neutral.vertices[:, 2]) > 0.2
+    for t in (0.3, 0.6):
+        off = found.pose({"open": t}) - expected.pose({"open": t})
+        assert np.abs(off).max() < 3e-4
+    straight = em.read_rig(tmp_path / "a.glb", method="linear").pose({"open": 0.5})
+    assert np.abs(straight - expected.pose({"open": 0.5})).max() > 0.02
+
+
+def test_expressions_of_avatars_mean_what_they_meant(tmp_path: Path) -> None:
+    """VRM 0.x and 1.0 name morph targets by their numbers, which are those of the same targets."""
+    bind = {"mesh": 0, "index": 1, "weight": 100}
+    old = {"blendShapeMaster": {"blendShapeGroups": [{"name": "A", "binds": [bind]}]}}
+    new = {"expressions": {"preset": {"aa": {"morphTargetBinds": [{"node": 0, "index": 0}]}}}}
+    file = flap_character()
+    file.json["extensions"] = {"VRM": old, "VRMC_vrm": new}
+    file.json["extensionsUsed"] = ["VRM", "VRMC_vrm"]
+    bent = bent_file(file, tmp_path, "a.vrm")
+    assert bent.document["extensions"] == file.json["extensions"]
+    assert bent.document["meshes"][0]["extras"]["targetNames"][:2] == ["open", "slide"]
+
+
 def test_teeth_follow_the_skin_on_the_same_arc(tmp_path: Path) -> None:
     rig = em.read_rig(tmp_path / "bent a.glb") if bent_file(flap_character(), tmp_path) else None
     assert rig is not None
