@@ -12,9 +12,19 @@ from numpy.typing import NDArray
 from elastomorph.bending.plan import BentMorph, make_plan
 from elastomorph.model.bend_curve import BendCurve
 
+from .actions import remove_animation
 from .drivers import drive
 from .face import Part, read_face
-from .record import KeptBend, keep_bends, kept_bends, remove_bends
+from .record import (
+    PROPERTY,
+    KeptBend,
+    comes_folded,
+    imported_bends,
+    keep_bends,
+    kept_bends,
+    remove_bends,
+)
+from .refusal import RefusedError
 
 WIDEST = 10.0
 """The range of a shape key ends here in Blender."""
@@ -47,14 +57,36 @@ def bend(
 
     Everything is read and computed before anything is changed.
     """
+    for thing in things:
+        if only is not None and comes_folded(thing.data.shape_keys):
+            raise RefusedError(
+                f"{thing.name} came from a file with folds, which a shape key cannot follow: bend "
+                "all of its keys anew, not the active one only"
+            )
     face = read_face(things)
     plan = make_plan(face.rig, method, only=only, tolerance=tolerance)
     made = 0
     for part, span in zip(face.parts, face.spans, strict=True):
         remove_bends(part.thing, only)
+        adopt(part.thing)
         made += _add(part, span, plan.bent, plan.extent)
     error = max((morph.error for morph in plan.bent), default=0.0)
     return Outcome(tuple(morph.name for morph in plan.bent), made, plan.extent, error)
+
+
+def adopt(thing: bpy.types.Object) -> None:
+    """Drive the bends that came with a glTF file, in place of the keyframes they have."""
+    keys = thing.data.shape_keys
+    imported = imported_bends(keys)
+    for bend in imported:
+        block, host = keys.key_blocks[bend.name], keys.key_blocks[bend.target]
+        remove_animation(keys, block.path_from_id("value"))
+        least, most = value_range(bend.curve, host.slider_min, host.slider_max)
+        block.slider_min, block.slider_max = max(least, -WIDEST), min(most, WIDEST)
+        drive(keys, block, host, bend.curve)
+    if imported:
+        keep_bends(keys, [*kept_bends(keys), *imported])
+        del thing.data[PROPERTY]
 
 
 def _add(part: Part, span: slice, bent: Sequence[BentMorph], extent: float) -> int:

@@ -55,6 +55,7 @@ def bend_names(keys: bpy.types.Key) -> dict[str, str]:
     except (ValueError, KeyError, TypeError) as error:
         raise _unreadable(keys, error) from None
     names = {name: target for name, target in stored.items() if name in keys.key_blocks}
+    names |= {bend.name: bend.target for bend in imported_bends(keys)}
     animation = keys.animation_data
     paths = {block.path_from_id("value"): block.name for block in keys.key_blocks}
     for followed in animation.drivers if animation else ():
@@ -64,6 +65,40 @@ def bend_names(keys: bpy.types.Key) -> dict[str, str]:
             if goal.id == keys:
                 names[paths[followed.data_path]] = paths.get(goal.data_path, "")
     return names
+
+
+def imported_bends(keys: bpy.types.Key) -> list[KeptBend]:
+    """Bends that came with a glTF file, whose extras Blender keeps as a property of the mesh.
+
+    Nothing drives them yet, and none of them is in the record.
+    """
+    mesh = keys.user
+    if PROPERTY not in mesh:
+        return []
+    try:
+        bends = [
+            _bend({**bend, "name": bend["target"], **_of_morph(morph)})
+            for morph in mesh[PROPERTY].to_dict()["morphs"]
+            for bend in morph.get("bends", ())
+        ]
+    except (AttributeError, ValueError, KeyError, TypeError) as error:
+        raise RefusedError(
+            f"the custom property {PROPERTY!r} of the mesh {mesh.name}, which says what its bends "
+            f"are, cannot be read ({error!r}): delete it, and the keys that are bends"
+        ) from None
+    known = keys.key_blocks
+    return [bend for bend in bends if bend.name in known and bend.target in known]
+
+
+def comes_folded(keys: bpy.types.Key) -> bool:
+    """Whether the file that bends came with has curves for the weights of its targets."""
+    imported_bends(keys)  # refuses what cannot be read
+    mesh = keys.user
+    return PROPERTY in mesh and any("fold" in morph for morph in mesh[PROPERTY]["morphs"])
+
+
+def _of_morph(morph: dict[str, Any]) -> dict[str, Any]:
+    return {"target": morph["target"], "method": morph["method"]}
 
 
 def _entries(keys: bpy.types.Key) -> list[dict[str, Any]]:
@@ -116,6 +151,8 @@ def remove_bends(thing: bpy.types.Object, only: Collection[str] | None = None) -
             remove_animation(keys, block.path_from_id(what))
         thing.shape_key_remove(block)
     keep_bends(keys, kept)
+    if PROPERTY in thing.data and not imported_bends(keys):
+        del thing.data[PROPERTY]
     thing.active_shape_key_index = max(keys.key_blocks.find(active), 0)
     return len(gone)
 

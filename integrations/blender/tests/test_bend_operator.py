@@ -264,3 +264,32 @@ def test_vertex_groups_and_relative_keys_count():
         set_weights(head, {"jawOpen": t, "browInnerUp": 1 - t})
         expected = shown.pose({"jawOpen": t, "browInnerUp": 1 - t})
         assert apart(evaluated(head), expected, shown) < CLOSE
+
+
+@pytest.mark.parametrize("keys", ["ALL", "ACTIVE"])
+def test_bends_that_came_with_a_file_are_replaced(tmp_path, keys):
+    """A bent file is not bent twice: its bends are known, and those not made anew are driven."""
+    import elastomorph as em
+
+    rig = built_in("jawOpen", "eyeBlink_L")
+    em.write(tmp_path / "bent.glb", rig)
+    bpy.ops.import_scene.gltf(filepath=str(tmp_path / "bent.glb"))
+    (head,) = bpy.context.selected_objects
+    names = bend_keys(head)
+    assert len(names) == 4
+    head.active_shape_key_index = 1
+    assert bpy.ops.elastomorph.bend(keys=keys) == {"FINISHED"}
+    assert sorted(bend_keys(head)) == sorted(names)
+    assert len(head.data.shape_keys.animation_data.drivers) == 2 * len(names)
+    assert "elastomorph" not in head.data
+    set_weights(head, {"jawOpen": 0.4, "eyeBlink_L": 0.7})
+    # The triangles of the file, as Blender turned them: what is above has z.
+    to_blender = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    faces = [[*polygon.vertices] for polygon in head.data.polygons]
+    neutral = em.Mesh(rig.neutral.vertices @ to_blender, faces)
+    ends = {n: neutral.with_vertices(rig[n].target.vertices @ to_blender) for n in rig}
+    again = with_paths(neutral, ends)
+    kept = rig.pose({"eyeBlink_L": 0.7}) @ to_blender  # bent along the polygons of the writer
+    eye = again.pose({"eyeBlink_L": 0.7}) if keys == "ALL" else kept
+    expected = again.pose({"jawOpen": 0.4}) + eye - neutral.vertices
+    assert apart(evaluated(head), expected, again) < CLOSE

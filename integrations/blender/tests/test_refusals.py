@@ -98,3 +98,19 @@ def test_a_record_that_cannot_be_read(head):
 
 def test_nothing_to_bake(head):
     refused("Head has no bends to bake", bpy.ops.elastomorph.bake)
+
+
+def test_one_key_of_a_file_with_folds(head):
+    """What a folded target adds to its own weight has no place in Blender."""
+    curve = {"breaks": [0.0, 1.0], "coefficients": [[0.0, -0.5, 0.5]]}
+    folded = {"name": "jawOpen", "target": "jawOpen", "method": "ease", "fold": curve}
+    head.data["elastomorph"] = {"version": 2, "morphs": [{**folded, "bends": []}]}
+    head.active_shape_key_index = 1
+    refused("Head came from a file with folds", keys="ACTIVE")
+    assert bpy.ops.elastomorph.bend() == {"FINISHED"}
+    assert "elastomorph" not in head.data
+
+
+def test_extras_that_cannot_be_read(head):
+    head.data["elastomorph"] = {"version": 1, "morphs": [{"bends": [{"target": "x"}]}]}
+    refused("of the mesh Head, which says what its bends are, cannot be read")
