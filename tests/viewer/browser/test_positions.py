@@ -134,9 +134,10 @@ def test_a_face_of_two_meshes_bends_as_one(visit: Visit, faces: Faces) -> None:
         assert distances(half, expected).max() < WITHIN * faces.diameter
 
 
-def test_a_bent_character(visit: Visit, tmp_path: Path) -> None:
-    """Head, eyes, teeth and lashes, each with what it says of its own targets."""
-    em.bend(make("skinned", tmp_path), tmp_path / "bent.glb")
+@pytest.mark.parametrize("name", ["skinned", "posed", "scaled"])
+def test_a_bent_character(visit: Visit, tmp_path: Path, name: str) -> None:
+    """Its meshes where joints hold them, each with what it says of its own targets."""
+    em.bend(make(name, tmp_path), tmp_path / "bent.glb")
     content = (tmp_path / "bent.glb").read_bytes()
     rig = read_glb(tmp_path / "bent.glb")
     page = visit(Scene((SceneModel("bent", "rig", content),), "Bent"), size=SMALL)

@@ -17,7 +17,7 @@ const KINDS: Readonly<Record<number, Kind>> = {
   5125: Uint32Array,
   5126: Float32Array,
 } as unknown as Readonly<Record<number, Kind>>;
-const WIDTHS: Readonly<Record<string, number>> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
+const WIDTHS: Readonly<Record<string, number>> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16 };
 
 /** How many elements an accessor has. */
 export function countOf(file: GltfDocument, number: unknown, of: string): number {

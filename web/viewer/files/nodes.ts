@@ -1,41 +1,49 @@
 // Which meshes a document shows, and where: nodes, their order and their transforms.
 import { isEntry, type Entry, type GltfDocument } from './document';
-
-/** Twelve numbers: what x, y and z are multiplied with, then what is added; by columns. */
-export type Placement = readonly number[];
+import { product, UNIT, type Placement } from './placing';
+import { jointsOf } from './skins_at_rest';
 
 export interface PlacedMesh {
   readonly node: number; // -1 for a mesh that no node shows
   readonly mesh: number;
   readonly name: string;
   readonly placement: Placement;
+  /** What the joints of its skin do to its vertices at rest, in place of the placement. */
+  readonly joints: readonly Placement[] | null;
 }
 
-const UNIT: Placement = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
-
 /**
- * The meshes of the scene that is shown, depth first. A mesh with a skin stays where its vertices
- * are: it is at rest. A document that shows nothing gives all its meshes.
+ * The meshes of the scene that is shown, depth first. A mesh with a skin stands where its joints hold
+ * it at rest. A document that shows nothing gives all its meshes.
  */
 export function placedMeshes(file: GltfDocument): PlacedMesh[] {
   const found: PlacedMesh[] = [];
-  const seen = new Set<number>();
+  const worlds = new Map<number, Placement>();
+  const skinned: Entry[] = [];
   const waiting = roots(file)
     .reverse()
     .map((node) => [node, UNIT] as const);
   for (let next = waiting.pop(); next; next = waiting.pop()) {
     const [number, above] = next;
     const node = file.item('nodes', number, 'the scene');
-    if (seen.has(number)) file.damaged(`node ${number} appears twice in the scene`);
-    seen.add(number);
+    if (worlds.has(number)) file.damaged(`node ${number} appears twice in the scene`);
     const world = product(above, transform(file, node));
+    worlds.set(number, world);
     if (node['mesh'] !== undefined) {
-      found.push(placed(file, number, node, node['skin'] === undefined ? world : UNIT));
+      found.push(placed(file, number, node, world));
+      skinned.push(node);
     }
     const children = file.list(node, 'children') as number[];
     waiting.push(...[...children].reverse().map((child) => [child, world] as const));
   }
-  if (found.length > 0) return found;
+  // A joint may come after the mesh it holds, or lie outside the scene: there it stands by itself.
+  const worldOf = (node: number) =>
+    worlds.get(node) ?? transform(file, file.item('nodes', node, 'a skin'));
+  if (found.length > 0)
+    return found.map((mesh, i) => {
+      const skin = skinned[i]!['skin'];
+      return skin === undefined ? mesh : { ...mesh, joints: jointsOf(file, skin, worldOf) };
+    });
   return file.items('meshes').map((_, mesh) => placed(file, -1, { mesh }, UNIT));
 }
 
@@ -47,6 +55,7 @@ function placed(file: GltfDocument, number: number, node: Entry, placement: Plac
     mesh: node['mesh'] as number,
     name: name ?? `mesh ${node['mesh']}`,
     placement,
+    joints: null,
   };
 }
 
@@ -89,41 +98,4 @@ function transform(file: GltfDocument, node: Entry): Placement {
     c * (1 - 2 * (x * x + y * y)),
     ...moved,
   ];
-}
-
-function product(outer: Placement, inner: Placement): Placement {
-  return [0, 1, 2, 3].flatMap((column) =>
-    [0, 1, 2].map((row) => {
-      const sum = [0, 1, 2].reduce((s, k) => s + outer[3 * k + row]! * inner[3 * column + k]!, 0);
-      return column === 3 ? sum + outer[9 + row]! : sum;
-    }),
-  );
-}
-
-/** Moves (V, 3) positions, or turns (V, 3) directions, in place. */
-export function place(vectors: Float32Array, m: Placement, kind: 'positions' | 'directions'): void {
-  if (m.every((value, i) => value === UNIT[i])) return;
-  const [dx, dy, dz] = kind === 'positions' ? [m[9]!, m[10]!, m[11]!] : [0, 0, 0];
-  for (let i = 0; i < vectors.length; i += 3) {
-    const [x, y, z] = [vectors[i]!, vectors[i + 1]!, vectors[i + 2]!];
-    vectors[i] = m[0]! * x + m[3]! * y + m[6]! * z + dx;
-    vectors[i + 1] = m[1]! * x + m[4]! * y + m[7]! * z + dy;
-    vectors[i + 2] = m[2]! * x + m[5]! * y + m[8]! * z + dz;
-  }
-}
-
-/** Whether a placement turns triangles inside out. */
-export function mirrors(m: Placement): boolean {
-  const [a, b, c, d, e, f, g, h, i] = m as [
-    number,
-    number,
-    number,
-    number,
-    number,
-    number,
-    number,
-    number,
-    number,
-  ];
-  return a * (e * i - f * h) - d * (b * i - c * h) + g * (b * f - c * e) < 0;
 }

@@ -2,8 +2,10 @@
 import { shapesInOne } from '../rig/layout';
 import { countOf, floats, floatsInto, indices } from './accessors';
 import { isEntry, type Entry, type GltfDocument } from './document';
-import { mirrors, place, type PlacedMesh } from './nodes';
+import type { PlacedMesh } from './nodes';
+import { mirrors, place, placeEach, type Placement } from './placing';
 import { shownCoordinates } from './skins';
+import { heldBy } from './skins_at_rest';
 
 /** Triangles of one primitive, of all vertices of the file. */
 export interface Piece {
@@ -27,7 +29,7 @@ interface Sheet {
   readonly start: number;
   readonly count: number;
   readonly primitive: Entry;
-  readonly placed: PlacedMesh;
+  readonly held: Placement | Float32Array; // where all its vertices are, or each of them: (V, 12)
   readonly targetNames: readonly string[];
 }
 
@@ -87,11 +89,13 @@ function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], piece
       const position = primitive['attributes']['POSITION'];
       if (position === undefined) file.damaged(`the mesh '${placed.name}' has no positions`);
       const before = sheets.at(-1);
+      const count = countOf(file, position, 'positions');
+      const { joints, placement } = placed;
       sheet = {
         start: before ? before.start + before.count : 0,
-        count: countOf(file, position, 'positions'),
+        count,
         primitive,
-        placed,
+        held: joints ? heldBy(file, primitive['attributes'], count, joints) : placement,
         targetNames: namesOf(file, mesh, primitive),
       };
       file.spend(12 * sheet.count);
@@ -159,13 +163,14 @@ function namesOf(file: GltfDocument, mesh: Entry, primitive: Entry): string[] {
 function fill(
   file: GltfDocument,
   accessor: unknown,
-  { placed, count }: Sheet,
+  { held, count }: Sheet,
   kind: 'positions' | 'directions',
   out: Float32Array,
 ): void {
   if (countOf(file, accessor, kind) === count) floatsInto(file, accessor, 3, kind, out);
   else out.set(floats(file, accessor, 3, kind, count));
-  place(out, placed.placement, kind);
+  if (held instanceof Float32Array) placeEach(out, held, kind);
+  else place(out, held, kind);
 }
 
 function triangles(file: GltfDocument, primitive: Entry, sheet: Sheet, mode: number): Uint32Array {
@@ -179,7 +184,9 @@ function triangles(file: GltfDocument, primitive: Entry, sheet: Sheet, mode: num
     mode === TRIANGLES
       ? corners.subarray(0, corners.length - (corners.length % 3))
       : unrolled(corners, mode);
-  const flip = mirrors(sheet.placed.placement);
+  const flip = mirrors(
+    sheet.held instanceof Float32Array ? [...sheet.held.subarray(0, 12)] : sheet.held,
+  );
   for (let i = 0; i < found.length; i += 1) {
     if (found[i]! >= sheet.count)
       file.damaged(`a triangle names vertex ${found[i]} of ${sheet.count}`);
