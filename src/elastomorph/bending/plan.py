@@ -130,8 +130,8 @@ def make_plan(
 def _names(rig: Rig, only: Collection[str] | None) -> list[str]:
     if only is None:
         return list(rig.morphs)
-    if isinstance(only, str):
-        raise ParameterError(f"only is a list of names, such as [{only!r}], found a text")
+    if isinstance(only, str) or not isinstance(only, Collection):
+        raise ParameterError(f"only is a list of names, such as ['jawOpen'], found {only!r}")
     for name in only:
         rig.sliders.require(name, tuple(rig.morphs))
     return [name for name in rig.morphs if name in set(only)]

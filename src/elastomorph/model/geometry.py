@@ -44,11 +44,12 @@ def moved_extent(neutral: NDArray[np.float64], targets: Iterable[NDArray[np.floa
     """D of a rig: the largest distance between two vertices that a target moves, 0 without any.
 
     A body below the face, which no target moves, does not count: it would loosen every tolerance.
+    Where a single vertex moves, which has no extent, D is that of the whole neutral.
     """
     moved = np.zeros(len(neutral), dtype=bool)
     for target in targets:
         moved |= (target != neutral).any(axis=1)
-    return largest_distance(neutral[moved]) if moved.any() else 0.0
+    return (largest_distance(neutral[moved]) or largest_distance(neutral)) if moved.any() else 0.0
 
 
 def component_of(count: int, edges: NDArray[np.integer]) -> NDArray[np.int32]:
