@@ -89,6 +89,11 @@ class Face:
     def welding(self) -> Welding:
         """The parts of it that move, without the seams of its exporter."""
         targets = [morph.target.vertices for morph in self.rig.morphs.values()]
+        if all(np.array_equal(own, self.rig.neutral.vertices) for own in targets):
+            self.file.refuse(
+                "none of its morph targets moves any vertex that is seen, so there is nothing to "
+                "bend; export it with blend shapes that move, in nodes of some size"
+            )
         return Welding.of(self.rig.neutral, targets)
 
     def moving(self) -> Rig:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
 
 from elastomorph.bending.undo import is_bent, undone
-from elastomorph.errors import FormatError
+from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import made_folder, read_bytes, replacing
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 
@@ -61,7 +62,16 @@ class Character:
 
 
 def require_output(character: Character, output: str | Path) -> None:
-    """Refuse a name that is not of the kind that the character is."""
+    """Refuse the character itself, and a name that is not of the kind that it is.
+
+    A file that was bent before may be bent anew in its place: its original is within.
+    """
+    with suppress(OSError, ValueError):
+        if not character.was_bent and Path(output).samefile(character.file.path):
+            raise FileError(
+                output,
+                "this is the character itself, which is never written over; name another output",
+            )
     known = (".glb", ".vrm") if character.is_glb else (".gltf",)
     if Path(output).suffix.lower() not in known:
         raise FormatError(

@@ -76,7 +76,8 @@ class MeshEdit:
         self.title = name if isinstance(name, str) and name else f"mesh {mesh.number}"
         self.names: list[str] = []  # of the targets that were added
         self._stored: dict[str, dict[str, Any]] = {}  # what is said of each morph that bends
-        self.error = 0.0  # how far the numbers in the file are from the bends, fraction of D
+        self._away = 0.0  # of one bend: how far its numbers are from it, fraction of D
+        self.error = 0.0  # of all bends of a target together, likewise
 
     def add(self, bent: BentMorph, bends: Fields, normals: Fields | None) -> None:
         """The bends (K, V, 3) of a morph of the face, and what they add to its normals."""
@@ -87,6 +88,7 @@ class MeshEdit:
         curves: list[dict[str, Any]] = []
         own = bends[:, self._mesh.rig_vertices]
         lengths = np.linalg.norm(own, axis=2)
+        rounded = 0.0
         for k in np.flatnonzero(lengths.any(axis=1)).tolist():
             name = self._new_name(f"{self._mesh.names[column]}.bend{k + 1}")
             self.names.append(name)
@@ -94,7 +96,10 @@ class MeshEdit:
             self._bends.append((column, curve, float(lengths[k].max()) / self._extent))
             curves.append({"target": name, "curve": curve_to_json(curve)})
             turned = None if normals is None else normals[k][self._mesh.rig_vertices]
+            self._away = 0.0
             self._add_target(column, own[k], turned, float(peaks[k]))
+            rounded += self._away
+        self.error = max(self.error, rounded)
         entry: dict[str, Any] = {"method": bent.morph.method, "bends": curves}
         if bent.fold is not None:
             delta = np.linalg.norm(bent.morph.delta, axis=1).max(initial=0.0) / self._extent
@@ -145,7 +150,7 @@ class MeshEdit:
             if error <= self._tolerance or encoding.finer == encoding:
                 break
             encoding = encoding.finer
-        self.error = max(self.error, error)
+        self._away = max(self._away, error)
         return self._additions.displacements(rows, normalized=normalized, bounds=True)
 
     def _values(self, kind: str, primitive: int, bend: Fields, normals: Fields | None) -> Fields:

@@ -42,7 +42,7 @@ def is_bent(file: GltfFile) -> bool:
     """Whether a document says that `bend` made it."""
     extras = file.document.get("extras")
     own = extras.get(_KEY) if isinstance(extras, dict) else None
-    return isinstance(own, dict) and "undo" in own
+    return isinstance(own, dict) and ("undo" in own or "version" in own)
 
 
 def undone(file: GltfFile, chunk: bytes | None) -> tuple[dict[str, Any], bytes | None]:

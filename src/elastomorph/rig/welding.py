@@ -113,9 +113,11 @@ def _same(
     vertices: NDArray[np.float64], targets: Sequence[NDArray[np.float64]], kept: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """(N,) for each kept vertex the first kept one that is at its place in all shapes."""
-    scale = moved_extent(vertices, targets) or float(np.ptp(vertices[kept], axis=0).max(initial=0))
     number = np.zeros(len(kept), dtype=np.int64)
+    if not len(kept):
+        return number
     here = vertices[kept]
+    scale = moved_extent(vertices, targets) or float(np.ptp(here, axis=0).max())
     for shape in (here, *(target[kept] - here for target in targets)):
         cells = np.round(shape / (_CELL * (scale or 1.0)))
         rows = np.column_stack([number, cells])
