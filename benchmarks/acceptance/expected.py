@@ -16,6 +16,7 @@ from acceptance.gltf_file import GltfFile
 from acceptance.posing import Floats, Scene
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.polygons import Polygons
+from elastomorph.paths.auto import Auto
 
 _TOGETHER = 1e-6  # of D: vertices of a seam are this close in every shape
 
@@ -78,6 +79,18 @@ class Face:
         }
         return replace(self, neutral=rig.neutral.vertices[at], targets=targets)
 
+    def shaken(self) -> Face:
+        """The same face a hundred-millionth larger, its triangles in another order.
+
+        A sound path is the same. Of a target that folds a surface onto itself, turns are arbitrary.
+        """
+        scale = 1 + 1e-8
+        targets = {name: own * scale for name, own in self.targets.items()}
+        order = np.random.default_rng(1).permutation(len(self.triangles))
+        return replace(
+            self, neutral=self.neutral * scale, targets=targets, triangles=self.triangles[order]
+        )
+
     @cached_property
     def extent(self) -> float:
         """D: the largest distance between two vertices that a target moves."""
@@ -110,8 +123,12 @@ class Face:
             moved |= (target != self.neutral).any(axis=1)[first]
         return np.isin(part, part[moved])
 
-    def paths(self, names: list[str], method: str = "auto") -> dict[str, em.Morph]:
-        """The path of some targets on the welded surface, of its connected parts that move."""
+    def paths(self, names: list[str]) -> dict[str, em.Morph]:
+        """The path of some targets on the welded surface, of its connected parts that move.
+
+        They are held within the default tolerance, as a fraction of D rather than of the diameter
+        of what they are computed on. Where polygons would turn over, the path depends on it.
+        """
         first, place = self.welded
         faces = place[self.triangles]
         proper = (faces != np.roll(faces, 1, axis=1)).all(axis=1) & self._moving[faces[:, 0]]
@@ -120,7 +137,9 @@ class Face:
         number[kept] = np.arange(len(kept))
         polygons = Polygons.of(number[faces[proper]].astype(np.int32))
         mesh = em.Mesh(self.neutral[first[kept]], polygons)
-        to = em.prepare(mesh, method, extent=self.extent or None)
+        own = Auto()
+        part = self.extent / (mesh.diameter or 1.0)
+        to = em.prepare(mesh, replace(own, tolerance=own.tolerance * part), extent=self.extent)
         ends = {name: self.targets[name][first[kept]] for name in names}
         return {name: to(mesh.with_vertices(end)) for name, end in ends.items()}
 

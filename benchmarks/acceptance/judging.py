@@ -39,6 +39,7 @@ class Verdict:
     between: float = 0.0  # largest deviation from ``auto`` between
     straight: float = 0.0  # largest distance of ``auto`` from the straight line
     clips: float = 0.0  # largest deviation of clips between keys
+    unsteady: int = 0  # comparisons with a path that numbers a hundred-millionth off change as much
 
 
 class Pair:
@@ -109,8 +110,10 @@ def judge(
     found = Verdict(source)
     bent = folder / f"{source.stem}.bent{source.suffix}"
     content = source.read_bytes()
-    given = {"tolerance": tolerance, "keys_tolerance": keys_tolerance}
+    given: dict[str, Any] = {"tolerance": tolerance, "keys_tolerance": keys_tolerance}
     planned = em.bend(source, None, **given)
+    if [own for own in folder.iterdir() if own != source]:
+        found.problems.append("a dry run has written a file")
     start = time.perf_counter()
     report = em.bend(source, bent, **given)
     found.seconds = time.perf_counter() - start
@@ -120,7 +123,7 @@ def judge(
     found.bytes = (_size(source), _size(bent))
     counts = [[scene.count(n) for n in scene.faces] for scene in (pair.old, pair.new)]
     found.targets = (max(counts[0]), max(counts[1]))
-    found.problems += differences(pair.before, pair.after)
+    found.problems += differences(pair.before, pair.after, (pair.old.file, pair.new.file))
     if validator:
         found.problems += new_issues(source, bent)
     found.problems += [*_ends(pair, found), *_between(pair, found, report)]
@@ -146,6 +149,15 @@ def _between(pair: Pair, found: Verdict, report: Any) -> Iterator[str]:
     """Between, each slider alone follows ``auto``."""
     face = pair.face.in_numbers_of(em.read_rig(pair.source))
     paths = face.paths(list(face.targets))
+    shaken = face.shaken()
+    others: dict[str, em.Morph] = {}
+
+    def unsteady(name: str, t: float) -> float:
+        """How far the path is from that of the same face in other numbers."""
+        if name not in others:
+            others[name] = shaken.paths([name])[name]
+        return 2 * _largest(shaken.at(others[name], t) - face.at(paths[name], t)) / pair.extent
+
     stated = {own.name: own.error for own in report.bent}
     for name, path in paths.items():
         found.bent += len(path.bends) > 0
@@ -162,7 +174,9 @@ def _between(pair: Pair, found: Verdict, report: Any) -> Iterator[str]:
                 found.between = max(found.between, away)
                 gained = _largest(line[key] - aim[place]) / pair.extent
                 found.straight = max(found.straight, gained)
-                if not away <= allowed + ENDS:
+                steady = away <= allowed + ENDS
+                found.unsteady += not steady
+                if not steady and not away <= allowed + ENDS + unsteady(name, t):
                     yield f"{name} at {t} is {away:.1e} of D from auto (straight: {gained:.1e})"
 
 
@@ -277,9 +291,10 @@ def _where(one: Any, other: Any, at: str = "the document") -> str:
     return next(_where(a, b, f"{at}/{key}") for key, a, b in pairs if not same(a, b))
 
 
-def _again(pair: Pair, given: dict[str, float]) -> Iterator[str]:
+def _again(pair: Pair, given: dict[str, Any]) -> Iterator[str]:
     """Bending what is bent gives what bending the original gives."""
-    again = pair.folder / f"{pair.source.stem}.again{pair.source.suffix}"
+    again = pair.folder / "again" / pair.bent.name  # what it names is named after it
+    again.parent.mkdir()
     em.bend(pair.bent, again, **given)
     file = GltfFile.read(again)
     before, after = (_without_places(own.document) for own in (pair.after, file))

@@ -130,7 +130,7 @@ class Scene:
             positions,
             np.array(targets).reshape(-1, len(positions), 3),
             np.concatenate([none, *joints], axis=1).astype(np.int64),
-            np.concatenate([none, *shares], axis=1),
+            _summing_to_one(np.concatenate([none, *shares], axis=1)),
         )
 
     def _matrices(self, node: int, surface: Surface, worlds: Mapping[int, Floats]) -> Floats:
@@ -159,6 +159,12 @@ class Scene:
             yield number, world
             children = nodes[number].get("children", [])
             waiting += [(child, world) for child in reversed(children)]
+
+
+def _summing_to_one(shares: Floats) -> Floats:
+    """Compression leaves sums that are not 1, which three.js and other players put right."""
+    whole = shares.sum(axis=1, keepdims=True)
+    return np.divide(shares, whole, out=shares.copy(), where=whole > 0)
 
 
 def local(node: dict[str, Any], number: int, pose: Pose) -> Floats:

@@ -50,7 +50,7 @@ class _Clip:
     ) -> None:
         self.builder, self.nodes, self.meshes, self.random = builder, nodes, meshes, random
         self.names = names
-        self.first = "head" if "head" in nodes else "face"
+        self.first = next(iter(nodes))
         self.channels: list[dict[str, Any]] = []
         self.samplers: list[dict[str, Any]] = []
 
