@@ -183,12 +183,27 @@ def test_a_layer_is_bent_anew_from_its_original(original: Path) -> None:
     assert farthest_from_path(once, finer.extent) < 1.01e-4
 
 
-def test_what_someone_added_to_a_layer_is_not_lost(original: Path) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('over "body"\n{', 'over "body"\n{\n    double mood = 3\n', r"/body\.mood in it was added"),
+        (
+            'over "body"\n{',
+            'over "body" (\n    active = false\n)\n{',
+            "/body in it was added or ch",
+        ),
+        ('over "body"\n{', 'def Cube "hat" {\n}\nover "body"\n{', "/hat in it was added or chan"),
+    ],
+)
+def test_what_someone_added_to_a_layer_is_not_lost(
+    original: Path, old: str, new: str, words: str
+) -> None:
     layer = original.with_name("bent.usda")
     bend_usd(original, layer)
     text = layer.read_text()
-    layer.write_text(text.replace('over "body"\n{', 'over "body"\n{\n    double mood = 3\n'))
-    with pytest.raises(FormatError, match=r"/body\.mood in it was added by someone"):
+    assert old in text
+    layer.write_text(text.replace(old, new))
+    with pytest.raises(FormatError, match=words):
         bend_usd(layer, original.with_name("again.usda"))
 
 

@@ -139,6 +139,37 @@ def test_only_the_selected_variant_bends(tmp_path: Path, referenced: bool) -> No
     assert again.read_bytes() == layer.read_bytes()
 
 
+@pytest.mark.parametrize("below", ["/body", "/body/head"])
+def test_a_variant_that_brings_a_reference(tmp_path: Path, below: str) -> None:
+    """Levels of detail: other points by another file, to which the bends do not belong."""
+    from pxr import Usd, UsdSkel
+
+    for name, points in (("high", HEAD), ("low", HEAD[:35])):
+        stage = Usd.Stage.CreateInMemory()
+        root = UsdSkel.Root.Define(stage, "/asset")
+        stage.SetDefaultPrim(root.GetPrim())
+        mesh = "/asset/head" if below == "/body" else "/asset"
+        define_mesh(stage, mesh, points, 7, {"jawOpen": (jaw(points), None)})
+        saved(stage, tmp_path / f"{name}.usda")
+    stage = Usd.Stage.CreateInMemory()
+    body = UsdSkel.Root.Define(stage, "/body").GetPrim()
+    stage.SetDefaultPrim(body)
+    detail = body.GetVariantSets().AddVariantSet("detail")
+    for name in ("low", "high"):
+        detail.AddVariant(name)
+        detail.SetVariantSelection(name)
+        with detail.GetVariantEditContext():
+            prim = stage.DefinePrim(below) if below != "/body" else body
+            prim.GetReferences().AddReference(f"./{name}.usda")
+    original = saved(stage, tmp_path / "character.usda")
+    layer = tmp_path / "bent.usda"
+    report = bend_usd(original, layer)
+    gained = report.bent[0].gain * report.extent
+    assert bends_by(layer, original, "/body/head") == pytest.approx(gained, rel=0.1)
+    assert bends_by(layer, original, "/body/head", choice={"detail": "low"}) == 0
+    assert "detail=high" in report.notes[0]
+
+
 def test_blend_shapes_in_an_instance_are_refused(tmp_path: Path) -> None:
     from pxr import Usd
 

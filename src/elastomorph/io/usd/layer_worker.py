@@ -24,6 +24,7 @@ from elastomorph.io.usd.worker import (
 # What composition takes from each layer of a stack by itself, not from the first alone.
 _OF_EACH_LAYER = ("subLayers", "subLayerOffsets", "primChildren", "layerRelocates", "relocates")
 _NOT_KEPT = ("documentation", "comment", "owner", "sessionOwner", "hasOwnedSubLayers")
+_OF_OVERS = ("specifier", "variantSetNames")
 _OURS = (BENDS, PATH, "offsets", "pointIndices", "normalOffsets")
 
 
@@ -65,13 +66,15 @@ def _require_nothing_else(layer: Any) -> None:
     """Refuse a layer of bends to which somebody has added something, which would be lost."""
 
     def visit(path: Any) -> None:
-        if not path.IsPropertyPath():
-            return
-        name = path.name
-        if name not in _OURS and not name.startswith("inbetweens:"):
+        if path.IsPropertyPath():
+            ours = path.name in _OURS or path.name.startswith("inbetweens:")
+        else:
+            spec = layer.GetPrimAtPath(path) if path.IsPrimPath() else None
+            ours = spec is None or set(spec.ListInfoKeys()) <= set(_OF_OVERS)
+        if not ours:
             raise RefusedError(
-                f"it is a layer of bends, but {path} in it was added by someone and would be lost; "
-                "move that to a layer of its own"
+                f"it is a layer of bends, but {path} in it was added or changed by someone and would "
+                "be lost; move that to a layer of its own"
             )
 
     layer.Traverse(pxr("Sdf").Path.absoluteRootPath, visit)
@@ -130,16 +133,16 @@ def _selections(*prims: Any) -> dict[str, str]:
     """The variants, by variant set, that have a say in any of these prims."""
     found: dict[str, str] = {}
     for prim in prims:
-        query = pxr("Usd").PrimCompositionQuery(prim)
-        for arc in query.GetCompositionArcs():
-            if arc.GetArcType() != pxr("Pcp").ArcTypeVariant or not arc.HasSpecs():
-                continue
-            path = arc.GetTargetNode().path
-            while not path.IsAbsoluteRootPath():
-                if path.IsPrimVariantSelectionPath():
-                    name, choice = path.GetVariantSelection()
-                    found[name] = choice
-                path = path.GetParentPath()
+        for arc in pxr("Usd").PrimCompositionQuery(prim).GetCompositionArcs():
+            node = arc.GetTargetNode() if arc.HasSpecs() else None
+            while node:  # a variant may bring a reference, which brings the prim
+                path = node.path
+                while not path.IsAbsoluteRootPath():
+                    if path.IsPrimVariantSelectionPath():
+                        name, choice = path.GetVariantSelection()
+                        found[name] = choice
+                    path = path.GetParentPath()
+                node = node.parent
     return found
 
 
