@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cards import PIXELS, image_of
+from elastomorph.bending.usd import bend_usd
 from elastomorph.io.usd import read_usd
 from elastomorph.model.appearance import Material
 from elastomorph.model.mesh import Mesh
@@ -139,3 +140,52 @@ def test_colours_and_opacity_without_an_image(tmp_path: Path) -> None:
 def test_a_grey_material_says_nothing_of_looks(tmp_path: Path) -> None:
     assert read(tmp_path, "color3f inputs:diffuseColor = (0.5, 0.5, 0.5)").appearance is None
     assert read(tmp_path, "").appearance is None
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_layer_of_bends_shows_the_images_of_its_original(tmp_path: Path, packed: bool) -> None:
+    from pxr import UsdUtils
+
+    image = image_of(PIXELS)
+    (tmp_path / "skin.png").write_bytes(image)
+    original = tmp_path / "card.usda"
+    original.write_text(STAGE.format(inputs=SHOWN, file="skin.png", st=""))
+    if packed:
+        original = tmp_path / "card.usdz"
+        assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "card.usda"), str(original))
+    (tmp_path / "bent").mkdir()
+    for folder in (tmp_path, tmp_path / "bent"):
+        bend_usd(original, folder / "bent.usdc")
+        appearance = read_usd(folder / "bent.usdc").neutral.appearance
+        assert appearance is not None
+        texture = appearance["Skin"].texture
+        assert texture is not None
+        assert texture.image == image
+
+
+def test_the_coordinates_are_those_that_the_material_names(tmp_path: Path) -> None:
+    (tmp_path / "skin.png").write_bytes(image_of(PIXELS))
+    reader = """float2 inputs:st.connect = </Root/Skin/Image/Reader.outputs:result>
+            def Shader "Reader" {
+                uniform token info:id = "UsdPrimvarReader_float2"
+                string inputs:varname = "second"
+                float2 outputs:result
+            }
+            """
+    text = STAGE.format(inputs=SHOWN, file="skin.png", st=reader)
+    second = "        texCoord2f[] primvars:second = [(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5)] "
+    text = text.replace(
+        "        rel material", f'{second}(interpolation = "vertex")\n        rel material'
+    )
+    (tmp_path / "card.usda").write_text(text)
+    uv = read_usd(tmp_path / "card.usda").neutral.uv
+    assert uv is not None
+    assert uv.coordinates.max() == 0.5
+
+
+def test_a_large_image_beside_a_small_stage_is_no_harm(tmp_path: Path) -> None:
+    """It counts as a part of the character when memory is allowed for."""
+    (tmp_path / "skin.png").write_bytes(image_of(PIXELS) + bytes(60_000_000))
+    texture = look(tmp_path, SHOWN).texture
+    assert texture is not None
+    assert len(texture.image) > 60_000_000

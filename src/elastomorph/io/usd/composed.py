@@ -18,6 +18,7 @@ class Composed:
     layer: Any
     stage: Any
     files: tuple[str, ...]  # Whole paths of the other files, those in packages left out
+    folders: tuple[Path, ...]  # Below which they lie
     size_of_others: int  # Their size in bytes
 
 
@@ -32,8 +33,18 @@ def open_composed(source: str) -> Composed:
     layer = pxr("Sdf").Layer.FindOrOpen(source)
     if layer is None:
         raise RefusedError("USD cannot read it")
-    files, size = _follow(layer, Path(source).resolve().parent)
-    return Composed(layer, pxr("Usd").Stage.Open(layer), files, size)
+    folder = Path(source).resolve().parent
+    files, size = _follow(layer, folder)
+    original = _proven_below(layer, folder, files)
+    return Composed(layer, pxr("Usd").Stage.Open(layer), files, (folder, *original), size)
+
+
+def _proven_below(layer: Any, folder: Path, files: tuple[str, ...]) -> list[Path]:
+    """The folder of an original that lies elsewhere."""
+    if original_in(layer) is None or not files:
+        return []
+    there = Path(files[0]).parent
+    return [] if there.is_relative_to(folder) else [there]
 
 
 def digest_of(path: str | Path) -> str:

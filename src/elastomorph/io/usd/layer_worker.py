@@ -73,8 +73,8 @@ def _require_nothing_else(layer: Any) -> None:
             ours = spec is None or set(spec.ListInfoKeys()) <= set(_OF_OVERS)
         if not ours:
             raise RefusedError(
-                f"it is a layer of bends, but {path} in it was added or changed by someone and would "
-                "be lost; move that to a layer of its own"
+                f"it is a layer of bends, but {path} in it was added or changed by someone and "
+                "would be lost; move that to a layer of its own"
             )
 
     layer.Traverse(pxr("Sdf").Path.absoluteRootPath, visit)

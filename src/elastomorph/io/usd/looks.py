@@ -1,7 +1,7 @@
 """What materials of a stage look like, as UsdPreviewSurface says it, in the process of a worker.
 
 Other kinds of shaders are passed over, and so is everything that is no base colour or opacity. An
-image must be a file below the folder of the stage, or lie in its package.
+image must be a file below a folder of the stage, or lie in a package there.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.io.isolated import allow_for
+from elastomorph.io.usd.composed import Composed
 from elastomorph.io.usd.library import pxr
 
 _WRAPS = {"repeat": "repeat", "mirror": "mirror", "clamp": "clamp", "black": "clamp"}
 
 
 def looks_of(
-    arrays: dict[str, NDArray[Any]], materials: dict[str, Any], root: Any
+    arrays: dict[str, NDArray[Any]], materials: dict[str, Any], opened: Composed
 ) -> dict[str, dict[str, Any]]:
     """What JSON can hold of the looks of materials by name; images go into the arrays."""
     images: dict[str, int] = {}
@@ -28,12 +29,31 @@ def looks_of(
     for name, material in materials.items():
         shader = _source(material.ComputeSurfaceSource())
         if shader and shader.GetIdAttr().Get() == "UsdPreviewSurface":
-            found[name] = _look(arrays, images, shader, root)
+            found[name] = _look(arrays, images, shader, opened)
     return found
 
 
+def coordinates_of(material: Any) -> str | None:
+    """The name of the texture coordinates by which a material shows its base colour."""
+    shader = _source(material.ComputeSurfaceSource())
+    image = _input(shader, "diffuseColor")[1] if shader else None
+    reader = _maker(image, "st") if image is not None else None
+    if reader and reader.GetIdAttr().Get() == "UsdTransform2d":
+        reader = _maker(reader, "in")
+    if not reader or reader.GetIdAttr().Get() != "UsdPrimvarReader_float2":
+        return None
+    return str(_input(reader, "varname")[0] or "") or None
+
+
+def _maker(shader: Any, name: str) -> Any:
+    """The shader that an input is connected with."""
+    given = shader.GetInput(name)
+    sources = pxr("UsdShade").Utils.GetValueProducingAttributes(given) if given else []
+    return pxr("UsdShade").Shader(sources[0].GetPrim()) if sources else None
+
+
 def _look(
-    arrays: dict[str, NDArray[Any]], images: dict[str, int], shader: Any, root: Any
+    arrays: dict[str, NDArray[Any]], images: dict[str, int], shader: Any, opened: Composed
 ) -> dict[str, Any]:
     colour, texture = _input(shader, "diffuseColor")
     alpha, mask = _input(shader, "opacity")
@@ -47,7 +67,7 @@ def _look(
         "cutoff": cutoff,
     }
     if texture is not None:
-        look["texture"] = _texture(arrays, images, texture, root)
+        look["texture"] = _texture(arrays, images, texture, opened)
     return look
 
 
@@ -66,12 +86,12 @@ def _input(shader: Any, name: str) -> tuple[Any, Any]:
 
 
 def _texture(
-    arrays: dict[str, NDArray[Any]], images: dict[str, int], shader: Any, root: Any
+    arrays: dict[str, NDArray[Any]], images: dict[str, int], shader: Any, opened: Composed
 ) -> dict[str, Any]:
     asset, _ = _input(shader, "file")
     path = str(getattr(asset, "resolvedPath", "") or "")
     named = str(getattr(asset, "path", "") or "")
-    if path and path not in images and _is_near(path, root):
+    if path and path not in images and _is_near(path, opened):
         content = _bytes(path)
         if content is not None:
             images[path] = len(images)
@@ -86,9 +106,7 @@ def _texture(
 
 def _transform(texture: Any) -> dict[str, Any]:
     """A UsdTransform2d of the coordinates, turned into one that counts from the top."""
-    given = texture.GetInput("st")
-    sources = pxr("UsdShade").Utils.GetValueProducingAttributes(given) if given else []
-    shader = pxr("UsdShade").Shader(sources[0].GetPrim()) if sources else None
+    shader = _maker(texture, "st")
     if not shader or shader.GetIdAttr().Get() != "UsdTransform2d":
         return {}
     across, down = _pair(_input(shader, "scale")[0], 1.0)
@@ -102,16 +120,17 @@ def _transform(texture: Any) -> dict[str, Any]:
     }
 
 
-def _is_near(path: str, root: Any) -> bool:
-    """Whether a file is in the package of the stage, or below its folder."""
-    own = Path(root.realPath).resolve()
+def _is_near(path: str, opened: Composed) -> bool:
+    """Whether a file, or the package it is in, lies where the stage may take files from."""
+    own, part = path, ""
     if pxr("Ar").IsPackageRelativePath(path):
-        package, part = pxr("Ar").SplitPackageRelativePathOuter(path)
-        return Path(package).resolve() == own and ".." not in part.split("/")
+        own, part = pxr("Ar").SplitPackageRelativePathOuter(path)
     try:
-        return Path(path).resolve().is_relative_to(own.parent)
+        whole = Path(own).resolve()
+        inside = any(whole.is_relative_to(folder) for folder in opened.folders)
     except (OSError, RuntimeError, ValueError):
         return False
+    return inside and ".." not in part.split("/")
 
 
 def _bytes(path: str) -> bytes | None:

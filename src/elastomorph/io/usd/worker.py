@@ -25,7 +25,7 @@ from elastomorph.io.usd.library import (
     SLIDERS,
     pxr,
 )
-from elastomorph.io.usd.looks import looks_of
+from elastomorph.io.usd.looks import coordinates_of, looks_of
 from elastomorph.io.usd.skins import place_at_rest
 
 _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
@@ -71,8 +71,9 @@ def scene_of(opened: Composed, prims: Sequence[Any]) -> dict[str, NDArray[Any]]:
         for bound in (prim, *_bound_subsets(prim)):
             if (material := _bound(bound)) is not None:
                 materials.setdefault(_name_of(material), material)
-    looks = looks_of(arrays, materials, opened.layer)
-    others = {"size_of_others": opened.size_of_others, "looks": looks}
+    looks = looks_of(arrays, materials, opened)
+    images = sum(array.nbytes for name, array in arrays.items() if name.startswith("image_"))
+    others = {"size_of_others": opened.size_of_others + images, "looks": looks}
     scene = {"up": up, "meshes": meshes, **others}
     arrays["scene"] = text_array(scene)
     return arrays
@@ -133,7 +134,7 @@ def _mesh(arrays: dict[str, NDArray[Any]], prefix: str, stage: Any, prim: Any) -
         "left_handed": mesh.GetOrientationAttr().Get() == "leftHanded",
         "sliders": text_of(prim, SLIDERS),
         "settings": text_of(prim, SETTINGS),
-        "texture": _texture(keep, mesh),
+        "texture": _texture(keep, mesh, _shown_coordinates(prim)),
         "subsets": _subsets(keep, prim),
         "material": _material(prim),
         "shapes": _shapes(keep, stage, prim),
@@ -176,12 +177,20 @@ def text_of(prim: Any, name: str) -> str | None:
     return value if isinstance(value, str) else None
 
 
-def _texture(keep: Callable[..., bool], mesh: Any) -> dict[str, Any] | None:
+def _shown_coordinates(prim: Any) -> list[str]:
+    """Names of the texture coordinates by which the materials of a mesh show their images."""
+    bound = filter(None, map(_bound, (prim, *_bound_subsets(prim))))
+    return [name for name in map(coordinates_of, bound) if name is not None]
+
+
+def _texture(keep: Callable[..., bool], mesh: Any, shown: Sequence[str]) -> dict[str, Any] | None:
+    """Which texture coordinates were kept: those that are shown, or else the likeliest."""
     known = pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvarsWithValues()
     by_name = {primvar.GetPrimvarName(): primvar for primvar in known}
     marked = [n for n, p in by_name.items() if p.GetTypeName().role == "TextureCoordinate"]
     plain = [n for n in _TEXTURE_NAMES if n in by_name]
-    for name in [n for n in plain if n in marked] + marked + plain:
+    named = [name for name in shown if name in by_name]
+    for name in named + [n for n in plain if n in marked] + marked + plain:
         primvar = by_name[name]
         kind = str(primvar.GetInterpolation())
         if kind not in ("faceVarying", "vertex", "varying"):
