@@ -1,6 +1,6 @@
 """What three.js, Babylon.js and Blender show of bent characters: a row a file and program.
 
-Run:  python benchmarks/players.py FILE… [--tolerance 1e-5]
+Run:  python benchmarks/players.py FILE… [--synthetic NAME…] [--tolerance 1e-5]
 
 Each file is bent into a temporary folder. The original and the bent file are then shown in each
 program, skinned, by sliders (0, 1, between, mixed) and by every clip, at its keys and between; what
@@ -21,6 +21,7 @@ import elastomorph as em
 from acceptance.judging import Pair
 from acceptance.players import PLAYERS, command
 from acceptance.playing import Played, play
+from acceptance.tools import synthetic
 
 _HEAD = (
     "| file | program | poses | moments | specified (original) | at 0 and 1 "
@@ -31,21 +32,23 @@ _HEAD = (
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("files", nargs="+", type=Path)
+    parser.add_argument("files", nargs="*", type=Path)
+    parser.add_argument("--synthetic", nargs="+", default=[], help="of those that the tests make")
     parser.add_argument("--tolerance", type=float, default=1e-5)
     options = parser.parse_args()
     players = [player for player in PLAYERS if command(player)]
     for player in set(PLAYERS) - set(players):
         print(f"{player} is not installed.")
     print(_HEAD)
-    for file in options.files:
-        with tempfile.TemporaryDirectory() as name:
-            bent = Path(name) / f"{file.stem}.bent{file.suffix}"
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for file in [*options.files, *synthetic(options.synthetic, folder)]:
+            bent = folder / f"{file.stem}.bent{file.suffix}"
             em.bend(file, bent, tolerance=options.tolerance)
-            pair = Pair(file, bent, Path(name))
+            pair = Pair(file, bent, folder)
             for player in players:
                 start = time.perf_counter()
-                found = play(pair, player, Path(name))
+                found = play(pair, player, folder)
                 print(_row(file.name, player, found, time.perf_counter() - start), flush=True)
 
 

@@ -1,6 +1,6 @@
 """What is left of bent characters after glTF-Transform: a row a file and command.
 
-Run:  python benchmarks/transformed.py FILE… [--only COMMAND…]
+Run:  python benchmarks/transformed.py FILE… [--synthetic NAME…] [--only COMMAND…]
 
 Each file is bent into a temporary folder, put through the command and read. The table has the
 targets and the bends that were read of those there were, how far a vertex is from where it was
@@ -23,6 +23,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import elastomorph as em
+from acceptance.tools import synthetic
 from elastomorph.rig.build import extent_of
 
 SCRIPT = Path(__file__).parents[1] / "web" / "checks" / "transform.mjs"
@@ -102,17 +103,20 @@ def _off(before: em.Rig, after: em.Rig, *, moved: bool) -> float:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("files", nargs="+", type=Path)
+    parser.add_argument("files", nargs="*", type=Path)
+    parser.add_argument("--synthetic", nargs="+", default=[], help="of those that the tests make")
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=COMMANDS)
     options = parser.parse_args()
     print("| file | command | targets | bends | at 1/2 | warnings |\n|" + " --- |" * 6)
-    for file in options.files:
-        with tempfile.TemporaryDirectory() as name:
-            bent = Path(name) / f"{file.stem}{file.suffix}"
+    with tempfile.TemporaryDirectory() as name:
+        for number, file in enumerate([*options.files, *synthetic(options.synthetic, Path(name))]):
+            folder = Path(name) / f"{number}"
+            folder.mkdir()
+            bent = folder / file.name
             em.bend(file, bent)
             for command in options.only:
                 try:
-                    found = outcome(bent, command, Path(name))
+                    found = outcome(bent, command, folder)
                 except (RuntimeError, em.ElastomorphError) as error:
                     print(f"| {file.name} | {command} | | | | {' '.join(str(error).split())} |")
                     continue

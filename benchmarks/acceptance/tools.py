@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 from acceptance.gltf_file import GltfFile
@@ -22,6 +24,14 @@ def unpacked(path: Path, folder: Path) -> GltfFile:
     plain = folder / f"{path.stem}-{path.suffix[1:]}-plain.gltf"
     _run("unpack.mjs", str(path), str(plain))
     return GltfFile.read(plain)
+
+
+def synthetic(names: Iterable[str], folder: Path) -> list[Path]:
+    """Some of the characters that the tests make, by name."""
+    sys.path.append(str(CHECKS.parents[1] / "tests" / "characters"))
+    from character_makers import make
+
+    return [make(name, folder) for name in names]
 
 
 def issues(path: Path) -> Counter[str]:
