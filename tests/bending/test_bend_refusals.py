@@ -122,13 +122,17 @@ def test_a_character_keeps_its_format(tmp_path: Path, name: str, other: str) -> 
         em.bend(path, tmp_path / other)
 
 
-def test_a_file_outside_of_the_folder_is_not_taken_along(tmp_path: Path) -> None:
+@pytest.mark.parametrize("uri", ["../secret.png", "/secret.png", "link.png"])
+def test_a_file_outside_of_the_folder_is_not_taken_along(tmp_path: Path, uri: str) -> None:
     file = flap_character()
-    file.json["images"] = [{"uri": "../secret.png"}]
-    file.write(tmp_path / "a.gltf")
+    file.json["images"] = [{"uri": uri}]
+    (tmp_path / "own").mkdir()
+    file.write(tmp_path / "own" / "a.gltf")
+    (tmp_path / "secret.png").write_bytes(b"secret")
+    (tmp_path / "own" / "link.png").symlink_to(tmp_path / "secret.png")
     (tmp_path / "away").mkdir()
     with pytest.raises(em.FormatError, match="outside of its folder"):
-        em.bend(tmp_path / "a.gltf", tmp_path / "away" / "b.gltf")
+        em.bend(tmp_path / "own" / "a.gltf", tmp_path / "away" / "b.gltf")
     assert not list((tmp_path / "away").iterdir())
 
 

@@ -138,7 +138,8 @@ def _referred(
                 names[unquote(uri)] = uri
     for name in names:
         parts = name.replace("\\", "/").split("/")
-        if name.startswith(("/", "\\")) or ".." in parts or "\0" in name:
+        outside = name.startswith(("/", "\\")) or ".." in parts or "\0" in name
+        if outside or not (home / name).resolve().is_relative_to(home.resolve()):
             character.file.refuse(
                 f"it refers to {json.dumps(name)[:80]}, outside of its folder; name an output in "
                 "the folder of the file"
