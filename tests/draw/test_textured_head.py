@@ -8,8 +8,9 @@ import elastomorph as em
 from cards import character
 from elastomorph.draw.framing import Turntable, camera_for
 from elastomorph.draw.head import head_of
-from elastomorph.draw.posed import PosedRig, pose_picture
+from elastomorph.draw.posed import PosedRig, compare, pose_picture
 from elastomorph.model.mesh import Mesh
+from elastomorph.rig.build import extent_of
 from elastomorph.samples import head, shapes
 from scenes import ball, seen_at
 
@@ -81,3 +82,13 @@ def test_the_groups_of_a_head_make_it_no_body() -> None:
     assert head_of(mesh, rig.morphs.values()) is None
     looks = Mesh(mesh.vertices, mesh.faces, groups=mesh.groups, appearance={})
     assert head_of(looks, rig.morphs.values()) is None
+
+
+def test_distances_of_a_character_are_told_in_the_size_of_its_face() -> None:
+    for dressed in (True, False):
+        rig = character(dressed=dressed)
+        posed = PosedRig("", rig, {"open": 1.0})
+        found = compare([posed], [1.0], "rest", lambda _, mesh=rig.neutral: mesh.vertices)
+        expected = extent_of(rig) if dressed else rig.neutral.diameter
+        assert found.diameter == expected
+    assert extent_of(rig) < rig.neutral.diameter / 3

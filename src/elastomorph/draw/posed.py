@@ -111,7 +111,7 @@ def compare(
             distances = np.linalg.norm(rig.at(t) - there, axis=1)
             largest = max(largest, float(distances.max()))
             means.append(float(distances.mean()))
-    diameter = rigs[0].rig.neutral.diameter
+    diameter = _diameter(rigs[0])
     share = 100 * largest / diameter if diameter > 0 else 0.0
     words = f" {unit}" if unit else ""
     label = (
@@ -219,6 +219,12 @@ def clip_frames(
                 colours = comparison.scale.colours(comparison.distances(positions, t))
             seen = positions if table is None else table.turned(positions, degrees)
             yield with_legend(style.draw(stage, seen, colours), scale)
+
+
+def _diameter(posed: PosedRig) -> float:
+    """The unit of distances: of a character with a body, the extent of what its targets move."""
+    whole = posed.rig.neutral.diameter
+    return whole if _head(posed) is None else build.extent_of(posed.rig) or whole
 
 
 def _head(posed: PosedRig) -> NDArray[np.int64] | None:
