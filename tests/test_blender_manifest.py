@@ -34,4 +34,4 @@ def test_what_it_offers_are_methods() -> None:
     offered = re.findall(r'^    \("([a-z:0-9]+)", "', source, re.MULTILINE)
     assert len(offered) > 5
     for text in offered:
-        assert em.Method(text).label
+        assert em.Method.of(text).label
