@@ -39,7 +39,8 @@ class Played:
         keys: Of clips at their keys, from where the sliders of the original's clip lead.
         clips: The same between keys.
         off_straight: Of clips, from what the program shows of the original.
-        unplayed: Clips that the program does not play as specified in the original either.
+        unplayed: Clips, of which the program does not play all meshes as specified in the original
+            either: those meshes are not looked at.
     """
 
     poses: int = 0
@@ -69,19 +70,24 @@ def play(pair: Pair, player: str, folder: Path) -> Played:
     """Show a bent character and its original in a program, and measure."""
     pointers = player != "Blender"  # which stops at the weights of one target
     clips = pair.old.file.animations
-    unplayed = [n for n, own in enumerate(clips) if not pointers and has_pointers(own)]
-    cases = [*_poses(pair), *(own for own in _clips(pair) if own.bent.clip not in unplayed)]
+    closed = [n for n, own in enumerate(clips) if not pointers and has_pointers(own)]
+    cases = [*_poses(pair), *(own for own in _clips(pair) if own.bent.clip not in closed)]
     before = plain(pair.old.file, folder / f"{pair.source.stem}.1.glb", pointers=pointers)
     after = plain(pair.new.file, folder / f"{pair.source.stem}.2.glb", pointers=pointers)
     old = shown(player, before, [own.straight for own in cases], folder)
     new = shown(player, after, [own.bent for own in cases], folder)
-    unplayed += _unplayed(pair, player, cases, old)
-    found = Played(unplayed=[clips[n].get("name", f"{n}") for n in unplayed])
+    for scene, found_nodes in ((pair.old, old[0]), (pair.new, new[0])):
+        assert sorted(found_nodes) == sorted(scene.faces), f"{player} shows other meshes"
+    unplayed = _unplayed(pair, player, cases, old)
+    named = dict.fromkeys([*closed, *sorted({clip for clip, _ in unplayed})])
+    found = Played(unplayed=[clips[n].get("name", f"{n}") for n in named])
     face = pair.face.in_numbers_of(em.read_rig(pair.source))
     paths = face.paths(_bent(pair))
     for case, original, bent in zip(cases, old, new, strict=True):
-        if case.bent.clip in unplayed:
-            continue
+        original, bent = (
+            {node: rows for node, rows in own.items() if (case.bent.clip, node) not in unplayed}
+            for own in (original, bent)
+        )
         if case.bent.clip is None:
             found.poses += 1
         else:
@@ -178,15 +184,16 @@ def _led(pair: Pair, case: _Case) -> Pose:
 
 def _unplayed(
     pair: Pair, player: str, cases: list[_Case], old: list[dict[int, Floats]]
-) -> list[int]:
-    found = []
+) -> set[tuple[int, int]]:
+    """Clip and node of what the program shows elsewhere than is specified."""
+    found = set()
     for case, original in zip(cases, old, strict=True):
         clip = case.straight.clip
-        if clip is None or clip in found:
-            continue
-        specified = as_shown(pair.old, player, _pose(pair.old, case.straight))
-        if _apart(original, specified) > UNPLAYED * pair.extent:
-            found.append(clip)
+        if clip is not None:
+            specified = as_shown(pair.old, player, _pose(pair.old, case.straight))
+            for node, rows in specified.items():
+                if _apart(original, {node: rows}) > UNPLAYED * pair.extent:
+                    found.add((clip, node))
     return found
 
 
@@ -198,7 +205,9 @@ def _on_path(pair: Pair, player: str, face: Face, rows: Floats) -> dict[int, Flo
 
 
 def _apart(one: Mapping[int, Floats], other: Mapping[int, Floats]) -> float:
-    """The largest distance between the vertices of the nodes of the second, in both."""
-    missing = [node for node in other if one[node].shape != other[node].shape]
-    assert not missing, f"nodes {missing} have other vertices"
-    return max(float(np.linalg.norm(one[n] - other[n], axis=1).max()) for n in other)
+    """The largest distance between the vertices of the nodes that both have."""
+    nodes = [node for node in other if node in one]
+    wrong = [node for node in nodes if one[node].shape != other[node].shape]
+    assert not wrong, f"nodes {wrong} have other vertices"
+    apart = (float(np.linalg.norm(one[n] - other[n], axis=1).max()) for n in nodes)
+    return max(apart, default=0.0)

@@ -118,3 +118,16 @@ def test_a_folded_character_plays_at_its_pace(player: str, tmp_path: Path) -> No
     assert found.clips <= 1e-4 + ROUNDED_OF_D
     # Not where the straight clip was: t² of the way is up to a quarter of a target short of t.
     assert found.off_straight >= 1e-3
+
+
+def test_clips_by_pointers_play_bent(tmp_path: Path) -> None:
+    """In Babylon.js, which knows pointers to the weights of a node, though not of a mesh."""
+    if command("Babylon.js") is None:
+        pytest.skip(NO_NODE)
+    source, bent = make("pointer", tmp_path), tmp_path / "bent.glb"
+    em.bend(source, bent, keys_tolerance=1e-4)
+    found = play(Pair(source, bent, tmp_path), "Babylon.js", tmp_path)
+    assert found.moments >= 10
+    assert found.keys <= ROUNDED_OF_D
+    assert found.clips <= 1e-4 + ROUNDED_OF_D
+    assert found.off_straight >= 1e-3
