@@ -142,7 +142,12 @@ def bend_keys(thing: bpy.types.Object) -> list[str]:
 
 
 def curves_of(head):
-    animation = head.data.shape_keys.animation_data
+    """The animation curves of the shape keys of an object."""
+    return fcurves(head.data.shape_keys.animation_data)
+
+
+def fcurves(animation):
+    """The animation curves of the active action."""
     strip = animation.action.layers[0].strips[0]
     return strip.channelbag(animation.action_slot).fcurves
 
