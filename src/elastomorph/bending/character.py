@@ -73,6 +73,8 @@ def bend(
         MissingExtraError: The file needs a package that is not installed.
     """
     _require_character(path, "bend")
+    if output is not None:
+        require_name(output)
     options: dict[str, Any] = {"method": method, "only": only, "say": say}
     if Path(path).suffix.lower() in _USD:
         given = {"keys_tolerance": keys_tolerance, "max_targets": max_targets, "fold": fold or None}
@@ -108,6 +110,7 @@ def unbend(path: str | Path, output: str | Path) -> None:
         FormatError: The file was not made by `bend`, or has been changed since.
     """
     _require_character(path, "unbend")
+    require_name(output)
     if Path(path).suffix.lower() in _USD:
         from elastomorph.bending.usd import unbend_usd
 
