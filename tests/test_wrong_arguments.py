@@ -140,11 +140,10 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("write_sequence None", lambda: EM.write_sequence("x.npz", None), "MeshSequence"),
     ("write_sequence about", lambda: EM.write_sequence(MOTION, "x.npz"), "MeshSequence"),
     ("write_sequence to None", lambda: EM.write_sequence(None, MOTION), "named by a text"),
-    ("bend None", lambda: EM.bend(None, "x.glb"), "a file is named by a text"),
     ("bend no file", lambda: EM.bend("built-in", "x.glb"), "in no file to bend; export it first"),
     ("bend FBX", lambda: EM.bend("head.fbx", "x.glb"), "FBX is only read"),
     ("unbend None", lambda: EM.unbend(None, "x.glb"), "a file is named by a text"),
-    ("unbend a mesh", lambda: EM.unbend("head.obj", "x.obj"), "unknown suffix '.obj'"),
+    ("unbend OBJ", lambda: EM.unbend("head.obj", "x.obj"), "unknown suffix '.obj'"),
     ("save to None", lambda: RIG.save(None), "a file is named by a text"),
 ]
 
