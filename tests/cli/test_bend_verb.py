@@ -83,6 +83,17 @@ def test_what_cannot_be_is_one_sentence(
     assert list(head.parent.iterdir()) == [head]
 
 
-def test_an_output_may_take_the_place_of_the_character(head: Path) -> None:
-    assert run("bend", "head.glb", "-o", "head.glb", "--overwrite") == 0
-    assert len(em.read_rig(head).morphs["jawOpen"].bends)
+def test_only_a_bent_file_gives_its_place_to_one_that_is_bent_anew(
+    head: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its original is within; the character itself is never written over."""
+    before = head.read_bytes()
+    assert run("bend", "head.glb", "-o", "head.glb", "--overwrite") == 1
+    assert "this is the character itself" in capsys.readouterr().err
+    assert head.read_bytes() == before
+    assert run("bend", "head.glb", "-o", "bent.glb") == 0
+    words = ("bend", "bent.glb", "-o", "bent.glb", "--only", "eyeBlink_L")
+    assert run(*words) == 1
+    assert run(*words, "--overwrite") == 0
+    rig = em.read_rig("bent.glb")
+    assert [len(rig.morphs[name].bends) > 0 for name in rig.names] == [False, True]
