@@ -82,6 +82,8 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     em.write_sequence(folder / "scan.####.obj", motion)
     to = em.prepare(head(), "beam:2")
     em.write(folder / "head.glb", em.Rig(head(), {name: to(shapes()[name]) for name in NAMES}))
+    straight = {name: shapes()[name] for name in NAMES}  # as other programs write them
+    em.write(folder / "avatar.glb", em.Rig(head(), straight, method="linear"))
     take = Performance(("jawOpen", "eyeBlinkLeft"), np.arange(4) / 30, np.eye(4)[:, :2], 30.0)
     write_performance_csv(folder / "take.csv", take)
     for character in ("face", "ada"):
