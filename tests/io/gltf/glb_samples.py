@@ -12,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
+from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
 from foreign_files import chunks_of, glb
 
@@ -97,6 +98,21 @@ def triangle_rig() -> Rig:
     bend = np.zeros((1, 3, 3))
     bend[0, 2] = [0, -0.5, -0.5]
     return Rig(flat, {"lift": Morph(flat, up, bend, (BendCurve.power(2),), method="by hand")})
+
+
+def sheet(rows: int, targets: int) -> Rig:
+    """A wavy sheet of quads, and targets that each lift another strip of it, some on parabolas."""
+    u, v = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, rows))
+    flat = np.stack([u, v, 0.1 * np.sin(9 * u) * np.sin(7 * v)], axis=2).reshape(-1, 3)
+    corner = (np.arange(rows - 1)[:, None] * rows + np.arange(rows - 1)).reshape(-1, 1)
+    mesh = Mesh(flat, Polygons.of(corner + [0, 1, rows + 1, rows]))
+    morphs = {}
+    for number in range(targets):
+        near = np.exp(-200 * (flat[:, 0] - number / targets) ** 2)[:, None]
+        lifted = mesh.with_vertices(flat + 0.2 * near * [0, 0.3, 1])
+        bends = 0.1 * near[None] * np.array([[[0, 1, 0]]]) * (number % 2)
+        morphs[f"lift {number}"] = Morph(mesh, lifted, bends, (BendCurve.power(2),))
+    return Rig(mesh, morphs)
 
 
 def seamed_mesh() -> Mesh:

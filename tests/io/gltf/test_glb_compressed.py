@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from glb_samples import chunks_of, rigs, seamed_mesh, triangle_rig
+from glb_samples import chunks_of, rigs, seamed_mesh, sheet, triangle_rig
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -17,29 +17,12 @@ import needs
 from elastomorph.errors import MissingExtraError
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.io.gltf.quantize import Grid, byte_normals, padded, quantized, within_reach
-from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
-from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
 
 needs.extra("meshopt", "gltf")
 LARGEST_ERROR = 1.002e-4  # curves are searched for their largest value to within a thousandth
-
-
-def sheet(rows: int, targets: int) -> Rig:
-    """A wavy sheet of quads, and targets that each lift another strip of it, some on parabolas."""
-    u, v = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, rows))
-    flat = np.stack([u, v, 0.1 * np.sin(9 * u) * np.sin(7 * v)], axis=2).reshape(-1, 3)
-    corner = (np.arange(rows - 1)[:, None] * rows + np.arange(rows - 1)).reshape(-1, 1)
-    mesh = Mesh(flat, Polygons.of(corner + [0, 1, rows + 1, rows]))
-    morphs = {}
-    for number in range(targets):
-        near = np.exp(-200 * (flat[:, 0] - number / targets) ** 2)[:, None]
-        lifted = mesh.with_vertices(flat + 0.2 * near * [0, 0.3, 1])
-        bends = 0.1 * near[None] * np.array([[[0, 1, 0]]]) * (number % 2)
-        morphs[f"lift {number}"] = Morph(mesh, lifted, bends, (BendCurve.power(2),))
-    return Rig(mesh, morphs)
 
 
 @given(rig=rigs())
@@ -80,20 +63,20 @@ def test_a_triangle_worked_out_by_hand(tmp_path: Path) -> None:
     assert document["extensionsRequired"] == ["EXT_meshopt_compression", "KHR_mesh_quantization"]
     node = document["nodes"][0]
     step = 1e-4 * rig.neutral.diameter / (np.sqrt(3) / 2 * 2.25)
-    np.testing.assert_allclose(node["scale"], step, rtol=1e-3)
+    np.testing.assert_allclose(node["scale"], 32767 * step, rtol=1e-3)
     np.testing.assert_array_equal(node["translation"], [0.5, 0.5, 0])
     primitive = document["meshes"][0]["primitives"][0]
-    half = round(0.5 / node["scale"][0])
+    half = round(0.5 / node["scale"][0] * 32767)
     shown = document["accessors"][primitive["attributes"]["POSITION"]]
     assert (shown["min"], shown["max"]) == ([-half, -half, 0], [half, half, 0])
     assert shown["componentType"] == 5122
-    assert "normalized" not in shown
+    assert shown["normalized"]
     delta = document["accessors"][primitive["targets"][0]["POSITION"]]
-    one = round(1 / node["scale"][0])
+    one = round(1 / node["scale"][0] * 32767)
     assert (delta["min"], delta["max"]) == ([0, -one, 0], [0, 0, one])
 
 
-def test_targets_of_small_moves_take_one_byte_a_coordinate(tmp_path: Path) -> None:
+def test_targets_share_the_steps_of_their_mesh(tmp_path: Path) -> None:
     mesh = seamed_mesh()
     step = Grid.of(Rig(mesh, {}), 1e-4).step
     targets = {
@@ -108,7 +91,8 @@ def test_targets_of_small_moves_take_one_byte_a_coordinate(tmp_path: Path) -> No
     document, _ = chunks_of(tmp_path / "a.glb")
     primitive = document["meshes"][0]["primitives"][0]
     kinds = [document["accessors"][own["POSITION"]] for own in primitive["targets"]]
-    assert [own["componentType"] for own in kinds] == [5120, 5122, 5120, 5126]
+    assert [own["componentType"] for own in kinds] == [5122, 5122, 5122, 5126]
+    assert ["normalized" in own for own in kinds] == [True, True, True, False]
     assert kinds[0]["max"] == [100, 0, 0]
     assert ["bufferView" in own for own in kinds] == [True, True, False, True]
     back = read_glb(tmp_path / "a.glb")

@@ -109,6 +109,15 @@ def swapped(file: HandMade) -> None:
     numbers["POSITION"] = numbers["TEXCOORD_0"]
 
 
+def halves_as_bytes(file: HandMade) -> None:
+    import DracoPy
+
+    stream = DracoPy.encode(SQUARE / 2, np.array(CORNERS).reshape(-1, 3))
+    extension(file)["bufferView"] = file.view(stream)
+    extension(file)["attributes"] = {"POSITION": numbers_in(stream)["POSITION"]}
+    accessor(file, 0)["componentType"] = 5121
+
+
 def of_points(file: HandMade) -> None:
     import DracoPy
 
@@ -125,7 +134,7 @@ DAMAGED = {
     "no number": (lambda f: extension(f)["attributes"].update(POSITION="a"), r"'POSITION' of"),
     "more vertices": (lambda f: accessor(f, 0).update(count=5), r"has 5 elements of 3 .* 4 of 3"),
     "other width": (swapped, r"packs 4 of 2"),
-    "whole numbers": (lambda f: accessor(f, 0).update(componentType=5121), r"accessor 0"),
+    "whole numbers": (halves_as_bytes, r"for accessor 0 does not fit"),
     "more corners": (lambda f: accessor(f, 2).update(count=9), r"has 9 elements of 1 .* 6 of 1"),
     "no corners": (without_indices, r"has no indices"),
     "points": (of_points, r"holds no triangles"),

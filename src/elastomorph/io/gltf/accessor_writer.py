@@ -56,12 +56,11 @@ class AccessorWriter:
         *,
         bounds: bool = False,
         sparse: bool = False,
-        normalized: bool = False,
     ) -> int:
         """The number of an attribute of the vertices, or of a morph target, (N, 2) or (N, 3).
 
         Bounds, as positions must have, are its least and greatest value; sparse, only the rows that
-        are not zero are stored, where that is smaller. Whole numbers may be normalized: the largest
+        are not zero are stored, where that is smaller. Whole numbers are normalized: the largest
         stands for 1.
         """
         moved = np.flatnonzero(rows.any(axis=1)) if sparse else None
@@ -71,7 +70,7 @@ class AccessorWriter:
             # Packed, zeros take nearly nothing, and places of what is not zero more.
             if len(moved) and (self._compress or not smaller):
                 moved = None
-        return self._accessor(_ATTRIBUTES, rows, part, bounds, moved, normalized)
+        return self._accessor(_ATTRIBUTES, rows, part, bounds, moved)
 
     def indices(self, triangles: NDArray[np.int32], vertices: int) -> int:
         """The corners of triangles (T, 3) of a mesh of so many vertices."""
@@ -117,11 +116,10 @@ class AccessorWriter:
         part: str,
         bounds: bool = False,
         moved: NDArray[Any] | None = None,
-        normalized: bool = False,
     ) -> int:
         # An accessor has one use: positions state their bounds, times and weights lie apart.
         width = rows.shape[1]
-        use = f"{kind} of {width} {moved is None} {rows.dtype} {rows.shape} {bounds} {normalized}"
+        use = f"{kind} of {width} {moved is None} {rows.dtype} {rows.shape} {bounds}"
         key = hashlib.blake2b(use.encode() + rows.tobytes(), digest_size=16).digest()
         if key in self._known:
             return self._known[key]
@@ -131,7 +129,7 @@ class AccessorWriter:
             "count": len(rows),
             "type": TYPES[width],
         }
-        if normalized:
+        if kind == _ATTRIBUTES and rows.dtype.kind == "i":
             accessor["normalized"] = True
         if moved is not None and len(moved):
             number = {"componentType": COMPONENT_TYPES[moved.dtype.str]}

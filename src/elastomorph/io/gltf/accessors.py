@@ -73,16 +73,18 @@ def _from_draco(
     values = draco_values(file, number)
     if values is None:
         return None
-    found, kinds = values.shape, {values.dtype.kind, dtype.kind}
-    if found != shape or (kinds != {"i", "u"} and len(kinds) > 1):
+    found = values.shape
+    if found != shape:
         file.refuse(
             f"accessor {number} has {shape[0]:,} elements of {shape[1]} numbers, but Draco packs "
             f"{found[0]:,} of {found[1]} for it"
         )
-    limits = np.iinfo(dtype) if dtype.kind in "iu" else None
-    if limits and not limits.min <= values.min() <= values.max() <= limits.max:
+    # Whole numbers of vertices and normals arrive as floats.
+    with np.errstate(all="ignore"):
+        typed = values.astype(dtype)
+    if dtype.kind != "f" and not np.array_equal(typed, values):
         file.refuse(f"what Draco packs for accessor {number} does not fit into its numbers")
-    return values.astype(dtype)
+    return typed
 
 
 def _replace(file: GltfFile, values: NDArray[Any], sparse: dict[str, Any], name: str) -> None:

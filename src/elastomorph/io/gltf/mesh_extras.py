@@ -37,6 +37,7 @@ def surface_extras(mesh: Mesh, layout: Layout) -> dict[str, Any]:
         "polygons": len(mesh.faces),
         "sizes": packed(mesh.faces.sizes),
         "parts": [own.label for own in layout.primitives],
+        "corners": _checksums([own.triangles for own in layout.primitives]),
     }
     for kind, labels in (("materials", mesh.materials), ("groups", mesh.groups)):
         if labels is not None:
@@ -63,13 +64,14 @@ def restored_surface(
     count = _whole(stored, "vertices", 1, len(vertices))
     copies = unpacked(stored.get("copies"), len(vertices) - count)
     _require(_within(copies, 0, count - 1), "a copy of a vertex that does not exist")
+    turned = _turned(stored, parts)
     vertex_of = np.concatenate([np.arange(count, dtype=np.int32), copies])
     _require(np.array_equal(vertices[count:], vertices[copies]), "copies lie elsewhere")
     polygons = _whole(stored, "polygons", 0, sum(map(len, parts)))
     sizes = unpacked(stored.get("sizes"), polygons).astype(np.int64)
     _require(_within(sizes, 3, np.iinfo(np.int32).max), "a polygon of fewer than 3 vertices")
     materials, groups = (_labels(stored.get(kind), polygons) for kind in ("materials", "groups"))
-    corners = _corners(parts, stored.get("parts", []), sizes, materials)
+    corners = _corners(parts, stored.get("parts", []), sizes, materials, turned)
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     library = stored.get("material_library")
     _require(library is None or isinstance(library, str), "the material library is no text")
@@ -83,11 +85,62 @@ def restored_surface(
     }
 
 
+def _checksums(parts: Sequence[NDArray[np.int32]]) -> list[int]:
+    """Two numbers that another order of vertices or triangles changes.
+
+    The second stays where only the corner changes that a triangle begins with.
+    """
+    found = [0, 0]
+    for triangles in parts:
+        least = _rolled(triangles, triangles.argmin(axis=1)) if len(triangles) else triangles
+        for number, own in enumerate((triangles, least)):
+            content = np.ascontiguousarray(own, dtype="<i4").tobytes()
+            found[number] = zlib.crc32(content, found[number])
+    return found
+
+
+def _turned(stored: Mapping[str, Any], parts: Sequence[NDArray[np.int32]]) -> bool:
+    """Whether triangles begin with another corner; a ValueError where more of them has changed."""
+    known = stored.get("corners")  # older files have none
+    found = _checksums(parts)
+    if known is None or known == found:
+        return False
+    uv = stored.get("uv")
+    by_corner = isinstance(uv, dict) and "other_corners" in uv
+    same = isinstance(known, list) and known[1:] == found[1:]
+    _require(same and not by_corner, "vertices or triangles in another order")
+    return True
+
+
+def _turned_back(triangles: NDArray[np.int32], inner: NDArray[np.int64]) -> NDArray[np.int32]:
+    """Triangles (T, 3) of fans that begin with the corner all of a fan share.
+
+    ``inner`` are those that another of their fan comes before. Those alone stay as they are.
+    """
+    found = triangles.copy()
+    first = np.setdiff1d(inner - 1, inner, assume_unique=True)
+    shared = (found[first][:, :, None] == found[first + 1][:, None, :]).any(axis=2)
+    # The corner that the next triangle lacks is the second of a fan.
+    found[first] = _rolled(found[first], shared.argmin(axis=1) - 1)
+    begins = np.arange(len(found))
+    begins[inner] = 0
+    apex = found[np.maximum.accumulate(begins)[inner], 0]
+    found[inner] = _rolled(found[inner], (found[inner] == apex[:, None]).argmax(axis=1))
+    return found
+
+
+def _rolled(triangles: NDArray[np.int32], places: NDArray[np.int64]) -> NDArray[np.int32]:
+    """Triangles (T, 3) that begin with the corner at one of their places."""
+    order = (places[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(triangles, order, axis=1)
+
+
 def _corners(
     parts: Sequence[NDArray[np.int32]],
     labels: Any,
     sizes: NDArray[np.int64],
     materials: FaceLabels | None,
+    turned: bool,
 ) -> NDArray[np.int32]:
     """(C,) vertex of the file at each polygon corner, from the fans of the parts."""
     of_polygon = np.full(len(sizes), -1) if materials is None else materials.of_face
@@ -104,6 +157,8 @@ def _corners(
         ends = np.cumsum(sizes[mine] - 2)
         starts = ends - (sizes[mine] - 2)
         inner = np.setdiff1d(np.arange(len(triangles)), starts, assume_unique=True)
+        if turned:
+            triangles = _turned_back(triangles, inner)
         fans = triangles[inner, :2] == triangles[inner - 1][:, [0, 2]]
         _require(bool(fans.all()), "triangles that are no fans of the polygons")
         corners[offsets[mine]] = triangles[starts, 0]

@@ -1,9 +1,11 @@
 """Coordinates as whole numbers: KHR_mesh_quantization.
 
-A file that we compress stores positions and morph targets in whole steps of one length, as 8 or 16
-bits; the node that shows the mesh multiplies by the step. A target of small moves then takes one
-byte a coordinate at the same precision as the largest. The step is as long as the error asked for
-allows, and what storing really moves is measured. Normals are stored in 127ths.
+A file that we compress stores positions and morph targets in whole steps of one length, in 16 bits
+that stand for -1 to 1; the node that shows the mesh multiplies. The step is as long as the error
+asked for allows, and what storing really moves is measured. Normals are stored in 127ths.
+
+Small moves would fit into 8 bits, but once packed take hardly fewer bytes. Other programs rescale
+targets only if they have the type of their mesh, and whole numbers only if these are normalized.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ _FARTHEST, _TINY = 1e30, 1e-37
 class Grid:
     """Steps in which positions and displacements are stored."""
 
-    step: float  # Length of a step, in units of the rig
+    scale: float  # Length of 32767 steps, in units of the rig
     origin: NDArray[np.float64]  # (3,) where the steps of positions are counted from
 
     @classmethod
@@ -46,36 +48,44 @@ class Grid:
         farthest = max(float(np.abs(own).max(initial=0.0)) for own in [high - low, *fields])
         # In single precision, as viewers hold the scale of a node, and no number of steps too large
         # for it where targets move vertices beyond all measure.
-        return cls(float(np.float32(max(step, farthest / _FARTHEST, _TINY))), (low + high) / 2)
+        scale = _LARGEST * max(step, farthest / _FARTHEST, _TINY)
+        return cls(float(np.float32(scale)), (low + high) / 2)
+
+    @property
+    def step(self) -> float:
+        """Length of a step, in units of the rig."""
+        return self.scale / _LARGEST
 
     def positions(self, rows: NDArray[np.float64]) -> NDArray[Any]:
-        """(N, 3) positions in steps from the origin."""
+        """(N, 3) positions from the origin: int16 steps, or float32 in units of the scale."""
         return self._whole(rows - self.origin)
 
     def displacements(self, rows: NDArray[np.float64]) -> NDArray[Any]:
-        """(N, 3) displacements in steps."""
+        """(N, 3) displacements: int16 steps, or float32 in units of the scale."""
         return self._whole(rows)
 
     def stored_positions(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 3) positions as a reader gets them."""
-        return self.positions(rows) * self.step + self.origin
+        return self._units(self.positions(rows)) + self.origin
 
     def stored_displacements(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 3) displacements as a reader gets them."""
-        return np.asarray(self.displacements(rows) * self.step)
+        return self._units(self.displacements(rows))
 
     def placing(self) -> dict[str, list[float]]:
         """The scale and the translation of the node of the mesh, as JSON."""
-        return {"scale": [self.step] * 3, "translation": self.origin.tolist()}
+        return {"scale": [self.scale] * 3, "translation": self.origin.tolist()}
+
+    def _units(self, stored: NDArray[Any]) -> NDArray[np.float64]:
+        """What was stored, in units of the rig."""
+        return stored.astype(np.float64) * (self.step if stored.dtype.kind == "i" else self.scale)
 
     def _whole(self, rows: NDArray[np.float64]) -> NDArray[Any]:
-        """In the smallest type that holds all; floats, unrounded, where 16 bits do not."""
-        steps = rows / self.step
-        whole = np.rint(steps) + 0.0
-        largest = np.abs(whole).max(initial=0.0)
-        if largest > _LARGEST:
-            return steps.astype("<f4")
-        return whole.astype("i1" if largest <= np.iinfo(np.int8).max else "<i2")
+        """In 16 bits; as floats, unrounded, where these do not hold them."""
+        whole = np.rint(rows / self.step)
+        if np.abs(whole).max(initial=0.0) > _LARGEST:
+            return (rows / self.scale).astype("<f4")
+        return whole.astype("<i2")
 
 
 def largest_weight(curve: BendCurve) -> float:

@@ -262,7 +262,7 @@ def _primitives(
     shown = {"POSITION": accessors.vertices(placed, "surface", bounds=True)}
     if len(faces):
         rows = layout.rows(at_rest) if grid is None else layout.copies(byte_normals(at_rest))
-        shown["NORMAL"] = accessors.vertices(rows, "surface", normalized=grid is not None)
+        shown["NORMAL"] = accessors.vertices(rows, "surface")
     if layout.texture is not None:
         shown["TEXCOORD_0"] = accessors.vertices(layout.texture, "surface")
     displaced: list[dict[str, int]] = []
@@ -280,9 +280,7 @@ def _primitives(
                     rows = layout.rows(each)
                 else:
                     rows = layout.copies(byte_normals(within_reach(each, at_rest)))
-                target["NORMAL"] = accessors.vertices(
-                    rows, "normals", sparse=sparse, normalized=grid is not None
-                )
+                target["NORMAL"] = accessors.vertices(rows, "normals", sparse=sparse)
         displaced += group
     if not layout.primitives:  # markers without a surface
         return [{"attributes": shown, "mode": _POINTS, "targets": displaced}]
