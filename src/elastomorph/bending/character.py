@@ -72,9 +72,7 @@ def bend(
         BakeError: A turn is too sharp to be stored.
         MissingExtraError: The file needs a package that is not installed.
     """
-    _require_character(path, "bend")
-    if output is not None:
-        require_name(output)
+    _require_character(path, "bend", output)
     options: dict[str, Any] = {"method": method, "only": only, "say": say}
     if Path(path).suffix.lower() in _USD:
         given = {"keys_tolerance": keys_tolerance, "max_targets": max_targets, "fold": fold or None}
@@ -109,8 +107,7 @@ def unbend(path: str | Path, output: str | Path) -> None:
         FileError: A file is missing, or cannot be written.
         FormatError: The file was not made by `bend`, or has been changed since.
     """
-    _require_character(path, "unbend")
-    require_name(output)
+    _require_character(path, "unbend", output)
     if Path(path).suffix.lower() in _USD:
         from elastomorph.bending.usd import unbend_usd
 
@@ -121,8 +118,8 @@ def unbend(path: str | Path, output: str | Path) -> None:
     unbend_gltf(path, output)
 
 
-def _require_character(path: str | Path, verb: str) -> None:
-    """Refuse what is no file of a character, and say what to do instead."""
+def _require_character(path: str | Path, verb: str, output: str | Path | None) -> None:
+    """Refuse what is no file of a character and say what to do instead, or no name of a file."""
     require_name(path)
     suffix = Path(path).suffix.lower()
     if str(path) == BUILT_IN:
@@ -153,3 +150,5 @@ def _require_character(path: str | Path, verb: str) -> None:
         found = f"unknown suffix '{suffix}'" if suffix else "the name has no suffix"
         expected = ", ".join(_GLTF + _USD)
         raise FormatError(path, f"{found}; a character is a file of {expected}")
+    if output is not None or verb == "unbend":
+        require_name(output)
