@@ -49,3 +49,15 @@ def test_bends_smaller_than_the_rounding_are_named(
     assert found.off <= 1e-3
     (said,) = found.said
     assert "1 of 6 bends, such as 'mouthSmileLeft.bend1', move nothing: rounded away" in said
+
+
+@pytest.mark.parametrize("command", ["copy", "prune", "draco"])
+def test_bends_of_quantized_characters_are_not_emptied(command: str, tmp_path: Path) -> None:
+    """Sparse arrays of fractions would be: glTF-Transform writes zeros in their place."""
+    node(*PACKAGES)
+    bent = tmp_path / "bent.glb"
+    em.bend(make("quantized", tmp_path), bent)
+    found = outcome(bent, command, tmp_path)
+    assert found.bends[0] == found.bends[1] >= 7
+    assert found.off <= 1e-12
+    assert found.said == ()

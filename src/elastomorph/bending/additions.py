@@ -82,17 +82,25 @@ class Additions:
     def displacements(
         self, rows: NDArray[Any], *, normalized: bool = False, bounds: bool = False
     ) -> int:
-        """The number of an accessor of (N, 3) displacements, sparse where that is smaller."""
+        """The number of an accessor of (N, 3) displacements, sparse where that is smaller.
+
+        Sparse fractions are stored in single precision: glTF-Transform, through which many files
+        go, empties sparse arrays of normalized whole numbers.
+        """
         moved = np.flatnonzero(rows.any(axis=1))
         moved = moved.astype(np.uint16 if len(rows) <= 0x10000 else np.uint32)
         stride = rows.itemsize * 3 + -(rows.itemsize * 3) % 4
         dense = stride * len(rows)
-        sparse = (moved.itemsize + rows.itemsize * 3) * len(moved)
+        fractions = normalized and len(moved) > 0
+        sparse = (moved.itemsize + (4 if fractions else rows.itemsize) * 3) * len(moved)
         use = f"{rows.dtype.str} {rows.shape} {normalized} {bounds}".encode()
         key = hashlib.blake2b(use + rows.tobytes(), digest_size=16).digest()
         if key not in self._known:
             # A packed view of zeros takes next to nothing, and sparse ones are not packed.
             whole = sparse >= dense or (self._packing is not None and len(moved) > 0)
+            if fractions and not whole:
+                rows = (rows / np.iinfo(rows.dtype).max).astype(np.float32)
+                normalized = False
             accessor = self._dense(rows, stride) if whole else self._sparse(rows, moved)
             accessor |= {"normalized": True} if normalized else {}
             if bounds:
