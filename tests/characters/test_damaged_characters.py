@@ -185,6 +185,23 @@ def test_the_output_is_not_the_source(sound: bytes, tmp_path: Path, link: str) -
     assert path.read_bytes() == sound
 
 
+def test_files_of_another_character_are_kept(tmp_path: Path) -> None:
+    """Files that a document refers to go with it, and replace none of the same name."""
+    recipe = Recipe(suffix=".gltf", parts=("lashes",))
+    path = make_character(recipe, tmp_path / "face.gltf")
+    other = tmp_path / "other"
+    other.mkdir()
+    taken = other / "face 0.bin"
+    taken.write_text("of another character")
+    with pytest.raises(ElastomorphError, match=r"face 0\.bin"):
+        em.bend(path, other / "bent.gltf")
+    assert [own.name for own in other.iterdir()] == [taken.name]
+    assert taken.read_text() == "of another character"
+    taken.write_bytes((tmp_path / taken.name).read_bytes())
+    em.bend(path, other / "bent.gltf")
+    em.bend(path, other / "bent.gltf")
+
+
 def test_outputs_of_other_kinds_are_refused(sound: bytes, tmp_path: Path) -> None:
     path = tmp_path / "face.glb"
     path.write_bytes(sound)

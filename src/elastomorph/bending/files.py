@@ -98,7 +98,16 @@ def write_character(
         beside: Further files, by their names in the folder of the output.
     """
     folder = Path(output).parent
-    for name, content in (*_referred(character, document, folder), *beside.items()):
+    brought = dict(_referred(character, document, folder))
+    for name, content in brought.items():
+        place = folder / name
+        if place.is_file() and read_bytes(place) != content:
+            raise FileError(
+                place,
+                f"there is another file of a name that {character.file.path} refers to; name an "
+                "output in a folder of its own, or beside the character",
+            )
+    for name, content in (brought | beside).items():
         place = folder / name
         if place.parent != folder and folder.is_dir():
             made_folder(place.parent)
