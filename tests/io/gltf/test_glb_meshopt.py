@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -59,6 +61,28 @@ def packed_view(file: HandMade, length: int, stream: bytes, stride: int, mode: s
     place = file.document["bufferViews"][number]
     file.document["bufferViews"][number] = own | {"extensions": {EXT: place | how}}
     return number
+
+
+def test_packed_views_in_several_buffers_of_a_text_file(tmp_path: Path) -> None:
+    """Streams of positions in a data URI, all others in a file beside it; one is for show."""
+    file = packed(square())
+    first, *others = file.document["bufferViews"]
+    place = first["extensions"][EXT]
+    end = place["byteOffset"] + place["byteLength"]
+    uri = "data:application/octet-stream;base64," + base64.b64encode(file.blob[:end]).decode()
+    (tmp_path / "rest.bin").write_bytes(file.blob[end:])
+    for view in others:
+        view["extensions"][EXT]["buffer"] = 2
+        view["extensions"][EXT]["byteOffset"] -= end
+    file.document["buffers"] = [
+        {"uri": uri, "byteLength": end},
+        *file.more_buffers,
+        {"uri": "rest.bin", "byteLength": len(file.blob) - end},
+    ]
+    (tmp_path / "a.gltf").write_text(json.dumps(file.document))
+    rig = read_glb(tmp_path / "a.gltf")
+    np.testing.assert_array_equal(rig.neutral.vertices, SQUARE)
+    np.testing.assert_array_equal(rig.morphs["target_0"].delta, MOVED)
 
 
 def test_a_strip_of_indices_keeps_its_order(tmp_path: Path) -> None:

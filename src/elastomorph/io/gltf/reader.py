@@ -31,9 +31,11 @@ from elastomorph.rig import Rig
 
 __all__ = ["ReadMesh", "read_glb", "read_meshes", "require_known_extensions", "rig_of"]
 
+# What they say is of materials, images, lights, sounds or behaviour: no vertex depends on it.
 _HARMLESS = (
-    *("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "MSFT_texture_"),
-    *("VRM", "KHR_xmp", "KHR_node_visibility", "KHR_animation_pointer"),
+    *("KHR_materials_", "EXT_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"),
+    *("KHR_lights_", "EXT_lights_", "KHR_audio_", "KHR_physics_", "KHR_interactivity", "KHR_xmp"),
+    *("VRM", "KHR_node_visibility", "KHR_animation_pointer"),
 )
 # As the targets of bends are named.
 _BEND = re.compile(r"(.+)\.bend\d+_*")
@@ -181,7 +183,8 @@ def require_known_extensions(file: GltfFile) -> None:
             file.refuse("a required extension has no name")
         if name not in _READ and not name.startswith(_HARMLESS):
             file.refuse(
-                f"it cannot be read without the extension {name[:60]}. Export it again without it"
+                f"it cannot be read without the extension {name[:60]}, which is not known here and "
+                "may say where vertices are. Export it again without it"
             )
 
 
