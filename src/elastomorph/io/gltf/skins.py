@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.skinning import blended_matrices, common_matrix
 
-_ALIKE = 1e-4  # single precision, through a chain of joints
 _MOST_SETS = 8  # of four joints each, more than any program writes
 
 
@@ -95,7 +95,7 @@ class Skin:
     @property
     def alike(self) -> NDArray[np.float64] | None:
         """The (4, 4) matrix by which all joints hold the mesh, None where they differ."""
-        return _common(self.held)
+        return common_matrix(self.held)
 
     def placement(
         self, file: GltfFile, attributes: dict[str, Any], count: int, of: str
@@ -110,23 +110,11 @@ class Skin:
                 f"a vertex of {of} is held by joint {joints[used].max():,} of the "
                 f"{len(self.held):,} of skin {self.number}"
             )
-        common = _common(self.held[np.unique(joints[used])])
+        common = common_matrix(self.held[np.unique(joints[used])])
         if common is not None:
             return Placement.of(common)
         file.budget.spend(2 * 128 * count)
-        matrices = np.zeros((count, 4, 4))
-        for joint, weight in zip(np.where(used, joints, 0).T, weights.T, strict=True):
-            matrices += weight[:, None, None] * self.held[joint]
-        return Placement.of(matrices)
-
-
-def _common(held: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The (4, 4) matrix that all are to rounding, exactly the unit where they are that."""
-    unit = np.eye(4)
-    apart = _ALIKE * max(float(np.abs(held[0]).max()), 1e-30)
-    if not np.abs(held - held[0]).max() <= apart:
-        return None
-    return unit if np.abs(held[0] - unit).max() <= apart else held[0]
+        return Placement.of(blended_matrices(self.held, np.where(used, joints, 0), weights))
 
 
 def _influences(

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.io.isolated import RefusedError
+from elastomorph.io.skinning import blended_matrices, common_matrix
 from elastomorph.io.usd.library import pxr
-
-_ALIKE = 1e-4  # single precision, through a chain of joints
 
 
 def place_at_rest(prim: Any, points: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
@@ -33,19 +32,16 @@ def place_at_rest(prim: Any, points: int) -> tuple[NDArray[np.float64], NDArray[
     bound = np.eye(4) if given is None else np.array(given)
     world = np.array(cache.GetLocalToWorldTransform(skeleton.GetPrim()))
     held = _held(skeleton)
-    common = None if held is None else _common(held)
+    common = None if held is None else common_matrix(held)
     if held is None or common is not None:
         return (bound if common is None else bound @ common) @ world, None
     joints, weights = _influences(prim, binding, skeleton, points)
     used = np.unique(joints[weights > 0])
     if not used.size:
         return bound @ world, None
-    if (common := _common(held[used])) is not None:
+    if (common := common_matrix(held[used])) is not None:
         return bound @ common @ world, None
-    blended = np.zeros((points, 4, 4))
-    for joint, weight in zip(joints.T, weights.T, strict=True):
-        blended += weight[:, None, None] * held[joint]
-    return world, np.asarray((bound @ blended)[..., :3])
+    return world, np.asarray((bound @ blended_matrices(held, joints, weights))[..., :3])
 
 
 def _held(skeleton: Any) -> NDArray[np.float64] | None:
@@ -67,15 +63,6 @@ def _held(skeleton: Any) -> NDArray[np.float64] | None:
     except np.linalg.LinAlgError:
         return None
     return held if np.isfinite(held).all() else None
-
-
-def _common(held: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The (4, 4) matrix that all are to rounding, exactly the unit where they are that."""
-    unit = np.eye(4)
-    apart = _ALIKE * max(float(np.abs(held[0]).max()), 1e-30)
-    if not np.abs(held - held[0]).max() <= apart:
-        return None
-    return unit if np.abs(held[0] - unit).max() <= apart else held[0]
 
 
 def _influences(
