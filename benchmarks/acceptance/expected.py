@@ -138,8 +138,11 @@ class Face:
         polygons = Polygons.of(number[faces[proper]].astype(np.int32))
         mesh = em.Mesh(self.neutral[first[kept]], polygons)
         own = Auto()
-        part = self.extent / (mesh.diameter or 1.0)
-        to = em.prepare(mesh, replace(own, tolerance=own.tolerance * part), extent=self.extent)
+        whole = mesh.diameter or 1.0
+        part = (self.extent or whole) / whole
+        to = em.prepare(
+            mesh, replace(own, tolerance=own.tolerance * part), extent=self.extent or None
+        )
         ends = {name: self.targets[name][first[kept]] for name in names}
         return {name: to(mesh.with_vertices(end)) for name, end in ends.items()}
 
