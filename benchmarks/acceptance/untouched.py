@@ -37,8 +37,9 @@ def _all(original: GltfFile, bent: GltfFile) -> Iterator[str]:
             yield f"'{key}' has changed"
     if not same(before.get("extras", {}), _without(after.get("extras", {}), _OWN)):
         yield "the extras of the root have changed"
-    for key in ("accessors", "bufferViews"):
-        yield from _prefix(key, getattr(original, key), getattr(bent, key))
+    accessors, views = _of_weights_alone(original)
+    yield from _prefix("accessors", original.accessors, bent.accessors, accessors)
+    yield from _prefix("bufferViews", original.bufferViews, bent.bufferViews, views)
     yield from _buffers(original, bent)
     yield from _meshes(original, bent)
     yield from _nodes(original, bent)
@@ -60,10 +61,43 @@ def _without(holder: dict[str, Any], *keys: str) -> dict[str, Any]:
     return {key: value for key, value in holder.items() if key not in keys}
 
 
-def _prefix(of: str, before: list[Any], after: list[Any]) -> Iterator[str]:
+def _prefix(of: str, before: list[Any], after: list[Any], free: set[int]) -> Iterator[str]:
     for number, entry in enumerate(before):
-        if number >= len(after) or not same(entry, after[number]):
+        if number >= len(after) or not (number in free or same(entry, after[number])):
             yield f"{of}[{number}] has changed"
+
+
+def _of_weights_alone(file: GltfFile) -> tuple[set[int], set[int]]:
+    """Accessors, and views, that hold nothing but keys of weights: others may take their place."""
+    document = {key: value for key, value in file.document.items() if key != "animations"}
+    others, weights = set(_numbers(document, "accessor")), set[int]()
+    for animation in file.animations:
+        for channel in animation["channels"]:
+            sampler = animation["samplers"][channel["sampler"]]
+            (weights if _weights(channel) else others).update(
+                sampler[key] for key in ("input", "output")
+            )
+    free = weights - others
+    kept = {**document, "accessors": [a for n, a in enumerate(file.accessors) if n not in free]}
+    views = {file.accessors[number].get("bufferView") for number in free}
+    return free, {view for view in views if view is not None} - set(_numbers(kept, "bufferView"))
+
+
+def _numbers(value: Any, kind: str) -> Iterator[int]:
+    """Where JSON names accessors (as attributes, targets, indices, matrices), or buffer views."""
+    if isinstance(value, list):
+        for each in value:
+            yield from _numbers(each, kind)
+    elif isinstance(value, dict):
+        for key, own in value.items():
+            named = ("bufferView",) if kind == "bufferView" else ("indices", "inverseBindMatrices")
+            if key in named and isinstance(own, int):
+                yield own
+            elif kind == "accessor" and key in ("attributes", "targets"):
+                for group in own if isinstance(own, list) else [own]:
+                    yield from (n for n in dict(group).values() if isinstance(n, int))
+            else:
+                yield from _numbers(own, kind)
 
 
 def _buffers(original: GltfFile, bent: GltfFile) -> Iterator[str]:

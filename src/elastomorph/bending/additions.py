@@ -1,6 +1,7 @@
 """What is added to a document: accessors, the views they are in, and the bytes of these.
 
-Everything goes behind what there is, so that every number in the document still holds.
+Everything goes behind what there is, so that every number in the document still holds; only where
+keys of a clip are of no more use, `fill_gaps` puts some of it in their place.
 """
 
 from __future__ import annotations
@@ -109,9 +110,12 @@ class Additions:
             self._known[key] = self._add(accessor)
         return self._known[key]
 
-    def keys(self, values: NDArray[np.float32], *, bounds: bool = False) -> int:
-        """The number of an accessor of (N,) numbers: key times, which have bounds, or weights."""
-        place = self._append(("keys", bounds), values.tobytes())
+    def keys(self, values: NDArray[np.float32], beside: Any, *, bounds: bool = False) -> int:
+        """The number of an accessor of (N,) numbers: key times, which have bounds, or weights.
+
+        They share a view with others in whose place keys of the same view were.
+        """
+        place = self._append(("keys", bounds, beside), values.tobytes())
         accessor = place | {"componentType": 5126, "count": len(values), "type": "SCALAR"}
         if bounds:
             accessor |= {"min": [float(values.min())], "max": [float(values.max())]}

@@ -1,8 +1,8 @@
 """The animations of a document with the weights of bends, so that its clips play bent.
 
-A channel of weights gets a sampler of its own with all weights; the sampler it had, which others
-may use too, and its accessors stay as they are. Where KHR_animation_pointer moves one weight alone,
-the weights of its bends get channels of their own.
+A channel of weights gets a sampler of its own with all weights, for others may use the one it had
+and its accessors too; what nothing uses after that makes room in `fill_gaps`. Where
+KHR_animation_pointer moves one weight alone, the weights of its bends get channels of their own.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class ClipEdit:
     ) -> None:
         self._file, self._document, self._additions = file, document, additions
         self._columns, self._tolerance = columns, tolerance
-        self._inputs: dict[bytes, int] = {}
+        self._inputs: dict[tuple[int, bytes], int] = {}
         self.clips = 0
         self.added_keys = 0
         self.error = 0.0
@@ -145,16 +145,17 @@ class ClipEdit:
         key = (number, moved)
         if key not in made:
             keys, times = self._keys(samplers[number], columns, of)
-            made[key] = self._samplers(
-                samplers, samplers[number], keys, times, alone=moved.weight is not None
-            )
+            parts = [keys.values]
+            if moved.weight is not None:  # its own first, which moves as before unless it is folded
+                parts = np.split(keys.values, keys.values.shape[-1], axis=-1)
+                parts = parts if columns.folds else parts[1:]
+            made[key] = self._samplers(samplers, samplers[number], keys.times, times, parts)
         if moved.weight is None:
             channel["sampler"] = made[key][0]
             return
-        own, *others = made[key]
         if columns.folds:
-            channel["sampler"] = own
-        for follower, sampler in zip(followers, others, strict=True):
+            channel["sampler"] = made[key][0]
+        for follower, sampler in zip(followers, made[key][bool(columns.folds) :], strict=True):
             added = copy.deepcopy(channel) | {"sampler": sampler}
             place = added["target"]["extensions"][_POINTER]
             place["pointer"] = f"{place['pointer'].rpartition('/')[0]}/{follower}"
@@ -183,25 +184,29 @@ class ClipEdit:
         self,
         samplers: list[Any],
         source: dict[str, Any],
-        keys: Keys,
+        keys: NDArray[np.float64],
         times: NDArray[np.float64],
-        alone: bool,
+        parts: list[NDArray[np.float64]],
     ) -> list[int]:
-        """The numbers of new samplers like that of the source: one for all weights, or one each."""
+        """The numbers of new samplers like that of the source, of key times and of values each."""
         number = source["input"]
-        if not np.array_equal(times, keys.times):
-            number = self._input(keys.times.astype(np.float32))
-        columns = np.split(keys.values, keys.values.shape[-1], axis=-1) if alone else [keys.values]
-        for values in columns:
-            output = self._additions.keys(values.astype(np.float32).reshape(-1))
+        if not np.array_equal(times, keys):
+            number = self._input(number, keys.astype(np.float32))
+        for values in parts:
+            view = self._view(source["output"])
+            output = self._additions.keys(values.astype(np.float32).reshape(-1), view)
             samplers.append({**source, "input": number, "output": output})
-        return list(range(len(samplers) - len(columns), len(samplers)))
+        return list(range(len(samplers) - len(parts), len(samplers)))
 
-    def _input(self, times: NDArray[np.float32]) -> int:
-        key = times.tobytes()
+    def _input(self, number: int, times: NDArray[np.float32]) -> int:
+        """The accessor of key times in place of those of another accessor."""
+        key = (number, times.tobytes())
         if key not in self._inputs:
-            self._inputs[key] = self._additions.keys(times, bounds=True)
+            self._inputs[key] = self._additions.keys(times, self._view(number), bounds=True)
         return self._inputs[key]
+
+    def _view(self, accessor: int) -> Any:
+        return self._file.item("accessors", accessor, "a sampler").get("bufferView")
 
 
 def _of_one(columns: Columns, weight: int) -> Columns:

@@ -16,6 +16,7 @@ from elastomorph.bending.additions import Additions, Packing, data_uri
 from elastomorph.bending.clips import ClipEdit
 from elastomorph.bending.face import Face
 from elastomorph.bending.files import Character, name_beside, require_output, write_character
+from elastomorph.bending.gaps import fill_gaps
 from elastomorph.bending.meshes import MeshEdit, spaces_of
 from elastomorph.bending.normals import NormalBends
 from elastomorph.bending.plan import BentMorph, Plan, make_plan
@@ -217,6 +218,8 @@ class _Edit:
         document["accessors"] = [*document.get("accessors", []), *additions.accessors]
         if not document["bufferViews"]:
             del document["bufferViews"]
+        if self._clips.clips:
+            fill_gaps(character.file.document, document)
         return chunk, beside
 
     @property
