@@ -88,3 +88,26 @@ def test_what_was_of_no_use_before_stays() -> None:
     fill_gaps(before, after)
     assert after["accessors"][0]["name"] == "unused"
     assert after["accessors"][-1]["name"] == "added"
+
+
+def test_more_gaps_than_additions_leave_the_rest() -> None:
+    after = document()
+    after["animations"][0]["channels"] = []
+    after["animations"][0]["samplers"].append({"input": 1, "output": 2})
+    after["animations"][0]["samplers"][0]["input"] = 0
+    after["animations"][0]["channels"] = [{"sampler": 1}]
+    before = document()
+    before["animations"][0]["samplers"].append({"input": 1, "output": 2})
+    before["animations"][0]["channels"].append({"sampler": 1})
+    expected = copy.deepcopy(after)
+    fill_gaps(before, after)
+    assert after == expected
+
+
+def test_numbers_in_extras_are_not_touched() -> None:
+    before, after = document(), bent(times=4)
+    for each in (before, after):
+        each["extras"] = {"bufferView": 2}
+    fill_gaps(before, after)
+    assert after["extras"] == {"bufferView": 2}
+    assert "weights" not in [own["name"] for own in after["bufferViews"]]
