@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.bending.fewest import Way, farthest, ways
-from elastomorph.errors import ParameterError
+from elastomorph.errors import BakeError, ParameterError
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
@@ -153,8 +153,12 @@ def _with_paths(
         if name in named or rig.morphs[name].bare:
             own = _held_within(Method.of(named.get(name, "auto")), extent, rig)
             groups.setdefault(own, []).append(name)
-    for own, members in groups.items():
-        rig = with_paths(rig, own, names=members, say=say)
+    try:
+        for own, members in groups.items():
+            rig = with_paths(rig, own, names=members, say=say)
+    except BakeError as error:
+        source = rig.neutral.source
+        raise error if source is None else BakeError(f"{source.path}: {error}") from error
     return rig
 
 
