@@ -1,6 +1,6 @@
 """What three.js, Babylon.js and Blender show of bent characters: a row a file and program.
 
-Run:  python benchmarks/players.py FILE… [--synthetic NAME…] [--tolerance 1e-5]
+Run:  python benchmarks/players.py FILE… [--synthetic NAME…]
 
 Each file is bent into a temporary folder. The original and the bent file are then shown in each
 program, skinned, by sliders (0, 1, between, mixed) and by every clip, at its keys and between; what
@@ -34,7 +34,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("files", nargs="*", type=Path)
     parser.add_argument("--synthetic", nargs="+", default=[], help="of those that the tests make")
-    parser.add_argument("--tolerance", type=float, default=1e-5)
     options = parser.parse_args()
     players = [player for player in PLAYERS if command(player)]
     for player in set(PLAYERS) - set(players):
@@ -44,7 +43,7 @@ def main() -> None:
         folder = Path(name)
         for file in [*options.files, *synthetic(options.synthetic, folder)]:
             bent = folder / f"{file.stem}.bent{file.suffix}"
-            em.bend(file, bent, tolerance=options.tolerance)
+            em.bend(file, bent)
             pair = Pair(file, bent, folder)
             for player in players:
                 start = time.perf_counter()

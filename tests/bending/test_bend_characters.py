@@ -287,7 +287,7 @@ def test_quantized_targets_get_quantized_bends_in_rows_of_four_bytes(tmp_path: P
     np.testing.assert_allclose(half, expected, atol=5e-4)
 
 
-@pytest.mark.parametrize(("tolerance", "code"), [(1e-5, 5122), (0.02, 5120)])
+@pytest.mark.parametrize(("tolerance", "code"), [(1e-5, 5122), (0.04, 5120)])
 def test_targets_of_eight_bits_get_bends_of_sixteen_where_they_must(
     tmp_path: Path, tolerance: float, code: int
 ) -> None:
@@ -406,3 +406,14 @@ def test_the_numbers_of_a_report_are_json(tmp_path: Path) -> None:
     facts = json.loads(json.dumps(_facts(em.bend(path, None))))
     assert facts["bent"][0]["name"] == "open"
     assert facts["output"] is None
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_bends_hold_their_paths_within_the_tolerance(tmp_path: Path, tolerance: float) -> None:
+    """The flap turns on its hinge, an arc that is known."""
+    path = flap_character().write(tmp_path / "flap.glb")
+    report = em.bend(path, None, tolerance=tolerance)
+    assert report.bent
+    assert all(own.error <= tolerance for own in report.bent)
+    loose = em.bend(path, None, tolerance=10 * tolerance)
+    assert sum(own.bends for own in loose.bent) <= sum(own.bends for own in report.bent)

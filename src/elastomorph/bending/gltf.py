@@ -26,9 +26,13 @@ from elastomorph.errors import FormatError
 from elastomorph.io.atomic import size_of
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.untrusted import naming_file
+from elastomorph.numbers import as_number
 from elastomorph.paths import Method
 
 __all__ = ["bend_gltf", "unbend_gltf"]
+
+_FEWEST = 1e-5
+_KEYS_TOLERANCE = 1e-4
 
 Methods = str | Method | Mapping[str, str | Method] | None
 
@@ -39,8 +43,8 @@ def bend_gltf(
     *,
     method: Methods = None,
     only: Collection[str] | None = None,
-    tolerance: float = 1e-5,
-    keys_tolerance: float = 1e-4,
+    tolerance: float | None = None,
+    keys_tolerance: float | None = None,
     max_targets: int | None = None,
     fold: bool = False,
     say: Callable[[str], None] = lambda _: None,
@@ -53,20 +57,24 @@ def bend_gltf(
         require_output(character, output)
     face = Face.read(character.file)
     say("finding paths")
+    # Half of an error is that of the path as it is baked, half what fewer bends leave of it.
+    half = None if tolerance is None else as_number(tolerance, "the tolerance", above=0) / 2
+    fewest = _FEWEST if half is None else half
     plan = make_plan(
         face.moving(),
         method,
         only=only,
-        tolerance=tolerance,
+        tolerance=fewest,
+        baked=half,
         max_targets=max_targets,
         fold=fold,
         meshes=_meshes(face),
         say=say,
     )
     with _of_bounded_depth(path):
-        edit = _Edit(character, face, plan, tolerance)
+        edit = _Edit(character, face, plan, fewest)
         edit.add_bends(say)
-        edit.add_clips(keys_tolerance, say)
+        edit.add_clips(_KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
         return edit.written(output, say)
 
 

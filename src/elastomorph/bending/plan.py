@@ -71,6 +71,7 @@ def make_plan(
     *,
     only: Collection[str] | None = None,
     tolerance: float = 1e-5,
+    baked: float | None = None,
     max_targets: int | None = None,
     fold: bool = False,
     meshes: Sequence[tuple[int, NDArray[np.integer]]] | None = None,
@@ -82,29 +83,28 @@ def make_plan(
     the tolerance of its straight line is not bent. Methods hold their paths within their own
     tolerance of the D of the rig, however large the rest of the body is.
 
-    Under `max_targets` bends are added one by one where they bring what is stored nearest to its
-    path, until there is no more room; some then have fewer than they need, and a larger `error`.
+    Under `max_targets` bends are added one by one where they gain most, until there is no room;
+    some then have fewer than they need, and a larger `error`.
 
     Args:
         rig: The face. Paths that it has stay where no method is named for them.
         method: A method for all targets, or by name of the target; ``auto`` by default.
-        only: Names of the only targets that may bend.
-        tolerance: As a fraction of D.
+        only: The only targets that may bend.
+        tolerance: What the fewest bends may leave, as a fraction of D.
+        baked: What methods may leave, where it is less than their own tolerance.
         max_targets: The most morph targets a mesh may have.
-        fold: Whether what the bends of a path have in common with Δ becomes a curve of the weight
-            of Δ, where that saves a target.
+        fold: What bends share with Δ becomes a curve of its weight, where that saves one.
         meshes: The meshes of the file, for `max_targets`: how many targets each has already, and
             its vertices in the rig. By default one, with the targets of the rig.
-        say: Called with what is being done.
+        say: Told what is being done.
 
     Raises:
         ParameterError: A name or method is unknown, or a number out of its range.
         BakeError: A turn is too sharp to be stored.
     """
     tolerance = as_number(tolerance, "the tolerance", above=0)
-    names = _names(rig, only)
-    extent = extent_of(rig)
-    rig = _with_paths(rig, method, names, extent, say)
+    names, extent = _names(rig, only), extent_of(rig)
+    rig = _with_paths(rig, method, names, (extent, baked), say)
     scale = extent or 1.0
     options: dict[str, list[Way]] = {}
     gains: dict[str, float] = {}
@@ -138,7 +138,11 @@ def _names(rig: Rig, only: Collection[str] | None) -> list[str]:
 
 
 def _with_paths(
-    rig: Rig, method: Methods, names: list[str], extent: float, say: Callable[[str], None]
+    rig: Rig,
+    method: Methods,
+    names: list[str],
+    held: tuple[float, float | None],
+    say: Callable[[str], None],
 ) -> Rig:
     """The rig with the paths that are named, and by default those that it has not."""
     named: Mapping[str, str | Method]
@@ -151,7 +155,7 @@ def _with_paths(
     groups: dict[Method, list[str]] = {}
     for name in names:
         if name in named or rig.morphs[name].bare:
-            own = _held_within(Method.of(named.get(name, "auto")), extent, rig)
+            own = _held_within(Method.of(named.get(name, "auto")), *held, rig)
             groups.setdefault(own, []).append(name)
     try:
         for own, members in groups.items():
@@ -162,12 +166,13 @@ def _with_paths(
     return rig
 
 
-def _held_within(method: Method, extent: float, rig: Rig) -> Method:
+def _held_within(method: Method, extent: float, baked: float | None, rig: Rig) -> Method:
     """The method with its tolerance, a fraction of the neutral's diameter, as one of D."""
     if not method.has("tolerance") or not extent or not rig.neutral.diameter:
         return method
     part = min(1.0, extent / rig.neutral.diameter)
-    return replace(method, tolerance=method.tolerance * part)  # type: ignore[call-arg]
+    own = method.tolerance if baked is None else min(method.tolerance, baked)
+    return replace(method, tolerance=own * part)  # type: ignore[call-arg]
 
 
 def _bent(name: str, morph: Morph, way: Way, gain: float, scale: float) -> BentMorph:

@@ -46,7 +46,7 @@ def bend(
     ] = None,
     tolerance: Annotated[
         float | None,
-        typer.Option(help="How closely bends hold paths, as a fraction of D: 1e-5; USD: 5e-4."),
+        typer.Option(help="How closely bends hold paths, as a fraction of D: 1.1e-4; USD: 5e-4."),
     ] = None,
     keys_tolerance: Annotated[
         float | None,
