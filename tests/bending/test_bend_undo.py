@@ -25,8 +25,8 @@ VALUES = st.recursive(
 
 
 def exactly(value: Any) -> str:
-    """JSON that tells 1 from 1.0 and True, whatever the order of members."""
-    return json.dumps(value, sort_keys=True)
+    """JSON that tells 1 from 1.0 and True, and the order of members."""
+    return json.dumps(value)
 
 
 @given(VALUES, VALUES)

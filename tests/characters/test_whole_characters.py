@@ -33,7 +33,7 @@ def test_a_character_is_whole_and_bent(name: str, tmp_path: Path) -> None:
     path = make(name, tmp_path)
     (tmp_path / "out").mkdir()
     found = judged(path, tmp_path / "out", validator=validator)
-    assert found.ends == 0.0  # bends weigh nothing there: the same sums of the same numbers
+    assert found.ends <= 1e-12  # bends weigh nothing there; sums of more terms round otherwise
     assert bool(found.clips) == bool(RECIPES[name].clips)
 
 

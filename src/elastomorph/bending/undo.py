@@ -72,6 +72,9 @@ def undone(file: GltfFile, chunk: bytes | None) -> tuple[dict[str, Any], bytes |
 def reverse_patch(old: Any, new: Any) -> dict[str, Any] | None:
     """What makes the old JSON value of the new one; None where they are the same."""
     if isinstance(old, dict) and isinstance(new, dict):
+        again = [key for key in new if key in old] + [key for key in old if key not in new]
+        if again != list(old):  # another entry in its place: members come back in their order
+            return {"was": old}
         inside = {key: reverse_patch(old[key], new[key]) for key in old if key in new}
         parts = {
             "set": {key: value for key, value in old.items() if key not in new},
