@@ -1,6 +1,6 @@
 """Whether characters come out of `bend` whole, with their paths bent: a row a file.
 
-Run:  python benchmarks/characters.py FILE… [--tolerance 1e-5] [--synthetic] [--no-validator]
+Run:  python benchmarks/characters.py FILE… [--synthetic] [--no-validator]
 
 Each file is bent, and judged by code that shares nothing with the package (``acceptance/``): the
 Khronos validator finds nothing new; what bends do not need is as it was; with every slider at 0 and
@@ -35,7 +35,6 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument("--tolerance", type=float, default=1e-5, help="of `bend`, fraction of D")
     parser.add_argument("--synthetic", action="store_true", help="and those that the tests make")
     parser.add_argument("--no-validator", action="store_true")
     parser.add_argument("--problems", type=int, default=5, help="shown of each file")
@@ -60,7 +59,7 @@ def judged(file: Path, folder: Path, options: argparse.Namespace) -> Verdict:
     """What is found of a file; that it cannot be bent is a finding too."""
     try:
         validator = not options.no_validator
-        return judge(file, folder, tolerance=options.tolerance, validator=validator)
+        return judge(file, folder, validator=validator)
     except Exception as problem:
         return Verdict(file, [f"{type(problem).__name__}: {problem}"])
 

@@ -94,7 +94,6 @@ def judge(
     source: Path,
     folder: Path,
     *,
-    tolerance: float = 1e-5,
     keys_tolerance: float = 1e-4,
     validator: bool = True,
 ) -> Verdict:
@@ -103,14 +102,13 @@ def judge(
     Args:
         source: The character.
         folder: Receives what is written.
-        tolerance: Of `elastomorph.bend`.
-        keys_tolerance: Likewise.
+        keys_tolerance: Of `elastomorph.bend`.
         validator: Whether to ask the Khronos validator.
     """
     found = Verdict(source)
     bent = folder / f"{source.stem}.bent{source.suffix}"
     content = source.read_bytes()
-    given: dict[str, Any] = {"tolerance": tolerance, "keys_tolerance": keys_tolerance}
+    given: dict[str, Any] = {"keys_tolerance": keys_tolerance}
     planned = em.bend(source, None, **given)
     if [own for own in folder.iterdir() if own != source]:
         found.problems.append("a dry run has written a file")
