@@ -8,6 +8,7 @@
     ├── CurveError            curves do not fit their mesh or each other
     ├── ParameterError        an argument is out of its range (also a ValueError)
     │   └── ResonanceError    a material and load at which a time law of the solution is singular
+    ├── CaptureError          photographs or scans from which no pose can be made
     ├── BakeError             a path cannot be stored within the tolerance asked for
     └── MissingExtraError     an optional dependency is not installed
 
@@ -23,6 +24,7 @@ from pathlib import Path
 
 __all__ = [
     "BakeError",
+    "CaptureError",
     "CurveError",
     "ElastomorphError",
     "ElastomorphWarning",
@@ -90,6 +92,10 @@ class ResonanceError(ParameterError):
         self.stiffness = stiffness
         self.safe_damping = safe_damping
         super().__init__(problem)
+
+
+class CaptureError(ElastomorphError):
+    """Photographs or scans do not show what a pose could be made from."""
 
 
 class BakeError(ElastomorphError):
