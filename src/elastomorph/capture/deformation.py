@@ -17,7 +17,6 @@ import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import NDArray
 
-from elastomorph.model.cholesky import Cholesky, EliminationTree
 from elastomorph.model.geometry import component_of
 
 Points = NDArray[np.float64]
@@ -54,9 +53,6 @@ class Deformation:
         self._smoothing = sparse.diags_array(1 / (degrees + 1)) @ (
             self.neighbours + sparse.eye_array(count)
         )
-        pattern = sparse.triu(abs(self._bending) + abs(self._laplacian), 1).tocoo()
-        self._pairs = np.stack([pattern.row, pattern.col], axis=1)
-        self._tree = EliminationTree.of(np.repeat(rest, 3, axis=0), _coupled(self._pairs, count))
 
     def rotations(self, vertices: Points, smoothing: int = 2) -> Points:
         """(V, 3, 3) rotations of the surroundings of each vertex from rest to (V, 3) vertices."""
@@ -108,27 +104,27 @@ class Deformation:
             vertices = factor.solve(right.reshape(-1, 1)).reshape(-1, 3)
         return vertices
 
-    def _factor(self, quadratic: Points, arap: float, bending: float) -> Cholesky:
-        """Of the matrix of 3 V unknowns, x, y and z of a vertex after each other."""
-        count = len(self.rest)
-        matrix: Any = (arap * self._laplacian + bending * self._bending).tocsr()
-        between = np.asarray(matrix[tuple(self._pairs.T)])
-        weights = np.concatenate(
-            [np.repeat(-between[:, None], 3, axis=1).ravel(), -quadratic[:, *_OFF_DIAGONAL].ravel()]
+    def _factor(self, quadratic: Points, arap: float, bending: float) -> Any:
+        """Of the matrix of 3 V unknowns, x, y and z of a vertex after each other.
+
+        The minimum degree order suits surfaces with many layers, a mouth within a head: its factor
+        has a fraction of the entries that cuts along planes leave.
+        """
+        from scipy.sparse.linalg import splu
+
+        stiffness = sparse.kron(
+            arap * self._laplacian + bending * self._bending, sparse.eye_array(3)
         )
-        own = matrix.diagonal()[:, None] + np.diagonal(quadratic, axis1=1, axis2=2)
-        kept = np.ones(3 * count, dtype=bool)
-        return Cholesky.of(self._tree, kept, _coupled(self._pairs, count), weights, own.ravel())
-
-
-_OFF_DIAGONAL = (np.array([0, 0, 1]), np.array([1, 2, 2]))
-
-
-def _coupled(pairs: NDArray[np.integer], count: int) -> NDArray[np.int64]:
-    """Pairs of the 3 V unknowns: each axis of each pair of vertices, and the axes of a vertex."""
-    axes = (3 * pairs[:, None, :] + np.arange(3)[:, None]).reshape(-1, 2)
-    own = 3 * np.arange(count)[:, None, None] + np.stack(_OFF_DIAGONAL, axis=1)
-    return np.concatenate([axes, own.reshape(-1, 2)]).astype(np.int64)
+        count = len(self.rest)
+        blocks = sparse.bsr_array(
+            (quadratic, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count)
+        )
+        return splu(
+            (stiffness + blocks).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
 
 
 def _ties(rest: Points, edges: NDArray[np.integer]) -> NDArray[np.int64]:
