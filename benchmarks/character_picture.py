@@ -138,7 +138,7 @@ def _write_plain(path: Path) -> None:
     document = json.loads(content[20 : 20 + length])
     document["meshes"][0]["extras"].pop("elastomorph")
     document.pop("animations", None)
-    path.write_bytes(b"".join(glb_chunks(document, content[28 + length :])))
+    path.write_bytes(b"".join(glb_chunks(json.dumps(document).encode(), content[28 + length :])))
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ def write(file: SmallFile, path: Path) -> Path:
     from elastomorph.io.gltf.container import glb_chunks
 
     blob = content[-len(file.blob) - -len(file.blob) % 4 :]
-    path.write_bytes(b"".join(glb_chunks(document, blob)))
+    path.write_bytes(b"".join(glb_chunks(json.dumps(document).encode(), blob)))
     return path
 
 

@@ -153,3 +153,21 @@ def test_chunks_that_no_one_knows_go_along(tmp_path: Path) -> None:
     for name in ("b.glb", "c.glb"):
         assert (tmp_path / name).read_bytes().endswith(b"\x04\0\0\0ABCDwxyz")
     open_gltf(tmp_path / "b.glb")
+
+
+def test_the_binary_chunk_may_follow_one_that_no_one_knows(tmp_path: Path) -> None:
+    """It is second by the standard, but readers skip what they do not know."""
+    usual = flap_character().write(tmp_path / "usual.glb")
+    content, unknown = usual.read_bytes(), b"\x04\0\0\0ABCDwxyz"
+    binary = 20 + int.from_bytes(content[12:16], "little")
+    swapped = bytearray(content[:binary] + unknown + content[binary:])
+    swapped[8:12] = len(swapped).to_bytes(4, "little")
+    (tmp_path / "a.glb").write_bytes(swapped)
+    em.bend(tmp_path / "a.glb", tmp_path / "b.glb")
+    em.bend(usual, tmp_path / "expected.glb")
+    bent, expected = em.read_rig(tmp_path / "b.glb"), em.read_rig(tmp_path / "expected.glb")
+    np.testing.assert_array_equal(bent.morphs["open"].at(0.5), expected.morphs["open"].at(0.5))
+    em.unbend(tmp_path / "b.glb", tmp_path / "c.glb")
+    original, again = open_gltf(tmp_path / "a.glb"), open_gltf(tmp_path / "c.glb")
+    assert again.document == original.document
+    assert (again.chunk, again.rest) == (original.chunk, unknown)

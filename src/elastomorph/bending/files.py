@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,9 +13,8 @@ from urllib.parse import quote, unquote
 from elastomorph.bending.undo import is_bent, undone
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import made_folder, read_bytes, replacing
-from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.container import GltfFile, glb_chunks, open_gltf
 
-_MAGIC, _BIN = b"glTF", 0x004E4942
 _LARGEST = 2**32 - 1
 
 
@@ -26,31 +24,37 @@ class Character:
 
     Attributes:
         file: Its document and buffers.
-        is_glb: Whether it is one file of chunks, as .glb and .vrm are.
-        chunk: Its binary chunk, if it has any.
-        rest: Chunks that follow, which no one but their author understands.
         was_bent: Whether bends were taken out of it.
     """
 
     file: GltfFile
-    is_glb: bool
-    chunk: bytes | None = None
-    rest: bytes = b""
     was_bent: bool = False
 
     @classmethod
     def read(cls, path: str | Path) -> Character:
         """The character in a file; of a bent one the original."""
         file = open_gltf(path)
-        is_glb = file.raw.startswith(_MAGIC)
-        chunk, rest = _after_document(file.raw) if is_glb else (None, b"")
         if "extras" in file.document and not isinstance(file.document["extras"], dict):
             file.refuse("'extras' of the document are no object, so nothing can be kept in them")
         if not is_bent(file):
-            return cls(file, is_glb, chunk, rest)
-        document, chunk = undone(file, chunk)
-        original = GltfFile(path, document, chunk or b"", len(file.raw))
-        return cls(original, is_glb, chunk, rest, was_bent=True)
+            return cls(file)
+        document, chunk = undone(file)
+        return cls(GltfFile(path, document, chunk, file.size, file.rest), was_bent=True)
+
+    @property
+    def is_glb(self) -> bool:
+        """Whether it is one file of chunks, as .glb and .vrm are."""
+        return self.file.is_glb
+
+    @property
+    def chunk(self) -> bytes | None:
+        """Its binary chunk, if it has any."""
+        return self.file.chunk
+
+    @property
+    def rest(self) -> bytes:
+        """Other chunks, which no one but their author understands."""
+        return self.file.rest or b""
 
     @property
     def binary_is_buffer_0(self) -> bool:
@@ -114,22 +118,13 @@ def write_character(
         with replacing(place) as file:
             file.write(content)
     text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
-    chunks = _glb(output, text, chunk, character.rest) if character.is_glb else [text]
+    chunks = [text]
+    if character.is_glb:
+        chunks = glb_chunks(text, chunk, character.rest)
+        if sum(map(len, chunks)) > _LARGEST:
+            raise FormatError(output, "a GLB file holds less than 4 GiB; bend fewer targets")
     with replacing(output) as file:
         file.writelines(chunks)
-
-
-def _glb(output: str | Path, text: bytes, chunk: bytes | None, rest: bytes) -> list[bytes]:
-    text += b" " * (-len(text) % 4)
-    parts = [struct.pack("<I", len(text)) + b"JSON", text]
-    if chunk is not None:
-        padding = bytes(-len(chunk) % 4)
-        parts += [struct.pack("<II", len(chunk) + len(padding), _BIN), chunk, padding]
-    parts.append(rest)
-    length = 12 + sum(map(len, parts))
-    if length > _LARGEST:
-        raise FormatError(output, "a GLB file holds less than 4 GiB; bend fewer targets")
-    return [_MAGIC + struct.pack("<II", 2, length), *parts]
 
 
 def _referred(
@@ -168,15 +163,3 @@ def name_beside(character: Character, output: str | Path) -> tuple[str, str]:
     while name in taken:
         name = f"_{name}"
     return name, quote(name)
-
-
-def _after_document(content: bytes) -> tuple[bytes | None, bytes]:
-    """The binary chunk of a GLB file, and the chunks behind it."""
-    length = struct.unpack_from("<I", content, 8)[0]
-    place = 20 + struct.unpack_from("<I", content, 12)[0]
-    if place + 8 > length:
-        return None, b""
-    size, kind = struct.unpack_from("<II", content, place)
-    if kind != _BIN:
-        return None, content[place:length]
-    return content[place + 8 : place + 8 + size], content[place + 8 + size : length]

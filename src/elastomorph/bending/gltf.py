@@ -271,7 +271,7 @@ class _Edit:
             meshes=tuple(own.title for count, own in counts if count),
             clips=self._clips.clips,
             added_keys=self._clips.added_keys,
-            bytes_before=len(file.raw) + self._others(),
+            bytes_before=file.size + self._others(),
             bytes=size,
             storage_error=max((own.error for own in self._meshes), default=0.0),
             key_error=self._clips.error,

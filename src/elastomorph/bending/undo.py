@@ -45,8 +45,9 @@ def is_bent(file: GltfFile) -> bool:
     return isinstance(own, dict) and ("undo" in own or "version" in own)
 
 
-def undone(file: GltfFile, chunk: bytes | None) -> tuple[dict[str, Any], bytes | None]:
+def undone(file: GltfFile) -> tuple[dict[str, Any], bytes | None]:
     """The document and the binary chunk of the original of a bent file."""
+    chunk = file.chunk
     extras = dict(file.document["extras"])
     own = extras.pop(_KEY)
     if own.get("version") != _VERSION:

@@ -30,18 +30,38 @@ _HALF_CHARACTER = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 class GltfFile:
-    """An open document whose parts are checked as they are asked for."""
+    """An open document whose parts are checked as they are asked for.
 
-    def __init__(self, path: str | Path, document: dict[str, Any], blob: bytes, size: int) -> None:
+    Args:
+        path: The file.
+        document: Its JSON document.
+        chunk: The binary chunk of a container of chunks, None where there is none.
+        size: Bytes of the file on the disk.
+        rest: All other chunks of a container, which no one but their author understands; None
+            where the file is no container, but the document alone.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        document: dict[str, Any],
+        chunk: bytes | None,
+        size: int,
+        rest: bytes | None,
+    ) -> None:
         self.path = path
         self.document = document
+        self.chunk, self.size, self.rest = chunk, size, rest
         self.budget = MemoryBudget(path, size)  # of the file and those it brings with it
-        self.raw = b""  # the file as it is on the disk, where it was opened there
-        self._blob = blob
         self._read: dict[Path, bytes] = {}
         self.buffer: Callable[[int], memoryview] = cache(self._buffer)
         self.draco: dict[int, NDArray[Any]] | None = None  # see `elastomorph.io.gltf.draco`
         self._unpacked: Callable[[int], memoryview] = cache(self._decoded)
+
+    @property
+    def is_glb(self) -> bool:
+        """Whether it is one file of chunks, as .glb and .vrm are."""
+        return self.rest is not None
 
     def refuse(self, problem: str) -> NoReturn:
         """Refuse the file by a FormatError."""
@@ -141,7 +161,7 @@ class GltfFile:
         length = self.whole_in(entry, "byteLength", f"buffer {number}")
         uri = entry.get("uri")
         if uri is None:
-            content = self._blob if number == 0 else b""
+            content = (self.chunk or b"") if number == 0 else b""
         elif not isinstance(uri, str):
             self.refuse(f"the URI of buffer {number} is no text")
         else:
@@ -201,22 +221,30 @@ class GltfFile:
 def open_gltf(path: str | Path) -> GltfFile:
     """Open a .glb or .gltf file; which of them it is, its first bytes tell."""
     content = read_bytes(path)
-    text, blob = _chunks(path, content) if content.startswith(_MAGIC) else (content, b"")
-    file = GltfFile(path, _parsed(path, text), blob, len(content))
-    file.raw = content
+    text, chunk, rest = content, None, None
+    if content.startswith(_MAGIC):
+        text, chunk, rest = _chunks(path, content)
+    file = GltfFile(path, _parsed(path, text), chunk, len(content), rest)
     version = file.object_in(file.document, "asset", "the document").get("version")
     if not isinstance(version, str) or not version.startswith("2."):
         file.refuse(f"glTF version {_shown(version)}; only glTF 2.0 is read. Export it again")
     return file
 
 
-def glb_chunks(document: dict[str, Any], blob: bytes) -> list[bytes]:
-    """A GLB container of a document and its one buffer, whose length is a multiple of 4."""
-    text = json.dumps(document, separators=(",", ":")).encode()
+def glb_chunks(text: bytes, chunk: bytes | None, rest: bytes = b"") -> list[bytes]:
+    """A GLB container: a JSON document, a binary chunk if there is one, and further whole chunks.
+
+    What is longer than the 4 GiB that a container may have is for the caller to refuse.
+    """
     text += b" " * (-len(text) % 4)
-    length = 28 + len(text) + len(blob)
-    head = _MAGIC + struct.pack("<IIII", 2, length & 0xFFFFFFFF, len(text), _JSON)
-    return [head, text, struct.pack("<II", len(blob), _BIN), blob]
+    parts = [struct.pack("<II", len(text), _JSON), text]
+    if chunk is not None:
+        padding = bytes(-len(chunk) % 4)
+        length = (len(chunk) + len(padding)) & 0xFFFFFFFF
+        parts += [struct.pack("<II", length, _BIN), chunk, padding]
+    parts.append(rest)
+    length = 12 + sum(map(len, parts))
+    return [_MAGIC + struct.pack("<II", 2, length & 0xFFFFFFFF), *parts]
 
 
 def without_empty(value: Any) -> Any:
@@ -232,8 +260,8 @@ def without_empty(value: Any) -> Any:
     return value
 
 
-def _chunks(path: str | Path, content: bytes) -> tuple[bytes, bytes]:
-    """The JSON and the binary chunk of a GLB container."""
+def _chunks(path: str | Path, content: bytes) -> tuple[bytes, bytes | None, bytes]:
+    """The JSON and the binary chunk of a GLB container, and all others as they are."""
     if len(content) < 20:
         raise FormatError(path, "this GLB file is cut off before its first chunk")
     version, length = struct.unpack_from("<II", content, 4)
@@ -245,6 +273,7 @@ def _chunks(path: str | Path, content: bytes) -> tuple[bytes, bytes]:
             f"this GLB file announces {length:,} bytes, but has {len(content):,}: it is cut off",
         )
     found: dict[int, bytes] = {}
+    others = []
     place = 12
     while place + 8 <= length:
         size, kind = struct.unpack_from("<II", content, place)
@@ -252,11 +281,14 @@ def _chunks(path: str | Path, content: bytes) -> tuple[bytes, bytes]:
             raise FormatError(path, f"the chunk at byte {place} is longer than this GLB file")
         if not found and kind != _JSON:
             break
-        found.setdefault(kind, content[place + 8 : place + 8 + size])
+        if kind in (_JSON, _BIN) and kind not in found:
+            found[kind] = content[place + 8 : place + 8 + size]
+        else:
+            others.append(content[place : place + 8 + size])
         place += 8 + size
     if _JSON not in found:
         raise FormatError(path, "the first chunk of this GLB file is not the JSON document")
-    return found[_JSON], found.get(_BIN, b"")
+    return found[_JSON], found.get(_BIN), b"".join([*others, content[place:length]])
 
 
 def _parsed(path: str | Path, text: bytes) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
@@ -216,7 +217,7 @@ def _file(
     sizes = {"images": looks.size} if looks.size else {}
     if settings is not None:
         document["meshes"][0]["extras"]["elastomorph"]["settings"] = dict(settings)
-    chunks = glb_chunks(document, blob)
+    chunks = glb_chunks(json.dumps(document, separators=(",", ":")).encode(), blob)
     size = sum(map(len, chunks))
     parts = {"json": size - len(blob), **accessors.sizes, **sizes}
     return chunks, _report(rig, targets, clips, layout, size, parts)
