@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.io.gltf import meshopt
+from elastomorph.io.gltf.accessors import COMPONENT_TYPES, TYPES
 from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.quantize import padded
 
-_COMPONENTS = {"|i1": 5120, "|u1": 5121, "<i2": 5122, "<u2": 5123, "<u4": 5125, "<f4": 5126}
-_TYPES = {1: "SCALAR", 3: "VEC3"}
 _ARRAY_BUFFER = 34962
 
 
@@ -90,8 +90,7 @@ class Additions:
         """
         moved = np.flatnonzero(rows.any(axis=1))
         moved = moved.astype(np.uint16 if len(rows) <= 0x10000 else np.uint32)
-        stride = rows.itemsize * 3 + -(rows.itemsize * 3) % 4
-        dense = stride * len(rows)
+        dense = (rows.itemsize * 3 + -(rows.itemsize * 3) % 4) * len(rows)
         fractions = normalized and len(moved) > 0
         sparse = (moved.itemsize + (4 if fractions else rows.itemsize) * 3) * len(moved)
         use = f"{rows.dtype.str} {rows.shape} {normalized} {bounds}".encode()
@@ -102,7 +101,7 @@ class Additions:
             if fractions and not whole:
                 rows = (rows / np.iinfo(rows.dtype).max).astype(np.float32)
                 normalized = False
-            accessor = self._dense(rows, stride) if whole else self._sparse(rows, moved)
+            accessor = self._dense(rows) if whole else self._sparse(rows, moved)
             accessor |= {"normalized": True} if normalized else {}
             if bounds:
                 low, high = rows.min(axis=0).tolist(), rows.max(axis=0).tolist()
@@ -116,30 +115,29 @@ class Additions:
         They share a view with others in whose place keys of the same view were.
         """
         place = self._append(("keys", bounds, beside), values.tobytes())
-        accessor = place | {"componentType": 5126, "count": len(values), "type": "SCALAR"}
+        accessor = place | self._kind(values.reshape(-1, 1))
         if bounds:
             accessor |= {"min": [float(values.min())], "max": [float(values.max())]}
         return self._add(accessor)
 
-    def _dense(self, rows: NDArray[Any], stride: int) -> dict[str, Any]:
-        padded = np.zeros((len(rows), stride), dtype=np.uint8)
-        content = np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), -1)
-        padded[:, : content.shape[1]] = content
+    def _dense(self, rows: NDArray[Any]) -> dict[str, Any]:
+        content = padded(rows)
+        stride = content.shape[1]
         view = {"byteStride": stride, "target": _ARRAY_BUFFER}
-        return self._append(("dense", stride), padded.tobytes(), view) | self._kind(rows)
+        return self._append(("dense", stride), content.tobytes(), view) | self._kind(rows)
 
     def _sparse(self, rows: NDArray[Any], moved: NDArray[Any]) -> dict[str, Any]:
         if not len(moved):
             return self._kind(rows)
         places = self._append(("places", moved.itemsize), moved.tobytes())
         values = self._append(("values", rows.itemsize), rows[moved].tobytes())
-        component = {"componentType": _COMPONENTS[moved.dtype.str]}
+        component = {"componentType": COMPONENT_TYPES[moved.dtype.str]}
         sparse = {"count": len(moved), "indices": places | component, "values": values}
         return self._kind(rows) | {"sparse": sparse}
 
     def _kind(self, rows: NDArray[Any]) -> dict[str, Any]:
-        kind = {"componentType": _COMPONENTS[rows.dtype.str], "count": len(rows)}
-        return kind | {"type": _TYPES[rows.shape[1]]}
+        kind = {"componentType": COMPONENT_TYPES[rows.dtype.str], "count": len(rows)}
+        return kind | {"type": TYPES[rows.shape[1]]}
 
     def _append(
         self, use: tuple[Any, ...], content: bytes, view: dict[str, Any] | None = None
@@ -167,17 +165,14 @@ class Additions:
             stored = bytes(content)
             offset = start + len(blob)
             place: dict[str, Any] = {"buffer": buffer, "byteOffset": offset}
-            place["byteLength"] = len(content)
+            place["byteLength"] = len(stored)
             if self._packing is not None:
                 stride = own.get("byteStride", 4)
-                content += bytes(-len(content) % stride)
-                stored = meshopt.encode_attributes(bytes(content), stride)
-                place["byteLength"] = len(stored)
-                place |= {"byteStride": stride, "mode": "ATTRIBUTES"}
-                place["count"] = len(content) // stride
-                place = self._unpacked(len(content)) | {
-                    "extensions": {self._packing.extension: place}
-                }
+                stored += bytes(-len(stored) % stride)
+                place = self._unpacked(len(stored))
+                stored, packing = meshopt.packed_view(stored, stride, "ATTRIBUTES")
+                packed = {"buffer": buffer, "byteOffset": offset, "byteLength": len(stored)}
+                place["extensions"] = {self._packing.extension: packed | packing}
             views.append(place | own)
             blob += stored + bytes(-len(stored) % 4)
         return views, bytes(blob)
