@@ -16,7 +16,7 @@ from viewer_checks import drawn, validated
 import needs
 from elastomorph.errors import MissingExtraError
 from elastomorph.io.gltf import read_glb, write_glb
-from elastomorph.io.gltf.quantize import Grid, byte_normals, padded, quantized, within_reach
+from elastomorph.io.gltf.quantize import Grid, byte_normals, padded, within_reach
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
@@ -127,34 +127,6 @@ def test_a_normal_that_turns_far_by_hand() -> None:
     found = within_reach(np.array([[-1.2, -0.6, 0]]), np.array([[0.6, 0.8, 0.0]]))
     np.testing.assert_allclose(found, [[-1.0, -0.8 + 0.4 / 0.6 * 0.2, 0]])
     np.testing.assert_array_equal(byte_normals(np.array([[1, -1, 0.5]])), [[127, -127, 64]])
-
-
-@pytest.mark.parametrize(
-    ("rows", "component", "normalized", "expected"),
-    [
-        ([[0.5, -1.0, 1.0]], 5122, True, [[16384, -32767, 32767]]),
-        ([[0.5, -1.0, 1.0]], 5120, True, [[64, -127, 127]]),
-        ([[2.4, -128.0, 127.4]], 5120, False, [[2, -128, 127]]),
-        ([[65535.0, 0.0, 1.0]], 5123, False, [[65535, 0, 1]]),
-        ([[0.1, -1e30, 1.0]], 5126, False, np.float32([[0.1, -1e30, 1.0]])),
-    ],
-)
-def test_numbers_as_an_accessor_holds_them(
-    rows: list[list[float]], component: int, normalized: bool, expected: object
-) -> None:
-    found = quantized(np.array(rows), component, normalized)
-    np.testing.assert_array_equal(found, expected)
-
-
-@pytest.mark.parametrize(
-    ("value", "component", "normalized"),
-    [(1.01, 5120, True), (128.0, 5120, False), (-1.0, 5121, False), (40000.0, 5122, False)],
-)
-def test_numbers_that_an_accessor_cannot_hold(
-    value: float, component: int, normalized: bool
-) -> None:
-    with pytest.raises(ValueError, match="do not fit into"):
-        quantized(np.array([[value]]), component, normalized)
 
 
 def test_rows_are_filled_up_to_fours() -> None:

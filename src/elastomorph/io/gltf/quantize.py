@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.io.gltf.accessors import DTYPES
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 
@@ -111,27 +110,6 @@ def within_reach(turned: NDArray[np.float64], normals: NDArray[np.float64]) -> N
         room = np.where(end == 0, np.inf, (1 + np.sign(end) * normals) / np.abs(end))
     shorter = np.clip(room.min(axis=1, keepdims=True), 0.0, 1.0)
     return np.where(shorter < 1, shorter * end - normals, turned)
-
-
-def quantized(rows: NDArray[np.float64], component: int, normalized: bool) -> NDArray[Any]:
-    """Numbers as an accessor of this ``componentType`` holds them.
-
-    Args:
-        rows: (N, width) in units of the mesh; from -1 to 1 where they are normalized.
-        component: ``componentType`` of the accessor.
-        normalized: Whether it is ``normalized``.
-
-    Raises:
-        ValueError: The type does not hold numbers of this size.
-    """
-    kind = np.dtype(DTYPES[component])
-    if kind.kind == "f":
-        return rows.astype(kind)
-    limits = np.iinfo(kind)
-    whole = np.rint(rows * limits.max if normalized else rows) + 0.0
-    if not limits.min <= whole.min(initial=0) <= whole.max(initial=0) <= limits.max:
-        raise ValueError(f"numbers up to {np.abs(rows).max():g} do not fit into {kind.name}")
-    return whole.astype(kind)
 
 
 def padded(rows: NDArray[Any]) -> NDArray[np.uint8]:
