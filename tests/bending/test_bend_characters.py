@@ -323,14 +323,17 @@ def test_a_document_with_its_bytes_elsewhere_keeps_them_there(tmp_path: Path, na
 
 def test_a_moved_character_takes_along_what_it_refers_to(tmp_path: Path) -> None:
     file = flap_character()
-    file.json["images"] = [{"uri": "maps/skin.png"}, {"uri": "data:image/png;base64,AAAA"}]
+    skin = [{"uri": "maps/skin.png"}, {"uri": "maps/sk%69n.png"}]  # the same, written otherwise
+    file.json["images"] = [*skin, {"uri": "data:image/png;base64,AAAA"}]
     file.write(tmp_path / "a.gltf")
     (tmp_path / "maps").mkdir()
     (tmp_path / "maps" / "skin.png").write_bytes(b"a picture")
     away = tmp_path / "away"
     away.mkdir()
-    em.bend(tmp_path / "a.gltf", away / "a.gltf")
+    report = em.bend(tmp_path / "a.gltf", away / "a.gltf")
     assert (away / "maps" / "skin.png").read_bytes() == b"a picture"
+    sizes = [own.stat().st_size for own in away.rglob("*") if own.is_file()]
+    assert report.bytes == sum(sizes)  # each file once
 
 
 def test_only_some_targets_bend_by_the_methods_named(tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def write_character(
         beside: Further files, by their names in the folder of the output.
     """
     folder = Path(output).parent
-    brought = dict(_referred(character, document, folder))
+    brought = dict(_brought(character, folder))
     for name, content in brought.items():
         place = folder / name
         if place.is_file() and read_bytes(place) != content:
@@ -127,20 +127,20 @@ def write_character(
         file.writelines(chunks)
 
 
-def _referred(
-    character: Character, document: dict[str, Any], folder: Path
-) -> Iterator[tuple[str, bytes]]:
-    """Files that a document refers to, where the output goes to another folder."""
+def referred(file: GltfFile) -> list[str]:
+    """The names of the files beside it that a document refers to, each once."""
+    entries = [own for kind in ("buffers", "images") for own in file.items(kind)]
+    uris = [own.get("uri") for own in entries if isinstance(own, dict)]
+    names = (unquote(uri) for uri in uris if isinstance(uri, str) and ":" not in uri)
+    return list(dict.fromkeys(names))
+
+
+def _brought(character: Character, folder: Path) -> Iterator[tuple[str, bytes]]:
+    """Files that a character refers to, where the output goes to another folder."""
     home = Path(character.file.path).parent
     if home.resolve() == folder.resolve():
         return
-    names = {}
-    for kind in ("buffers", "images"):
-        for entry in document.get(kind, []):
-            uri = entry.get("uri") if isinstance(entry, dict) else None
-            if isinstance(uri, str) and ":" not in uri:
-                names[unquote(uri)] = uri
-    for name in names:
+    for name in referred(character.file):
         parts = name.replace("\\", "/").split("/")
         outside = name.startswith(("/", "\\")) or ".." in parts or "\0" in name
         if outside or not (home / name).resolve().is_relative_to(home.resolve()):

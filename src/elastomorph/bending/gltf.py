@@ -8,14 +8,19 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 import numpy as np
 
 from elastomorph.bending.additions import Additions, Packing, data_uri
 from elastomorph.bending.clips import ClipEdit
 from elastomorph.bending.face import Face
-from elastomorph.bending.files import Character, name_beside, require_output, write_character
+from elastomorph.bending.files import (
+    Character,
+    name_beside,
+    referred,
+    require_output,
+    write_character,
+)
 from elastomorph.bending.gaps import fill_gaps
 from elastomorph.bending.meshes import MeshEdit, spaces_of
 from elastomorph.bending.normals import NormalBends
@@ -240,15 +245,7 @@ class _Edit:
     def _others(self) -> int:
         """Bytes of the files that the source refers to."""
         file = self._character.file
-        home = Path(file.path).parent
-        uris = {
-            own.get("uri")
-            for kind in ("buffers", "images")
-            for own in file.items(kind)
-            if isinstance(own, dict)
-        }
-        names = {unquote(uri) for uri in uris if isinstance(uri, str) and ":" not in uri}
-        return sum(size_of(home / name) for name in names)
+        return sum(size_of(Path(file.path).parent / name) for name in referred(file))
 
     def _report(self, output: str | Path | None, size: int) -> BendReport:
         file, plan = self._character.file, self._plan
