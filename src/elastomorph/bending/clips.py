@@ -8,9 +8,7 @@ KHR_animation_pointer moves one weight alone, the weights of its bends get chann
 from __future__ import annotations
 
 import copy
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,18 +18,8 @@ from elastomorph.bending.additions import Additions
 from elastomorph.bending.keys import Columns, Keys, bent_keys
 from elastomorph.errors import ParameterError
 from elastomorph.io.gltf.accessors import read_floats
+from elastomorph.io.gltf.clips import POINTER, MovedWeights, moved_weights
 from elastomorph.io.gltf.container import GltfFile
-
-_POINTER = "KHR_animation_pointer"
-_WEIGHTS = re.compile(r"/(nodes|meshes)/(\d{1,9})/weights(?:/(\d{1,9}))?")
-
-
-@dataclass(frozen=True)
-class _Moved:
-    """What a channel moves: all weights of a mesh, or one."""
-
-    mesh: int
-    weight: int | None
 
 
 class ClipEdit:
@@ -71,7 +59,7 @@ class ClipEdit:
             self._file.item("animations", number, "the document")
             animation = self._document["animations"][number]
             of = f"animation {number}"
-            made: dict[tuple[int, _Moved], list[int]] = {}
+            made: dict[tuple[int, MovedWeights], list[int]] = {}
             for channel in list(self._file.list_in(animation, "channels", of)):
                 if not isinstance(channel, dict):
                     self._file.refuse(f"a channel of {of} is no object")
@@ -80,39 +68,13 @@ class ClipEdit:
                     self._extend(animation, channel, moved, made, of)
             self.clips += bool(made)
 
-    def _moved(self, channel: dict[str, Any], of: str) -> _Moved | None:
+    def _moved(self, channel: dict[str, Any], of: str) -> MovedWeights | None:
         """The weights that a channel moves, None where it moves something else."""
-        file = self._file
-        target = file.object_in(channel, "target", of)
-        if target.get("path") == "weights" and "node" in target:
-            return self._of_node(target["node"], None, of)
-        if target.get("path") != "pointer":
-            return None
-        extensions = file.object_in(target, "extensions", of)
-        pointer = file.object_in(extensions, _POINTER, of).get("pointer")
-        found = _WEIGHTS.fullmatch(pointer) if isinstance(pointer, str) else None
-        if found is None:
-            return None
-        kind, number, weight = found.groups()
-        index = None if weight is None else int(weight)
-        if kind == "nodes":
-            return self._of_node(int(number), index, of)
-        file.item("meshes", int(number), of)
-        return self._checked(_Moved(int(number), index), of)
-
-    def _of_node(self, number: Any, weight: int | None, of: str) -> _Moved:
-        node = self._file.item("nodes", number, f"a channel of {of}")
-        if "mesh" not in node:
-            self._file.refuse(
-                f"{of} moves weights of node {number}, which has no mesh; take out that channel, "
-                "or export the animation again"
-            )
-        self._file.item("meshes", node["mesh"], "a node")
-        return self._checked(_Moved(node["mesh"], weight), of)
-
-    def _checked(self, moved: _Moved, of: str) -> _Moved:
-        columns = self._columns.get(moved.mesh)
-        if columns is not None and moved.weight is not None and moved.weight >= columns.count:
+        moved = moved_weights(self._file, channel, of)
+        columns = None if moved is None else self._columns.get(moved.mesh)
+        if moved is None or moved.weight is None or columns is None:
+            return moved
+        if moved.weight >= columns.count:
             self._file.refuse(
                 f"{of} moves weight {moved.weight} of mesh {moved.mesh}, which has "
                 f"{columns.count} morph targets; take out that channel, or export it again"
@@ -123,8 +85,8 @@ class ClipEdit:
         self,
         animation: dict[str, Any],
         channel: dict[str, Any],
-        moved: _Moved,
-        made: dict[tuple[int, _Moved], list[int]],
+        moved: MovedWeights,
+        made: dict[tuple[int, MovedWeights], list[int]],
         of: str,
     ) -> None:
         samplers = self._file.list_in(animation, "samplers", of)
@@ -157,7 +119,7 @@ class ClipEdit:
             channel["sampler"] = made[key][0]
         for follower, sampler in zip(followers, made[key][bool(columns.folds) :], strict=True):
             added = copy.deepcopy(channel) | {"sampler": sampler}
-            place = added["target"]["extensions"][_POINTER]
+            place = added["target"]["extensions"][POINTER]
             place["pointer"] = f"{place['pointer'].rpartition('/')[0]}/{follower}"
             animation["channels"].append(added)
 

@@ -10,7 +10,13 @@ import pytest
 from glb_samples import CORNERS, MOVED, SQUARE, HandMade
 
 from elastomorph.errors import FormatError
-from elastomorph.io.gltf.clips import WeightClip, read_weight_clips
+from elastomorph.io.gltf.clips import (
+    MovedWeights,
+    WeightClip,
+    moved_weights,
+    read_weight_clips,
+)
+from elastomorph.io.gltf.container import open_gltf
 from elastomorph.rig.sliders import Sliders
 
 NAMES = ("open", "smile")
@@ -128,3 +134,38 @@ def test_damaged_clips_are_refused(tmp_path: Path, change: Any, problem: str) ->
 def test_times_rise_from_zero(tmp_path: Path, times: list[float]) -> None:
     with pytest.raises(FormatError, match="times"):
         clips(animated(times, [0, 0, 1, 1]), tmp_path)
+
+
+def _pointer(text: str) -> dict[str, Any]:
+    extensions = {"KHR_animation_pointer": {"pointer": text}}
+    return {"path": "pointer", "extensions": extensions}
+
+
+@pytest.mark.parametrize(
+    ("target", "expected"),
+    [
+        ({"path": "weights", "node": 0}, MovedWeights(0, None)),
+        (_pointer("/nodes/0/weights"), MovedWeights(0, None)),
+        (_pointer("/meshes/0/weights"), MovedWeights(0, None)),
+        (_pointer("/meshes/0/weights/1"), MovedWeights(0, 1)),
+        (_pointer("/nodes/0/weights/0"), MovedWeights(0, 0)),
+        (_pointer("/nodes/0/scale"), None),
+        ({"path": "rotation", "node": 0}, None),
+        ({"path": "weights"}, None),
+        ({}, None),
+    ],
+)
+def test_the_weights_that_a_channel_moves(
+    tmp_path: Path, target: dict[str, Any], expected: MovedWeights | None
+) -> None:
+    file = open_gltf(animated([0, 1], [0, 0, 1, 1]).write(tmp_path / "a.glb"))
+    assert moved_weights(file, {"target": target}, "a clip") == expected
+
+
+@pytest.mark.parametrize("number", [1, -1, 7, True, "0"])
+def test_weights_of_what_has_none_are_refused(tmp_path: Path, number: Any) -> None:
+    animation = animated([0, 1], [0, 0, 1, 1])
+    animation.document["nodes"].append({"name": "empty"})
+    file = open_gltf(animation.write(tmp_path / "a.glb"))
+    with pytest.raises(FormatError, match=r"no mesh|names number"):
+        moved_weights(file, {"target": {"path": "weights", "node": number}}, "a clip")

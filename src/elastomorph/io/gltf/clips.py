@@ -22,11 +22,12 @@ from elastomorph.io.gltf.primitives import target_names
 from elastomorph.io.untrusted import naming_file
 from elastomorph.rig.sliders import Sliders
 
-__all__ = ["WeightClip", "read_weight_clips"]
+__all__ = ["MovedWeights", "WeightClip", "moved_weights", "read_weight_clips"]
 
 Floats = NDArray[np.float64]
 
-_POINTER = re.compile(r"/(nodes|meshes)/(\d{1,9})/weights")
+POINTER = "KHR_animation_pointer"
+_WEIGHTS = re.compile(r"/(nodes|meshes)/(\d{1,9})/weights(?:/(\d{1,9}))?")
 _JUMP = 1e-4
 """Seconds before a jump, where the value before it ends."""
 _BETWEEN = 8
@@ -41,6 +42,14 @@ class WeightClip:
     name: str
     times: Floats
     weights: Floats
+
+
+@dataclass(frozen=True)
+class MovedWeights:
+    """What a channel moves: all weights of a mesh, by its number, or one of them."""
+
+    mesh: int
+    weight: int | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +117,10 @@ def read_weight_clips(path: str | Path, sliders: Sliders) -> list[WeightClip]:
 def _channels(file: GltfFile, animation: dict[str, Any], of: str) -> Iterator[_Channel]:
     samplers = file.list_in(animation, "samplers", of)
     for channel in file.list_in(animation, "channels", of):
-        mesh = _moved(file, channel)
-        if mesh is None:
+        moved = moved_weights(file, channel, of) if isinstance(channel, dict) else None
+        if moved is None or moved.weight is not None:
             continue
+        mesh = file.item("meshes", moved.mesh, "a node")
         number = channel.get("sampler")
         if type(number) is not int or not 0 <= number < len(samplers):
             file.refuse(f"a channel of {of} has no sampler")
@@ -131,25 +141,31 @@ def _channels(file: GltfFile, animation: dict[str, Any], of: str) -> Iterator[_C
         yield _Channel(names, times, values.reshape(len(times), *tangents, len(names)), kind)
 
 
-def _moved(file: GltfFile, channel: Any) -> dict[str, Any] | None:
-    """The mesh whose weights a channel moves, if it does that."""
-    target = channel.get("target") if isinstance(channel, dict) else None
-    if not isinstance(target, dict):
-        return None
-    node, path = target.get("node"), target.get("path")
+def moved_weights(file: GltfFile, channel: dict[str, Any], of: str) -> MovedWeights | None:
+    """The weights that a channel of an animation moves, None where it moves something else."""
+    target = file.object_in(channel, "target", of)
+    path, node, weight = target.get("path"), target.get("node"), None
     if path == "pointer":
-        extensions = target.get("extensions")
-        pointer = extensions.get("KHR_animation_pointer") if isinstance(extensions, dict) else None
-        text = pointer.get("pointer") if isinstance(pointer, dict) else None
-        found = _POINTER.fullmatch(text) if isinstance(text, str) else None
+        extensions = file.object_in(target, "extensions", of)
+        pointer = file.object_in(extensions, POINTER, of).get("pointer")
+        found = _WEIGHTS.fullmatch(pointer) if isinstance(pointer, str) else None
         if found is None:
             return None
+        weight = None if found[3] is None else int(found[3])
         if found[1] == "meshes":
-            return file.item("meshes", int(found[2]), "an animation")
+            file.item("meshes", int(found[2]), of)
+            return MovedWeights(int(found[2]), weight)
         node = int(found[2])
-    elif path != "weights":
+    elif path != "weights" or "node" not in target:
         return None
-    return file.item("meshes", file.item("nodes", node, "an animation").get("mesh"), "a node")
+    mesh = file.item("nodes", node, f"a channel of {of}").get("mesh")
+    if mesh is None:
+        file.refuse(
+            f"{of} moves weights of node {node}, which has no mesh; take out that channel, "
+            "or export the animation again"
+        )
+    file.item("meshes", mesh, "a node")
+    return MovedWeights(mesh, weight)
 
 
 def _tracks(file: GltfFile, channels: list[_Channel]) -> tuple[dict[str, Floats], Floats]:
