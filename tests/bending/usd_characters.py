@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from blended_points import blended
+
 HINGE = np.array([0.0, 0.2, 0.0])
 ANGLE = 0.6
 
@@ -155,23 +157,12 @@ def character(path: Path, **options: Any) -> Path:
 
 def played(source: Any, mesh: str, weights: Mapping[str, float]) -> np.ndarray:
     """(N, 3) points of a mesh of a stage or file, by UsdSkel, weights by names of prims."""
-    from pxr import Usd, UsdGeom, UsdSkel, Vt
+    from pxr import Usd
 
     stage = Usd.Stage.Open(str(source)) if isinstance(source, Path) else source
     prim = stage.GetPrimAtPath(mesh)
-    query = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
     names = [target.name for target in prim.GetRelationship("skel:blendShapeTargets").GetTargets()]
-    row = Vt.FloatArray([float(weights.get(name, 0.0)) for name in names])
-    points = UsdGeom.Mesh(prim).GetPointsAttr().Get()
-    sub_weights, shapes, sub_shapes = query.ComputeSubShapeWeights(row)
-    assert query.ComputeDeformedPoints(
-        sub_weights,
-        shapes,
-        sub_shapes,
-        query.ComputeBlendShapePointIndices(),
-        query.ComputeSubShapePointOffsets(),
-        points,
-    )
+    points = blended(prim, [weights.get(name, 0.0) for name in names])
     return np.array(points, dtype=np.float64)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
+from blended_points import blended
 from elastomorph.bending.usd import bend_usd
 from elastomorph.errors import FormatError
 from needs import extra
@@ -92,24 +93,14 @@ def character(path: Path, joints: dict[str, Any], *, rest: Any = None, order: An
 
 def at_rest(path: Path, name: str, weight: float) -> np.ndarray:
     """(N, 3) points in the world as UsdSkel blends and skins them."""
-    from pxr import Usd, UsdGeom, UsdSkel, Vt
+    from pxr import Usd, UsdGeom, UsdSkel
 
     stage = Usd.Stage.Open(str(path))
     cache = UsdSkel.Cache()
     assert cache.Populate(UsdSkel.Root(stage.GetPrimAtPath("/body")), Usd.PrimDefaultPredicate)
     skeleton = UsdSkel.Skeleton(stage.GetPrimAtPath("/body/rig"))
     prim = stage.GetPrimAtPath(f"/body/{name}")
-    points = UsdGeom.Mesh(prim).GetPointsAttr().Get()
-    query = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
-    sub_weights, shapes, sub_shapes = query.ComputeSubShapeWeights(Vt.FloatArray([weight]))
-    assert query.ComputeDeformedPoints(
-        sub_weights,
-        shapes,
-        sub_shapes,
-        query.ComputeBlendShapePointIndices(),
-        query.ComputeSubShapePointOffsets(),
-        points,
-    )
+    points = blended(prim, [weight])
     transforms = cache.GetSkelQuery(skeleton).ComputeSkinningTransforms(0.0)
     skinning = cache.GetSkinningQuery(prim)
     mapper = skinning.GetJointMapper()

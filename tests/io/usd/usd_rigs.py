@@ -10,6 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from blended_points import blended
 from elastomorph.errors import FormatError
 from elastomorph.io.blend_shapes import hats
 from elastomorph.io.isolated import RefusedError
@@ -100,19 +101,17 @@ def rigs(draw: st.DrawFn) -> Rig:
 
 def posed_by_usd(path: Path, weights: Mapping[str, float], mesh: str = "/Face/Mesh") -> np.ndarray:
     """Points as UsdSkel itself evaluates blend shapes, by the names of their prims."""
-    from pxr import Usd, UsdGeom, UsdSkel, Vt
+    from pxr import Usd, UsdSkel
 
     stage = Usd.Stage.Open(str(path))
     prim = stage.GetPrimAtPath(mesh)
-    binding = UsdSkel.BindingAPI(prim)
-    order = list(binding.GetBlendShapesAttr().Get())
-    row = Vt.FloatArray([float(weights.get(name, 0.0)) for name in order])
-    return _deformed(UsdSkel.BlendShapeQuery(binding), row, UsdGeom.Mesh(prim))
+    order = UsdSkel.BindingAPI(prim).GetBlendShapesAttr().Get()
+    return np.array(blended(prim, [weights.get(name, 0.0) for name in order]))
 
 
 def played_by_usd(path: Path, code: float) -> np.ndarray:
     """Points as UsdSkel plays the animation of the file and skins them to its skeleton."""
-    from pxr import Usd, UsdGeom, UsdSkel, Vt
+    from pxr import Usd, UsdSkel
 
     stage = Usd.Stage.Open(str(path))
     root = UsdSkel.Root(stage.GetDefaultPrim())
@@ -123,26 +122,9 @@ def played_by_usd(path: Path, code: float) -> np.ndarray:
     query = cache.GetSkelQuery(bound.GetSkeleton())
     animation = query.GetAnimQuery()
     weights = animation.ComputeBlendShapeWeights(code)
-    row = Vt.FloatArray(target.GetBlendShapeMapper().Remap(weights))
-    mesh = UsdGeom.Mesh(target.GetPrim())
-    points = _deformed(UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(mesh)), row, mesh)
-    skinned = Vt.Vec3fArray.FromNumpy(points.astype(np.float32))
+    skinned = blended(target.GetPrim(), target.GetBlendShapeMapper().Remap(weights))
     assert target.ComputeSkinnedPoints(query.ComputeSkinningTransforms(code), skinned, code)
     return np.array(skinned)
-
-
-def _deformed(query: Any, weights: Any, mesh: Any) -> np.ndarray:
-    points = mesh.GetPointsAttr().Get()
-    sub_weights, shapes, sub_shapes = query.ComputeSubShapeWeights(weights)
-    assert query.ComputeDeformedPoints(
-        sub_weights,
-        shapes,
-        sub_shapes,
-        query.ComputeBlendShapePointIndices(),
-        query.ComputeSubShapePointOffsets(),
-        points,
-    )
-    return np.array(points)
 
 
 def piecewise_linear(morph: Morph, inbetweens: tuple[float, ...], t: float) -> np.ndarray:
