@@ -76,8 +76,8 @@ class MeshEdit:
         self.title = name if isinstance(name, str) and name else f"mesh {mesh.number}"
         self.names: list[str] = []  # of the targets that were added
         self._stored: dict[str, dict[str, Any]] = {}  # what is said of each morph that bends
-        self._away = 0.0  # of one bend: how far its numbers are from it, fraction of D
-        self.error = 0.0  # of all bends of a target together, likewise
+        # How far the numbers of all bends of a target together are from them, fraction of D.
+        self.error = 0.0
 
     def add(self, bent: BentMorph, bends: Fields, normals: Fields | None) -> None:
         """The bends (K, V, 3) of a morph of the face, and what they add to its normals."""
@@ -96,9 +96,7 @@ class MeshEdit:
             self._bends.append((column, curve, float(lengths[k].max()) / self._extent))
             curves.append({"target": name, "curve": curve_to_json(curve)})
             turned = None if normals is None else normals[k][self._mesh.rig_vertices]
-            self._away = 0.0
-            self._add_target(column, own[k], turned, float(peaks[k]))
-            rounded += self._away
+            rounded += self._add_target(column, own[k], turned, float(peaks[k]))
         self.error = max(self.error, rounded)
         entry: dict[str, Any] = {"method": bent.morph.method, "bends": curves}
         if bent.fold is not None:
@@ -117,9 +115,13 @@ class MeshEdit:
             return None
         return Columns(len(self._mesh.names), tuple(self._bends), self._folds)
 
-    def _add_target(self, column: int, bend: Fields, normals: Fields | None, peak: float) -> None:
-        """One further target in every primitive; those that share vertices share accessors."""
+    def _add_target(self, column: int, bend: Fields, normals: Fields | None, peak: float) -> float:
+        """One further target in every primitive; those that share vertices share accessors.
+
+        Returned is how far its numbers are from it, as a fraction of D.
+        """
         known: dict[tuple[Any, ...], int] = {}
+        farthest = 0.0
         for number, primitive in enumerate(self._entry["primitives"]):
             example = primitive["targets"][column]
             kinds = dict.fromkeys(["POSITION", *(kind for kind in _KINDS if kind in example)])
@@ -130,17 +132,20 @@ class MeshEdit:
                 key = (kind, encoding, space or number)
                 if key not in known:
                     values = self._values(kind, number, bend, normals)
-                    known[key] = self._accessor(kind, encoding, values, space, peak)
+                    if kind == "POSITION":
+                        known[key], away = self._moves(encoding, values, space, peak)
+                        farthest = max(farthest, away)
+                    else:
+                        rows, normalized, _ = encoding.encoded(values, directions=True)
+                        known[key] = self._additions.displacements(rows, normalized=normalized)
                 target[kind] = known[key]
             primitive["targets"].append(target)
+        return farthest
 
-    def _accessor(
-        self, kind: str, encoding: Encoding, values: Fields, space: MeshSpace | None, peak: float
-    ) -> int:
-        """The accessor of (N, 3) values in the space of the mesh."""
-        if kind != "POSITION":
-            rows, normalized, _ = encoding.encoded(values, directions=True)
-            return self._additions.displacements(rows, normalized=normalized)
+    def _moves(
+        self, encoding: Encoding, values: Fields, space: MeshSpace | None, peak: float
+    ) -> tuple[int, float]:
+        """The accessor of (N, 3) displacements, and how far it is from them, fraction of D."""
         while True:
             rows, normalized, away = encoding.encoded(values)
             error = 0.0
@@ -150,8 +155,8 @@ class MeshEdit:
             if error <= self._tolerance or encoding.finer == encoding:
                 break
             encoding = encoding.finer
-        self._away = max(self._away, error)
-        return self._additions.displacements(rows, normalized=normalized, bounds=True)
+        number = self._additions.displacements(rows, normalized=normalized, bounds=True)
+        return number, error
 
     def _values(self, kind: str, primitive: int, bend: Fields, normals: Fields | None) -> Fields:
         """(N, 3) of a bend in the space of the mesh."""

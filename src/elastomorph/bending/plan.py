@@ -104,7 +104,8 @@ def make_plan(
     """
     tolerance = as_number(tolerance, "the tolerance", above=0)
     names, extent = _names(rig, only), extent_of(rig)
-    rig = _with_paths(rig, method, names, (extent, baked), say)
+    part = extent / (rig.neutral.diameter or 1.0)
+    rig = _with_paths(rig, _held_within(part, baked, _named(rig, method, names)), say)
     scale = extent or 1.0
     options: dict[str, list[Way]] = {}
     gains: dict[str, float] = {}
@@ -117,8 +118,7 @@ def make_plan(
     if max_targets is not None:
         room = _Room.of(rig, as_number(max_targets, "the most targets", least=0), meshes)
         chosen = room.filled(options)
-    bent: list[BentMorph] = []
-    left_out: list[BentMorph] = []
+    bent, left_out = list[BentMorph](), list[BentMorph]()
     for name, own in options.items():
         nothing = chosen[name] == 0 and own[0].fold is None
         way = own[-1 if nothing else chosen[name]].within(tolerance * scale)
@@ -137,14 +137,8 @@ def _names(rig: Rig, only: Collection[str] | None) -> list[str]:
     return [name for name in rig.morphs if name in set(only)]
 
 
-def _with_paths(
-    rig: Rig,
-    method: Methods,
-    names: list[str],
-    held: tuple[float, float | None],
-    say: Callable[[str], None],
-) -> Rig:
-    """The rig with the paths that are named, and by default those that it has not."""
+def _named(rig: Rig, method: Methods, names: list[str]) -> dict[str, Method]:
+    """The methods of the targets that are named, and by default of those that have no path."""
     named: Mapping[str, str | Method]
     if isinstance(method, Mapping):
         named = method
@@ -152,11 +146,31 @@ def _with_paths(
             rig.sliders.require(name, tuple(rig.morphs))
     else:
         named = {} if method is None else dict.fromkeys(names, method)
+    asked = (name for name in names if name in named or rig.morphs[name].bare)
+    return {name: Method.of(named.get(name, "auto")) for name in asked}
+
+
+def _held_within(
+    part: float, baked: float | None, methods: Mapping[str, Method]
+) -> dict[str, Method]:
+    """Methods with their tolerances, fractions of the neutral's diameter, as ones of D.
+
+    D is this part of the diameter.
+    """
+    held = {}
+    for name, method in methods.items():
+        held[name] = method
+        if method.has("tolerance") and part:
+            own = method.tolerance if baked is None else min(method.tolerance, baked)
+            held[name] = replace(method, tolerance=own * min(1.0, part))  # type: ignore[call-arg]
+    return held
+
+
+def _with_paths(rig: Rig, methods: Mapping[str, Method], say: Callable[[str], None]) -> Rig:
+    """The rig with paths by these methods."""
     groups: dict[Method, list[str]] = {}
-    for name in names:
-        if name in named or rig.morphs[name].bare:
-            own = _held_within(Method.of(named.get(name, "auto")), *held, rig)
-            groups.setdefault(own, []).append(name)
+    for name, own in methods.items():
+        groups.setdefault(own, []).append(name)
     try:
         for own, members in groups.items():
             rig = with_paths(rig, own, names=members, say=say)
@@ -164,15 +178,6 @@ def _with_paths(
         source = rig.neutral.source
         raise error if source is None else BakeError(f"{source.path}: {error}") from error
     return rig
-
-
-def _held_within(method: Method, extent: float, baked: float | None, rig: Rig) -> Method:
-    """The method with its tolerance, a fraction of the neutral's diameter, as one of D."""
-    if not method.has("tolerance") or not extent or not rig.neutral.diameter:
-        return method
-    part = min(1.0, extent / rig.neutral.diameter)
-    own = method.tolerance if baked is None else min(method.tolerance, baked)
-    return replace(method, tolerance=own * part)  # type: ignore[call-arg]
 
 
 def _bent(name: str, morph: Morph, way: Way, gain: float, scale: float) -> BentMorph:
