@@ -47,7 +47,7 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
 def test_the_command_line_starts_without_anything_heavy() -> None:
     """Help and mistyped options must not wait for numpy, scipy, vtk and the like, nor for verbs."""
     heavy = (
-        "{'numpy', 'scipy', 'vtkmodules', 'matplotlib', 'PIL', 'rich', 'torch', 'pxr', "
+        "{'numpy', 'scipy', 'vtkmodules', 'matplotlib', 'PIL', 'rich', 'torch', 'pxr', 'cv2', "
         "'elastomorph.cli.options', 'elastomorph.cli.render'}"
     )
     program = (
@@ -58,6 +58,16 @@ def test_the_command_line_starts_without_anything_heavy() -> None:
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (found.returncode, found.stderr) == (0, "")
     assert "evaluate" in found.stdout
+
+
+def test_no_public_name_asks_for_what_an_extra_brings() -> None:
+    extras = "{'pycolmap', 'cv2', 'embreex', 'PIL', 'vtkmodules', 'torch', 'pxr', 'meshopt'}"
+    program = (
+        "import sys\nimport elastomorph as em\nfor name in em.__all__:\n    getattr(em, name)\n"
+        f"sys.exit(' '.join({extras} & set(sys.modules)) or 0)"
+    )
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (found.returncode, found.stderr) == (0, "")
 
 
 def test_every_error_derives_from_one() -> None:

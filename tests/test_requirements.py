@@ -41,11 +41,14 @@ def test_what_the_package_names_is_pinned() -> None:
     core = required(PROJECT["dependencies"])
     assert core | {"hatchling"} <= names("demo")
     assert required(extras["demo"]) - {"imageio-ffmpeg"} <= names("demo")
-    every = [text for name in ("demo", "usd", "fbx", "dev") for text in extras[name]]
+    every = [
+        text for name in ("demo", "usd", "fbx", "gltf", "capture", "dev") for text in extras[name]
+    ]
     assert core | required(every) <= names("dev")
 
 
 def test_the_demo_brings_nothing_for_tests_checks_and_documentation() -> None:
     large = {"playwright", "usd-core", "mypy", "sphinx", "pytest", "imageio-ffmpeg", "ruff"}
+    large |= required(PROJECT["optional-dependencies"]["capture"])
     assert large <= names("dev")
     assert not large & names("demo")
