@@ -1,0 +1,1 @@
+"""Renders photographs of a head whose shape and motion are known."""

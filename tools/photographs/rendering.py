@@ -1,0 +1,173 @@
+"""A photograph of a posed head: rays, soft light, skin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from photographs.backdrop import Backdrop
+from photographs.cameras import Shot
+from photographs.skin import Skin
+
+__all__ = ["Scene", "Seen", "Surface"]
+
+_BLOCK = 1 << 14  # points shaded at a time: their arrays stay in the cache of a core
+_AMBIENT, _FROM_ABOVE = 0.45, 0.15
+# Large lamps: where to, how bright; light reaches around the surface as from a soft box.
+_LAMPS = (((0.0, 0.5, 0.866), 0.30), ((0.85, 0.25, 0.46), 0.22), ((-0.85, 0.25, 0.46), 0.22))
+_AROUND = 0.4
+_GLOSS, _SHARPNESS = 0.6, 25
+_REACH = 5.0  # cm within which a surface takes light from another
+_RAYS = 32
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """What does not change from pose to pose.
+
+    Attributes:
+        rest: (V, 3) vertices of the neutral, to which the texture is fixed.
+        triangles: (T, 3).
+        materials: (T,) of each triangle, as `photographs.skin` numbers them.
+        tints: (V, 2) share of lip and of brow.
+    """
+
+    rest: NDArray[np.float64]
+    triangles: NDArray[np.int32]
+    materials: NDArray[np.int8]
+    tints: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What each sample of a photograph sees.
+
+    Attributes:
+        triangle: (H, W) int32, -1 where it is the background.
+        weights: (H, W, 3) of the corners of the triangle.
+    """
+
+    triangle: NDArray[np.int32]
+    weights: NDArray[np.float32]
+
+
+class Scene:
+    """A posed head in front of a backdrop, ready to be photographed from anywhere.
+
+    Args:
+        surface: The head.
+        vertices: (V, 3) where its vertices are in the world.
+        skin: Its texture.
+        backdrop: What is behind.
+    """
+
+    def __init__(
+        self, surface: Surface, vertices: NDArray[np.float64], skin: Skin, backdrop: Backdrop
+    ) -> None:
+        self.surface, self.skin, self.backdrop = surface, skin, backdrop
+        self._rays = EmbreeScene()
+        TriangleMesh(self._rays, vertices.astype(np.float32), surface.triangles.astype(np.int32))
+        normals = _normals(vertices, surface.triangles)
+        light = self._open(vertices, normals)
+        attributes = [surface.rest, normals, surface.tints, light[:, None]]
+        self._attributes = np.concatenate(attributes, axis=1).astype(np.float32)
+
+    def _open(
+        self, vertices: NDArray[np.float64], normals: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """(V,) share of the light around that reaches each vertex, cosine-weighted."""
+        sphere = np.random.default_rng(0).normal(size=(_RAYS, 3))
+        sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
+        start = (vertices + 0.01 * normals).astype(np.float32)
+        free = np.zeros(len(vertices))
+        for way in sphere:
+            toward = normals + 0.999 * way
+            toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+            distance = self._rays.run(start, toward.astype(np.float32), query="DISTANCE")
+            free += np.minimum(np.asarray(distance, dtype=float) / _REACH, 1)
+        return free / _RAYS
+
+    def seen(self, shot: Shot, samples: int = 1) -> Seen:
+        """What every sample of every pixel of a photograph sees."""
+        directions = shot.lens.directions(samples)
+        ways = directions.reshape(-1, 3) @ shot.rotation.astype(np.float32)
+        start = np.broadcast_to(shot.position.astype(np.float32), ways.shape)
+        hits = self._rays.run(np.ascontiguousarray(start), ways, query="INTERSECT", output=True)
+        weights = np.stack([1 - hits["u"] - hits["v"], hits["u"], hits["v"]], axis=-1)
+        shape = directions.shape[:2]
+        return Seen(hits["primID"].reshape(shape), weights.reshape(*shape, 3))
+
+    def photograph(self, shot: Shot, samples: int = 1) -> NDArray[np.float32]:
+        """(H, W, 3) red, green and blue in linear light, samples of a pixel averaged."""
+        seen = self.seen(shot, samples)
+        directions = shot.lens.directions(samples).reshape(-1, 3)
+        ways = directions @ shot.rotation.astype(np.float32)
+        triangle, weights = seen.triangle.ravel(), seen.weights.reshape(-1, 3)
+        picture = np.empty((len(ways), 3), dtype=np.float32)
+        for first in range(0, len(ways), _BLOCK):
+            block = slice(first, first + _BLOCK)
+            hit = triangle[block] >= 0
+            if not hit.all():
+                picture[block][~hit] = self.backdrop.colours(shot.position, ways[block][~hit])
+            if hit.any():
+                own = triangle[block][hit], weights[block][hit], ways[block][hit]
+                picture[block][hit] = self._shaded(*own)
+        width, height = shot.lens.size
+        if samples == 1:
+            return picture.reshape(height, width, 3)
+        return picture.reshape(height, samples, width, samples, 3).mean(axis=(1, 3))
+
+    def _shaded(
+        self,
+        triangle: NDArray[np.int32],
+        weights: NDArray[np.float32],
+        ways: NDArray[np.float32],
+    ) -> NDArray[np.float32]:
+        """(n, 3) light from points of triangles toward a camera that looks along ``ways``."""
+        corners = self._attributes[self.surface.triangles[triangle]]
+        rest, normals, tints, light = np.split(
+            np.einsum("nc,nca->na", weights, corners), [3, 6, 8], axis=1
+        )
+        kinds = self.surface.materials[triangle]
+        colour, shine = self.skin.colours(np.ascontiguousarray(rest), kinds, tints)
+        return _lit(colour, shine, normals, -ways, light[:, 0])
+
+
+def _normals(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.float64]:
+    """(V, 3) unit normals of vertices, triangles weighted by area."""
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    faces = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1).reshape(-1, 3)
+    at = triangles.ravel()
+    summed = np.stack([np.bincount(at, axis, len(vertices)) for axis in faces.T], axis=1)
+    unit: NDArray[np.float64] = summed / np.maximum(
+        np.linalg.norm(summed, axis=1, keepdims=True), 1e-12
+    )
+    return unit
+
+
+def _lit(
+    colour: NDArray[np.float32],
+    shine: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    back: NDArray[np.float32],
+    light: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """Light off a surface: around, from lamps, and what shines."""
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    back = back / np.linalg.norm(back, axis=1, keepdims=True)
+    facing = np.einsum("na,na->n", normals, back)
+    normals = np.where(facing[:, None] < 0, -normals, normals)
+    level = _AMBIENT + _FROM_ABOVE * normals[:, 1]
+    gloss = np.zeros(len(colour), dtype=np.float32)
+    for toward, strength in _LAMPS:
+        lamp = np.array(toward, dtype=np.float32)
+        level += strength * np.maximum((normals @ lamp + _AROUND) / (1 + _AROUND), 0)
+        half = lamp + back
+        cosine = np.einsum("na,na->n", normals, half) / np.linalg.norm(half, axis=1)
+        gloss += np.maximum(cosine, 0) ** _SHARPNESS
+    lit: NDArray[np.float32] = colour * (level * light)[:, None]
+    return lit + (_GLOSS * shine * gloss * light)[:, None]
