@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageOps
 
+from elastomorph.capture.landmarks import LANDMARKS, read_landmarks
 from elastomorph.model.polygons import Polygons
 from elastomorph.samples import head
 from needs import extra
@@ -262,3 +263,20 @@ def test_the_command_line_describes_a_session():
     assert (session.poses, session.size, session.rings) == (3, (60, 80), (-35.0, 8.0))
     assert session.count == 12  # of the small case
     assert session.film == Film(noise=0.1, exif=False)
+
+
+def test_clicks_lie_on_landmarks_that_are_seen(tmp_path, person):
+    """Within four standard deviations of a click; each landmark of the middle in two or more."""
+    session = replace(TINY, poses=1, count=9, size=(60, 80))
+    truth = photograph(session, tmp_path)
+    read = read_landmarks(tmp_path / "landmarks.json")
+    assert set(read.vertices) == set(LANDMARKS)
+    often = dict.fromkeys(LANDMARKS, 0)
+    for file, places in read.photographs["p00"].items():
+        camera = truth.cameras["p00"][truth.files.index(file)]
+        for name, place in places.items():
+            vertex = truth.of_template[read.vertices[name]]
+            true = camera.project(truth.vertices["p00"][vertex])
+            assert np.abs(np.array(place) - true).max() < 4 * 3 * 80 / 2000
+            often[name] += 1
+    assert min(often.values()) >= 2

@@ -23,6 +23,7 @@ _AROUND = 0.4
 _GLOSS, _SHARPNESS = 0.6, 25
 _REACH = 5.0  # cm within which a surface takes light from another
 _RAYS = 32
+_PATCH = 1.0  # cm around a vertex that a normal is taken of
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +70,11 @@ class Scene:
         self, surface: Surface, vertices: NDArray[np.float64], skin: Skin, backdrop: Backdrop
     ) -> None:
         self.surface, self.skin, self.backdrop = surface, skin, backdrop
+        self.vertices = vertices
         self._rays = EmbreeScene()
         TriangleMesh(self._rays, vertices.astype(np.float32), surface.triangles.astype(np.int32))
         normals = _normals(vertices, surface.triangles)
+        self._normals = normals
         light = self._open(vertices, normals)
         attributes = [surface.rest, normals, surface.tints, light[:, None]]
         self._attributes = np.concatenate(attributes, axis=1).astype(np.float32)
@@ -90,6 +93,28 @@ class Scene:
             distance = self._rays.run(start, toward.astype(np.float32), query="DISTANCE")
             free += np.minimum(np.asarray(distance, dtype=float) / _REACH, 1)
         return free / _RAYS
+
+    def facing(self, shot: Shot, chosen: list[int], behind: float) -> NDArray[np.float64]:
+        """(n,) cosine between the face around vertices and the way to a camera; -1 where hidden.
+
+        Args:
+            shot: The camera.
+            chosen: (n,) vertices.
+            behind: How far behind something else a vertex still counts as seen, in cm.
+        """
+        ways = self.vertices[chosen] - shot.position
+        distances = np.linalg.norm(ways, axis=1)
+        ways /= distances[:, None]
+        start = np.broadcast_to(shot.position, ways.shape).astype(np.float32)
+        first = self._rays.run(start, ways.astype(np.float32), query="DISTANCE")
+        # The normal of a face around it, for one in a corner of an eye or a mouth looks anywhere.
+        around = [
+            self._normals[np.linalg.norm(self.vertices - self.vertices[one], axis=1) < _PATCH]
+            for one in chosen
+        ]
+        normals = np.array([own.mean(axis=0) / np.linalg.norm(own.mean(axis=0)) for own in around])
+        cosines = -np.einsum("na,na->n", ways, normals)
+        return np.where(first > distances - behind, cosines, -1.0)
 
     def seen(self, shot: Shot, samples: int = 1) -> Seen:
         """What every sample of every pixel of a photograph sees."""

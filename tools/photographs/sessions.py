@@ -4,6 +4,7 @@
 
     FOLDER/p00/00.jpg …     a folder a pose, p00 the neutral
     FOLDER/template.obj     the face of somebody else, of the topology of this face
+    FOLDER/landmarks.json   landmarks on the template and clicks in photographs of the neutral
     FOLDER/truth.npz        cameras, vertices and motion of the head (`Truth`)
     FOLDER/poses_true/      the true poses with the topology of the template
 """
@@ -20,8 +21,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
+from elastomorph.capture.landmarks import Landmarks, write_landmarks
 from photographs.backdrop import Backdrop
 from photographs.cameras import RINGS, Lens, Shot, Spread, around
+from photographs.clicks import clicked
 from photographs.film import Film, developed
 from photographs.rendering import Scene
 from photographs.skin import Skin
@@ -135,9 +138,27 @@ def _pose(session: Session, number: int, person: Subject, truth: Truth, folder: 
         Skin(session.seed, session.texture),
         Backdrop(session.backdrop, session.seed),
     )
+    if number == 0:
+        _landmarks(session, person, truth, scene, folder.parent / "landmarks.json")
     # Where a pixel is wider than the finest grain it averages over what it covers.
     samples = 2 if session.size[1] <= 1400 else 1
     for shot, (file, camera) in enumerate(zip(truth.files, truth.cameras[name], strict=True)):
         random = np.random.default_rng([session.seed, 12, number, shot])
         light = scene.photograph(camera, samples)
         (folder / file).write_bytes(developed(light, camera.lens, session.film, random))
+
+
+def _landmarks(session: Session, person: Subject, truth: Truth, scene: Scene, path: Path) -> None:
+    """The file of landmarks on the template and of clicks in photographs of the neutral."""
+    name = session.names[0]
+    random = np.random.default_rng([session.seed, 13])
+    clicks = clicked(scene, truth.cameras[name], truth.files, person.landmarks, random)
+    on_template = np.argsort(person.of_template)
+    places = np.searchsorted(
+        person.of_template, list(person.landmarks.values()), sorter=on_template
+    )
+    vertices = {
+        landmark: int(on_template[place])
+        for landmark, place in zip(person.landmarks, places, strict=True)
+    }
+    write_landmarks(path, Landmarks(vertices, {name: clicks}))

@@ -21,6 +21,7 @@ from elastomorph.model.mesh import part_of
 from elastomorph.model.polygons import Polygons
 from elastomorph.samples import head, shapes
 from photographs import skin
+from photographs.clicks import both_sides, ict
 from photographs.rendering import Surface
 from photographs.subdivision import refined
 
@@ -63,6 +64,7 @@ class Subject:
         of_template: (N,) the vertex of `surface` at each vertex of the template.
         surface: What is photographed.
         refine: Matrix from vertices of the neutral to those of `surface`.
+        landmarks: Vertices of the whole head, by name.
         aim: (3,) where cameras look, in cm.
         distance: From there to the cameras, in cm.
         movements: Weights of targets, by name of the movement.
@@ -75,6 +77,7 @@ class Subject:
     of_template: NDArray[np.int64]
     surface: Surface
     refine: sparse.csr_array
+    landmarks: dict[str, int]
     aim: tuple[float, float, float]
     distance: float
     movements: dict[str, dict[str, float]]
@@ -151,6 +154,7 @@ def _ict(seed: int) -> Subject:
         of_template=np.arange(_ICT_FACE),
         surface=surface,
         refine=sparse.csr_array(sparse.eye_array(len(neutral.vertices))),
+        landmarks={name: v for name, v in ict(folder).items() if v < _ICT_FACE},
         aim=(0.0, -1.5, 1.0),
         distance=57.0,
         movements={
@@ -187,6 +191,7 @@ def _built_in(seed: int) -> Subject:
         of_template=own,
         surface=surface,
         refine=refine,
+        landmarks=both_sides(original.vertices),
         aim=(0.0, -2.5, 1.0),
         distance=46.0,
         movements={
