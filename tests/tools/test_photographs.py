@@ -267,7 +267,7 @@ def test_the_command_line_describes_a_session():
 
 def test_clicks_lie_on_landmarks_that_are_seen(tmp_path, person):
     """Within four standard deviations of a click; each landmark of the middle in two or more."""
-    session = replace(TINY, poses=1, count=9, size=(60, 80))
+    session = replace(TINY, poses=1, count=15, size=(60, 80))
     truth = photograph(session, tmp_path)
     read = read_landmarks(tmp_path / "landmarks.json")
     assert set(read.vertices) == set(LANDMARKS)

@@ -90,7 +90,8 @@ def clicked(
     for column, (name, vertex) in enumerate(landmarks.items()):
         order = np.argsort(-cosines[:, column])
         # The second best is as good as beside the best: every other one sees it from elsewhere.
-        for shot in [k for k in order if cosines[k, column] > _LEAST_COSINE][:6:2]:
+        seen = [shot for shot in order if cosines[shot, column] > _LEAST_COSINE]
+        for shot in seen[:6:2] if len(seen) > 4 else seen[:3]:
             pixel = shots[shot].project(scene.vertices[vertex])
             pixel = pixel + noise * shots[shot].lens.size[1] / 2000 * random.normal(size=2)
             found.setdefault(files[shot], {})[name] = (float(pixel[0]), float(pixel[1]))
