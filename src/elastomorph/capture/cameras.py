@@ -1,0 +1,264 @@
+"""Where the camera stood for each photograph of a pose, and what lens it had.
+
+Features of all photographs are found once. The strongest of them are matched between all pairs and
+give rough cameras (incremental mapping); then all features are matched where these cameras expect
+them, triangulated, and cameras, lens and points are adjusted together. The centre of the lens is
+adjusted too where the photographs fix it: photographs are cropped, and lenses sit a little off.
+
+A small reprojection error alone proves nothing: a wrong lens can be made up for by wrong cameras.
+So what was found is also held against what is known of photographs and lenses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capture.camera import Camera
+from elastomorph.capture.features import Features, find_features
+from elastomorph.capture.focal import Start, found_cameras
+from elastomorph.capture.matching import Guide, Pairs, compared, guided, neighbours, strongest
+from elastomorph.capture.photographs import FEWEST, Photograph, Photographs
+from elastomorph.capture.plausible import remarks_on, require_plausible
+from elastomorph.capture.reconstruction import refined
+from elastomorph.capture.solved import SolvedPose
+from elastomorph.capture.sparse import Lens, Shots, Sparse
+from elastomorph.errors import CaptureError
+
+__all__ = ["Say", "solve_pose"]
+
+# Called with what is being done and the part of it that is done, from 0 to 1.
+Say = Callable[[str, float], None]
+
+_STRONGEST, _STRONGEST_AGAIN = 1500, 4000
+_CENTRE_FROM = 10  # photographs; fewer do not fix the centre of a lens
+_FEWEST_POINTS = 40
+_WORSE = 3.0  # error of a photograph against the middle one
+_CLOUD_TRACK, _CLOUD_ERROR = 3, 1.5
+_WITHIN, _AT_SIZE = 2.0, 2000  # px that a feature may be off in a photograph of this longer side
+
+
+def solve_pose(
+    photographs: Photographs, *, like: SolvedPose | None = None, say: Say = lambda text, part: None
+) -> SolvedPose:
+    """The cameras of one pose.
+
+    Args:
+        photographs: By `examine`.
+        like: A pose solved before: lenses that took it too are kept as they were found there.
+        say: Called with what is being done and the part of it that is done.
+
+    Raises:
+        CaptureError: Too few cameras are found, or what is found cannot be.
+        FileError: A photograph is no longer there.
+        MissingExtraError: pycolmap is not installed.
+    """
+    taken = photographs.taken
+    finder = _Finder(photographs, like, say)
+    with TemporaryDirectory(prefix="elastomorph-") as place:
+        folder = Path(place)
+        sparse = finder.rough(folder)
+        rejected = dict(photographs.rejected)
+        sparse = finder.exact(sparse, folder, rejected)
+    require_plausible(photographs.pose, sparse, len(taken))
+    remarks = (*photographs.remarks, *remarks_on(sparse, taken))
+    return _solved(sparse, finder.features, taken, rejected, remarks, finder.shots)
+
+
+class _Finder:
+    """The photographs of one pose on their way to cameras."""
+
+    def __init__(self, photographs: Photographs, like: SolvedPose | None, say: Say) -> None:
+        self.photographs = photographs
+        self.taken = photographs.taken
+        self.say = say
+        self.starts, lens_of = _starts(self.taken, like)
+        self.free = "centres" if len(self.taken) >= _CENTRE_FROM else "lenses"
+        if all(start.lens for start in self.starts):
+            self.free = "cameras"
+        self.lens_of = lens_of
+        self.features = self._features(fine=False)
+
+    @property
+    def shots(self) -> Shots:
+        """The photographs with all of their features."""
+        names = [photograph.name for photograph in self.taken]
+        return Shots(names, [features.places for features in self.features], self.lens_of)
+
+    def _features(self, *, fine: bool) -> list[Features]:
+        count = len(self.taken)
+        text = f"features of {count} photographs"
+        self.say(text, 0.0)
+        return find_features(
+            self.taken, fine=fine, done=lambda done: self.say(text, 0.4 * done / count)
+        )
+
+    def rough(self, folder: Path) -> Sparse:
+        """Cameras from the strongest features; from more of them where few cameras are found."""
+        best: Sparse | None = None
+        enough = 0.9 * len(self.taken)
+        for most, fine in (
+            (_STRONGEST, False),
+            (_STRONGEST_AGAIN, False),
+            (_STRONGEST_AGAIN, True),
+        ):
+            again = self._features(fine=True) if fine else self.features
+            sparse = self._mapped(again, most, folder)
+            if sparse is not None and (best is None or sparse.found > best.found):
+                best, self.features = sparse, again
+            if best is not None and best.found >= enough:
+                break
+        if best is None or best.found < min(FEWEST, len(self.taken)):
+            raise CaptureError(_no_overlap(self.photographs, 0 if best is None else best.found))
+        return best
+
+    def _mapped(self, features: list[Features], most: int, folder: Path) -> Sparse | None:
+        chosen = [each.chosen(strongest(each, most)) for each in features]
+        looks = [each.unit for each in chosen]
+        count = len(looks)
+        pairs: Pairs = {}
+        for i in range(count):
+            self.say("comparing photographs", 0.4 + 0.2 * i / count)
+            for j in range(i + 1, count):
+                pairs[i, j] = compared(looks[i], looks[j])
+        names = [photograph.name for photograph in self.taken]
+        shots = Shots(names, [each.places for each in chosen], self.lens_of)
+        self.say("finding cameras", 0.6)
+        found, _ = found_cameras(
+            shots, self.starts, pairs, folder, lambda text: self.say(text, 0.6)
+        )
+        return found
+
+    def exact(self, rough: Sparse, folder: Path, rejected: dict[str, str]) -> Sparse:
+        """All features matched where the cameras expect them, and everything adjusted."""
+        longest = max(max(photograph.size) for photograph in self.taken)
+        within = _WITHIN * max(0.5, longest / _AT_SIZE)
+        cameras = rough.cameras
+        for k, camera in enumerate(cameras):
+            if camera is None:
+                rejected[self.taken[k].name] = (
+                    "too little of it is found in the other photographs: no overlap, blur, or "
+                    "another subject"
+                )
+        self.say("matching all features", 0.75)
+        pairs = self.matched(rough)
+        self.say("adjusting cameras", 0.85)
+        sparse = refined(self.shots, cameras, pairs, folder, free=self.free, within=within)
+        bad = self._worse(sparse)
+        if bad:
+            rejected.update(bad)
+            cameras = tuple(
+                None if camera is None or camera.name in bad else camera
+                for camera in sparse.cameras
+            )
+            numbers = {k for k, camera in enumerate(cameras) if camera is not None}
+            pairs = {pair: found for pair, found in pairs.items() if numbers.issuperset(pair)}
+            sparse = refined(self.shots, cameras, pairs, folder, free=self.free, within=within)
+        return sparse
+
+    def matched(self, rough: Sparse) -> Pairs:
+        """Matches of all features between neighbouring cameras that are known roughly."""
+        guides = {
+            k: Guide(camera, self.features[k], rough.seen_by(k))
+            for k, camera in enumerate(rough.cameras)
+            if camera is not None
+        }
+        middle = np.median(rough.points, axis=0)
+        return {(i, j): guided(guides[i], guides[j]) for i, j in neighbours(rough.cameras, middle)}
+
+    def _worse(self, sparse: Sparse) -> dict[str, str]:
+        """Photographs that do not fit the others, and why."""
+        errors = reprojection(sparse, self.shots)
+        middle = float(np.median(list(errors.values())))
+        counts = np.bincount(sparse.seen[:, 0], minlength=len(self.taken))
+        bad = {}
+        for k, camera in enumerate(sparse.cameras):
+            if camera is None:
+                continue
+            if counts[k] < _FEWEST_POINTS:
+                bad[camera.name] = f"only {counts[k]} points of it are seen in other photographs"
+            elif errors[camera.name] > _WORSE * middle:
+                bad[camera.name] = (
+                    f"its features are {errors[camera.name]:.2f} px from where they should be, "
+                    f"{middle:.2f} px in the others: the face moved, or it is blurred"
+                )
+        return bad
+
+
+def reprojection(sparse: Sparse, shots: Shots) -> dict[str, float]:
+    """Photograph → mean distance of its features from where their points are seen, px."""
+    residuals = sparse.residuals(shots)
+    found = {}
+    for k, camera in enumerate(sparse.cameras):
+        mine = sparse.seen[:, 0] == k
+        if camera is not None:
+            found[camera.name] = float(residuals[mine].mean()) if mine.any() else float("inf")
+    return found
+
+
+def _starts(taken: Sequence[Photograph], like: SolvedPose | None) -> tuple[list[Start], list[int]]:
+    """What is known of each lens, and the lens of each photograph."""
+    known: dict[str, Lens] = {}
+    if like is not None:
+        for camera in like.cameras:
+            known.setdefault(like.lenses.get(camera.name, ""), Lens.of(camera))
+    keys = list(dict.fromkeys(photograph.lens for photograph in taken))
+    starts = []
+    for key in keys:
+        mine = [photograph for photograph in taken if photograph.lens == key]
+        focals = [photograph.focal for photograph in mine if photograph.focal is not None]
+        focal = float(np.median(focals)) if focals else None
+        starts.append(Start(mine[0].size, focal, known.get(key)))
+    return starts, [keys.index(photograph.lens) for photograph in taken]
+
+
+def _no_overlap(photographs: Photographs, found: int) -> str:
+    return (
+        f"pose '{photographs.pose}': the cameras of {found} of {len(photographs.taken)} "
+        "photographs are found; neighbouring photographs must show the same skin from directions "
+        "at most 20 degrees apart, sharp, and of one subject that holds still"
+    )
+
+
+def _solved(
+    sparse: Sparse,
+    features: Sequence[Features],
+    taken: Sequence[Photograph],
+    rejected: dict[str, str],
+    remarks: tuple[str, ...],
+    shots: Shots,
+) -> SolvedPose:
+    cameras: list[Camera] = [camera for camera in sparse.cameras if camera is not None]
+    points, descriptors = cloud(sparse, features)
+    return SolvedPose(
+        tuple(cameras),
+        points,
+        descriptors,
+        reprojection(sparse, shots),
+        rejected,
+        {p.name: p.lens for p, camera in zip(taken, sparse.cameras, strict=True) if camera},
+        remarks,
+    )
+
+
+def cloud(
+    sparse: Sparse, features: Sequence[Features]
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """The points that are seen well, (N, 3), and the mean look of each, (N, 128)."""
+    count = len(sparse.points)
+    sums = np.zeros((count, 128), dtype=np.float32)
+    for k, each in enumerate(features):
+        mine = sparse.seen[:, 0] == k
+        looks = each.unit[sparse.seen[mine, 1]]
+        np.add.at(sums, sparse.owners[mine], looks)
+    longest = max(max(camera.size) for camera in sparse.cameras if camera is not None)
+    limit = _CLOUD_ERROR * max(1.0, longest / _AT_SIZE)
+    seen = np.bincount(sparse.owners, minlength=count)
+    good = (seen >= _CLOUD_TRACK) & (sparse.errors <= limit)
+    length = np.linalg.norm(sums[good], axis=1, keepdims=True)
+    mean = sums[good] / np.maximum(length, 1e-9)
+    return sparse.points[good], np.asarray(mean, dtype=np.float32)
