@@ -39,6 +39,8 @@ def options(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--azimuth", type=float, help="to either side, in degrees")
     parser.add_argument("--rig", choices=["walking", "fixed"])
     parser.add_argument("--motion", type=float, help="of the head between poses, in degrees")
+    parser.add_argument("--sway", type=float, help="of the head between photographs, in degrees")
+    parser.add_argument("--drift", type=float, help="of the face between photographs, of t")
     parser.add_argument("--jitter", type=float, help="of cameras: 1 by hand, 0 exact")
     parser.add_argument("--texture", type=float, help="strength of the skin's, 1 unless told")
     parser.add_argument("--radial", type=float, help="k1 of the lens")

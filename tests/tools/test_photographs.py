@@ -280,3 +280,26 @@ def test_clicks_lie_on_landmarks_that_are_seen(tmp_path, person):
             assert np.abs(np.array(place) - true).max() < 4 * 3 * 80 / 2000
             often[name] += 1
     assert min(often.values()) >= 2
+
+
+def test_a_head_that_sways_is_where_its_cameras_say(tmp_path, person):
+    """Skin differs from the backdrop where the true vertices are projected, and only there."""
+    truth = photograph(replace(TINY, poses=1, sway=6.0), tmp_path)
+    vertices = truth.vertices["p00"]
+    for file, camera in zip(truth.files, truth.cameras["p00"], strict=True):
+        values = np.asarray(picture((tmp_path / "p00" / file).read_bytes())).astype(int)
+        skin = values[:, :, 0] - values[:, :, 2] > 25
+        x, y = camera.project(vertices).T
+        inside = (x > 0) & (x < 89) & (y > 0) & (y < 119)
+        covered = np.zeros((120, 90), bool)
+        covered[np.rint(y[inside]).astype(int), np.rint(x[inside]).astype(int)] = True
+        assert (skin & covered).sum() > 0.85 * (skin | covered).sum()
+
+
+def test_a_face_that_drifts_is_another_in_each_photograph(person):
+    session = replace(TINY, drift=0.1)
+    times = [session.time(1, shot) for shot in range(50)]
+    assert len(set(times)) > 10
+    assert min(times) > 0.5
+    assert max(times) == 1
+    assert TINY.time(1, 0) == 1.0

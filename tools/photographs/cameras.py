@@ -87,6 +87,10 @@ class Shot:
         """(3,) t of Y = R X + t."""
         return -self.rotation @ self.position
 
+    def beside(self, turn: NDArray[np.float64], shift: NDArray[np.float64]) -> Shot:
+        """The shot of X that sees what this one sees of turn X + shift."""
+        return Shot(self.lens, self.rotation @ turn, turn.T @ (self.position - shift))
+
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """(..., 2) pixels of points (..., 3) of the world, with the distortion of the lens."""
         return self.lens.pixels((points - self.position) @ self.rotation.T)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from photographs.cameras import Shot
 from photographs.rendering import Scene
 
-__all__ = ["both_sides", "clicked", "ict"]
+__all__ = ["both_sides", "clicked", "ict", "ict_lip_line"]
 
 # Vertices of the built-in head; what is on the left has a partner on the right.
 _BUILT_IN = {
@@ -51,6 +51,13 @@ def ict(folder: Path) -> dict[str, int]:
     """Vertices of the ICT head, by name of the landmark."""
     listed = json.loads((folder / "vertex_indices.json").read_text())["idx_to_landmark_verts"]
     return {name: int(listed[place]) for name, place in _OF_68.items()}
+
+
+def ict_lip_line(folder: Path) -> NDArray[np.int64]:
+    """(8, 2) vertices of the ICT head at the ends of the pieces of its inner lips."""
+    listed = json.loads((folder / "vertex_indices.json").read_text())["idx_to_landmark_verts"]
+    ring = np.array(listed[60:68])  # around the opening
+    return np.stack([ring, np.roll(ring, -1)], axis=1)
 
 
 def both_sides(vertices: NDArray[np.float64]) -> dict[str, int]:

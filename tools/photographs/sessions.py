@@ -48,7 +48,10 @@ class Session:
         azimuth: How far rings go to either side, in degrees.
         rig: ``walking``: cameras are placed anew for each pose; ``fixed``: they stay.
         motion: Standard deviation of the head's turn between poses in degrees, and four times that
-            of its shift in cm; it is still while a pose is photographed.
+            of its shift in cm.
+        sway: As ``motion``, from photograph to photograph of one pose.
+        drift: How far the face is along its movement, from photograph to photograph of one pose:
+            standard deviation of t.
         jitter: Of cameras: 1 by hand, 0 exact.
         texture: Strength of grain and freckles.
         radial: k1 of the lens.
@@ -66,6 +69,8 @@ class Session:
     azimuth: float = 90.0
     rig: str = "walking"
     motion: float = 2.0
+    sway: float = 0.0
+    drift: float = 0.0
     jitter: float = 1.0
     texture: float = 1.0
     radial: float = -0.04
@@ -93,9 +98,24 @@ class Session:
         """Turn (3, 3) and shift (3,) of the head in a pose; none in the neutral."""
         if pose == 0:
             return np.eye(3), np.zeros(3)
-        random = np.random.default_rng([self.seed, 11, pose])
-        turn = Rotation.from_rotvec(np.radians(self.motion * random.normal(size=3)))
-        return turn.as_matrix(), self.motion / 4 * random.normal(size=3)
+        return _moved(np.random.default_rng([self.seed, 11, pose]), self.motion)
+
+    def still(self, pose: int, shot: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Turn (3, 3) and shift (3,) of the head beside `head` in one photograph."""
+        return _moved(np.random.default_rng([self.seed, 14, pose, shot]), self.sway)
+
+    def time(self, pose: int, shot: int) -> float:
+        """Where on its movement, from 0 to 1, a face is in one photograph."""
+        random = np.random.default_rng([self.seed, 15, pose, shot])
+        return float(np.clip(self.times[pose] + self.drift * random.normal(), 0, 1))
+
+
+def _moved(
+    random: np.random.Generator, degrees: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A small turn and shift."""
+    turn = Rotation.from_rotvec(np.radians(degrees * random.normal(size=3)))
+    return turn.as_matrix(), degrees / 4 * random.normal(size=3)
 
 
 # Two poses that are matched in seconds: from the front, where twelve photographs overlap enough.
@@ -132,20 +152,30 @@ def _pose(session: Session, number: int, person: Subject, truth: Truth, folder: 
     """The photographs of one pose."""
     folder.mkdir(exist_ok=True)
     name = session.names[number]
-    scene = Scene(
-        person.surface,
-        truth.in_world(name, truth.vertices[name]),
-        Skin(session.seed, session.texture),
-        Backdrop(session.backdrop, session.seed),
-    )
+    vertices = truth.vertices[name]
+    scene = _scene(session, person, truth.in_world(name, vertices))
     if number == 0:
         _landmarks(session, person, truth, scene, folder.parent / "landmarks.json")
     # Where a pixel is wider than the finest grain it averages over what it covers.
     samples = 2 if session.size[1] <= 1400 else 1
-    for shot, (file, camera) in enumerate(zip(truth.files, truth.cameras[name], strict=True)):
+    for shot, (file, camera) in enumerate(
+        zip(truth.files, session.shots(number, person), strict=True)
+    ):
         random = np.random.default_rng([session.seed, 12, number, shot])
-        light = scene.photograph(camera, samples)
+        own = scene
+        if session.drift or session.sway:
+            turn, shift = session.still(number, shot)
+            times = np.array([session.time(number, shot)])
+            face = person.poses(session.movement, times)[0] if session.drift else vertices
+            own = _scene(session, person, truth.in_world(name, face) @ turn.T + shift)
+        light = own.photograph(camera, samples)
         (folder / file).write_bytes(developed(light, camera.lens, session.film, random))
+
+
+def _scene(session: Session, person: Subject, vertices: NDArray[np.float64]) -> Scene:
+    """The head as it is in the world, ready to be photographed."""
+    skin = Skin(session.seed, session.texture)
+    return Scene(person.surface, vertices, skin, Backdrop(session.backdrop, session.seed))
 
 
 def _landmarks(session: Session, person: Subject, truth: Truth, scene: Scene, path: Path) -> None:

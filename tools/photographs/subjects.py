@@ -21,7 +21,7 @@ from elastomorph.model.mesh import part_of
 from elastomorph.model.polygons import Polygons
 from elastomorph.samples import head, shapes
 from photographs import skin
-from photographs.clicks import both_sides, ict
+from photographs.clicks import both_sides, ict, ict_lip_line
 from photographs.rendering import Surface
 from photographs.subdivision import refined
 
@@ -65,6 +65,7 @@ class Subject:
         surface: What is photographed.
         refine: Matrix from vertices of the neutral to those of `surface`.
         landmarks: Vertices of the whole head, by name.
+        lip_line: (S, 2) vertices at the ends of the pieces of the line where the lips meet.
         aim: (3,) where cameras look, in cm.
         distance: From there to the cameras, in cm.
         movements: Weights of targets, by name of the movement.
@@ -78,6 +79,7 @@ class Subject:
     surface: Surface
     refine: sparse.csr_array
     landmarks: dict[str, int]
+    lip_line: NDArray[np.int64]
     aim: tuple[float, float, float]
     distance: float
     movements: dict[str, dict[str, float]]
@@ -155,6 +157,7 @@ def _ict(seed: int) -> Subject:
         surface=surface,
         refine=sparse.csr_array(sparse.eye_array(len(neutral.vertices))),
         landmarks={name: v for name, v in ict(folder).items() if v < _ICT_FACE},
+        lip_line=ict_lip_line(folder),
         aim=(0.0, -1.5, 1.0),
         distance=57.0,
         movements={
@@ -192,6 +195,7 @@ def _built_in(seed: int) -> Subject:
         surface=surface,
         refine=refine,
         landmarks=both_sides(original.vertices),
+        lip_line=_between(original, "lips", "mouth"),
         aim=(0.0, -2.5, 1.0),
         distance=46.0,
         movements={
@@ -203,6 +207,18 @@ def _built_in(seed: int) -> Subject:
 
 
 SUBJECTS: dict[str, Callable[[int], Subject]] = {"ict": _ict, "built-in": _built_in}
+
+
+def _between(mesh: em.Mesh, one: str, other: str) -> NDArray[np.int64]:
+    """(S, 2) edges that polygons of two groups share."""
+    assert mesh.groups is not None
+    sets = []
+    following = mesh.faces.indices[mesh.faces.next_corners]
+    for name in (one, other):
+        own = mesh.groups.of_face[mesh.faces.corner_faces] == mesh.groups.names.index(name)
+        ends = np.sort(np.stack([mesh.faces.indices[own], following[own]], axis=1), axis=1)
+        sets.append(set(map(tuple, ends.tolist())))
+    return np.array(sorted(sets[0] & sets[1]))
 
 
 def _triangles(

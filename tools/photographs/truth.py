@@ -26,16 +26,20 @@ class Truth:
         triangles: (T, 3) of the photographed surface.
         materials: (T,) of them; 0 is skin.
         of_template: (N,) the vertex of the surface at each vertex of the template.
+        landmarks: Vertices of the surface, by name.
+        lip_line: (S, 2) vertices of the surface at the ends of pieces of where the lips meet.
         vertices: (V, 3) of the surface in each pose, in the frame of the neutral.
         turns: (3, 3) of the head in each pose.
         shifts: (3,) of the head in each pose: what is at X is photographed at turn X + shift.
-        cameras: Of each pose, in the world where the head has turned.
+        cameras: Of each pose, in the world where the head has turned; where it sways, they do.
         files: Names of photographs, the same in each pose.
     """
 
     triangles: NDArray[np.int32]
     materials: NDArray[np.int8]
     of_template: NDArray[np.int64]
+    landmarks: dict[str, int]
+    lip_line: NDArray[np.int64]
     vertices: dict[str, NDArray[np.float64]]
     turns: dict[str, NDArray[np.float64]]
     shifts: dict[str, NDArray[np.float64]]
@@ -52,10 +56,18 @@ class Truth:
             triangles=person.surface.triangles,
             materials=person.surface.materials,
             of_template=person.of_template,
+            landmarks=person.landmarks,
+            lip_line=person.lip_line,
             vertices=dict(zip(names, poses, strict=True)),
             turns={name: turn for name, (turn, _) in zip(names, heads, strict=True)},
             shifts={name: shift for name, (_, shift) in zip(names, heads, strict=True)},
-            cameras={name: session.shots(k, person) for k, name in enumerate(names)},
+            cameras={
+                name: tuple(
+                    shot.beside(*session.still(pose, number))
+                    for number, shot in enumerate(session.shots(pose, person))
+                )
+                for pose, name in enumerate(names)
+            },
             files=tuple(f"{shot:02d}.jpg" for shot in range(session.count)),
         )
 
@@ -71,8 +83,9 @@ class Truth:
     def save(self, path: Path) -> None:
         """Write an .npz.
 
-        It holds ``triangles``, ``materials``, ``of_template``, ``names``, ``files``, ``size``,
-        ``focal``, ``centre``, ``radial``, and of each pose ``p00_vertices``, ``p00_turn``,
+        It holds ``triangles``, ``materials``, ``of_template``, ``landmarks`` and
+        ``landmark_names``, ``lip_line``, ``names``, ``files``, ``size``, ``focal``, ``centre``,
+        ``radial``, and of each pose ``p00_vertices``, ``p00_turn``,
         ``p00_shift``, ``p00_rotations`` and ``p00_positions``.
         """
         lens = next(iter(self.cameras.values()))[0].lens
@@ -87,6 +100,9 @@ class Truth:
             triangles=self.triangles,
             materials=self.materials,
             of_template=self.of_template,
+            landmarks=np.array(list(self.landmarks.values())),
+            landmark_names=np.array(list(self.landmarks)),
+            lip_line=self.lip_line,
             names=np.array(list(self.vertices)),
             files=np.array(self.files),
             **own,
@@ -114,6 +130,11 @@ class Truth:
             own["triangles"],
             own["materials"],
             own["of_template"],
+            {
+                str(name): int(vertex)
+                for name, vertex in zip(own["landmark_names"], own["landmarks"], strict=True)
+            },
+            own["lip_line"],
             {name: own[f"{name}_vertices"] for name in names},
             {name: own[f"{name}_turn"] for name in names},
             {name: own[f"{name}_shift"] for name in names},
