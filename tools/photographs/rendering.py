@@ -120,11 +120,27 @@ class Scene:
         """What every sample of every pixel of a photograph sees."""
         directions = shot.lens.directions(samples)
         ways = directions.reshape(-1, 3) @ shot.rotation.astype(np.float32)
-        start = np.broadcast_to(shot.position.astype(np.float32), ways.shape)
-        hits = self._rays.run(np.ascontiguousarray(start), ways, query="INTERSECT", output=True)
-        weights = np.stack([1 - hits["u"] - hits["v"], hits["u"], hits["v"]], axis=-1)
+        triangle, weights = self.met(np.broadcast_to(shot.position, ways.shape), ways)
         shape = directions.shape[:2]
-        return Seen(hits["primID"].reshape(shape), weights.reshape(*shape, 3))
+        return Seen(triangle.reshape(shape), weights.reshape(*shape, 3))
+
+    def met(
+        self, starts: NDArray[np.floating], ways: NDArray[np.floating]
+    ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+        """(n,) triangle that each ray meets first, -1 for none, and (n, 3) weights in it."""
+        rays = (np.ascontiguousarray(part, dtype=np.float32) for part in (starts, ways))
+        hits = self._rays.run(*rays, query="INTERSECT", output=True)
+        weights = np.stack([1 - hits["u"] - hits["v"], hits["u"], hits["v"]], axis=-1)
+        return hits["primID"], weights
+
+    def unlit(
+        self, triangle: NDArray[np.int32], weights: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """(n, 3) colour of points of triangles without light and shine."""
+        corners = self._attributes[self.surface.triangles[triangle]]
+        own = np.einsum("nc,nca->na", weights, corners)
+        rest, tints = np.ascontiguousarray(own[:, :3]), own[:, 6:8]
+        return self.skin.colours(rest, self.surface.materials[triangle], tints)[0]
 
     def photograph(self, shot: Shot, samples: int = 1) -> NDArray[np.float32]:
         """(H, W, 3) red, green and blue in linear light, samples of a pixel averaged."""
