@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,7 @@ class Outcome:
     confidence: dict[str, Points]
     cameras: dict[str, Positions]
     focal: dict[str, dict[str, float]]
-    figures: dict[str, object]
+    figures: dict[str, Any]
 
     @classmethod
     def read(cls, folder: Path) -> Outcome:
