@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from captured.judging import Judge, Spread, flags
 from captured.outcome import Outcome, camera_errors, frame_errors, into_truth, true_positions
@@ -13,7 +14,9 @@ from captured.running import Run
 from captured.table import Row
 from photographs.truth import Truth
 
-__all__ = ["camera_rows", "details", "judged", "pose_rows", "scan_mean"]
+__all__ = ["camera_rows", "details", "judged", "pose_rows", "scan_errors"]
+
+Points = NDArray[np.float64]
 
 
 def camera_rows(outcome: Outcome, truth: Truth, run: Run | None) -> list[Row]:
@@ -98,9 +101,14 @@ def _confidence(moved: Outcome, judge: Judge, first: str) -> Iterator[Row]:
     yield Row("confidence", text, caught >= 0.9 and flagged <= 0.05)
 
 
-def scan_mean(moved: Outcome, judge: Judge, pose: str) -> float:
-    """Mean error of the moving region of a registered scan."""
-    return judge.pose(pose, moved.poses[pose])["moving"].mean
+def scan_errors(judge: Judge, pose: str, vertices: Points) -> Spread:
+    """Errors of a registered scan where the skin of the front moves by more than 0.1 cm.
+
+    Away from lips and from under the chin; a scan has no photographs that could count.
+    """
+    moved = np.linalg.norm(judge.of(pose) - judge.points, axis=1) > 0.1
+    chosen = judge.front & moved & ~judge.lips & ~judge.chin
+    return Spread.of(judge.errors(pose, vertices)[chosen])
 
 
 def details(outcome: Outcome, truth: Truth, first: str = "p00") -> Iterator[str]:

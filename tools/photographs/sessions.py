@@ -31,7 +31,7 @@ from photographs.skin import Skin
 from photographs.subjects import Subject, subject
 from photographs.truth import Truth
 
-__all__ = ["SMALL", "Session", "photograph"]
+__all__ = ["SMALL", "Session", "on_template", "photograph"]
 
 
 @dataclass(frozen=True)
@@ -183,12 +183,12 @@ def _landmarks(session: Session, person: Subject, truth: Truth, scene: Scene, pa
     name = session.names[0]
     random = np.random.default_rng([session.seed, 13])
     clicks = clicked(scene, truth.cameras[name], truth.files, person.landmarks, random)
-    on_template = np.argsort(person.of_template)
-    places = np.searchsorted(
-        person.of_template, list(person.landmarks.values()), sorter=on_template
-    )
-    vertices = {
-        landmark: int(on_template[place])
-        for landmark, place in zip(person.landmarks, places, strict=True)
-    }
-    write_landmarks(path, Landmarks(vertices, {name: clicks}))
+    write_landmarks(path, Landmarks(on_template(person), {name: clicks}))
+
+
+def on_template(person: Subject) -> dict[str, int]:
+    """Vertices of the template, by name of the landmark."""
+    order = np.argsort(person.of_template)
+    own = list(person.landmarks.values())
+    places = np.searchsorted(person.of_template, own, sorter=order)
+    return {name: int(order[place]) for name, place in zip(person.landmarks, places, strict=True)}
