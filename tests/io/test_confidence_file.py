@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import elastomorph as em
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.npz.confidence import confidence_beside, read_confidence, write_confidence
 
@@ -81,3 +82,14 @@ def test_an_archive_has_none_beside_it(tmp_path: Path) -> None:
     write_confidence(tmp_path / "confidence.npz", {"a": [1.0]})
     np.savez(tmp_path / "take.npz", frames=np.zeros((2, 1, 3)))
     assert confidence_beside(tmp_path / "take.npz") is None
+
+
+def test_a_folder_of_poses_is_a_motion_and_a_rig_with_it(tmp_path: Path) -> None:
+    """It is no mesh, though its suffix is that of an archive of one."""
+    square = em.Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    for number, name in enumerate(("neutral_0", "smile_1")):
+        moved = square.with_vertices(square.vertices * [1, 1 + number, 1])
+        em.write(tmp_path / f"{name}.obj", moved)
+    write_confidence(tmp_path / "confidence.npz", {"neutral_0": np.ones(4), "smile_1": np.ones(4)})
+    assert em.read_sequence(tmp_path).names == ("neutral_0.obj", "smile_1.obj")
+    assert list(em.read_rig(tmp_path).morphs) == ["smile_1"]

@@ -3,35 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.comparing import Asked, compared, confidence_for, read_motion
 from elastomorph.cli.output import Say, command_line
 from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
-    from elastomorph.character import Settings
-    from elastomorph.curves import CurveNetwork
     from elastomorph.evaluation import Evaluation
     from elastomorph.evaluation.rigid_bodies import Rigidity
-    from elastomorph.model.morph import Morph
     from elastomorph.model.sequence import MeshSequence
-    from elastomorph.paths import Method
-    from elastomorph.physics import Material
-    from elastomorph.report import About
-
-_MOST_INBETWEENS = 3
-_LONG = 200
-_LONG_WORDS = (
-    "A take this long holds several movements, and no path between its two ends can follow them: "
-    "--movements judges each onset and offset by itself."
-)
 
 Truth = Annotated[
     str,
@@ -70,6 +58,21 @@ Rigid = Annotated[
 Pictures = Annotated[
     bool, typer.Option(help="Draw graphs and faces into the output folder and the report.")
 ]
+ConfidenceFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--confidence",
+        help="How far each vertex is to be trusted, to leave out the others: confidence.npz as "
+        "'capture' and 'register' write it. One in the folder of the frames is found by itself.",
+    ),
+]
+Least = Annotated[
+    float | None,
+    typer.Option(
+        "--least-confidence",
+        help="From which confidence on a vertex counts; 0.5 by default, 0 lets all count.",
+    ),
+]
 Mass = Annotated[float | None, typer.Option(help="m of the material, above 0; 1 by default.")]
 Damping = Annotated[float | None, typer.Option(help="c of the material, above 0; 1 by default.")]
 Stiffness = Annotated[
@@ -90,6 +93,8 @@ def evaluate(
     movements: Movements = False,
     edge: Edge = None,
     rigid: Rigid = None,
+    confidence: ConfidenceFile = None,
+    least: Least = None,
     mass: Mass = None,
     damping: Damping = None,
     stiff: Stiffness = None,
@@ -118,13 +123,14 @@ def evaluate(
     if character is not None and keep is not None:
         character = character.with_curves(keep)
     keep = options.curve_file(keep, settings)
-    motion, network = _read(truth, keep)
+    motion, network = read_motion(truth, keep)
     material = (said if character is None else said.over(character.method)).material
+    mask = confidence_for(truth, motion, confidence, least)
     call = command_line(context)
-    asked = _Asked(named, every, material, network, keep, report, unit, call, pictures, say)
+    asked = Asked(named, every, material, network, mask, keep, report, unit, call, pictures, say)
     if movements:
         return _movements(asked, truth, motion, 0.05 if edge is None else edge)
-    result, written = _compared(asked, truth, motion, character, output)
+    result, written = compared(asked, truth, motion, character, output)
     bodies = {}
     if rigid is not None:
         from elastomorph.evaluation import rigidity
@@ -174,125 +180,21 @@ def _require_elastic(texts: Sequence[str]) -> None:
         )
 
 
-def _read(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
-    from elastomorph.io import read_sequence
-    from elastomorph.io.npz.mesh import holds_markers, read_marker_take
-
-    if holds_markers(truth):
-        take = read_marker_take(truth)
-        return take.motion, options.network(take.motion.mesh, keep, take.names)
-    motion = read_sequence(truth)
-    return motion, options.network(motion.mesh, keep)
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """What the comparison is to be made of, and the report that is wanted, if any."""
-
-    named: list[str]
-    every: bool
-    material: Material
-    network: CurveNetwork
-    keep: Path | None
-    report: Path | None
-    unit: str
-    call: str
-    pictures: bool
-    say: Say
-
-    def methods(self, motion: MeshSequence) -> dict[str, Method | Morph]:
-        """The methods for one motion by their labels: those named, or all and those named."""
-        from elastomorph.evaluation.evaluation import every_method, method_of
-
-        how: dict[str, Any] = {"material": self.material, "progress": self.say}
-        found: dict[str, Method | Morph] = {}
-        for text in self.named:
-            label, method = method_of(text, motion, self.network, **how)
-            if label in found:
-                raise ParameterError(f"the method {text!r} was given twice")
-            found[label] = method
-        return every_method(motion, self.network, **how) | found if self.every else found
-
-    def about(
-        self,
-        source: str,
-        truth: MeshSequence,
-        methods: Mapping[str, Method | Morph],
-        *,
-        movements: bool = False,
-    ) -> About:
-        """What the report says of its making."""
-        from elastomorph.evaluation import left_out
-        from elastomorph.report import About
-
-        long = not movements and len(truth) >= _LONG
-        remarks = [_LONG_WORDS if long else "", left_out(truth) if self.every else ""]
-        said: dict[str, Any] = {"unit": self.unit, "call": self.call, "methods": methods}
-        said["remarks"] = tuple(filter(None, remarks))
-        about = About(Path(source).name or source, **said)
-        if self.keep is None:
-            return about
-        rest = ", and the rest of the face traced along its edges" if len(truth.mesh.faces) else ""
-        return replace(about, curves=f"the artists' curves of {self.keep.name}{rest}")
-
-
-def _compared(
-    asked: _Asked,
-    source: str,
-    motion: MeshSequence,
-    character: Settings | None,
-    output: Path | None,
-) -> tuple[Evaluation, list[str]]:
-    """The comparison, and the files and the report that were asked for, written."""
-    from elastomorph.character import settings_tables
-    from elastomorph.evaluation import evaluate as compare
-    from elastomorph.io.atomic import made_folder
-
-    methods = asked.methods(motion)
-    if output is not None:
-        made_folder(output)
-    result = compare(motion, methods, asked.network, progress=asked.say)
-    if character is not None:
-        result = replace(result, settings=settings_tables(character))
-    drawn, written = None, []
-    if output is not None:
-        from elastomorph.evaluation.summary import informed_methods
-        from elastomorph.evaluation.words import Lengths
-        from elastomorph.report.comparison import write_evaluation
-        from elastomorph.report.faces import evaluation_pictures
-
-        drawn = []
-        if asked.pictures and len(motion.mesh.faces):
-            lengths, informed = Lengths(result.diameter, asked.unit), informed_methods(result)
-            drawn = evaluation_pictures(result, lengths, informed, asked.say)
-        write_evaluation(result, output, graphs=asked.pictures, faces=drawn, say=asked.say)
-        written.append(f"{output}/")
-    if asked.report is not None:
-        from elastomorph.evaluation import suggest_inbetweens
-        from elastomorph.report import write_report
-
-        count = min(_MOST_INBETWEENS, len(motion) - 2)
-        how: dict[str, Any] = {"curves": result.curves, "progress": asked.say}
-        found = suggest_inbetweens(motion, count, **how) if count else []
-        how = {"suggestions": found, "faces": drawn, "draw": asked.pictures, "say": asked.say}
-        write_report(result, asked.report, asked.about(source, motion, methods), **how)
-        written.append(str(asked.report))
-    return result, written
-
-
-def _movements(asked: _Asked, source: str, motion: MeshSequence, edge: float) -> Answer:
+def _movements(asked: Asked, source: str, motion: MeshSequence, edge: float) -> Answer:
     from rich.console import Console
 
     from elastomorph.evaluation import left_out
     from elastomorph.evaluation.conclusions import rankings
-    from elastomorph.evaluation.movements import evaluate_movements, mean_lines
+    from elastomorph.evaluation.movements import coverage_of, evaluate_movements, mean_lines
     from elastomorph.evaluation.table import method_table
 
-    judged = evaluate_movements(motion, asked.network, asked.methods, edge=edge, progress=asked.say)
+    how: dict[str, Any] = {"edge": edge, "confidence": asked.mask, "progress": asked.say}
+    judged = evaluate_movements(motion, asked.network, asked.methods, **how)
     if asked.report is not None:
         from elastomorph.report import write_movements_report
 
-        methods = asked.methods(judged[0].evaluation.truth)
+        first = judged[0].evaluation
+        methods = asked.methods(first.truth, first.confidence)
         about = asked.about(source, motion, methods, movements=True)
         write_movements_report(judged, motion, asked.report, about, draw=asked.pictures)
     means = mean_lines(judged)
@@ -302,14 +204,19 @@ def _movements(asked: _Asked, source: str, motion: MeshSequence, edge: float) ->
         for title, lines in means.items():
             console.print(method_table(lines, title, shape=len(motion.mesh.faces) > 0))
         said = [*rankings(means[list(means)[-1]]), left_out(motion) if asked.every else ""]
+        covered = coverage_of(judged)
+        said.append(f"Confidence: {covered}." if covered else "")
         said.append("" if asked.report is None else f"written to {asked.report}")
         for sentence in filter(None, said):
             console.print(sentence, highlight=False)
 
-    facts = {
+    facts: dict[str, Any] = {
         "movements": [asdict(one.movement) for one in judged],
-        "means": {title: [asdict(line) for line in lines] for title, lines in means.items()},
+        "means": {title: [line.facts() for line in lines] for title, lines in means.items()},
     }
+    if asked.mask is not None:
+        covered = [one.evaluation.covered for one in judged]
+        facts["confidence"] = {"least": asked.mask.least, "covered": covered}
     return Answer(facts, tell)
 
 

@@ -75,7 +75,8 @@ def error_strip(
 ) -> Image:
     """Where each method errs at one moment, on one scale of colours.
 
-    The distance of every vertex from the recorded one is drawn on the face of the method.
+    The distance of every vertex from the recorded one is drawn on the face of the method. Where
+    the confidence of vertices is too low for them to count, none is drawn.
 
     Args:
         evaluation: Methods compared with a recorded motion.
@@ -120,8 +121,13 @@ def _error_face(
     pose = result.morph.at(float(times[frame]))
     away = np.linalg.norm(pose - evaluation.truth.frames[frame], axis=1)
     error = np.asarray(100 * away / evaluation.diameter)
+    of = error
+    if evaluation.confidence is not None:  # what is not to be trusted is no error of a method
+        counted = evaluation.confidence.counted[frame]
+        error = np.where(counted, error, 0.0)
+        of = error[counted] if counted.any() else error
     name = names.get(result.label, result.label)
-    return Face(pose, f"{name}\nmax {error.max():.2f} %, mean {error.mean():.2f} %", error)
+    return Face(pose, f"{name}\nmax {of.max():.2f} %, mean {of.mean():.2f} %", error)
 
 
 def _camera(evaluation: Evaluation, view: View, face: tuple[int, int]) -> Camera:

@@ -64,12 +64,14 @@ def curve_errors(
     captured: NDArray[np.float64],
     curves: CurveVertices,
     diameter: float,
+    counted: NDArray[np.bool_] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """E_A and E_M, (C,) fractions of D, of curves at one time (Eq. 35, with the norm it lacks).
 
         E_A = 1/M Σ_m ‖w̄_m - w_m‖ / D        E_M = max_m ‖w̄_m - w_m‖ / D
 
-    w̄ are (V, 3) vertices as interpolated, w as captured, in the unit of D.
+    w̄ are (V, 3) vertices as interpolated, w as captured, in the unit of D. M are those vertices
+    of the curve that are (V,) `counted`, all by default; of none both errors are 0.
     """
     if not diameter > 0:
         raise MeshError(
@@ -78,8 +80,18 @@ def curve_errors(
         )
     offsets = positions[curves.indices] - captured[curves.indices]
     distances = np.sqrt(np.einsum("ni,ni->n", offsets, offsets)) / diameter
-    average = np.add.reduceat(distances, curves.starts) / curves.counts
+    counts = curves.counts
+    if counted is not None:
+        distances *= counted[curves.indices]
+        counts = counts_of(counted[curves.indices], curves.starts)
+    average = np.add.reduceat(distances, curves.starts) / counts
     return average, np.maximum.reduceat(distances, curves.starts)
+
+
+def counts_of(counted: NDArray[np.bool_], starts: NDArray[np.integer]) -> NDArray[np.int64]:
+    """(…, C) how many of (…, N) vertices of curves count, at least 1, to divide by."""
+    found: NDArray[np.int64] = np.add.reduceat(counted.astype(np.int64), starts, axis=-1)
+    return np.maximum(found, 1)
 
 
 class CurveErrors:
@@ -132,7 +144,11 @@ _Costs = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 def free_timing(
-    morph: Morph, truth: MeshSequence, along: CurveVertices, measure: str = "lme"
+    morph: Morph,
+    truth: MeshSequence,
+    along: CurveVertices,
+    measure: str = "lme",
+    counted: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
     """The non-decreasing times t′ at which a path comes closest to captured frames.
 
@@ -152,6 +168,7 @@ def free_timing(
         along: The curves the error is measured along.
         measure: The error. ``lme``: the largest distance of a vertex. ``lae``: the largest mean
             distance of the vertices of a curve.
+        counted: (T, V) which vertices count in which frames; all by default.
 
     Returns:
         (T,) float64 from 0 to 1. Where the path stands still any t′ is as good as another.
@@ -164,7 +181,7 @@ def free_timing(
     times = np.array(truth.times)
     if len(times) == 2:
         return times
-    gaps = _Gaps(morph, truth.frames, along, averaged=measure == "lae")
+    gaps = _Gaps(morph, truth.frames, along, counted, averaged=measure == "lae")
     error, worst = gaps.largest(times[1:-1])
     best = (float(error.max()), float(error.sum()))
     witnesses = np.arange(gaps.groups) if len(along.indices) <= _FEW else np.unique(worst)
@@ -185,7 +202,13 @@ class _Gaps:
     """How far captured frames are from a path, by groups of vertices."""
 
     def __init__(
-        self, morph: Morph, frames: NDArray[np.float64], along: CurveVertices, *, averaged: bool
+        self,
+        morph: Morph,
+        frames: NDArray[np.float64],
+        along: CurveVertices,
+        counted: NDArray[np.bool_] | None,
+        *,
+        averaged: bool,
     ) -> None:
         """Groups are curves if errors are averaged over them, else every vertex of a curve."""
         indices = along.indices if averaged else np.unique(along.indices)
@@ -194,6 +217,11 @@ class _Gaps:
         self._curves = morph.bend_curves
         self._fields = np.concatenate([morph.delta[None, indices], morph.bends[:, indices]])
         self._wanted = frames[1:-1, indices] - morph.neutral.vertices[indices]
+        # (T - 2, N) which vertices count, and (T - 2, G) how many of each group do.
+        self._counted = None if counted is None else counted[1:-1, indices]
+        self._divisors = np.broadcast_to(self._counts, (len(self._wanted), self.groups))
+        if self._counted is not None:
+            self._divisors = counts_of(self._counted, self._starts)
 
     @property
     def groups(self) -> int:
@@ -218,8 +246,11 @@ class _Gaps:
             away = weights[rows if len(weights) > 1 else slice(1)] @ fields - wanted[rows, None]
             np.square(away, out=away)
             distances = np.sqrt(away.reshape(*away.shape[:2], 3, -1).sum(axis=2))
+            if self._counted is not None:
+                distances *= self._counted[rows, None, columns]
             if len(columns) > len(groups):
-                distances = np.add.reduceat(distances, bounds, axis=2) / counts
+                distances = np.add.reduceat(distances, bounds, axis=2)
+                distances /= self._divisors[rows, None, groups]
             costs[rows] = distances.max(axis=2)
         return costs
 
@@ -232,7 +263,9 @@ class _Gaps:
         for i, row in enumerate(self._weights(moments)):
             away = (row @ fields).reshape(-1, 3) - self._wanted[i]
             distances = np.sqrt(np.einsum("ni,ni->n", away, away))
-            means = np.add.reduceat(distances, self._starts) / self._counts
+            if self._counted is not None:
+                distances *= self._counted[i]
+            means = np.add.reduceat(distances, self._starts) / self._divisors[i]
             worst[i] = means.argmax()
             error[i] = means[worst[i]]
         return error, worst

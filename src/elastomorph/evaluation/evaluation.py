@@ -4,14 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import MeshError, ParameterError
+from elastomorph.evaluation.confidence import (
+    LEAST,
+    Confidence,
+    ConfidenceLike,
+    counted_of,
+    require_least,
+    require_some,
+)
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors, free_timing
 from elastomorph.evaluation.inbetweens import suggest_inbetweens
 from elastomorph.evaluation.results import Evaluation, MethodResult
@@ -41,6 +50,8 @@ def evaluate(
     *,
     material: Material | None = None,
     extent: float | None = None,
+    confidence: ConfidenceLike | None = None,
+    least_confidence: float = LEAST,
     progress: Callable[[str], None] | None = None,
 ) -> Evaluation:
     """Interpolate between the first and the last frame of a motion and compare with the rest.
@@ -60,72 +71,118 @@ def evaluate(
         material: m, c, k of methods given as text; by default 1, 1, 1.
         extent: The length D that errors are fractions of, in the unit of the vertices: where the
             motion is that of a part, the size of the whole. That of the first frame by default.
+        confidence: From 0 to 1, how far vertices are to be trusted: a file ``confidence.npz``,
+            (V,) by the names of frames, or (T, V); of a motion named by its files, that in their
+            folder. A vertex counts where it is high enough, at the first and last frame too.
+        least_confidence: The confidence from which on a vertex counts; 0 lets all of them count.
         progress: Called with the label of each method before it is evaluated.
 
     Raises:
         CurveError: The curves belong to another mesh, or there are none.
         MeshError: A morph does not lead from the first frame to the last, or D is 0.
         TopologyError: A morph has other vertices or polygons.
-        FileError: A motion named by its files cannot be read.
+        FileError: A motion or confidence named by its files cannot be read.
         ParameterError: The motion is none, a method is not understood, there is none, or two have
-            one label.
+            one label; the confidence does not fit, or no vertex counts.
         ResonanceError: A material is singular for its load.
     """
-    truth = _motion(truth)
+    truth, mask = _judged_by(truth, confidence, least_confidence)
     if curves is None:
         curves = extract_curves(truth.mesh)
     require_curves_of(curves, len(truth.mesh.vertices), "the first frame")
     along = CurveVertices.of(curves, len(truth.mesh.vertices))
-    chosen = _labelled(methods, material, truth, curves)
-    target = truth.target
-    probe = ShapeProbe.of(truth.mesh, target, curves.curve_of)
+    if mask is not None:
+        require_some(mask, along)
+    chosen = _labelled(methods, material, truth, curves, mask)
+    probe = ShapeProbe.of(truth.mesh, truth.target, curves.curve_of)
     if extent is not None:
         probe = replace(probe, diameter=extent)
-    results = []
+    results, say = [], progress or (lambda _: None)
     for number, (label, method) in enumerate(chosen.items(), start=1):
-        if progress is not None:
-            progress(f"{label} ({number} of {len(chosen)})")
-        if isinstance(method, Morph):
-            morph = method
-            _require_ends(morph, truth, label)
-        else:
-            morph = interpolate(truth.mesh, target, method, curves=curves)
-        results.append(_measure(label, morph, truth, along, probe))
-    return Evaluation(truth, curves, tuple(results), extent=extent)
+        say(f"{label} ({number} of {len(chosen)})")
+        path = _path(label, method, truth, curves)
+        results.append(_measure(label, path, truth, along, probe, mask))
+    return Evaluation(truth, curves, tuple(results), extent=extent, confidence=mask)
+
+
+def _judged_by(
+    truth: MeshSequence | str | Path, confidence: ConfidenceLike | None, least: float
+) -> tuple[MeshSequence, Confidence | None]:
+    """The motion, read where it is named by its files, and which of its vertices count."""
+    if not isinstance(truth, str | Path):
+        require_motion(truth)
+        return truth, confidence_of(confidence, truth, least)
+    # Files lie beside this package, not below it; whoever has a name in hand should not mind.
+    from elastomorph.io import read_sequence
+    from elastomorph.io.npz.confidence import confidence_beside
+
+    found = confidence_beside(truth) if confidence is None else confidence
+    motion = read_sequence(truth)
+    return motion, confidence_of(found, motion, least)
+
+
+def _path(label: str, method: Method | Morph, truth: MeshSequence, curves: CurveNetwork) -> Morph:
+    """The path from the first frame to the last."""
+    if isinstance(method, Method):
+        return interpolate(truth.mesh, truth.target, method, curves=curves)
+    _require_ends(method, truth, label)
+    return method
+
+
+def confidence_of(
+    given: ConfidenceLike | None, truth: MeshSequence, least: float
+) -> Confidence | None:
+    """The confidence of a motion as a mask; None where there is none, or all vertices count."""
+    if not require_least(least) or given is None:
+        return None
+    if isinstance(given, Confidence):
+        return Confidence.of(given.values, truth, given.least)
+    return Confidence.of(given, truth, least)
 
 
 # Hundreds of small products: threads of BLAS would wait for each other after every one.
 @one_blas_thread()
 def _measure(
-    label: str, morph: Morph, truth: MeshSequence, along: CurveVertices, probe: ShapeProbe
+    label: str,
+    morph: Morph,
+    truth: MeshSequence,
+    along: CurveVertices,
+    probe: ShapeProbe,
+    mask: Confidence | None,
 ) -> MethodResult:
     """Frame by frame, so that memory holds one in-between at a time."""
     errors = np.empty((4, len(along.counts), len(truth)))
     average, maximum, path_average, path_maximum = errors
-    moments = free_timing(morph, truth, along), free_timing(morph, truth, along, "lae")
-    worst = Shape()
-    each = zip(truth.frames, truth.times, *moments, strict=True)
-    for i, (captured, time, path_time, path_average_time) in enumerate(each):
-        positions = morph.at(float(time))
-        average[:, i], maximum[:, i] = curve_errors(positions, captured, along, probe.diameter)
-        worst = worst.worst(probe.at(morph, float(time), positions))
-        positions = morph.at(float(path_time))
-        _, path_maximum[:, i] = curve_errors(positions, captured, along, probe.diameter)
-        positions = morph.at(float(path_average_time))
-        path_average[:, i], _ = curve_errors(positions, captured, along, probe.diameter)
-    return MethodResult(
-        label, morph, average, maximum, *moments, path_average, path_maximum, **asdict(worst)
+    counted = counted_of(mask)
+    path_times = free_timing(morph, truth, along, "lme", counted)
+    average_times = free_timing(morph, truth, along, "lae", counted)
+    worst, unmasked = Shape(), np.zeros(2)
+    each = zip(truth.times, path_times, average_times, strict=True)
+    for i, moments in enumerate(each):
+        own = None if counted is None else counted[i]
+        off = partial(curve_errors, captured=truth.frames[i], curves=along, diameter=probe.diameter)
+        positions = morph.at(float(moments[0]))
+        average[:, i], maximum[:, i] = off(positions, counted=own)
+        if own is not None:
+            every = [error.max() for error in off(positions)]
+            unmasked = np.maximum(unmasked, every)
+        worst = worst.worst(probe.at(morph, float(moments[0]), positions))
+        _, path_maximum[:, i] = off(morph.at(float(moments[1])), counted=own)
+        path_average[:, i], _ = off(morph.at(float(moments[2])), counted=own)
+    found = MethodResult(
+        label,
+        morph,
+        average,
+        maximum,
+        path_times,
+        average_times,
+        path_average,
+        path_maximum,
+        **asdict(worst),
     )
-
-
-def _motion(truth: MeshSequence | str | Path) -> MeshSequence:
-    if isinstance(truth, str | Path):
-        # Files lie beside this package, not below it; whoever has a name in hand should not mind.
-        from elastomorph.io import read_sequence
-
-        return read_sequence(truth)
-    require_motion(truth)
-    return truth
+    if mask is None:
+        return found
+    return replace(found, unmasked_lae=float(unmasked[0]), unmasked_lme=float(unmasked[1]))
 
 
 def _labelled(
@@ -133,6 +190,7 @@ def _labelled(
     material: Material | None,
     truth: MeshSequence,
     curves: CurveNetwork,
+    mask: Confidence | None,
 ) -> dict[str, Method | Morph]:
     """The methods by their labels, in order."""
     if isinstance(methods, AnyMethod):
@@ -149,7 +207,7 @@ def _labelled(
     found: dict[str, Method | Morph] = {}
     for label, method in pairs:
         if isinstance(method, str):
-            own, method = method_of(method, truth, curves, material=material)
+            own, method = method_of(method, truth, curves, material=material, confidence=mask)
         elif not isinstance(method, Method | Morph):
             raise ParameterError(
                 f"a method is a text such as 'beam:2', a Method or a Morph, found {method!r}"
@@ -191,6 +249,7 @@ def method_of(
     curves: CurveNetwork,
     *,
     material: Material | None = None,
+    confidence: Confidence | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[str, Method | Morph]:
     """The label and the method of a text, as for `Method.parse`, or ``through:N[:law]``.
@@ -207,7 +266,8 @@ def method_of(
             "examples: through:1, through:2:spline"
         )
     law = law_for(options[1], int(options[0])) if len(options) == 2 else None
-    found = suggest_inbetweens(truth, int(options[0]), curves=curves, method=law, progress=progress)
+    how: dict[str, Any] = {"curves": curves, "counted": counted_of(confidence)}
+    found = suggest_inbetweens(truth, int(options[0]), method=law, progress=progress, **how)
     return " ".join(["through", options[0], *options[1:]]), found[-1].morph
 
 
@@ -216,6 +276,7 @@ def every_method(
     curves: CurveNetwork,
     *,
     material: Material | None = None,
+    confidence: Confidence | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Method | Morph]:
     """Every method by its label, scanned in-betweens at the frames where they pay most.
@@ -224,6 +285,7 @@ def every_method(
         truth: The recorded motion.
         curves: The curves errors are measured along.
         material: Of the elastic methods; 1, 1, 1 by default.
+        confidence: Which vertices count where in-betweens are chosen; all by default.
         progress: Told what is being prepared.
 
     Returns:
@@ -242,7 +304,8 @@ def every_method(
     if most > 0:
         if progress is not None:
             progress("looking for the best in-betweens")
-        for suggestion in suggest_inbetweens(truth, most, curves=curves)[1:]:
+        counted = counted_of(confidence)
+        for suggestion in suggest_inbetweens(truth, most, curves=curves, counted=counted)[1:]:
             found[f"through {len(suggestion.frames)}"] = suggestion.morph
     return found
 

@@ -65,6 +65,7 @@ def suggest_inbetweens(
     measure: str = "lme",
     method: str | None = None,
     effort: float = EFFORT,
+    counted: NDArray[np.bool_] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> list[Suggestion]:
     """The best frames of a motion for n = 0 … count in-betweens.
@@ -83,6 +84,7 @@ def suggest_inbetweens(
         effort: Choices times frames that may be compared at once. All choices are where they are
             few enough: three in-betweens in 100 frames, two in 300. Else the best among every
             second, third … frame is improved by moving and exchanging frames.
+        counted: (T, V) which vertices count in which frames, all by default; not for ``mean``.
         progress: Called with a few words before each n.
 
     Returns:
@@ -90,37 +92,59 @@ def suggest_inbetweens(
         and then, worse: a spline may swing.
 
     Raises:
-        ParameterError: The count is out of its range, or the measure or method is unknown.
+        ParameterError: The count is out of its range, the measure or method is unknown, or
+            `counted` does not fit.
         CurveError: The curves belong to another mesh, or there are none.
         MeshError: All vertices of the first frame are at one place.
     """
-    if measure not in MEASURES:
-        raise ParameterError(f"measure must be one of {', '.join(MEASURES)}, found {measure!r}")
     laws = _SMOOTH_LAWS if method is None else (law_for(method, count),)
     require_motion(truth)
     if effort != np.inf:
         as_number(effort, "effort", above=0)
-    inner = len(truth) - 2
-    if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count <= inner:
-        raise ParameterError(
-            f"a motion of {len(truth)} frames has room for 0 to {inner} in-betweens, found {count}"
-        )
+    _require_room(count, len(truth) - 2)
+    _require_measure(measure, counted, truth)
     if curves is None:
         curves = extract_curves(truth.mesh)
     require_curves_of(curves, len(truth.mesh.vertices), "the first frame")
     along = CurveVertices.of(curves, len(truth.mesh.vertices))
-    suggestions = [_measured(truth, along, "linear", Choice((), 0.0, certain=True))]
+    suggestions = [_measured(truth, along, counted, "linear", Choice((), 0.0, certain=True))]
     say = progress or (lambda _: None)
-    judges = [_judge(truth, along, measure, law) for law in laws]
+    judges = [_judge(truth, along, counted, measure, law) for law in laws]
     found = [best_frames(judge, count, effort=effort, progress=say) for judge in judges]
     for choices in zip(*found, strict=True):
         law, best = min(zip(laws, choices, strict=True), key=lambda pair: pair[1].error)
-        suggestions.append(_measured(truth, along, law, best))
+        suggestions.append(_measured(truth, along, counted, law, best))
     return suggestions
 
 
+def _require_room(count: int, inner: int) -> None:
+    if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count <= inner:
+        raise ParameterError(
+            f"a motion of {inner + 2} frames has room for 0 to {inner} in-betweens, found {count}"
+        )
+
+
+def _require_measure(measure: str, counted: NDArray[np.bool_] | None, truth: MeshSequence) -> None:
+    if measure not in MEASURES:
+        raise ParameterError(f"measure must be one of {', '.join(MEASURES)}, found {measure!r}")
+    if counted is None:
+        return
+    if measure == "mean":
+        raise ParameterError("'mean' is over all vertices: choose by lme or lae where some count")
+    shape = (len(truth), len(truth.mesh.vertices))
+    if np.shape(counted) != shape or np.asarray(counted).dtype != np.bool_:
+        raise ParameterError(
+            f"'counted' must say True or False of each vertex in each frame, the shape {shape}, "
+            f"found {np.shape(counted)}"
+        )
+
+
 def _judge(
-    truth: MeshSequence, along: CurveVertices, measure: str, law: str
+    truth: MeshSequence,
+    along: CurveVertices,
+    counted: NDArray[np.bool_] | None,
+    measure: str,
+    law: str,
 ) -> LargestError | MeanSquare:
     """The measure on the vertices of the curves; all lengths are fractions of D."""
     offsets = truth.frames[:, along.indices] / truth.mesh.diameter
@@ -129,13 +153,20 @@ def _judge(
         frame -= (1.0 - time) * first + time * last
     if measure == "mean":
         return MeanSquare(offsets, truth.times, law)
+    own = None if counted is None else counted[:, along.indices]
     if measure == "lae":
-        return LargestError(offsets, truth.times, along.starts, along.counts, law)
+        return LargestError(offsets, truth.times, along.starts, along.counts, law, own)
     each = np.arange(len(along.indices))
-    return LargestError(offsets, truth.times, each, np.ones_like(each), law)
+    return LargestError(offsets, truth.times, each, np.ones_like(each), law, own)
 
 
-def _measured(truth: MeshSequence, along: CurveVertices, law: str, choice: Choice) -> Suggestion:
+def _measured(
+    truth: MeshSequence,
+    along: CurveVertices,
+    counted: NDArray[np.bool_] | None,
+    law: str,
+    choice: Choice,
+) -> Suggestion:
     """The errors of the path as `elastomorph.evaluate` finds them."""
     times = tuple(float(truth.times[frame]) for frame in choice.frames)
     shapes = {time: truth[frame] for time, frame in zip(times, choice.frames, strict=True)}
@@ -145,7 +176,10 @@ def _measured(truth: MeshSequence, along: CurveVertices, law: str, choice: Choic
         morph = through(truth.mesh, truth.target, shapes, method=law)
     average, maximum = np.empty((2, len(truth)))
     for i, time in enumerate(truth.times):
-        errors = curve_errors(morph.at(float(time)), truth.frames[i], along, truth.mesh.diameter)
+        own = None if counted is None else counted[i]
+        errors = curve_errors(
+            morph.at(float(time)), truth.frames[i], along, truth.mesh.diameter, own
+        )
         average[i], maximum[i] = (error.max() for error in errors)
     names = tuple(truth.names[frame] for frame in choice.frames)
     return Suggestion(choice.frames, times, names, law, choice.certain, morph, average, maximum)

@@ -23,6 +23,7 @@ from math import comb, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.evaluation.curve_errors import counts_of
 from elastomorph.paths.through import inner_curvatures
 
 EFFORT = 20_000_000.0
@@ -76,14 +77,20 @@ class LargestError:
         starts: NDArray[np.int64],
         counts: NDArray[np.int64],
         law: str = "spline",
+        counted: NDArray[np.bool_] | None = None,
     ) -> None:
         """Judge by (T, N, 3) offsets of the frames from the straight path.
 
-        Groups are (G,) starts and counts among the N vertices; errors are means over each.
+        Groups are (G,) starts and counts among the N vertices; errors are means over each, of the
+        vertices that are (T, N) counted, all by default.
         """
         self.times = times
         self._law = law
         self._offsets, self._starts, self._counts = offsets, starts, counts
+        self._counted = counted
+        self._divisors = np.broadcast_to(counts, (len(times), len(counts)))
+        if counted is not None:
+            self._divisors = counts_of(counted, starts)
         self._witnesses: list[int] = []
 
     def best(self, choices: NDArray[np.int64], known: Choice) -> Choice:
@@ -129,8 +136,11 @@ class LargestError:
             missed -= wanted
             np.square(missed, out=missed)
             distances = np.sqrt(missed.reshape(len(part), len(times), -1, 3).sum(axis=3))
+            if self._counted is not None:
+                distances *= self._counted[frames][:, columns]
             if len(columns) > len(groups):
-                distances = np.add.reduceat(distances, np.cumsum(counts) - counts, axis=2) / counts
+                distances = np.add.reduceat(distances, np.cumsum(counts) - counts, axis=2)
+                distances /= self._divisors[frames][:, groups]
             bounds[first : first + step] = distances.max(axis=(1, 2))
         return bounds
 
@@ -142,8 +152,10 @@ class LargestError:
         for i, row in enumerate(weights):
             missed = (row @ keys).reshape(-1, 3) - self._offsets[i]
             distances = np.sqrt(np.einsum("ni,ni->n", missed, missed))
+            if self._counted is not None:
+                distances *= self._counted[i]
             if len(self._starts) < len(distances):
-                distances = np.add.reduceat(distances, self._starts) / self._counts
+                distances = np.add.reduceat(distances, self._starts) / self._divisors[i]
             worst[i] = distances.argmax()
             largest[i] = distances[worst[i]]
         order = np.argsort(-largest, kind="stable")

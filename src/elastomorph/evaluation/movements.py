@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import MeshError, ParameterError
+from elastomorph.evaluation.confidence import Confidence, share_words
 from elastomorph.evaluation.evaluation import AnyMethod, evaluate
 from elastomorph.evaluation.results import Evaluation
 from elastomorph.evaluation.summary import MethodSummary, mean_summaries
@@ -221,14 +222,16 @@ class JudgedMovement:
 def evaluate_movements(
     take: MeshSequence,
     curves: CurveNetwork,
-    methods: Callable[[MeshSequence], Sequence[AnyMethod] | Mapping[str, AnyMethod]],
+    methods: Callable[..., Sequence[AnyMethod] | Mapping[str, AnyMethod]],
     *,
     edge: float = 0.05,
+    confidence: Confidence | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[JudgedMovement]:
     """Find the movements of a take without rigid motion of the head, and evaluate methods on each.
 
-    `methods` gives those for one movement: scanned in-betweens differ from one to the next.
+    `methods` gives those for one movement: scanned in-betweens differ from one to the next. Where
+    there is a confidence it is called with that of the movement, too.
     """
     movements = find_movements(take.frames, edge=edge)
     if not movements:
@@ -239,8 +242,24 @@ def evaluate_movements(
     for number, move in enumerate(movements, start=1):
         progress(f"{move.kind} {move.start}-{move.stop} ({number} of {len(movements)})")
         part = take.part(move.start, move.stop)
-        judged.append(JudgedMovement(move, evaluate(part, methods(part), curves)))
+        mask = None if confidence is None else confidence.part(move.start, move.stop)
+        how = methods(part) if mask is None else methods(part, mask)
+        judged.append(JudgedMovement(move, evaluate(part, how, curves, confidence=mask)))
     return judged
+
+
+def coverage_of(judged: Sequence[JudgedMovement]) -> str:
+    """How much of the vertices count in the movements, in a sentence; empty where all do."""
+    masked = [one for one in judged if one.evaluation.confidence is not None]
+    if not masked:
+        return ""
+    shares = [one.evaluation.covered for one in masked]
+    least = min(masked, key=lambda one: one.evaluation.covered)
+    where = f"{least.movement.kind} {least.movement.start}-{least.movement.stop}"
+    return (
+        f"{share_words(float(np.mean(shares)))} of the vertices count in the movements, "
+        f"{share_words(min(shares))} in {where}"
+    )
 
 
 def mean_lines(judged: Sequence[JudgedMovement]) -> dict[str, list[MethodSummary]]:

@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ParameterError
-from elastomorph.evaluation.curve_errors import CurveErrors, inner_mean
+from elastomorph.evaluation.confidence import (
+    Confidence,
+    coverage_words,
+    mean_covered,
+)
+from elastomorph.evaluation.curve_errors import CurveErrors, CurveVertices, inner_mean
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 
@@ -41,6 +46,8 @@ class MethodResult(CurveErrors):
         seam: Largest jump between two curves, over the frames; see `Shape`.
         flips: Polygons turned over in the worst frame.
         stretch: Largest ratio of edge lengths, over the frames.
+        unmasked_lme: `lme` of all vertices, where the others leave out those of low confidence.
+        unmasked_lae: `lae` of all vertices, likewise.
     """
 
     label: str
@@ -54,6 +61,8 @@ class MethodResult(CurveErrors):
     seam: float
     flips: int
     stretch: float
+    unmasked_lme: float | None = None
+    unmasked_lae: float | None = None
 
     @property
     def path_lme(self) -> float:
@@ -93,6 +102,7 @@ class Evaluation:
         settings: The settings of the character they were made with, as JSON, where there are any.
         extent: D, where it is not that of the first frame: the size of the whole that it is part
             of.
+        confidence: How far vertices are to be trusted, where only some of them counted.
     """
 
     truth: MeshSequence
@@ -100,6 +110,7 @@ class Evaluation:
     results: tuple[MethodResult, ...]
     settings: Mapping[str, Any] | None = None
     extent: float | None = None
+    confidence: Confidence | None = None
 
     @property
     def diameter(self) -> float:
@@ -117,6 +128,24 @@ class Evaluation:
                 return result
         known = ", ".join(result.label for result in self.results)
         raise ParameterError(f"no method {label!r} was evaluated; there are: {known}")
+
+    @property
+    def covered(self) -> float:
+        """Share of the vertices of curves that count in the frames between the first and last."""
+        if self.confidence is None:
+            return 1.0
+        return mean_covered(self.confidence.covered(self._along))
+
+    @property
+    def coverage(self) -> str:
+        """How much of the vertices count, in a sentence; empty where all do."""
+        if self.confidence is None:
+            return ""
+        return coverage_words(self.confidence, self._along, self.truth.names)
+
+    @property
+    def _along(self) -> CurveVertices:
+        return CurveVertices.of(self.curves, len(self.truth.mesh.vertices))
 
     def table(self) -> Group:
         """The table of the methods and what it shows, to print with rich."""

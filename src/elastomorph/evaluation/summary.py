@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,6 +33,12 @@ class MethodSummary:
     seam: float
     flips: float
     stretch: float
+    unmasked_lme: float | None = None
+    unmasked_lae: float | None = None
+
+    def facts(self) -> dict[str, str | float]:
+        """The line as JSON and tables have it: without what was not measured."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 _NUMBERS = tuple(field.name for field in fields(MethodSummary) if field.name != "label")
@@ -57,13 +63,16 @@ def mean_summaries(evaluations: Sequence[Evaluation]) -> list[MethodSummary]:
     return [
         MethodSummary(
             label,
-            **{
-                name: float(np.mean([getattr(lines[label], name) for lines in every]))
-                for name in _NUMBERS
-            },
+            **{name: _mean([getattr(lines[label], name) for lines in every]) for name in _NUMBERS},
         )
         for label in shared
     ]
+
+
+def _mean(values: Sequence[float | None]) -> Any:
+    """The mean of a number over several motions; None where it was not measured in all."""
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if len(known) == len(values) else None
 
 
 def same(first: float, second: float) -> bool:

@@ -7,7 +7,6 @@ import io
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
@@ -17,6 +16,8 @@ from rich.text import Text
 
 from elastomorph.errors import MissingExtraError
 from elastomorph.evaluation.conclusions import conclusions, rankings
+from elastomorph.evaluation.confidence import coverage_facts
+from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.summary import MethodSummary, informed_methods, summaries
 
 if TYPE_CHECKING:
@@ -34,6 +35,9 @@ _COLUMNS = {
 }
 SHAPE_COLUMNS = {"seam": "seam", "flips": "flips", "stretch": "stretch"}
 """Headers and numbers that tell of a surface, which markers do not have."""
+UNMASKED_COLUMNS = {"all\nLME": "unmasked_lme"}
+"""Where vertices of low confidence do not count: the same with them."""
+_UNMASKED_WORDS = " all: vertices of low confidence too, which do not count in the others."
 LEGEND = (
     "Errors and seam in % of D. path: the frames pick, in order, the moments of the path at which "
     "the error is smallest; what vanishes there was timing. Bold: best of the column."
@@ -43,7 +47,8 @@ LEGEND = (
 def evaluation_table(evaluation: Evaluation) -> Group:
     """The methods of one evaluation as a table, and in words what it shows."""
     lines = summaries(evaluation)
-    words = [Text(sentence) for sentence in conclusions(lines, informed_methods(evaluation))]
+    sentences = conclusions(lines, informed_methods(evaluation))
+    words = [Text(sentence) for sentence in [*sentences, *_coverage(evaluation)]]
     has_polygons = len(evaluation.truth.mesh.faces) > 0
     return Group(method_table(lines, _title(evaluation), shape=has_polygons), *words)
 
@@ -51,9 +56,10 @@ def evaluation_table(evaluation: Evaluation) -> Group:
 def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = True) -> Table:
     """A row a method, the best of each column bold, unless all are alike; markers have no shape."""
     # Narrow enough for a terminal of 80 columns: cut numbers are no numbers.
+    masked = any(line.unmasked_lme is not None for line in lines)
     table = Table(
         title=title,
-        caption=LEGEND,
+        caption=LEGEND + _UNMASKED_WORDS * masked,
         caption_justify="left",
         title_justify="left",
         box=SIMPLE_HEAD,
@@ -80,10 +86,14 @@ def evaluation_html(evaluation: Evaluation) -> str:
         "elastomorph.evaluation",
         "table.html",
         title=_title(evaluation),
-        legend=LEGEND,
+        legend=LEGEND + _UNMASKED_WORDS * (evaluation.confidence is not None),
         columns=_columns(lines, shape=len(evaluation.truth.mesh.faces) > 0),
         labels=[line.label for line in lines],
-        sentences=sentences + (rankings(lines) if len(lines) > 2 else []),
+        sentences=[
+            *sentences,
+            *_coverage(evaluation),
+            *(rankings(lines) if len(lines) > 2 else []),
+        ],
     )
 
 
@@ -98,7 +108,10 @@ def number_text(line: MethodSummary, name: str) -> str:
 def _columns(lines: Sequence[MethodSummary], *, shape: bool) -> dict[str, list[tuple[str, bool]]]:
     """By header the numbers as they are read, and which are best; none where all are alike."""
     columns = {}
-    for header, name in (_COLUMNS | (SHAPE_COLUMNS if shape else {})).items():
+    names = _COLUMNS | (SHAPE_COLUMNS if shape else {})
+    if all(line.unmasked_lme is not None for line in lines):
+        names |= UNMASKED_COLUMNS
+    for header, name in names.items():
         values = [float(getattr(line, name)) for line in lines]
         texts = [number_text(line, name) for line in lines]
         # What reads the same is equally good: a digit nobody sees must not pick a winner.
@@ -157,7 +170,7 @@ def _rows(evaluation: Evaluation, long: bool) -> list[list[Any]]:
     ``path_maximum`` is taken at ``path_time``, ``path_average`` at ``path_average_time``.
     """
     if not long:
-        lines = [asdict(line) for line in summaries(evaluation)]
+        lines = [line.facts() for line in summaries(evaluation)]
         return [list(lines[0]), *(list(line.values()) for line in lines)]
     header = [name.replace("times", "time") for name in _MEASURED]
     rows: list[list[Any]] = [["method", "curve", "frame", "time", *header]]
@@ -185,7 +198,7 @@ def evaluation_json(evaluation: Evaluation) -> str:
     for line, result in zip(lines, evaluation.results, strict=True):
         entry = {
             name: value if isinstance(value, str) or math.isfinite(value) else None
-            for name, value in asdict(line).items()
+            for name, value in line.facts().items()
         }
         for name in sorted(_MEASURED, key=lambda name: "times" not in name):
             entry[name] = getattr(result, name).tolist()
@@ -202,9 +215,17 @@ def evaluation_json(evaluation: Evaluation) -> str:
         "methods": methods,
         "conclusions": conclusions(lines),
     }
+    if evaluation.confidence is not None:
+        along = CurveVertices.of(evaluation.curves, len(evaluation.truth.mesh.vertices))
+        page["confidence"] = coverage_facts(evaluation.confidence, along)
     if evaluation.settings is not None:
         page["settings"] = dict(evaluation.settings)
     return json.dumps(page, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _coverage(evaluation: Evaluation) -> list[str]:
+    """How much of the vertices count, where not all do."""
+    return [f"Confidence: {evaluation.coverage}."] if evaluation.confidence is not None else []
 
 
 def _curve_names(evaluation: Evaluation) -> list[str]:

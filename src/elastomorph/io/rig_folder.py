@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import is_file, is_folder, require_name
+from elastomorph.io.npz.confidence import NAME as CONFIDENCE
 from elastomorph.io.registry import (
     BUILT_IN,
     MESH_FORMATS,
@@ -210,6 +211,7 @@ def _meshes_in(place: Path) -> list[Path]:
             for file in place.iterdir()
             if file.suffix.lower() in known_suffixes(MESH_FORMATS)
             and not file.name.startswith(".")
+            and file.name != CONFIDENCE
             and not file.is_dir()
         )
     except OSError as error:

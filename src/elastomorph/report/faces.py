@@ -167,7 +167,7 @@ def _heat_map(
         f"palest, up to {percent(off[best])}.",
         "Distance of each vertex from the recorded one, on one scale for all methods. Two methods "
         "with the same pattern in other strengths differ in timing; another pattern is another "
-        f"path.{_sharing(alike, 'face')}",
+        f"path.{_sharing(alike, 'face')}{_masked(evaluation)}",
         name="error-heat-map",
     )
 
@@ -204,9 +204,15 @@ def _path_heat_map(evaluation: Evaluation, unit: str) -> Picture:
         f"{percent(max(off[best], _NOTHING))}.",
         "The same with free timing, on a scale of its own: what is dark here no animation curve "
         f"can mend. Methods within {percent(_SAME_WAY)} of each other share a face."
-        f"{f' {listed(crowds)}.' if crowds else ''}",
+        f"{f' {listed(crowds)}.' if crowds else ''}{_masked(evaluation)}",
         name="path-error-heat-map",
     )
+
+
+def _masked(evaluation: Evaluation) -> str:
+    if evaluation.confidence is None:
+        return ""
+    return " Where the confidence is low nothing is drawn."
 
 
 def _names(group: Sequence[str]) -> str:

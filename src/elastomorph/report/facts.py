@@ -63,6 +63,8 @@ def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ())
         ("Motion", _motion_words(truth, about)),
         ("Methods", method_labels(evaluation)),
     ]
+    if evaluation.coverage:
+        facts.insert(4, ("Confidence", evaluation.coverage))
     if truth.missing:
         facts.insert(4, ("Missing", _missing_words(truth)))
     more = f", {listed(informed)} frames between them too" if informed else ""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from elastomorph.draw.graphs import movement_graph
 from elastomorph.evaluation.conclusions import reach_verdict
-from elastomorph.evaluation.movements import JudgedMovement, mean_lines
+from elastomorph.evaluation.movements import JudgedMovement, coverage_of, mean_lines
 from elastomorph.evaluation.summary import MethodSummary, informed_methods, places, summaries
 from elastomorph.evaluation.words import Lengths, counted, percent
 from elastomorph.model.sequence import MeshSequence
@@ -100,6 +100,9 @@ def _compared(judged: Sequence[JudgedMovement], take: MeshSequence, about: About
         ("Movements", found),
         ("Methods", method_labels(evaluation)),
     ]
+    words = coverage_of(judged)
+    if words:
+        facts.append(("Confidence", words))
     how = (
         "An onset leads from rest to an apex, an offset back. Each movement was interpolated from "
         "its own first and last frame and compared with the frames between, in per cent of its own "

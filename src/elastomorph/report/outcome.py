@@ -16,6 +16,8 @@ from elastomorph.report.facts import About
 __all__ = ["error_table", "errors", "outcome", "ranked"]
 
 _TIMED = {"LME": "lme", "LAE": "lae", "mean LME": "mean_lme", "mean LAE": "mean_lae"}
+_LOW = "Low confidence too"
+_UNMASKED = {"LME": "unmasked_lme", "LAE": "unmasked_lae"}
 _FREE = {title: f"path_{name}" for title, name in _TIMED.items()}
 
 
@@ -47,7 +49,14 @@ def errors(
 ) -> Section:
     """What the columns of tables mean, and the tables."""
     size = "" if lengths.diameter is None else f" 1 % is {lengths.plain(0.01)}."
-    content = {"size": size, "shape": shape, "informed": bool(informed), "tables": tables}
+    titles = [group["title"] for table in tables for group in table["groups"]]
+    content = {
+        "size": size,
+        "shape": shape,
+        "masked": _LOW in titles,
+        "informed": bool(informed),
+        "tables": tables,
+    }
     return Section("errors", "Errors", content)
 
 
@@ -68,6 +77,8 @@ def error_table(
     groups = {timed: _TIMED, "With free timing": _FREE}
     if shape:
         groups["Shape"] = SHAPE_COLUMNS
+    if lines and all(line.unmasked_lme is not None for line in lines):
+        groups[_LOW] = _UNMASKED
     names = [name for group in groups.values() for name in group.values()]
     judged = [line for line in lines if line.label not in informed]
     best = {

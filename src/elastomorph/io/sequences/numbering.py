@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import is_file, is_folder
+from elastomorph.io.npz.confidence import NAME as CONFIDENCE
 
 __all__ = ["find_frames", "frame_pattern"]
 
@@ -117,7 +118,8 @@ def find_frames(pattern: str | Path, suffixes: Sequence[str]) -> FrameFiles:
 
 
 def _meshes_in(folder: Path, suffixes: Sequence[str]) -> list[Path]:
-    files = [folder / name for name in _names_in(folder) if Path(name).suffix.lower() in suffixes]
+    names = [name for name in _names_in(folder) if name != CONFIDENCE]
+    files = [folder / name for name in names if Path(name).suffix.lower() in suffixes]
     found = sorted({file.suffix.lower() for file in files})
     if len(found) > 1:
         raise FormatError(
