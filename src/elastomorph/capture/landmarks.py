@@ -76,8 +76,13 @@ def read_landmarks(path: str | Path) -> Landmarks:
         FileError: it cannot be read.
         FormatError: it is not of the form above.
     """
+    return parse_landmarks(path, read_bytes(path))
+
+
+def parse_landmarks(path: str | Path, content: bytes) -> Landmarks:
+    """What the content of a file of landmarks says; errors name the file as `path`."""
     try:
-        found = json.loads(read_bytes(path))
+        found = json.loads(content)
     except (ValueError, RecursionError) as problem:
         raise FormatError(path, f"it is not JSON: {problem}") from problem
     if not isinstance(found, dict) or found.get("version") != 1:

@@ -9,28 +9,41 @@ this server part of the attacker's own site.
 from __future__ import annotations
 
 import secrets
+import socket
 import socketserver
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
 
-from elastomorph.errors import ParameterError
+from elastomorph.errors import ElastomorphError, ParameterError
 from elastomorph.viewer.page import page_beside, report_policy, served_policy
 from elastomorph.viewer.scene import Scene
 
 _LOOPBACK = "127.0.0.1"
-_HTML = "text/html; charset=utf-8"
+HTML = "text/html; charset=utf-8"
+
+
+_MOST_RECEIVED = 8 << 20
+_WITH_NOTHING = "default-src 'none'"
+
+Receiver = Callable[[bytes, str], bool]
+"""Takes what a page sends, and the words behind the question mark; whether this was all."""
 
 
 @dataclass(frozen=True)
 class Resource:
-    """One thing the server hands out: media type, bytes, and the content security policy."""
+    """One thing the server hands out: media type, bytes, and the content security policy.
+
+    What is large and seldom wanted is a function that gives the bytes when they are.
+    """
 
     kind: str
-    content: bytes
-    policy: str = "default-src 'none'"
+    content: bytes | Callable[[], bytes]
+    policy: str = _WITH_NOTHING
 
 
 def serve(scene: Scene, port: int = 0) -> ViewerServer:
@@ -46,7 +59,7 @@ def serve(scene: Scene, port: int = 0) -> ViewerServer:
     """
     names = [f"model-{number}.glb" for number in range(len(scene.models))]
     page = page_beside(scene, names)
-    resources = {"": Resource(_HTML, page.encode(), served_policy(page))}
+    resources = {"": Resource(HTML, page.encode(), served_policy(page))}
     for name, model in zip(names, scene.models, strict=True):
         resources[name] = Resource("model/gltf-binary", model.glb)
     return ViewerServer(resources, port)
@@ -54,7 +67,7 @@ def serve(scene: Scene, port: int = 0) -> ViewerServer:
 
 def serve_page(content: bytes, port: int = 0) -> ViewerServer:
     """A server that shows a finished page, such as a report, which brings everything along."""
-    return ViewerServer({"": Resource(_HTML, content, report_policy())}, port)
+    return ViewerServer({"": Resource(HTML, content, report_policy())}, port)
 
 
 class ViewerServer:
@@ -62,10 +75,15 @@ class ViewerServer:
 
     Answers while it is entered with ``with``. There are no files behind it: a path is a key of
     the resources, the empty one that of the page, or it is nothing. The secret part of the address
-    is the token; port 0 is a free one.
+    is the token; port 0 is a free one. Pages may send something where there is a receiver.
     """
 
-    def __init__(self, resources: Mapping[str, Resource], port: int = 0) -> None:
+    def __init__(
+        self,
+        resources: Mapping[str, Resource],
+        port: int = 0,
+        receivers: Mapping[str, Receiver] | None = None,
+    ) -> None:
         self.token = secrets.token_urlsafe(24)
         try:
             self._server = _Listener((_LOOPBACK, port), _Handler)
@@ -77,6 +95,8 @@ class ViewerServer:
             ) from None
         self._server.token = self.token
         self._server.resources = dict(resources)
+        self._server.receivers = dict(receivers or {})
+        self._server.finished = threading.Event()
         self._thread = threading.Thread(
             target=self._server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True
         )
@@ -92,11 +112,11 @@ class ViewerServer:
         return f"http://{_LOOPBACK}:{self.port}/{self.token}/"
 
     def wait(self) -> None:
-        """Answer until the user interrupts with Ctrl-C."""
+        """Answer until the user interrupts with Ctrl-C, or a page has sent all there was."""
         try:
-            while self._thread.is_alive():
-                # In short pieces: on some systems a wait without end hears no Ctrl-C.
-                self._thread.join(0.5)
+            # In short pieces: on some systems a wait without end hears no Ctrl-C.
+            while self._thread.is_alive() and not self._server.finished.wait(0.5):
+                pass
         except KeyboardInterrupt:
             return
 
@@ -113,6 +133,27 @@ class ViewerServer:
 class _Listener(ThreadingHTTPServer):
     token: str
     resources: dict[str, Resource]
+    receivers: dict[str, Receiver]
+    finished: threading.Event
+
+    def __init__(self, *words: Any) -> None:
+        self._open: set[Any] = set()
+        super().__init__(*words)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        self._open.add(request)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        self._open.discard(request)
+        super().shutdown_request(request)
+
+    def server_close(self) -> None:
+        """End, also towards those who keep a connection for what they may ask later."""
+        super().server_close()
+        for request in list(self._open):
+            with suppress(OSError):
+                request.shutdown(socket.SHUT_RDWR)
 
     def server_bind(self) -> None:
         # That of HTTPServer looks up the name of the machine, which may take seconds.
@@ -127,14 +168,45 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = 30
 
     def do_GET(self) -> None:
-        found = self._found()
+        name = self._name()
+        found = None if name is None else self.server.resources.get(name)
         if found is None:
             self.send_error(HTTPStatus.NOT_FOUND)
-        else:
+            return
+        try:
             self._send(HTTPStatus.OK, found)
+        except ElastomorphError as error:
+            self._tell(HTTPStatus.GONE, str(error))
 
     def do_HEAD(self) -> None:
         self.do_GET()
+
+    def do_POST(self) -> None:
+        receiver = self.server.receivers.get(self._name() or "")
+        own = self.headers.get("Origin") == f"http://{self.headers.get('Host')}"
+        if receiver is None or not own:
+            self.send_error(HTTPStatus.METHOD_NOT_ALLOWED)
+            return
+        length = self.headers.get("Content-Length", "")
+        if not (length.isascii() and length.isdigit()):
+            self.send_error(HTTPStatus.LENGTH_REQUIRED)
+        elif int(length) > _MOST_RECEIVED:
+            self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        else:
+            self._receive(receiver, self.rfile.read(int(length)))
+
+    def _receive(self, receiver: Receiver, content: bytes) -> None:
+        try:
+            finished = receiver(content, self.path.partition("?")[2])
+        except ElastomorphError as error:
+            self._tell(HTTPStatus.BAD_REQUEST, str(error))
+            return
+        self._tell(HTTPStatus.OK, "saved")
+        if finished:
+            self.server.finished.set()
+
+    def _tell(self, status: HTTPStatus, words: str) -> None:
+        self._send(status, Resource("text/plain; charset=utf-8", f"{words}\n".encode()))
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
         """The same few words for everything that is not there, whatever the reason."""
@@ -143,9 +215,10 @@ class _Handler(BaseHTTPRequestHandler):
             status = HTTPStatus.METHOD_NOT_ALLOWED
         # The body of a request that was refused is not read, so nothing can follow it.
         self.close_connection = True
-        self._send(status, Resource("text/plain; charset=utf-8", f"{status.phrase}\n".encode()))
+        self._tell(status, status.phrase)
 
-    def _found(self) -> Resource | None:
+    def _name(self) -> str | None:
+        """What is asked for, by who knows the address; None where somebody does not."""
         port = self.server.server_port
         names = (_LOOPBACK, "localhost")
         # A browser leaves the port out of an address where it is the usual one.
@@ -155,9 +228,10 @@ class _Handler(BaseHTTPRequestHandler):
         # Without the slash, the page would look for its models beside the token, not below it.
         if not known or not slash or self.headers.get_all("Host") not in [[host] for host in hosts]:
             return None
-        return self.server.resources.get(name)
+        return name
 
     def _send(self, status: HTTPStatus, what: Resource) -> None:
+        content = what.content if isinstance(what.content, bytes) else what.content()
         self.send_response(status)
         if status is HTTPStatus.METHOD_NOT_ALLOWED:
             self.send_header("Allow", "GET, HEAD")
@@ -165,7 +239,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header("Connection", "close")
         for name, value in (
             ("Content-Type", what.kind),
-            ("Content-Length", str(len(what.content))),
+            ("Content-Length", str(len(content))),
             ("Content-Security-Policy", what.policy),
             ("Cache-Control", "no-store"),
             ("Cross-Origin-Opener-Policy", "same-origin"),
@@ -176,7 +250,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header(name, value)
         self.end_headers()
         if self.command != "HEAD":
-            self.wfile.write(what.content)
+            self.wfile.write(content)
 
     def log_message(self, format: str, *args: object) -> None:
         """Nothing: the terminal is for the address."""
