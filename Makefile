@@ -45,10 +45,11 @@ format: $(DEV_READY)
 docs: $(DEV_READY) $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
 
-# The viewer page that the package ships, built from web/viewer.
+# The pages that the package ships: the viewer, and where landmarks are placed.
 page: $(WEB_READY)
 	npm run --silent --prefix web types
 	npm run --silent --prefix web build
+	npm run --silent --prefix web build:landmarks
 
 # Which branches of the code the tests take, the readers' first.
 coverage: $(DEV_READY) $(INSTALLED) $(WEB_READY)

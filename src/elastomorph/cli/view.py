@@ -76,7 +76,7 @@ def view(
         from elastomorph.io.atomic import read_bytes
         from elastomorph.viewer.server import serve_page
 
-        _show(serve_page(read_bytes(Path(reports[0])), port or 0), open_browser, as_json)
+        shown(serve_page(read_bytes(Path(reports[0])), port or 0), open_browser, as_json)
         return
     with progress(as_json) as say:
         scene = _scene(files, method or [], unit, settings, mesh, say)
@@ -88,7 +88,7 @@ def view(
     if output is None:
         from elastomorph.viewer import serve
 
-        _show(serve(scene, port or 0), open_browser, as_json)
+        shown(serve(scene, port or 0), open_browser, as_json)
     elif as_json:
         print_json({"written": str(output), "bytes": output.stat().st_size})
     else:
@@ -119,7 +119,8 @@ def _scene(
     return read_scene(files, methods, unit=unit, read=read, say=say, chosen=own)
 
 
-def _show(server: ViewerServer, open_browser: bool, as_json: bool) -> None:
+def shown(server: ViewerServer, open_browser: bool, as_json: bool) -> None:
+    """Say where a page is, send the browser there, and wait until it has ended."""
     import webbrowser
 
     # Ctrl-C is how one leaves, also in the moment before the server waits for it.

@@ -14,7 +14,7 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import replacing
 from elastomorph.viewer.scene import Scene
 
-_PLACE = "<!-- elastomorph scene -->"
+PLACE = "<!-- elastomorph scene -->"
 _SCRIPT = re.compile(r"<script(?P<attributes>[^>]*)>(?P<content>.*?)</script>", re.DOTALL)
 # Pictures and workers that the page makes itself have addresses of blob: and data:.
 _WITHIN = (
@@ -81,13 +81,13 @@ def _scene_block(scene: Scene, addresses: Sequence[str]) -> str:
 
 def _filled(content: str) -> str:
     page = shipped_page()
-    if page.count(_PLACE) != 1:
+    if page.count(PLACE) != 1:
         raise FileError(
             "viewer/page/index.html",
-            f"the viewer's page must have one line {_PLACE}, found {page.count(_PLACE)}; build it "
+            f"the viewer's page must have one line {PLACE}, found {page.count(PLACE)}; build it "
             "anew with 'npm run build --prefix web'",
         )
-    return page.replace(_PLACE, content)
+    return page.replace(PLACE, content)
 
 
 def alone_policy(page: str) -> str:

@@ -1,0 +1,143 @@
+"""The page where landmarks are placed: served until somebody has finished, or written as a file."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from collections.abc import Sequence
+from functools import partial
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from elastomorph.capture.landmarks import parse_landmarks, write_landmarks
+from elastomorph.errors import FileError, FormatError
+from elastomorph.io.atomic import read_bytes, replacing
+from elastomorph.viewer.landmark_task import LandmarkPlace, LandmarkTask
+from elastomorph.viewer.page import PLACE, alone_policy, served_policy
+from elastomorph.viewer.server import HTML, Resource, ViewerServer
+from elastomorph.viewer.surfaces import PackedSurface
+
+__all__ = ["serve_landmarks", "write_landmark_page"]
+
+_FINISHED = "finish"
+_ADDRESS = "landmarks.json"
+_KINDS = {".png": "image/png", ".webp": "image/webp"}
+
+
+def serve_landmarks(task: LandmarkTask, file: str | Path, port: int = 0) -> ViewerServer:
+    """A server that shows the page and writes what is placed; enter it with ``with``.
+
+    The file is written again after every change, whole. Its `wait` ends when somebody has pressed
+    the button that says so.
+
+    Args:
+        task: What points are placed on.
+        file: The file of landmarks.
+        port: Port of 127.0.0.1; a free one for 0.
+
+    Raises:
+        ParameterError: The port is taken or not allowed.
+        FileError: The page was not built.
+    """
+    resources: dict[str, Resource] = {}
+    sources: list[str] = []
+    images: list[list[str]] = []
+    for number, place in enumerate(task.places):
+        kind, loads, own = _parts(place)
+        sources.append(f"place-{number}")
+        images.append([f"place-{number}-{image}" for image in range(len(own))])
+        resources[sources[-1]] = Resource(kind, loads)
+        for address, image in zip(images[-1], own, strict=True):
+            resources[address] = Resource(_image_kind(image), image)
+    page = _page(task, sources, images, {"save": _ADDRESS, "file": Path(file).name})
+    resources[""] = Resource(HTML, page.encode(), served_policy(page))
+
+    def receive(content: bytes, words: str) -> bool:
+        write_landmarks(file, parse_landmarks(file, content))
+        return words == _FINISHED
+
+    return ViewerServer(resources, port, {_ADDRESS: receive})
+
+
+def write_landmark_page(path: str | Path, task: LandmarkTask, file: str = _ADDRESS) -> None:
+    """Write the page with all photographs and surfaces in it; what is placed is downloaded.
+
+    Args:
+        path: The page, ``.html``; its folder must exist.
+        task: What points are placed on.
+        file: What the download is called.
+
+    Raises:
+        FormatError: The suffix is another.
+        FileError: The page cannot be written, or was not built.
+    """
+    if Path(path).suffix.lower() not in (".html", ".htm"):
+        raise FormatError(path, "this is a web page; name it with the suffix .html")
+    sources = [f"#place-{number}" for number in range(len(task.places))]
+    parts = [_parts(place) for place in task.places]
+    images = [
+        [f"{source}-{image}" for image in range(len(own))]
+        for source, (_, _, own) in zip(sources, parts, strict=True)
+    ]
+    policy = html.escape(alone_policy(_shipped()))
+    meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}" />'
+    page = _page(task, sources, images, {"save": None, "file": file}, meta)
+    before, _, after = page.partition("</head>")
+    with replacing(path) as unfinished:
+        unfinished.write(before.encode())
+        # One after another: all photographs together may be more than there is memory.
+        for source, addresses, (_, loads, own) in zip(sources, images, parts, strict=True):
+            content = loads if isinstance(loads, bytes) else loads()
+            for address, each in [(source, content), *zip(addresses, own, strict=True)]:
+                text = base64.b64encode(each)
+                opening = f'<script type="application/octet-stream" id="{address[1:]}">'
+                unfinished.write(opening.encode() + text + b"</script>\n")
+        unfinished.write(f"</head>{after}".encode())
+
+
+def _parts(place: LandmarkPlace) -> tuple[str, Any, tuple[bytes, ...]]:
+    """Kind of a place, its content or what loads it, and the images that belong to it."""
+    if isinstance(place.content, PackedSurface):
+        return "application/octet-stream", place.content.content, place.content.images
+    kind = _KINDS.get(place.content.suffix.lower(), "image/jpeg")
+    return kind, partial(read_bytes, place.content), ()
+
+
+def _image_kind(content: bytes) -> str:
+    return "image/png" if content.startswith(b"\x89PNG") else "image/jpeg"
+
+
+def _page(
+    task: LandmarkTask,
+    sources: Sequence[str],
+    images: Sequence[Sequence[str]],
+    saving: dict[str, str | None],
+    head: str = "",
+) -> str:
+    # Without < no text can end the element it stands in.
+    text = json.dumps({**task.document(sources, images), **saving}, allow_nan=False)
+    text = text.replace("<", "\\u003c")
+    block = f'{head}\n<script type="application/json" id="elastomorph-landmarks">{text}</script>'
+    page = _shipped()
+    if page.count(PLACE) != 1:
+        raise FileError(
+            "viewer/landmarks_page/index.html",
+            f"the page must have one line {PLACE}, found {page.count(PLACE)}; build it anew with "
+            "'npm run build:landmarks --prefix web'",
+        )
+    return page.replace(PLACE, block)
+
+
+def _shipped() -> str:
+    """The page as it comes with the package."""
+    place = files("elastomorph.viewer") / "landmarks_page" / "index.html"
+    try:
+        return place.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise FileError(
+            str(place),
+            "the page is not here; in a source checkout build it with 'npm ci --prefix web' and "
+            "'npm run build:landmarks --prefix web'",
+        ) from None
