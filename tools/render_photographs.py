@@ -31,7 +31,7 @@ def options(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("folder")
     parser.add_argument("--small", action="store_true", default=False)
     parser.add_argument("--subject", choices=list(SUBJECTS))
-    parser.add_argument("--movement", help="smile, pucker or sneer")
+    parser.add_argument("--movement", help="smile, pucker, sneer; recorded (built-in)")
     parser.add_argument("--poses", type=int)
     parser.add_argument("--count", type=int, help="photographs of each pose")
     parser.add_argument("--size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"))

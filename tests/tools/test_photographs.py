@@ -11,7 +11,7 @@ from PIL import Image, ImageOps
 
 from elastomorph.capture.landmarks import LANDMARKS, read_landmarks
 from elastomorph.model.polygons import Polygons
-from elastomorph.samples import head
+from elastomorph.samples import head, recorded_motion
 from needs import extra
 
 extra("cv2", "capture")
@@ -303,3 +303,14 @@ def test_a_face_that_drifts_is_another_in_each_photograph(person):
     assert min(times) > 0.5
     assert max(times) == 1
     assert TINY.time(1, 0) == 1.0
+
+
+def test_the_recorded_movement_passes_through_its_frames(person):
+    """The built-in motion, moved as its neutral was to other proportions."""
+    frames = recorded_motion().frames
+    at = person.poses("recorded", np.array([0.0, 0.5, 1.0]))
+    for found, number in zip(at, (0, 5, 10), strict=True):
+        np.testing.assert_allclose(found, person.refine @ person.frames[number], atol=1e-12)
+    apart = np.linalg.norm(person.frames[10] - person.frames[0], axis=1)
+    original = np.linalg.norm(frames[10] - frames[0], axis=1)
+    assert np.corrcoef(apart, original)[0, 1] > 0.99

@@ -15,11 +15,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.interpolate import interp1d
 
 import elastomorph as em
 from elastomorph.model.mesh import part_of
 from elastomorph.model.polygons import Polygons
-from elastomorph.samples import head, shapes
+from elastomorph.samples import head, recorded_motion, shapes
 from photographs import skin
 from photographs.clicks import both_sides, ict, ict_lip_line
 from photographs.rendering import Surface
@@ -69,6 +70,8 @@ class Subject:
         aim: (3,) where cameras look, in cm.
         distance: From there to the cameras, in cm.
         movements: Weights of targets, by name of the movement.
+        frames: Vertices of the whole head at even times of the movement ``recorded``, if there is
+            one.
     """
 
     name: str
@@ -83,6 +86,7 @@ class Subject:
     aim: tuple[float, float, float]
     distance: float
     movements: dict[str, dict[str, float]]
+    frames: Vertices | None = None
 
     def target(self, weights: dict[str, float]) -> em.Mesh:
         """The neutral with targets added to it."""
@@ -92,7 +96,14 @@ class Subject:
         return self.neutral.with_vertices(vertices)
 
     def poses(self, movement: str, times: NDArray[np.float64]) -> list[Vertices]:
-        """Vertices of `surface` on the nonlinear path of a movement, at times from 0 to 1."""
+        """Vertices of `surface` on the nonlinear path of a movement, at times from 0 to 1.
+
+        ``recorded`` is the built-in motion, an anatomical model: straight between its frames.
+        """
+        if movement == "recorded" and self.frames is not None:
+            last = len(self.frames) - 1
+            along = interp1d(np.linspace(0, 1, last + 1), self.frames, axis=0)
+            return [self.refine @ along(float(t)) for t in times]
         path = em.interpolate(self.neutral, self.target(self.movements[movement]), "rotation")
         return [self.refine @ path.at(float(t)) for t in times]
 
@@ -203,6 +214,7 @@ def _built_in(seed: int) -> Subject:
             "pucker": {"mouthPucker": 1.0, "browInnerUp": 0.8},
             "sneer": {"noseSneer_L": 1.0, "noseSneer_R": 0.6, "mouthUpperUp_L": 0.6},
         },
+        frames=np.array([warp(frame) for frame in recorded_motion().frames]),
     )
 
 
