@@ -16,12 +16,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera
+from elastomorph.capture.exact import cloud, farthest_off, matched, misfits, reprojection
 from elastomorph.capture.features import Features, find_features
 from elastomorph.capture.focal import Start, found_cameras
-from elastomorph.capture.matching import Guide, Pairs, compared, guided, neighbours, strongest
+from elastomorph.capture.matching import Pairs, compared, strongest
 from elastomorph.capture.photographs import FEWEST, Photograph, Photographs
 from elastomorph.capture.plausible import remarks_on, require_plausible
 from elastomorph.capture.reconstruction import refined
@@ -36,10 +36,6 @@ Say = Callable[[str, float], None]
 
 _STRONGEST, _STRONGEST_AGAIN = 1500, 4000
 _CENTRE_FROM = 10  # photographs; fewer do not fix the centre of a lens
-_FEWEST_POINTS = 40
-_WORSE = 3.0  # error of a photograph against the middle one
-_CLOUD_TRACK, _CLOUD_ERROR = 3, 1.5
-_WITHIN, _AT_SIZE = 2.0, 2000  # px that a feature may be off in a photograph of this longer side
 
 
 def solve_pose(
@@ -135,9 +131,8 @@ class _Finder:
 
     def exact(self, rough: Sparse, folder: Path, rejected: dict[str, str]) -> Sparse:
         """All features matched where the cameras expect them, and everything adjusted."""
-        longest = max(max(photograph.size) for photograph in self.taken)
-        within = _WITHIN * max(0.5, longest / _AT_SIZE)
         cameras = rough.cameras
+        within = farthest_off(cameras)
         for k, camera in enumerate(cameras):
             if camera is None:
                 rejected[self.taken[k].name] = (
@@ -145,10 +140,10 @@ class _Finder:
                     "another subject"
                 )
         self.say("matching all features", 0.75)
-        pairs = self.matched(rough)
+        pairs = matched(rough, self.features)
         self.say("adjusting cameras", 0.85)
         sparse = refined(self.shots, cameras, pairs, folder, free=self.free, within=within)
-        bad = self._worse(sparse)
+        bad = misfits(sparse, self.shots)
         if bad:
             rejected.update(bad)
             cameras = tuple(
@@ -159,45 +154,6 @@ class _Finder:
             pairs = {pair: found for pair, found in pairs.items() if numbers.issuperset(pair)}
             sparse = refined(self.shots, cameras, pairs, folder, free=self.free, within=within)
         return sparse
-
-    def matched(self, rough: Sparse) -> Pairs:
-        """Matches of all features between neighbouring cameras that are known roughly."""
-        guides = {
-            k: Guide(camera, self.features[k], rough.seen_by(k))
-            for k, camera in enumerate(rough.cameras)
-            if camera is not None
-        }
-        middle = np.median(rough.points, axis=0)
-        return {(i, j): guided(guides[i], guides[j]) for i, j in neighbours(rough.cameras, middle)}
-
-    def _worse(self, sparse: Sparse) -> dict[str, str]:
-        """Photographs that do not fit the others, and why."""
-        errors = reprojection(sparse, self.shots)
-        middle = float(np.median(list(errors.values())))
-        counts = np.bincount(sparse.seen[:, 0], minlength=len(self.taken))
-        bad = {}
-        for k, camera in enumerate(sparse.cameras):
-            if camera is None:
-                continue
-            if counts[k] < _FEWEST_POINTS:
-                bad[camera.name] = f"only {counts[k]} points of it are seen in other photographs"
-            elif errors[camera.name] > _WORSE * middle:
-                bad[camera.name] = (
-                    f"its features are {errors[camera.name]:.2f} px from where they should be, "
-                    f"{middle:.2f} px in the others: the face moved, or it is blurred"
-                )
-        return bad
-
-
-def reprojection(sparse: Sparse, shots: Shots) -> dict[str, float]:
-    """Photograph → mean distance of its features from where their points are seen, px."""
-    residuals = sparse.residuals(shots)
-    found = {}
-    for k, camera in enumerate(sparse.cameras):
-        mine = sparse.seen[:, 0] == k
-        if camera is not None:
-            found[camera.name] = float(residuals[mine].mean()) if mine.any() else float("inf")
-    return found
 
 
 def _starts(taken: Sequence[Photograph], like: SolvedPose | None) -> tuple[list[Start], list[int]]:
@@ -243,22 +199,3 @@ def _solved(
         {p.name: p.lens for p, camera in zip(taken, sparse.cameras, strict=True) if camera},
         remarks,
     )
-
-
-def cloud(
-    sparse: Sparse, features: Sequence[Features]
-) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """The points that are seen well, (N, 3), and the mean look of each, (N, 128)."""
-    count = len(sparse.points)
-    sums = np.zeros((count, 128), dtype=np.float32)
-    for k, each in enumerate(features):
-        mine = sparse.seen[:, 0] == k
-        looks = each.unit[sparse.seen[mine, 1]]
-        np.add.at(sums, sparse.owners[mine], looks)
-    longest = max(max(camera.size) for camera in sparse.cameras if camera is not None)
-    limit = _CLOUD_ERROR * max(1.0, longest / _AT_SIZE)
-    seen = np.bincount(sparse.owners, minlength=count)
-    good = (seen >= _CLOUD_TRACK) & (sparse.errors <= limit)
-    length = np.linalg.norm(sums[good], axis=1, keepdims=True)
-    mean = sums[good] / np.maximum(length, 1e-9)
-    return sparse.points[good], np.asarray(mean, dtype=np.float32)
