@@ -32,7 +32,7 @@ class Crop:
 
     @classmethod
     def of(cls, view: View, points: Points) -> Crop | None:
-        """What a photograph shows of (N, 3) points and some pixels around; None: next to nothing."""
+        """What a photograph shows of (N, 3) points and a little around; None: next to nothing."""
         pixels, depths = view.camera.project(points)
         pixels = pixels[depths > 0]
         if not len(pixels):

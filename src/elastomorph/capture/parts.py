@@ -77,12 +77,13 @@ class Parts:
                 solid.append((vertices, around.astype(np.int64)))
             else:
                 loose.append(vertices)
-        others = np.concatenate([np.zeros(0, dtype=np.int64), *loose])
+        others: NDArray[np.int64] = np.concatenate([np.zeros(0, dtype=np.int64), *loose])
         far, beside = tree.query(rest[others], k=min(_BESIDE, len(skin)))
         # What lies on a vertex of the skin goes exactly with it.
         shares = 1 / np.maximum(far, 1e-9 * np.ptp(rest)) ** 2
         shares /= shares.sum(axis=1, keepdims=True)
-        return cls(rest, skin, mine, tuple(solid), others, beside.astype(np.int64), shares)
+        near = np.asarray(beside, dtype=np.int64)
+        return cls(rest, skin, mine, tuple(solid), others, near, shares)
 
     def carried(self, skin: Points) -> Points:
         """(V, 3) all vertices, from (S, 3) those of the skin."""

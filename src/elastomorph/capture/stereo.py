@@ -147,8 +147,7 @@ def _places(seen: _Seen) -> tuple[Points, NDArray[np.bool_]]:
 
     camera = seen.crop.camera
     width, height = camera.size
-    x, y = _grid(width, height)
-    x, y = x / _STEP, y / _STEP
+    x, y = (each / np.float32(_STEP) for each in _grid(width, height))
     # Beside the surface a depth lies between that of the surface and nothing, and is not used.
     depth: Any = cv2.remap(seen.depth, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     share: Any = cv2.remap(
@@ -197,7 +196,7 @@ def _compared(
 def _drawn(
     seen: _Seen, places: Points, met: NDArray[np.bool_]
 ) -> tuple[NDArray[np.uint8], Single, NDArray[np.bool_]]:
-    """A photograph as another camera would have taken it; where its pixels are from; which it has."""
+    """A photograph as another camera would have taken it, where from, and where it shows that."""
     import cv2
 
     pixels, depths = seen.crop.camera.project(places)
@@ -210,7 +209,7 @@ def _drawn(
 
 
 def _crossing(a: Camera, in_a: Points, b: Camera, in_b: Points) -> tuple[Points, Points]:
-    """(N, 3) points on rays of a that are nearest to rays of b, and how far off they are in b, px."""
+    """(N, 3) points on rays of a that are nearest to rays of b, and how far off in b, px."""
     along, other = a.through(in_a), b.through(in_b)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     other /= np.linalg.norm(other, axis=1, keepdims=True)
@@ -234,7 +233,8 @@ def _flow() -> Any:
     """Dense inverse search (Kroeger et al., ECCV 2016), to the pixel and refined."""
     import cv2
 
-    flow = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
+    library: Any = cv2
+    flow = library.DISOpticalFlow_create(library.DISOPTICAL_FLOW_PRESET_MEDIUM)
     flow.setFinestScale(0)
     flow.setVariationalRefinementIterations(3)
     return flow
