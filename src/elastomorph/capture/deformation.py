@@ -11,6 +11,7 @@ with the rest positions P, edges ij and the mean-of-neighbours Laplacian L: as r
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,12 @@ class Deformation:
         self._smoothing = sparse.diags_array(1 / (degrees + 1)) @ (
             self.neighbours + sparse.eye_array(count)
         )
+
+    def around(self, rest: Points) -> Deformation:
+        """The same surface with another shape at rest, without preparing it again."""
+        other = copy(self)
+        other.rest, other._curvature = rest, self._mean @ rest
+        return other
 
     def rotations(self, vertices: Points, smoothing: int = 2) -> Points:
         """(V, 3, 3) rotations of the surroundings of each vertex from rest to (V, 3) vertices."""
