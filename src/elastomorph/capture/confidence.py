@@ -66,7 +66,7 @@ def expected_errors(neutral: Surface, spread: Points, extent: float) -> Points:
     graph = sparse.coo_array(
         (np.maximum(costs, 1e-12 * extent), (rows, columns)), shape=(count + 1, count + 1)
     ).tocsr()
-    found: Points = dijkstra(graph, directed=False, indices=count)[:count]
+    found: Points = dijkstra(graph, directed=False, indices=[count])[0, :count]
     return found
 
 
