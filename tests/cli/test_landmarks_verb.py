@@ -93,7 +93,7 @@ def test_what_the_file_holds_is_gone_on_with(
     [
         ([], "nothing to place points on"),
         (["nowhere"], "nowhere"),
-        (["empty"], "no photographs"),
+        (["empty"], "no JPEG, PNG or TIFF photographs"),
         (["nowhere.ply"], "nowhere.ply"),
         (["neutral/1.jpg"], "1.jpg"),
         (["neutral", "neutral"], "two files called 1.jpg"),
@@ -103,6 +103,7 @@ def test_what_the_file_holds_is_gone_on_with(
         (["neutral", "-o", "no/where.html"], "where.html"),
         (["neutral", "-o", "page.html", "--port", "8000"], "not served"),
         (["neutral", "--port", "70000"], "70000"),
+        (["neutral", "--working", "empty"], "no cameras are solved in it"),
         (["--template", "scan.ply", "-o", "far.json"], "vertex 700,000"),
     ],
 )

@@ -17,10 +17,12 @@ from pages import Elements
 import elastomorph as em
 from elastomorph.capture.camera import Camera
 from elastomorph.capture.landmarks import LANDMARKS, Landmarks, read_landmarks
+from elastomorph.capture.solved import SolvedPose
+from elastomorph.capture.stages import WorkingFolder
 from elastomorph.model.appearance import Material, Texture
 from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.viewer import ViewerServer
-from elastomorph.viewer.landmark_task import landmark_task
+from elastomorph.viewer.landmark_task import landmark_task, solved_cameras
 from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
 from elastomorph.viewer.surfaces import pack_surface
 
@@ -31,7 +33,7 @@ FILE = {"version": 1, "vertices": {"chin": 3}, "photographs": {}, "points": {}}
 def photos(tmp_path: Path) -> Path:
     folder = tmp_path / "neutral"
     folder.mkdir()
-    for name in ("b.JPG", "a.png", "notes.txt"):
+    for name in ("IMG_2.JPG", "IMG_1.png", "notes.txt"):
         (folder / name).write_bytes(name.encode())
     return folder
 
@@ -82,13 +84,13 @@ def unpacked(content: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 def test_photographs_are_sent_as_they_are(server: ViewerServer, photos: Path) -> None:
     """In the order of their names, and read when they are asked for."""
-    assert ask(server, "place-1") == (200, b"a.png")
-    (photos / "b.JPG").write_bytes(b"another")
+    assert ask(server, "place-1") == (200, b"IMG_1.png")
+    (photos / "IMG_2.JPG").write_bytes(b"another")
     assert ask(server, "place-2") == (200, b"another")
-    (photos / "b.JPG").unlink()
+    (photos / "IMG_2.JPG").unlink()
     status, words = ask(server, "place-2")
     assert status == 410
-    assert b"b.JPG" in words
+    assert b"IMG_2.JPG" in words
 
 
 def test_the_page_says_what_there_is(server: ViewerServer) -> None:
@@ -99,8 +101,8 @@ def test_the_page_says_what_there_is(server: ViewerServer) -> None:
     assert task["save"] == task["file"] == "landmarks.json"
     assert [(place["kind"], place["pose"], place["name"]) for place in task["places"]] == [
         ("template", "", "built-in"),
-        ("photograph", "neutral", "a.png"),
-        ("photograph", "neutral", "b.JPG"),
+        ("photograph", "neutral", "IMG_1.png"),
+        ("photograph", "neutral", "IMG_2.JPG"),
     ]
     assert set(task["known"]["vertices"]) == set(LANDMARKS)
 
@@ -189,7 +191,7 @@ def test_a_written_page_brings_everything(photos: Path, tmp_path: Path) -> None:
 
 
 def test_cameras_of_photographs_are_told(photos: Path) -> None:
-    camera = Camera("a.png", (4, 3), 7.0, np.ones(2), 0.1, np.eye(3), np.arange(3.0))
+    camera = Camera("IMG_1.png", (4, 3), 7.0, np.ones(2), 0.1, np.eye(3), np.arange(3.0))
     task = landmark_task([photos], cameras={"neutral": [camera], "smile": [camera]})
     first, second = task.document(["a", "b"], [[], []])["places"]
     assert first["camera"] == {
@@ -200,6 +202,21 @@ def test_cameras_of_photographs_are_told(photos: Path) -> None:
         "translation": [0.0, 1.0, 2.0],
     }
     assert second["camera"] is None
+
+
+def test_cameras_of_a_working_folder(tmp_path: Path) -> None:
+    """As the stages of a capture leave them; what is no result of theirs is passed over."""
+    camera = Camera("IMG_1.png", (4, 3), 7.0, np.ones(2), 0.1, np.eye(3), np.arange(3.0))
+    solved = SolvedPose((camera,), np.zeros((1, 3)), np.zeros((1, 128), np.float32), {})
+    with WorkingFolder(tmp_path / "working") as working:
+        working.made("cameras/neutral", {}, lambda: solved, 1)
+    (tmp_path / "working" / "cameras" / "smile.npz").write_bytes(b"damaged")
+    found = solved_cameras(tmp_path / "working")
+    assert list(found) == ["neutral"]
+    assert found["neutral"][0].name == "IMG_1.png"
+    np.testing.assert_array_equal(found["neutral"][0].translation, camera.translation)
+    with pytest.raises(em.FileError, match="no cameras are solved in it"):
+        solved_cameras(tmp_path)
 
 
 def test_poses_are_folders(tmp_path: Path) -> None:
@@ -216,10 +233,10 @@ def test_poses_are_folders(tmp_path: Path) -> None:
 def test_what_cannot_be_shown_is_refused(tmp_path: Path, photos: Path) -> None:
     with pytest.raises(em.ParameterError, match="nothing to place points on"):
         landmark_task()
-    with pytest.raises(em.ParameterError, match=r"two files called a\.png"):
+    with pytest.raises(em.ParameterError, match=r"two files called IMG_1\.png"):
         landmark_task([photos, photos])
     (tmp_path / "empty").mkdir()
-    with pytest.raises(em.FileError, match="no photographs"):
+    with pytest.raises(em.FileError, match="no JPEG, PNG or TIFF photographs"):
         landmark_task([tmp_path / "empty"])
     with pytest.raises(em.FileError, match=r"nowhere\.ply"):
         landmark_task([tmp_path / "nowhere.ply"])

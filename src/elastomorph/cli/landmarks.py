@@ -36,6 +36,13 @@ File = Annotated[
         help="The file of landmarks (.json), gone on with where it exists; or a page (.html).",
     ),
 ]
+Working = Annotated[
+    Path | None,
+    typer.Option(
+        help="Working folder of a capture whose cameras are solved: points clicked in two "
+        "photographs are shown in the others."
+    ),
+]
 
 
 @verb
@@ -43,6 +50,7 @@ def landmarks(
     files: Files = None,
     file: File = Path("landmarks.json"),
     template: Template = None,
+    working: Working = None,
     port: Port = None,
     open_browser: Open = True,
     as_json: AsJson = False,
@@ -65,7 +73,7 @@ def landmarks(
 
     with progress(as_json) as say:
         say("reading")
-        task = _task(files or [], template, None if page else file)
+        task = _task(files or [], template, None if page else file, working)
         if page:
             say(f"writing {file}")
             write_landmark_page(file, task)
@@ -81,14 +89,17 @@ def landmarks(
         typer.echo(_outcome(file))
 
 
-def _task(files: list[str], template: str | None, file: Path | None) -> LandmarkTask:
+def _task(
+    files: list[str], template: str | None, file: Path | None, working: Path | None
+) -> LandmarkTask:
     """What is asked for, with what the file holds already."""
     from elastomorph.capture.landmarks import read_landmarks
     from elastomorph.io.atomic import is_file
-    from elastomorph.viewer.landmark_task import landmark_task
+    from elastomorph.viewer.landmark_task import landmark_task, solved_cameras
 
+    cameras = None if working is None else solved_cameras(working)
     known = read_landmarks(file) if file is not None and is_file(file) else None
-    return landmark_task(files, template, known=known)
+    return landmark_task(files, template, known=known, cameras=cameras)
 
 
 def _outcome(file: Path) -> str:

@@ -10,18 +10,19 @@ from typing import Any, Literal
 from elastomorph.capture.camera import Camera
 from elastomorph.capture.known_landmarks import known_landmarks
 from elastomorph.capture.landmarks import LANDMARKS, Landmarks
+from elastomorph.capture.photographs import find_poses
+from elastomorph.capture.solved import SolvedPose
+from elastomorph.capture.stages import WorkingFolder
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, known_suffixes, read
 from elastomorph.model.mesh import Mesh
 from elastomorph.viewer.surfaces import PackedSurface, pack_surface
 
-__all__ = ["ASKED", "LandmarkPlace", "LandmarkTask", "landmark_task"]
+__all__ = ["ASKED", "LandmarkPlace", "LandmarkTask", "landmark_task", "solved_cameras"]
 
 ASKED = 3
 """Photographs that each point is asked for in."""
-
-_PHOTOGRAPHS = (".jpg", ".jpeg", ".png")
 
 Kind = Literal["photograph", "template", "scan"]
 
@@ -134,31 +135,37 @@ def landmark_task(
     return LandmarkTask(_title(files, template), tuple(places), known)
 
 
+def solved_cameras(working: str | Path) -> dict[str, tuple[Camera, ...]]:
+    """The cameras of each pose that are solved in the working folder of a capture.
+
+    Raises:
+        FileError: There are none.
+    """
+    folder = WorkingFolder(Path(working))
+    found: dict[str, tuple[Camera, ...]] = {}
+    for file in sorted(folder.folder.glob("cameras/*.npz")):
+        made = folder.known(f"cameras/{file.stem}")
+        solved = None if made is None else made.read()
+        if isinstance(solved, SolvedPose):
+            found[file.stem] = solved.cameras
+    if not found:
+        raise FileError(
+            working,
+            "no cameras are solved in it; name the working folder of 'elastomorph capture', or "
+            "place the points without it",
+        )
+    return found
+
+
 def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[LandmarkPlace]:
     if not is_folder(path):
         return [LandmarkPlace("scan", path.name, "", pack_surface(_scan(path), edges=False))]
     solved = {(pose, camera.name): camera for pose, own in cameras.items() for camera in own}
     return [
         LandmarkPlace("photograph", file.name, pose, file, solved.get((pose, file.name)))
-        for pose, photographs in _poses(path).items()
+        for pose, photographs in find_poses(path).items()
         for file in photographs
     ]
-
-
-def _poses(folder: Path) -> dict[str, list[Path]]:
-    """Photographs by pose: those in a folder, or in the folders within it."""
-    folders = [folder, *sorted(each for each in folder.iterdir() if each.is_dir())]
-    found = {each.resolve().name: _photographs(each) for each in folders}
-    found = {pose: files for pose, files in found.items() if files}
-    if not found:
-        raise FileError(
-            folder, f"there are no photographs in it: expected {', '.join(_PHOTOGRAPHS)}"
-        )
-    return found
-
-
-def _photographs(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if file.suffix.lower() in _PHOTOGRAPHS)
 
 
 def _scan(path: Path) -> Mesh:

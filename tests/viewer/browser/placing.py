@@ -50,13 +50,13 @@ def seen_dots(page: Page) -> NDArray[np.float64]:
     """(N, 2) where dots are in the picture of the page, CSS pixels of the page, from the top."""
     box = page.locator(".picture").bounding_box()
     assert box is not None
-    page.mouse.move(2, 2)  # a magnifier follows the pointer
-    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    with Image.open(io.BytesIO(page.screenshot(clip=box))) as image:
+    # Marks, lines and the magnifier may cover some.
+    shot = page.screenshot(clip=box, style="canvas:is(.over, .lens) { visibility: hidden }")
+    with Image.open(io.BytesIO(shot)) as image:
         pixels = np.asarray(image.convert("RGB")).astype(float)
     ground, dot = np.array(GROUND, float), np.array(DOT, float)
     cover = np.clip(((pixels - ground) @ (dot - ground)) / ((dot - ground) ** 2).sum(), 0, 1)
-    # Marks and the mat around the photograph are of other colours.
+    # The mat around the photograph and words on it are of other colours.
     far = np.abs(pixels - ground - cover[..., None] * (dot - ground)).max(axis=-1)
     cover[far > 40] = 0
     labels, count = ndimage.label(cover > 0.3)

@@ -16,7 +16,7 @@ from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmark_task import landmark_task
 from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
 
-PLACES = {"a.jpg": dots(1), "b.jpg": dots(2), "c.jpg": dots(3, (480, 640))}
+PLACES = {"IMG_1.jpg": dots(1), "IMG_2.jpg": dots(2), "IMG_3.jpg": dots(3, (480, 640))}
 
 
 @pytest.fixture(scope="module")
@@ -24,9 +24,9 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three, of which the last was taken with the camera held upright."""
     folder = tmp_path_factory.mktemp("photographs") / "neutral"
     folder.mkdir()
-    write_photograph(folder / "a.jpg", PLACES["a.jpg"])
-    write_photograph(folder / "b.jpg", PLACES["b.jpg"])
-    write_photograph(folder / "c.jpg", PLACES["c.jpg"], (480, 640), held=6)
+    write_photograph(folder / "IMG_1.jpg", PLACES["IMG_1.jpg"])
+    write_photograph(folder / "IMG_2.jpg", PLACES["IMG_2.jpg"])
+    write_photograph(folder / "IMG_3.jpg", PLACES["IMG_3.jpg"], (480, 640), held=6)
     return folder
 
 
@@ -62,7 +62,7 @@ def test_fifteen_points_in_three_photographs(
 def test_nearer_by_a_tenth_of_a_pixel(visit: Visit, server: ViewerServer, tmp_path: Path) -> None:
     """The wheel goes to the pointer, and there clicks are finer than pixels."""
     page = visit.blank(server.address, size=(1100, 760))
-    opened(page, "a.jpg")
+    opened(page, "IMG_1.jpg")
     for point, at in list(zip(NAMES, seen_dots(page), strict=True))[3:6]:
         page.locator(f".point[data-name={point}]").click()
         page.keyboard.press("0")
@@ -72,21 +72,21 @@ def test_nearer_by_a_tenth_of_a_pixel(visit: Visit, server: ViewerServer, tmp_pa
         near = seen_dots(page)
         click(page, near[np.linalg.norm(near - at, axis=1).argmin()])
     saved(page)
-    clicked = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["a.jpg"]
+    clicked = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["IMG_1.jpg"]
     found = np.array([clicked[point] for point in NAMES[3:6]])
-    assert np.abs(found - PLACES["a.jpg"][3:6]).max() < 0.15
+    assert np.abs(found - PLACES["IMG_1.jpg"][3:6]).max() < 0.15
 
 
 def test_points_are_dragged_nudged_removed_and_brought_back(
     visit: Visit, server: ViewerServer, tmp_path: Path
 ) -> None:
     page = visit.blank(server.address, size=(1100, 760))
-    opened(page, "a.jpg")
+    opened(page, "IMG_1.jpg")
 
     def placed() -> dict[str, tuple[float, float]]:
         saved(page)
         found = read_landmarks(tmp_path / "landmarks.json").photographs
-        return dict(found.get("neutral", {}).get("a.jpg", {}))
+        return dict(found.get("neutral", {}).get("IMG_1.jpg", {}))
 
     first, second, third = seen_dots(page)[:3]
     click(page, first)
@@ -96,7 +96,7 @@ def test_points_are_dragged_nudged_removed_and_brought_back(
     page.mouse.move(*map(float, (second + third) / 2), steps=4)
     page.mouse.move(*map(float, third), steps=4)
     page.mouse.up()
-    goal = PLACES["a.jpg"][2]
+    goal = PLACES["IMG_1.jpg"][2]
     assert np.abs(np.array(placed()[NAMES[1]]) - goal).max() < 0.5
     before = placed()[NAMES[1]]
     page.locator(".picture").focus()
@@ -110,7 +110,7 @@ def test_points_are_dragged_nudged_removed_and_brought_back(
     page.keyboard.press("Control+z")  # both arrows, one after the other at the same point
     assert placed()[NAMES[1]] == pytest.approx(before)
     page.keyboard.press("Control+z")  # the whole drag
-    assert np.abs(np.array(placed()[NAMES[1]]) - PLACES["a.jpg"][1]).max() < 0.5
+    assert np.abs(np.array(placed()[NAMES[1]]) - PLACES["IMG_1.jpg"][1]).max() < 0.5
     page.keyboard.press("Control+z")
     page.keyboard.press("Control+z")
     assert placed() == {}
@@ -122,16 +122,16 @@ def test_points_are_dragged_nudged_removed_and_brought_back(
 def test_keys_are_enough(visit: Visit, server: ViewerServer, tmp_path: Path) -> None:
     """A point goes where the cross in the middle of the picture is, and arrows move that."""
     page = visit.blank(server.address, size=(1100, 760))
-    opened(page, "a.jpg")
+    opened(page, "IMG_1.jpg")
     page.keyboard.press("]")
-    opened(page, "b.jpg")
+    opened(page, "IMG_2.jpg")
     while not page.evaluate("document.activeElement.matches('.picture')"):
         page.keyboard.press("Tab")
     page.keyboard.press(".")
     for key in ("+", "+", "ArrowRight", "ArrowRight", "ArrowDown", "Enter"):
         page.keyboard.press(key)
     saved(page)
-    clicked = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["b.jpg"]
+    clicked = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["IMG_2.jpg"]
     assert list(clicked) == [NAMES[1]]
     box = page.locator(".picture").bounding_box()
     assert box is not None
@@ -147,7 +147,7 @@ def test_what_was_placed_before_is_kept(visit: Visit, photographs: Path, tmp_pat
         "version": 1,
         "vertices": {"chin": 7},
         "photographs": {
-            "neutral": {"a.jpg": {"chin": [10.25, 20.5]}},
+            "neutral": {"IMG_1.jpg": {"chin": [10.25, 20.5]}},
             "smile": {"x.jpg": {"chin": [1, 2]}},
         },
         "points": {"scan.ply": {"chin": [1, 2, 3]}},
@@ -156,12 +156,12 @@ def test_what_was_placed_before_is_kept(visit: Visit, photographs: Path, tmp_pat
     task = landmark_task([photographs], known=read_landmarks(file))
     with serve_landmarks(task, file) as server:
         page = visit.blank(server.address, size=(1100, 760))
-        opened(page, "a.jpg")
-        assert page.locator(".tile", has_text="a.jpg").locator(".badge").inner_text() == "1/15"
+        opened(page, "IMG_1.jpg")
+        assert page.locator(".tile", has_text="IMG_1.jpg").locator(".badge").inner_text() == "1/15"
         click(page, seen_dots(page)[0])
         saved(page)
     found = json.loads(file.read_text())
-    assert found["photographs"]["neutral"]["a.jpg"].pop("nose_tip")
+    assert found["photographs"]["neutral"]["IMG_1.jpg"].pop("nose_tip")
     assert found == known
 
 
@@ -170,7 +170,7 @@ def test_left_and_right_exchanged_is_noticed(
 ) -> None:
     """The subject's left is to the right of the picture; one button puts it right."""
     page = visit.blank(server.address, size=(1100, 760))
-    opened(page, "a.jpg")
+    opened(page, "IMG_1.jpg")
     places = {
         "left_eye_outer": (420, 250),
         "right_eye_outer": (580, 250),
@@ -186,20 +186,20 @@ def test_left_and_right_exchanged_is_noticed(
     page.get_by_role("button", name="Exchange them").click()
     warning.wait_for(state="hidden")
     saved(page)
-    clicked = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["a.jpg"]
+    clicked = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["IMG_1.jpg"]
     assert clicked["left_eye_outer"][0] > clicked["right_eye_outer"][0]
     assert clicked["mouth_left"][0] > clicked["mouth_right"][0]
 
 
 def test_finish_saves_and_ends(visit: Visit, server: ViewerServer, tmp_path: Path) -> None:
     page = visit.blank(server.address, size=(1100, 760))
-    opened(page, "a.jpg")
+    opened(page, "IMG_1.jpg")
     click(page, seen_dots(page)[0])
     page.get_by_role("button", name="Finish").click()
     page.get_by_text("The command has ended").wait_for()
     server.wait()
     found = read_landmarks(tmp_path / "landmarks.json")
-    assert list(found.photographs["neutral"]["a.jpg"]) == [NAMES[0]]
+    assert list(found.photographs["neutral"]["IMG_1.jpg"]) == [NAMES[0]]
 
 
 def test_a_command_that_has_ended_is_told_and_nothing_is_lost(
@@ -208,7 +208,7 @@ def test_a_command_that_has_ended_is_told_and_nothing_is_lost(
     visit.forgiven = "ERR_CONNECTION_REFUSED"
     with serve_landmarks(landmark_task([photographs]), tmp_path / "landmarks.json") as server:
         page = visit.blank(server.address, size=(1100, 760))
-        opened(page, "a.jpg")
+        opened(page, "IMG_1.jpg")
         page.wait_for_timeout(400)  # small pictures of the others are there
     at = seen_dots(page)[0]
     click(page, at)
@@ -217,21 +217,21 @@ def test_a_command_that_has_ended_is_told_and_nothing_is_lost(
     with page.expect_download() as download:
         page.get_by_role("button", name="Download").click()
     kept = json.loads(Path(download.value.path()).read_text())
-    found = kept["photographs"]["neutral"]["a.jpg"][NAMES[0]]
-    assert np.abs(found - PLACES["a.jpg"][0]).max() < 0.5
+    found = kept["photographs"]["neutral"]["IMG_1.jpg"][NAMES[0]]
+    assert np.abs(found - PLACES["IMG_1.jpg"][0]).max() < 0.5
 
 
 def test_a_written_page_hands_out_the_file(visit: Visit, photographs: Path, tmp_path: Path) -> None:
     file = tmp_path / "page.html"
     write_landmark_page(file, landmark_task([photographs]))
     page = visit.blank(file.as_uri(), size=(1100, 760))
-    opened(page, "a.jpg")
+    opened(page, "IMG_1.jpg")
     click(page, seen_dots(page)[0])
     with page.expect_download() as download:
         page.get_by_role("button", name="Download").click()
     assert download.value.suggested_filename == "landmarks.json"
-    found = read_landmarks(Path(download.value.path())).photographs["neutral"]["a.jpg"]
-    assert np.abs(np.array(found[NAMES[0]]) - PLACES["a.jpg"][0]).max() < 0.5
+    found = read_landmarks(Path(download.value.path())).photographs["neutral"]["IMG_1.jpg"]
+    assert np.abs(np.array(found[NAMES[0]]) - PLACES["IMG_1.jpg"][0]).max() < 0.5
 
 
 def test_a_photograph_that_cannot_be_read_is_named(
@@ -240,7 +240,7 @@ def test_a_photograph_that_cannot_be_read_is_named(
     folder = tmp_path / "pose"
     folder.mkdir()
     (folder / "broken.jpg").write_bytes(b"\xff\xd8\xff nothing more")
-    (folder / "whole.jpg").write_bytes((photographs / "a.jpg").read_bytes())
+    (folder / "whole.jpg").write_bytes((photographs / "IMG_1.jpg").read_bytes())
     with serve_landmarks(landmark_task([folder]), tmp_path / "landmarks.json") as server:
         page = visit.blank(server.address, size=(1100, 760))
         page.get_by_role("alert").get_by_text("broken.jpg is no photograph").wait_for()
