@@ -61,6 +61,7 @@ export function keymap(deeds: Deeds): Key[] {
       words: 'Remove the point from this picture',
       run: () => deeds.remove(),
     },
+    { keys: [], caps: ['Ctrl', 'Z'], words: 'Undo; with Shift, redo', run: () => {} },
     {
       keys: ['+', '=', '-'],
       caps: ['+', '−'],

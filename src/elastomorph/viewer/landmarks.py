@@ -8,6 +8,7 @@ import json
 from collections.abc import Sequence
 from functools import partial
 from importlib.resources import files
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,8 @@ __all__ = ["serve_landmarks", "write_landmark_page"]
 
 _FINISHED = "finish"
 _ADDRESS = "landmarks.json"
-_KINDS = {".png": "image/png", ".webp": "image/webp"}
+_KINDS = {".png": "image/png"}
+_NOT_SHOWN = (".tif", ".tiff")
 
 
 def serve_landmarks(task: LandmarkTask, file: str | Path, port: int = 0) -> ViewerServer:
@@ -101,8 +103,20 @@ def _parts(place: LandmarkPlace) -> tuple[str, Any, tuple[bytes, ...]]:
     """Kind of a place, its content or what loads it, and the images that belong to it."""
     if isinstance(place.content, PackedSurface):
         return "application/octet-stream", place.content.content, place.content.images
-    kind = _KINDS.get(place.content.suffix.lower(), "image/jpeg")
-    return kind, partial(read_bytes, place.content), ()
+    suffix = place.content.suffix.lower()
+    loads = _as_jpeg if suffix in _NOT_SHOWN else read_bytes
+    return _KINDS.get(suffix, "image/jpeg"), partial(loads, place.content), ()
+
+
+def _as_jpeg(photograph: Path) -> bytes:
+    """A photograph in a format that browsers do not show, pixel for pixel."""
+    from PIL import Image
+
+    from elastomorph.capture.pixels import read_upright
+
+    content = BytesIO()
+    Image.fromarray(read_upright(photograph)).save(content, "JPEG", quality=95, subsampling=0)
+    return content.getvalue()
 
 
 def _image_kind(content: bytes) -> str:

@@ -32,7 +32,7 @@ def dots(seed: int, size: tuple[int, int] = SIZE) -> NDArray[np.float64]:
 def write_photograph(
     path: Path, at: NDArray[np.float64], size: tuple[int, int] = SIZE, held: int = 1
 ) -> None:
-    """A JPEG with dots, soft as a lens makes them; ``held`` is how EXIF says it is to be turned."""
+    """A JPEG or TIFF with dots, soft as a lens makes them; ``held`` is how EXIF turns it."""
     y, x = np.mgrid[: size[1], : size[0]]
     cover = np.zeros((size[1], size[0]))
     for a, b in at:
@@ -43,7 +43,8 @@ def write_photograph(
     stored = image if turns[held] is None else image.transpose(turns[held])
     exif = Image.Exif()
     exif[ORIENTATION] = held
-    stored.save(path, quality=97, subsampling=0, exif=exif)
+    options = {} if path.suffix == ".tif" else {"quality": 97, "subsampling": 0}
+    stored.save(path, exif=exif, **options)
 
 
 def seen_dots(page: Page) -> NDArray[np.float64]:

@@ -234,6 +234,20 @@ def test_a_written_page_hands_out_the_file(visit: Visit, photographs: Path, tmp_
     assert np.abs(np.array(found[NAMES[0]]) - PLACES["IMG_1.jpg"][0]).max() < 0.5
 
 
+def test_a_tiff_is_shown_too(visit: Visit, tmp_path: Path) -> None:
+    """Browsers show none; turned as its orientation says, its pixels are those of all stages."""
+    folder = tmp_path / "neutral"
+    folder.mkdir()
+    write_photograph(folder / "IMG_1.tif", PLACES["IMG_3.jpg"], (480, 640), held=6)
+    with serve_landmarks(landmark_task([folder]), tmp_path / "landmarks.json") as server:
+        page = visit.blank(server.address, size=(1100, 760))
+        opened(page, "IMG_1.tif")
+        click(page, seen_dots(page)[0])
+        saved(page)
+    found = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["IMG_1.tif"]
+    assert np.abs(np.array(found[NAMES[0]]) - PLACES["IMG_3.jpg"][0]).max() < 0.5
+
+
 def test_a_photograph_that_cannot_be_read_is_named(
     visit: Visit, photographs: Path, tmp_path: Path
 ) -> None:

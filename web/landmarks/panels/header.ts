@@ -41,7 +41,7 @@ export function createHeader(title: string, saves: boolean, deeds: HeaderDeeds):
       status,
       undo,
       redo,
-      button('Light or dark', deeds.theme, {}, '◐'),
+      button('Light or dark', deeds.theme, { 'aria-label': 'Light or dark' }, '◐'),
       button('Keys (?)', deeds.help, {}, icon('help')),
       end,
     ),

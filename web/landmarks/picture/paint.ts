@@ -123,7 +123,8 @@ export class Painter {
     }
     if (!looks.edges || mesh.edges.length === 0) return;
     gl.enable(gl.BLEND);
-    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    // The surface stays opaque below them.
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.uniform1i(at('looks'), 3);
     gl.uniform4f(at('line'), 0.05, 0.05, 0.08, 0.32);
     gl.uniform1f(at('lift'), 1e-3);
