@@ -17,12 +17,11 @@ judged by ``benchmarks/captured``, which defines every figure and shares no code
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +30,7 @@ sys.path.append(str(Path(__file__).parents[1] / "tools"))
 
 import elastomorph as em
 from captured.judging import Judge
+from captured.kept import rendered
 from captured.outcome import Outcome, by_surface, camera_errors, read_bundle
 from captured.rows import camera_rows, details, pose_rows, scan_errors
 from captured.running import Run, ran
@@ -40,7 +40,7 @@ from measuring import data_folder
 from photographs.backdrop import Backdrop
 from photographs.rendering import Scene
 from photographs.scans import scanned
-from photographs.sessions import Session, on_template, photograph
+from photographs.sessions import Session, on_template
 from photographs.skin import Skin
 from photographs.subjects import SUBJECTS, Subject, subject
 from photographs.truth import Truth
@@ -82,7 +82,7 @@ def arguments() -> argparse.Namespace:
     return options
 
 
-def rendered(options: argparse.Namespace, place: Path, poses: int, rig: str) -> Path:
+def photographs(options: argparse.Namespace, place: Path, poses: int, rig: str) -> Path:
     """A folder of photographs, rendered where it is not there from the same session."""
     session = Session(
         subject=options.subject,
@@ -96,11 +96,7 @@ def rendered(options: argparse.Namespace, place: Path, poses: int, rig: str) -> 
     if options.rings:
         session = replace(session, rings=tuple(options.rings))
     folder = place / f"{options.subject}-{options.seed}-{poses}-{rig}"
-    wanted, kept = json.dumps(asdict(session)), folder / "session.json"
-    if not kept.exists() or kept.read_text() != wanted:
-        photograph(session, folder, lambda line: print(f"rendered {line}", flush=True))
-        kept.write_text(wanted)
-    return folder
+    return rendered(session, folder, lambda line: print(f"rendered {line}", flush=True))
 
 
 def capture(folder: Path, to: str, rig: str) -> Run:
@@ -113,7 +109,7 @@ def capture(folder: Path, to: str, rig: str) -> Run:
 
 def of_photographs(options: argparse.Namespace, place: Path, rig: str = "walking") -> list[Row]:
     """Three poses, stage by stage."""
-    folder = rendered(options, place, 3, rig)
+    folder = photographs(options, place, 3, rig)
     shutil.rmtree(folder / "result", ignore_errors=True)
     runs = {to: capture(folder, to, rig) for to in ("cameras", "neutral", "poses")}
     for name, run in runs.items():
@@ -139,7 +135,7 @@ def fixed(options: argparse.Namespace, place: Path) -> list[Row]:
 
 def eleven(options: argparse.Namespace, place: Path) -> list[Row]:
     """Eleven poses at once: what they take. Two free cores are needed for the time to be one."""
-    folder = rendered(options, place, 11, "walking")
+    folder = photographs(options, place, 11, "walking")
     shutil.rmtree(folder / "result", ignore_errors=True)
     run = capture(folder, "poses", "walking")
     rows = of_result(folder, folder / "result")
