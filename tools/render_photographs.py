@@ -14,11 +14,17 @@ import argparse
 import sys
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+
+import cv2
+import numpy as np
 
 from photographs.backdrop import BACKDROPS
 from photographs.film import Film
 from photographs.sessions import SMALL, Session, photograph
 from photographs.subjects import SUBJECTS
+
+SHOWN = (150, 200)
 
 
 def options(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -46,6 +52,7 @@ def options(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--radial", type=float, help="k1 of the lens")
     parser.add_argument("--backdrop", choices=BACKDROPS)
     parser.add_argument("--seed", type=int)
+    parser.add_argument("--sheet", help="also a picture of what was taken: .jpg or .png")
     film = parser.add_argument_group("film")
     film.add_argument("--blur", type=float, help="in pixels of a photograph 2000 high")
     film.add_argument("--noise", type=float, help="of a value of 0 to 1")
@@ -61,6 +68,7 @@ def session_of(chosen: argparse.Namespace) -> Session:
     given = {key: tuple(v) if isinstance(v, list) else v for key, v in vars(chosen).items()}
     base = SMALL if given.pop("small") else Session()
     del given["folder"]
+    given.pop("sheet", None)
     film = {key: given.pop(key) for key in list(given) if key in Film.__dataclass_fields__}
     return replace(base, film=replace(base.film, **film), **given)
 
@@ -68,8 +76,26 @@ def session_of(chosen: argparse.Namespace) -> Session:
 def main() -> int:
     """Render."""
     chosen = options()
-    photograph(session_of(chosen), chosen.folder, partial(print, flush=True))
+    session = session_of(chosen)
+    photograph(session, chosen.folder, partial(print, flush=True))
+    if "sheet" in chosen:
+        sheet(session, Path(chosen.folder), Path(chosen.sheet))
     return 0
+
+
+def sheet(session: Session, folder: Path, picture: Path) -> None:
+    """The photographs of the first and of the last pose, small: a row a ring of cameras."""
+    rows = []
+    columns = -(-session.count // len(session.rings))
+    for pose in dict.fromkeys([session.names[0], session.names[-1]]):
+        files = sorted((folder / pose).glob("*.jpg"))
+        small = [
+            cv2.resize(cv2.imread(str(file)), SHOWN, interpolation=cv2.INTER_AREA) for file in files
+        ]
+        for ring in np.array_split(np.arange(session.count), len(session.rings)):
+            row = [small[shot] for shot in ring]
+            rows.append(np.hstack(row + [np.zeros_like(row[0])] * (columns - len(row))))
+    cv2.imwrite(str(picture), np.vstack(rows))
 
 
 if __name__ == "__main__":
