@@ -1,0 +1,196 @@
+"""The report of a capture: what photographs gave, and how far it is to be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from elastomorph.capture.camera import Camera
+from elastomorph.capture.registered import FLAGGED, Registered
+from elastomorph.capture.surface import Surface
+from elastomorph.evaluation.words import SPACE, counted
+from elastomorph.report.capture_pictures import Shown, camera_picture, frontal, pose_picture
+from elastomorph.report.capture_tables import (
+    agreement,
+    flagged_section,
+    least_covered,
+    photographs_section,
+    size_words,
+    times,
+)
+from elastomorph.report.document import Section, document, require_page_path, write_page
+from elastomorph.report.facts import face_words
+
+__all__ = ["capture_page", "write_capture_report"]
+
+_FIRST, _LAST = (38, 104, 196), (235, 120, 40)
+
+
+class Capture(Protocol):
+    """What a capture found, as `elastomorph.capture` gives it back."""
+
+    @property
+    def poses(self) -> Mapping[str, Registered]:
+        """Pose → its mesh, in the frame of the neutral; none where cameras alone were found."""
+
+    @property
+    def cameras(self) -> Mapping[str, tuple[Camera, ...]]:
+        """Pose → the cameras of its photographs, in the same frame."""
+
+    @property
+    def photographs(self) -> Mapping[str, Mapping[str, Path]]:
+        """Pose → photograph → file."""
+
+    @property
+    def neutral(self) -> str:
+        """Name of the pose that is the neutral."""
+
+    @property
+    def figures(self) -> Mapping[str, Any]:
+        """What was measured."""
+
+
+def write_capture_report(
+    captured: Capture,
+    path: str | Path,
+    *,
+    name: str = "capture",
+    unit: str = "",
+    call: str = "",
+    say: Callable[[str], None] = lambda _: None,
+) -> None:
+    """Write one self-contained HTML page about a capture, the whole of it or nothing.
+
+    Args:
+        captured: Poses, cameras and figures. Photographs are opened, one of each pose.
+        path: The page, ``.html``; its folder must exist.
+        name: What was captured, for the title.
+        unit: Of the coordinates, such as ``cm``; an empty string where nobody knows it.
+        call: The command or the call that makes this again.
+        say: Told what is being done.
+
+    Raises:
+        FormatError: The suffix is not .html.
+        FileError: The page cannot be written, or a photograph cannot be read any more.
+        MissingExtraError: The extra ``capture`` is not installed.
+    """
+    require_page_path(path)
+    write_page(path, capture_page(captured, name=name, unit=unit, call=call, say=say))
+
+
+def capture_page(
+    captured: Capture,
+    *,
+    name: str = "capture",
+    unit: str = "",
+    call: str = "",
+    say: Callable[[str], None] = lambda _: None,
+) -> str:
+    """The page that `write_capture_report` writes; arguments and errors are the same."""
+    sections = [_captured(captured, unit, call)]
+    surfaces = {
+        pose: Surface(mesh.vertices, mesh.faces.triangles())
+        for pose, mesh in captured.poses.items()
+    }
+    if any(captured.cameras.values()):
+        say("drawing cameras")
+        sections.append(_cameras(captured, surfaces.get(captured.neutral)))
+    sections += [photographs_section(captured.figures), agreement(captured.figures)]
+    if captured.poses:
+        sections.append(_poses(captured, surfaces, say))
+        sections.append(flagged_section(captured.poses))
+    sections.append(times(captured.figures))
+    taken = sum(map(len, captured.cameras.values()))
+    found = counted(len(captured.poses), "pose") if captured.poses else "cameras alone"
+    return document(name, f"{found} from {counted(taken, 'photograph')}", sections)
+
+
+def _captured(captured: Capture, unit: str, call: str) -> Section:
+    """What there is, and in one sentence how much of it is to be trusted."""
+    figures = captured.figures.get("poses", {})
+    given = sum(own.get("photographs", 0) for own in figures.values())
+    used = sum(map(len, captured.cameras.values()))
+    facts = [("Photographs", f"{used:,} used of {given:,}")]
+    headline = f"{counted(used, 'camera')} found; no poses were asked for."
+    if captured.poses:
+        neutral = captured.poses[captured.neutral]
+        worst, share = least_covered(captured.poses)
+        headline = (
+            f"{counted(len(captured.poses), 'pose')} with one topology. In {worst}, where most are "
+            f"not to be trusted, it is {100 * share:.1f}{SPACE}% of the vertices."
+        )
+        facts += [
+            ("Neutral", captured.neutral),
+            ("Poses", f"{counted(len(captured.poses), 'pose')}: {', '.join(captured.poses)}"),
+            ("Template", face_words(neutral)),
+            ("Size", size_words(neutral.diameter, unit)),
+        ]
+    remarks = [
+        f"{pose}: {remark}" for pose, own in figures.items() for remark in own.get("remarks", [])
+    ]
+    content = {"headline": headline, "remarks": remarks, "facts": facts, "call": call}
+    return Section("captured", "What was captured", content)
+
+
+def _cameras(captured: Capture, head: Surface | None) -> Section:
+    """Where the cameras stood, in three views."""
+    every = {pose: own for pose, own in captured.cameras.items() if own}
+    colours = {}
+    for place, pose in enumerate(every):
+        share = place / max(len(every) - 1, 1)
+        red, green, blue = (round(a + (b - a) * share) for a, b in zip(_FIRST, _LAST, strict=True))
+        colours[pose] = (red, green, blue)
+    focal = {pose: sorted({round(c.focal) for c in own}) for pose, own in every.items()}
+    what = "the head of the neutral" if head is not None else "what they look at"
+    picture = Shown(
+        "Cameras around the head",
+        camera_picture(every, colours, head),
+        f"Three views of {counted(sum(map(len, every.values())), 'camera')} around {what}: from "
+        "the front, from the side and from above.",
+        "From the front, from the side and from above; each pyramid is a photograph, its tip where "
+        "it was taken. Gaps in the ring, and nothing from below the chin, are where vertices are "
+        "flagged.",
+    )
+    poses = [
+        {
+            "name": pose,
+            "colour": "#{:02x}{:02x}{:02x}".format(*colours[pose]),
+            "words": f"{counted(len(own), 'camera')}, focal length {_span(focal[pose])}{SPACE}px",
+        }
+        for pose, own in every.items()
+    ]
+    return Section("cameras", "Cameras", {"picture": picture, "poses": poses})
+
+
+def _span(values: list[int]) -> str:
+    low, high = values[0], values[-1]
+    return f"{low:,}" if low == high else f"{low:,} to {high:,}"
+
+
+def _poses(
+    captured: Capture, surfaces: Mapping[str, Surface], say: Callable[[str], None]
+) -> Section:
+    """Each pose through one of its cameras, with the template over it and its confidence."""
+    edges = captured.poses[captured.neutral].edges
+    pictures = []
+    for pose, mesh in captured.poses.items():
+        say(f"drawing {pose}")
+        surface, cameras = surfaces[pose], captured.cameras.get(pose, ())
+        if not cameras:
+            continue
+        camera = frontal(cameras, surface, mesh.confidence)
+        file = captured.photographs[pose][camera.name]
+        share = f"{100 * float(mesh.flagged.mean()):.1f}{SPACE}%"
+        pictures.append(
+            Shown(
+                pose,
+                pose_picture(surface, edges, mesh.confidence, camera, file),
+                f"{pose} in the photograph {camera.name}: as it was taken, with the edges of the "
+                f"template over it, and the mesh painted with its confidence; {share} of the "
+                "vertices are flagged.",
+                f"{camera.name}; {share} of all vertices are flagged, "
+                f"{counted(int(mesh.flagged.sum()), 'vertex', 'vertices')}.",
+            )
+        )
+    return Section("poses", "Pose by pose", {"pictures": pictures, "least": f"{FLAGGED:g}"})

@@ -1,0 +1,266 @@
+"""Pictures for the report of a capture: cameras around the head, and poses through their cameras.
+
+Drawn by the rays and the pixels that a capture works with anyway, so that its report needs nothing
+that is not installed for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capture.camera import Camera, View, open_view
+from elastomorph.capture.registered import FLAGGED
+from elastomorph.capture.surface import Surface
+from elastomorph.draw.camera import Camera as Looking
+from elastomorph.report.images import Picture
+
+__all__ = ["Shown", "camera_picture", "confidence_colours", "frontal", "pose_picture"]
+
+Points = NDArray[np.float64]
+Pixels = NDArray[np.uint8]
+
+_CLAY = np.array([0.86, 0.87, 0.88])
+_DOUBT = np.array([0.98, 0.80, 0.30])
+_FLAG = np.array([0.93, 0.42, 0.28]), np.array([0.66, 0.07, 0.12])
+_PAPER = 255
+_QUALITY = 82
+_HEIGHT = 560  # of a pose in pixels
+_GAP = 8
+_MARGIN = 0.06
+_LINES, _FLAGGED_LINES = (40, 220, 205), (255, 60, 50)
+_SIDES = {"front": (0.0, 0.0), "side": (90.0, 0.0), "above": (0.0, 89.0)}
+
+
+@dataclass(frozen=True, eq=False)
+class Shown(Picture):
+    """A picture that is packed by the library that opened the photographs."""
+
+    @property
+    def source(self) -> str:
+        """The picture itself as a ``data:`` address of WebP."""
+        from base64 import b64encode
+
+        import cv2
+
+        own = np.ascontiguousarray(self.image[..., ::-1])
+        _, packed = cv2.imencode(".webp", own, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
+        return f"data:image/webp;base64,{b64encode(packed.tobytes()).decode('ascii')}"
+
+
+def confidence_colours(confidence: NDArray[np.floating]) -> Points:
+    """(V, 3) red, green, blue of (V,) confidences: clay, yellow where in doubt, red where flagged.
+
+    The step at the confidence from which on a vertex is flagged is one of colour, too.
+    """
+    share = np.asarray(confidence, dtype=np.float64)[:, None]
+    sure = np.clip((share - FLAGGED) / (1 - FLAGGED), 0, 1)
+    kept = _DOUBT + (_CLAY - _DOUBT) * sure
+    lost = _FLAG[1] + (_FLAG[0] - _FLAG[1]) * np.clip(share / FLAGGED, 0, 1)
+    found: Points = np.where(share >= FLAGGED, kept, lost)
+    return found
+
+
+def frontal(
+    cameras: Sequence[Camera], surface: Surface, confidence: NDArray[np.floating]
+) -> Camera:
+    """The camera that most of what is to be trusted faces."""
+
+    def faced(camera: Camera) -> float:
+        towards = camera.position - surface.vertices
+        towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+        cosines = np.einsum("vi,vi->v", surface.normals, towards)
+        return float((np.maximum(cosines, 0) * confidence).sum())
+
+    return max(cameras, key=faced)
+
+
+def pose_picture(
+    surface: Surface,
+    edges: NDArray[np.integer],
+    confidence: NDArray[np.floating],
+    camera: Camera,
+    photograph: Path,
+) -> Pixels:
+    """Through one camera: the photograph, the template drawn over it, and the confidence.
+
+    Args:
+        surface: The pose, (V, 3), in the frame of the camera.
+        edges: (E, 2) of the template's polygons.
+        confidence: (V,) from 0 to 1.
+        camera: That took the photograph.
+        photograph: Its file.
+
+    Returns:
+        (H, W, 3) uint8.
+
+    Raises:
+        FileError: The photograph cannot be read.
+    """
+    view = _around(surface, camera, photograph)
+    over = _with_lines(view, surface, edges, confidence)
+    painted = _rendered(surface, view.camera, confidence_colours(confidence))
+    gap = np.full((len(painted), _GAP, 3), _PAPER, dtype=np.uint8)
+    return np.concatenate([view.colour, gap, over, gap, painted], axis=1)
+
+
+def _around(surface: Surface, camera: Camera, photograph: Path) -> View:
+    """The part of a photograph that shows a pose, made as small as it is shown."""
+    pixels, depths = camera.project(surface.vertices)
+    seen = pixels[(depths > 0) & camera.inside(pixels)]
+    if not len(seen):
+        seen = np.array([[0.0, 0.0], np.array(camera.size) - 1.0])
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    edge = _MARGIN * (high - low).max()
+    scale = min(1.0, _HEIGHT / max(float(high[1] - low[1] + 2 * edge), 1.0))
+    view = open_view(camera, photograph, scale=scale)
+    last = np.array(view.camera.size)
+    x, y = np.clip(np.floor((low - edge) * scale), 0, last - 1).astype(int)
+    right, bottom = np.clip(np.ceil((high + edge) * scale), [x + 1, y + 1], last).astype(int)
+    part = replace(
+        view.camera,
+        size=(int(right - x), int(bottom - y)),
+        centre=view.camera.centre - np.array([x, y]),
+    )
+    colour = np.ascontiguousarray(view.colour[y:bottom, x:right])
+    return View(part, colour, np.ascontiguousarray(view.grey[y:bottom, x:right]), None)
+
+
+def _with_lines(
+    view: View, surface: Surface, edges: NDArray[np.integer], confidence: NDArray[np.floating]
+) -> Pixels:
+    """The photograph with the edges that its camera sees; those of flagged vertices in red."""
+    import cv2
+
+    extent = float(np.ptp(surface.vertices, axis=0).max())
+    seen, _ = surface.visible(
+        view.camera,
+        surface.vertices,
+        surface.normals,
+        least_cosine=0.05,
+        tolerance=2e-3 * extent,
+        border=-1e9,
+    )
+    shown = edges[seen[edges].all(axis=1)]
+    pixels, _ = view.camera.project(surface.vertices)
+    flagged = (np.asarray(confidence) < FLAGGED)[shown].any(axis=1)
+    found = view.colour.copy()
+    lines = found.copy()
+    for some, colour in ((~flagged, _LINES), (flagged, _FLAGGED_LINES)):
+        ends = np.rint(pixels[shown[some]] * 16).astype(np.int32)
+        cv2.polylines(lines, list(ends), False, colour, 1, cv2.LINE_AA, 4)
+    return np.asarray(cv2.addWeighted(found, 0.45, lines, 0.55, 0.0), dtype=np.uint8)
+
+
+def _rendered(surface: Surface, camera: Camera, colours: Points) -> Pixels:
+    """(H, W, 3) uint8 the surface in the colours (V, 3) of its vertices, on paper."""
+    hits = surface.seen(camera)
+    towards = -camera.directions()
+    towards /= np.linalg.norm(towards, axis=-1, keepdims=True)
+    facing = np.abs(np.einsum("hwi,hwi->hw", surface.at(hits, surface.normals), towards))
+    lit = surface.at(hits, colours) * (0.35 + 0.65 * np.clip(facing, 0, 1))[..., None]
+    found = np.where(hits.met[..., None], lit, _PAPER / 255)
+    return np.asarray(np.rint(255 * np.clip(found, 0, 1)), dtype=np.uint8)
+
+
+def camera_picture(
+    cameras: Mapping[str, Sequence[Camera]],
+    colours: Mapping[str, tuple[int, int, int]],
+    head: Surface | None,
+    size: tuple[int, int] = (420, 420),
+) -> Pixels:
+    """Where the cameras of all poses stood, from the front, the side and above.
+
+    Args:
+        cameras: Of each pose, in one frame.
+        colours: Red, green and blue of each pose, from 0 to 255.
+        head: The neutral; without one the cameras are turned so that up is up.
+        size: Of one of the three views in pixels.
+    """
+    every = [camera for own in cameras.values() for camera in own]
+    middle = np.zeros(3) if head is None else head.vertices.mean(axis=0)
+    turn = np.eye(3)
+    if head is None:
+        middle = np.mean([_ahead(camera, every) for camera in every], axis=0)
+        turn = _upright(every, middle)
+    reach = float(np.median([np.linalg.norm(c.position - middle) for c in every]))
+    frusta = {
+        pose: np.array([(_frustum(c, 0.12 * reach) - middle) @ turn.T for c in own])
+        for pose, own in cameras.items()
+        if own
+    }
+    cloud = np.concatenate([own.reshape(-1, 3) for own in frusta.values()])
+    if head is not None:
+        head = Surface(head.vertices - middle, head.triangles)
+        cloud = np.concatenate([cloud, head.vertices])
+    views = []
+    for side in _SIDES.values():
+        looking = _looking(Looking.framing(cloud, side, size=size, margin=0.03), size)
+        image = _blank(size)
+        if head is not None:
+            image = _rendered(head, looking, np.tile(_CLAY, (len(head.vertices), 1)))
+        for pose, own in frusta.items():
+            _draw_frusta(image, looking, own, colours[pose])
+        views += [image, np.full((size[1], _GAP, 3), _PAPER, dtype=np.uint8)]
+    return np.concatenate(views[:-1], axis=1)
+
+
+def _blank(size: tuple[int, int]) -> Pixels:
+    return np.full((size[1], size[0], 3), _PAPER, dtype=np.uint8)
+
+
+def _frustum(camera: Camera, depth: float) -> Points:
+    """(5, 3) where a camera stands, and the corners of what it sees at a depth."""
+    width, height = camera.size
+    corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], dtype=np.float64)
+    rays = camera.through(corners)
+    return np.concatenate([camera.position[None], camera.position + depth * rays])
+
+
+def _draw_frusta(image: Pixels, camera: Camera, frusta: Points, colour: Any) -> None:
+    import cv2
+
+    pixels = np.rint(camera.project(frusta)[0] * 16).astype(np.int32)
+    around = pixels[:, [1, 2, 3, 4, 1]]
+    rays = np.stack([pixels[:, [0, k]] for k in range(1, 5)], axis=1).reshape(-1, 2, 2)
+    lines = [np.ascontiguousarray(line) for line in (*around, *rays)]
+    cv2.polylines(image, lines, False, colour, 1, cv2.LINE_AA, 4)
+
+
+def _looking(eye: Looking, size: tuple[int, int]) -> Camera:
+    """The camera of pictures as one of photographs."""
+    position = np.array(eye.position)
+    ahead = np.array(eye.focus) - position
+    ahead /= np.linalg.norm(ahead)
+    down = -np.array(eye.up)
+    down = down - (down @ ahead) * ahead
+    down /= np.linalg.norm(down)
+    rotation = np.stack([np.cross(down, ahead), down, ahead])
+    focal = size[1] / 2 / float(np.tan(np.radians(eye.angle) / 2))
+    centre = (np.array(size) - 1) / 2
+    return Camera("", size, focal, centre, 0.0, rotation, -rotation @ position)
+
+
+def _ahead(camera: Camera, every: Sequence[Camera]) -> Points:
+    """What a camera looks at, as far away as the others are."""
+    reach = np.linalg.norm(camera.position - np.mean([c.position for c in every], axis=0))
+    found: Points = camera.position + camera.rotation[2] * reach
+    return found
+
+
+def _upright(cameras: Sequence[Camera], middle: Points) -> Points:
+    """(3, 3) a turn after which up in most photographs is +Y, and the cameras stand before +Z."""
+    up = -np.mean([camera.rotation[1] for camera in cameras], axis=0)
+    back = np.mean([camera.position for camera in cameras], axis=0) - middle
+    up /= max(float(np.linalg.norm(up)), 1e-12)
+    back = back - (back @ up) * up
+    if not np.linalg.norm(back) > 1e-9:
+        back = -cameras[0].rotation[2]
+        back = back - (back @ up) * up
+    back /= max(float(np.linalg.norm(back)), 1e-12)
+    return np.stack([np.cross(up, back), up, back])
