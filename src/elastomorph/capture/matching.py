@@ -61,8 +61,8 @@ class Guide:
     def __init__(self, camera: Camera, features: Features, points: NDArray[np.float64]) -> None:
         self.camera = camera
         self.descriptors = features.unit
-        plane = (camera.undistorted(features.places) - camera.centre) / camera.focal
-        self.rays = np.concatenate([plane, np.ones((len(plane), 1))], axis=1)
+        self.rays = _rays(camera, features.places)
+        plane = self.rays[:, :2]
         self.tree = cKDTree(plane)
         local = points @ camera.rotation.T + camera.translation
         known = cKDTree(local[:, :2] / local[:, 2:])
@@ -90,11 +90,7 @@ def _towards(one: Guide, other: Guide) -> NDArray[np.int64]:
     )
     none = ~np.isfinite(distances).reshape(len(expected), -1)
     near = np.where(none, 0, near.reshape(len(expected), -1))
-    turn = other.camera.rotation @ one.camera.rotation.T
-    x, y, z = other.camera.translation - turn @ one.camera.translation
-    essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn
-    lines = one.rays @ essential.T
-    lines /= np.maximum(np.linalg.norm(lines[:, :2], axis=1, keepdims=True), 1e-12)
+    lines = _lines(one.camera, other.camera, one.rays)
     none |= np.abs(np.einsum("nc,nkc->nk", lines, other.rays[near])) > _OFF_LINE
     alike = np.einsum("nc,nkc->nk", one.descriptors, other.descriptors[near])
     alike[none] = -1.0
@@ -104,6 +100,31 @@ def _towards(one: Guide, other: Guide) -> NDArray[np.int64]:
     alike[rows, best] = -1.0
     good = (nearest > 0) & _distinct(nearest, alike.max(axis=1))
     return np.where(good, near[rows, best], -1)
+
+
+def off_lines(
+    one: Camera, other: Camera, first: NDArray[np.float64], second: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How far (N, 2) pixels of a camera are from the epipolar lines of another's, focal lengths."""
+    lines = _lines(one, other, _rays(one, first))
+    found: NDArray[np.float64] = np.abs((lines * _rays(other, second)).sum(axis=1))
+    return found
+
+
+def _lines(one: Camera, other: Camera, rays: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Epipolar lines (N, 3) in the other camera's plane of (N, 3) rays; first two of length 1."""
+    turn = other.rotation @ one.rotation.T
+    x, y, z = other.translation - turn @ one.translation
+    essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn
+    lines: NDArray[np.float64] = rays @ essential.T
+    lines /= np.maximum(np.linalg.norm(lines[:, :2], axis=1, keepdims=True), 1e-12)
+    return lines
+
+
+def _rays(camera: Camera, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) directions in the camera's own frame of (N, 2) pixels as taken, z = 1."""
+    plane = (camera.undistorted(places) - camera.centre) / camera.focal
+    return np.concatenate([plane, np.ones((len(plane), 1))], axis=1)
 
 
 def _distinct(nearest: NDArray[np.float32], next_best: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -120,14 +120,11 @@ def refined(
             "lenses" (without their centres), "cameras" or "points" (nothing else).
         within: Farthest that a feature may be from where its point is seen, px.
     """
-    lenses: list[Lens] = []
-    for k, camera in enumerate(cameras):
-        if camera is not None:
-            while len(lenses) <= shots.lens_of[k]:
-                lenses.append(Lens.of(camera))
-            lenses[shots.lens_of[k]] = Lens.of(camera)
+    known = {shots.lens_of[k]: Lens.of(c) for k, c in enumerate(cameras) if c is not None}
+    some = next(iter(known.values()))  # For lenses that took nothing of use
+    lenses = [known.get(number, some) for number in range(max(shots.lens_of) + 1)]
     with quiet_pycolmap() as pycolmap:
-        geometries = {pair: _geometry(pycolmap, matches) for pair, matches in pairs.items()}
+        geometries = {pair: _geometry(pycolmap, m) for pair, m in pairs.items() if len(m)}
         database = _written(pycolmap, shots, lenses, geometries, folder / "refined.db")
         world = _reconstruction(pycolmap, shots, lenses, cameras)
         options = pycolmap.IncrementalPipelineOptions()
