@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from elastomorph.bending import BendReport as BendReport
     from elastomorph.bending import bend as bend
     from elastomorph.bending import unbend as unbend
+    from elastomorph.capture.capture import capture as capture
+    from elastomorph.capture.captured import Captured as Captured
+    from elastomorph.capture.registered import Registered as Registered
     from elastomorph.curves import Curve as Curve
     from elastomorph.curves import CurveNetwork as CurveNetwork
     from elastomorph.curves import edge_loops as edge_loops
@@ -51,6 +54,9 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "bending": ("BendReport", "bend", "unbend"),
+    "capture.capture": ("capture",),
+    "capture.captured": ("Captured",),
+    "capture.registered": ("Registered",),
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
     "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),

@@ -67,7 +67,11 @@ def _figures(work: Work, poses: Mapping[str, Registered]) -> dict[str, Any]:
             own |= poses[pose].figures
         if pose in poses and pose != work.request.neutral:
             frame = work.framed(pose).read()
-            own["frame"] = {"rms": frame.rms, "agreeing": int(frame.agreeing.sum())}
+            own["frame"] = {
+                "rms": frame.rms,
+                "rms_of_extent": frame.rms / work.template.mesh.diameter,
+                "agreeing": int(frame.agreeing.sum()),
+            }
         found[pose] = own
     figures: dict[str, Any] = {"poses": found}
     if poses:

@@ -9,8 +9,8 @@ from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Literal, get_args
 
+from elastomorph.capture.goals import RIGS, TO, Goal, RigOfCameras
 from elastomorph.capture.landmarks import LANDMARKS, Landmarks, read_landmarks
 from elastomorph.capture.photographs import find_masks, find_poses
 from elastomorph.capture.template import Template
@@ -18,15 +18,9 @@ from elastomorph.errors import CaptureError, FileError, MissingExtraError, Param
 from elastomorph.io.atomic import made_folder
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["RIGS", "TO", "Goal", "Request", "RigOfCameras", "requested"]
+__all__ = ["Request", "requested"]
 
-Goal = Literal["cameras", "neutral", "poses"]
-RigOfCameras = Literal["walking", "fixed"]
-TO: tuple[str, ...] = get_args(Goal)
-RIGS: tuple[str, ...] = get_args(RigOfCameras)
-
-WORKING = ".capture"
-CONFIDENCE, FIGURES = "confidence.npz", "capture.json"
+WORKING, LANDMARKS_FILE = ".capture", "landmarks.json"
 
 _LIBRARIES = (
     ("pycolmap", "pycolmap"),
@@ -107,6 +101,9 @@ def requested(
     shape, points = None, Landmarks()
     if to != "cameras":
         shape = _template(template)
+        if landmarks is None and isinstance(photos, str | PathLike):
+            beside = Path(photos) / LANDMARKS_FILE
+            landmarks = beside if beside.is_file() else None
         points = _landmarks(landmarks, name, poses[name], shape)
     place = _folder(output, "output")
     own = place / WORKING if working is None else _folder(working, "working")

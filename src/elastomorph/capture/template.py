@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capture.known_landmarks import known_landmarks
 from elastomorph.errors import CaptureError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.npz.members import open_npz
@@ -45,7 +46,11 @@ class Template:
     @classmethod
     def named(cls, named: Mesh | str | Path) -> Template:
         """A mesh as template, or what `read_template` finds under a name."""
-        return cls.of(read_template(named))
+        mesh = read_template(named)
+        found = cls.of(mesh)
+        # What a mesh was read from tells whose landmarks it has.
+        known = known_landmarks(mesh.name if isinstance(named, Mesh) else named, mesh)
+        return replace(found, known=found.vertices_of(known, "the landmarks known of the template"))
 
     @classmethod
     def of(cls, mesh: Mesh) -> Template:

@@ -25,6 +25,7 @@ VERBS = {
     "demo": "Show on a face what each target needs, how every method does, and the paper's "
     "pictures.",
     "init": "Look at a folder and write elastomorph.toml.",
+    "capture": "Make poses of one topology from photographs.",
     "inspect": "Say what a file holds and how it was made.",
     "doctor": "Examine the files of a rig.",
     "curves": "Find curves along edge loops.",

@@ -21,7 +21,18 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Expressions", "answered", "asked", "joined", "methods", "poses", "sliders", "views"]
+__all__ = [
+    "Expressions",
+    "answered",
+    "asked",
+    "goals",
+    "joined",
+    "methods",
+    "poses",
+    "rigs_of_cameras",
+    "sliders",
+    "views",
+]
 
 _WEIGHTS = ("0.25", "0.5", "0.75", "1")
 _BREAKS = frozenset("=:")
@@ -47,6 +58,20 @@ def views(incomplete: str) -> list[str]:
     from elastomorph.draw.camera import VIEWS
 
     return _beginning(VIEWS, incomplete)
+
+
+def goals(incomplete: str) -> list[str]:
+    """What a capture may stop after."""
+    from elastomorph.capture.goals import TO
+
+    return _beginning(TO, incomplete)
+
+
+def rigs_of_cameras(incomplete: str) -> list[str]:
+    """How the cameras of a capture stand."""
+    from elastomorph.capture.goals import RIGS
+
+    return _beginning(RIGS, incomplete)
 
 
 def sliders(context: typer.Context, incomplete: str) -> list[str]:

@@ -1,0 +1,88 @@
+"""Photographs of poses become meshes with the vertices of a template.
+
+Stages, each of which leaves its result in the working folder:
+
+    photographs/POSE    which of them are of use
+    cameras/POSE        where each was taken from, and points of the surface
+    placed              the neutral, brought to the template by landmarks
+    frames/POSE         how a pose is brought to the neutral, the head where it was
+    neutral             the template on the neutral's surface
+    poses/POSE          the neutral moved into a pose, chained along the movement
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from elastomorph.capture.captured import Captured, write_captured
+from elastomorph.capture.landmarks import Landmarks
+from elastomorph.capture.request import requested
+from elastomorph.model.mesh import Mesh
+
+__all__ = ["capture"]
+
+
+def capture(
+    photos: str | Path | Mapping[str, object],
+    template: Mesh | str | Path | None = None,
+    *,
+    output: str | Path,
+    neutral: str | None = None,
+    landmarks: Landmarks | str | Path | None = None,
+    rig: str = "walking",
+    masks: str | Path | None = None,
+    to: str = "poses",
+    working: str | Path | None = None,
+    say: Callable[[str], None] = lambda _: None,
+) -> Captured:
+    """Poses of one topology from photographs, about 30 of each pose.
+
+    Each stage leaves its result in the working folder with what it depended on: the same call goes
+    on after any interruption, and makes again only what has changed.
+
+    Args:
+        photos: A folder with a folder of photographs for each pose, or one with all of them, named
+            by pose and number (``smile_01.jpg``); or pose → photographs. Poses are in the order of
+            the movement.
+        template: A mesh, its file, a rig (its neutral), or ``built-in``. Without one only cameras
+            are found.
+        output: Folder for ``POSE.obj``, ``confidence.npz`` and ``capture.json``, made where it is
+            missing.
+        neutral: Name of the pose that is the neutral; by default the one with "neutral" in its
+            name, else the first.
+        landmarks: On the template and in photographs of the neutral, or their file; `elastomorph
+            landmarks` writes it.
+        rig: ``walking``: cameras stand elsewhere for each pose. ``fixed``: they stay, and a
+            photograph of each has the same name in every pose.
+        masks: Folder of masks named as the photographs, white where the face is.
+        to: Stop after ``cameras`` or the ``neutral``; all ``poses`` by default.
+        working: Folder of what stages leave; ``.capture`` in the output by default.
+        say: Told what is being done, with the time left.
+
+    Raises:
+        CaptureError: The photographs do not show what is needed; the message says what to do.
+        FileError: A file cannot be read or written, or another process uses the working folder.
+        ParameterError: An argument cannot be meant.
+        MissingExtraError: The extra ``capture`` is not installed.
+    """
+    from elastomorph.capture.outcome import captured_by
+    from elastomorph.capture.steps import MAKERS
+    from elastomorph.capture.work import Work
+
+    request = requested(
+        photos,
+        template,
+        output=output,
+        neutral=neutral,
+        landmarks=landmarks,
+        rig=rig,
+        masks=masks,
+        to=to,
+        working=working,
+    )
+    with Work(request, MAKERS, say) as work:
+        captured = captured_by(work)
+        say(f"writing {request.output}")
+        write_captured(request.output, captured)
+    return captured

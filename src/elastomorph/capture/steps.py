@@ -1,0 +1,136 @@
+"""What each stage is made by: the functions of this room, with what a capture has for them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capture.cameras import solve_pose
+from elastomorph.capture.confidence import confidences, expected_errors
+from elastomorph.capture.frames import Frame, brought, near_still, still_vertices
+from elastomorph.capture.landmarks import Landmarks, fit_landmarks, triangulated
+from elastomorph.capture.makers import Makers, Pairs, Placed, Posed
+from elastomorph.capture.matches import Matches
+from elastomorph.capture.neutral import neutral_surface
+from elastomorph.capture.photographs import Photographs, examine
+from elastomorph.capture.progress import StageSay
+from elastomorph.capture.reference import Reference
+from elastomorph.capture.solved import SolvedPose
+from elastomorph.capture.sources import code_of
+from elastomorph.capture.surface import Surface
+from elastomorph.capture.template import Template
+from elastomorph.capture.tracking import follow
+from elastomorph.capture.views import Views
+from elastomorph.errors import CaptureError
+
+__all__ = ["MAKERS", "placed"]
+
+_APART = 0.03  # of the longer side: clicks farther from one point than this are of several
+_MODULES = {
+    "photographs": "photographs",
+    "cameras": "cameras",
+    "rig": "cameras",
+    "placed": "landmarks",
+    "neutral": "neutral",
+    "frames": "frames",
+    "poses": "tracking",
+}
+
+
+def _photographs(pose: str, files: Sequence[Path], masks: Mapping[Path, Path]) -> Photographs:
+    return examine(pose, files, masks=masks)
+
+
+def _cameras(photographs: Photographs, like: SolvedPose | None, say: StageSay) -> SolvedPose:
+    return solve_pose(photographs, like=like, say=say)
+
+
+def _rig(poses: Mapping[str, Photographs], say: StageSay) -> Mapping[str, SolvedPose]:
+    raise CaptureError("rig fixed")
+
+
+def placed(solved: SolvedPose, template: Template, landmarks: Landmarks, pose: str) -> Placed:
+    """The neutral brought to the template by landmarks in its photographs.
+
+    Raises:
+        CaptureError: Too few of them, or some of them elsewhere than the others say.
+    """
+    cameras = {camera.name: camera for camera in solved.cameras}
+    points, residuals = triangulated(landmarks.photographs.get(pose, {}), cameras)
+    longest = max(max(camera.size) for camera in solved.cameras)
+    worst = max(residuals, key=lambda name: residuals[name], default="")
+    if worst and residuals[worst] > _APART * longest:
+        raise CaptureError(
+            f"pose {pose!r}: the clicks of {worst} are {residuals[worst]:.0f} px from any one "
+            "point; look at them with 'elastomorph landmarks' and place them again"
+        )
+    vertices = template.work.vertices
+    on_template = {name: vertices[own] for name, own in landmarks.vertices.items()}
+    similarity = fit_landmarks(on_template, points, f"pose {pose!r}").inverse()
+    found = {name: similarity(point) for name, point in points.items()}
+    return Placed(similarity, found, residuals, {"scale": similarity.scale})
+
+
+def _neutral(
+    template: Template,
+    where: Placed,
+    solved: SolvedPose,
+    landmarks: Landmarks,
+    views: Views,
+    say: StageSay,
+) -> Posed:
+    found = neutral_surface(
+        views,
+        solved.points,
+        template.work.vertices,
+        template.triangles,
+        landmarks.vertices,
+        where.points,
+        say=say,
+    )
+    surface = Surface(found.vertices, template.triangles)
+    extent = template.work.diameter
+    errors = expected_errors(surface, found.spread / np.sqrt(np.maximum(found.covered, 1)), extent)
+    measured = {"covered": found.covered, "spread": found.spread}
+    return Posed(found.vertices, confidences(errors, extent), measured)
+
+
+def _framed(
+    neutral: SolvedPose,
+    solved: SolvedPose,
+    name: str,
+    surface: Posed,
+    template: Template,
+    landmarks: Landmarks,
+    stayed: bool,
+) -> Frame:
+    still = still_vertices(template.work.vertices, landmarks.vertices)
+    near = near_still(neutral.points, surface.vertices, still)
+    return brought(neutral, solved, name, still=near, rigid=stayed)
+
+
+def _reference(template: Template, neutral: Posed, views: Views) -> Reference:
+    return Reference(neutral.vertices, template.triangles, views)
+
+
+def _pose(
+    reference: Reference, before: NDArray[np.float64], pairs: Pairs, views: Views, say: StageSay
+) -> Posed:
+    found = follow(reference, views, start=before, matches=Matches(*pairs), say=say)
+    return Posed(found.vertices, found.confidence, {"views": found.views, "spread": found.spread})
+
+
+MAKERS = Makers(
+    photographs=_photographs,
+    cameras=_cameras,
+    rig=_rig,
+    placed=placed,
+    neutral=_neutral,
+    framed=_framed,
+    reference=_reference,
+    pose=_pose,
+    code=lambda stage: code_of(_MODULES[stage]),
+)

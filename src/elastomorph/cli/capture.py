@@ -1,0 +1,155 @@
+"""``elastomorph capture``: photographs of poses become meshes of one topology."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from elastomorph.cli import completion
+from elastomorph.cli.output import Say, plain_table
+from elastomorph.cli.verb import Answer, verb
+
+if TYPE_CHECKING:
+    from elastomorph.capture.captured import Captured
+
+Photos = Annotated[
+    Path,
+    typer.Argument(
+        metavar="PHOTOS",
+        help="A folder with a folder of photographs for each pose, or one with all of them, named "
+        "by pose and number: smile_01.jpg.",
+    ),
+]
+Template = Annotated[
+    str | None,
+    typer.Option(
+        help="Whose vertices the poses get: a mesh, a rig (its neutral), 'built-in' for ours. Not "
+        "needed for cameras."
+    ),
+]
+Output = Annotated[
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Folder for a mesh of each pose, their confidence and what was measured.",
+    ),
+]
+LandmarksFile = Annotated[
+    Path | None,
+    typer.Option(
+        help="Points of the face on the template and in photographs of the neutral, as "
+        "'elastomorph landmarks' saves them. Default: landmarks.json beside the photographs."
+    ),
+]
+Neutral = Annotated[
+    str | None,
+    typer.Option(
+        help="The pose that is the neutral. Default: the one with 'neutral' in its name, or the "
+        "first."
+    ),
+]
+RigOfCameras = Annotated[
+    str,
+    typer.Option(
+        help="walking: cameras stand elsewhere for each pose; fixed: they stay, and photographs "
+        "of one camera have one name in all poses.",
+        autocompletion=completion.rigs_of_cameras,
+    ),
+]
+Masks = Annotated[
+    Path | None,
+    typer.Option(help="Folder of masks named as the photographs, white where the face is."),
+]
+To = Annotated[
+    str,
+    typer.Option(
+        help="Stop after the cameras or the neutral; the same command goes on from there: "
+        "cameras, neutral, poses.",
+        autocompletion=completion.goals,
+    ),
+]
+Working = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder in which stages leave their results, to go on from. Default: .capture in the "
+        "output."
+    ),
+]
+
+
+@verb
+def capture(
+    photos: Photos,
+    output: Output,
+    template: Template = None,
+    landmarks: LandmarksFile = None,
+    neutral: Neutral = None,
+    rig: RigOfCameras = "walking",
+    masks: Masks = None,
+    to: To = "poses",
+    working: Working = None,
+    *,
+    say: Say,
+) -> Answer:
+    """Make poses of one topology from photographs, about 30 of each.
+
+    Each stage leaves its result: after an interruption the same command goes on, and after a
+    change it makes again what depends on it.
+
+    Examples:
+      elastomorph capture photos -o poses --template neutral.obj --landmarks landmarks.json
+      elastomorph capture photos -o poses --to cameras
+    """
+    from elastomorph.capture.capture import capture as captured_from
+
+    try:
+        captured = captured_from(
+            photos,
+            template,
+            output=output,
+            neutral=neutral,
+            landmarks=landmarks,
+            rig=rig,
+            masks=masks,
+            to=to,
+            working=working,
+            say=say,
+        )
+    except KeyboardInterrupt:
+        typer.echo("what was finished is kept: the same command goes on behind it", err=True)
+        raise
+    return Answer(_facts(captured, output), lambda: _tell(captured, output))
+
+
+def _facts(captured: Captured, output: Path) -> dict[str, Any]:
+    from elastomorph.capture.captured import as_json
+
+    written = [str(output / f"{pose}.obj") for pose in captured.poses]
+    return {"neutral": captured.neutral, **as_json(captured.figures), "written": written}
+
+
+def _tell(captured: Captured, output: Path) -> None:
+    from rich.console import Console
+
+    console = Console()
+    columns = ("pose", "cameras", "reprojection, px", "head, % of D", "flagged, %")
+    table = plain_table(("pose",), columns)
+    sentences = []
+    for pose, own in captured.figures["poses"].items():
+        errors = list(own["reprojection"].values())
+        frame, flagged = own.get("frame"), own.get("flagged")
+        table.add_row(
+            pose,
+            f"{own['cameras']} of {own['photographs']}",
+            f"{sum(errors) / max(1, len(errors)):.2f}",
+            "" if frame is None else f"{100 * frame['rms_of_extent']:.3f}",
+            "" if flagged is None else f"{100 * flagged:.1f}",
+        )
+        sentences += [f"{pose}: {remark}" for remark in own["remarks"]]
+        sentences += [f"{pose}: {name} is not used: {why}" for name, why in own["rejected"].items()]
+    console.print(table)
+    for sentence in [*sentences, f"written to {output}/"]:
+        console.print(sentence, markup=False, highlight=False, soft_wrap=True)
