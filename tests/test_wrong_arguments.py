@@ -144,6 +144,14 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("bend FBX", lambda: EM.bend("head.fbx", "x.glb"), "FBX is only read"),
     ("unbend None", lambda: EM.unbend(None, "x.glb"), "a file is named by a text"),
     ("unbend OBJ", lambda: EM.unbend("head.obj", "x.obj"), "unknown suffix '.obj'"),
+    ("Registered", lambda: EM.Registered(np.eye(3), confidence=[0, 1, 2]), "between 0 and 1"),
+    ("Registered as", lambda: EM.Registered(np.eye(3), confidence="all"), "must be numbers"),
+    ("Registered by few", lambda: EM.Registered.of(MESH, TARGET.vertices, [1]), r"shape \(6,\)"),
+    ("Registered of a file", lambda: EM.Registered.of("a.obj", 1, 1), r"em\.read\('a\.obj'\)"),
+    ("capture None", lambda: EM.capture(None, MESH, output="x"), "photos must be a folder"),
+    ("capture nothing", lambda: EM.capture({}, MESH, output="x"), "there are no poses"),
+    ("capture up to", lambda: EM.capture("x", MESH, output="x", to="end"), "to must be cameras"),
+    ("capture by", lambda: EM.capture("x", MESH, output="x", rig=3), "rig must be walking or"),
     ("save to None", lambda: RIG.save(None), "a file is named by a text"),
 ]
 
@@ -157,7 +165,7 @@ def test_is_an_error_of_ours(call: Callable[[], object], message: str) -> None:
 
 def test_every_public_call_is_in_the_table() -> None:
     """All but those that only results and errors are made with."""
-    made_elsewhere = {"BendReport", "Evaluation", "Suggestion", "Fit"}
+    made_elsewhere = {"BendReport", "Captured", "Evaluation", "Suggestion", "Fit"}
     words = " ".join(
         call.__code__.co_names[1] for _, call, _ in CALLS if len(call.__code__.co_names) > 1
     )

@@ -87,9 +87,15 @@ class Counted:
         say("finding cameras", 0.5)
         return self._solved(photographs, *([] if like is None else [like]))
 
-    def rig(self, poses: Any, say: Any) -> dict[str, SolvedPose]:
+    def rig(self, poses: Any, neutral: str, say: Any) -> SolvedPose:
         self.note("rig")
-        return {pose: self._solved(each, "fixed") for pose, each in poses.items()}
+        return self._solved(
+            poses[neutral], *([p.digest for p in own.taken] for own in poses.values())
+        )
+
+    def in_rig(self, poses: Any, neutral: str, pose: str, rig: SolvedPose, say: Any) -> SolvedPose:
+        self.note(f"cameras/{pose}")
+        return self._solved(poses[pose], rig)
 
     def _solved(self, photographs: Photographs, *of: Any) -> SolvedPose:
         random = numbers([p.digest for p in photographs.taken], *of)
@@ -146,6 +152,7 @@ class Counted:
             self.photographs,
             self.cameras,
             self.rig,
+            self.in_rig,
             self.placed,
             self.neutral,
             self.framed,

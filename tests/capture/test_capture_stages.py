@@ -160,7 +160,7 @@ def test_what_changed_and_what_depends_on_it_is_made_again_and_no_more(
     assert changed(photos, output, **options) == STAGES[8:]
 
     options["rig"] = "fixed"
-    assert changed(photos, output, **options) == ["rig", *STAGES[8:]]
+    assert changed(photos, output, **options) == ["rig", *STAGES[5:]]
 
     options["versions"] = {"poses": "2"}
     assert changed(photos, output, **options) == ["poses", "poses", "poses"]

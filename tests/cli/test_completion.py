@@ -59,6 +59,17 @@ def test_views(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert offered(files, monkeypatch, "render", "face", "--view", "th") == {"three-quarter"}
 
 
+def test_what_a_capture_stops_after_and_how_its_cameras_stand(
+    files: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert offered(files, monkeypatch, "capture", "photos", "--to", "") == {
+        "cameras",
+        "neutral",
+        "poses",
+    }
+    assert offered(files, monkeypatch, "capture", "photos", "--rig", "f") == {"fixed"}
+
+
 @pytest.mark.parametrize(
     "rig",
     ["face", "character", "character/elastomorph.toml", "ours.glb", "foreign.vrm", "ours.npz"],

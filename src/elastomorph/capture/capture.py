@@ -39,7 +39,7 @@ def capture(
     """Poses of one topology from photographs, about 30 of each pose.
 
     Each stage leaves its result in the working folder with what it depended on: the same call goes
-    on after any interruption, and makes again only what has changed.
+    on after any interruption, and makes again what has changed.
 
     Args:
         photos: A folder with a folder of photographs for each pose, or one with all of them, named
@@ -47,14 +47,12 @@ def capture(
             the movement.
         template: A mesh, its file, a rig (its neutral), or ``built-in``. Without one only cameras
             are found.
-        output: Folder for ``POSE.obj``, ``confidence.npz`` and ``capture.json``, made where it is
-            missing.
-        neutral: Name of the pose that is the neutral; by default the one with "neutral" in its
-            name, else the first.
-        landmarks: On the template and in photographs of the neutral, or their file; `elastomorph
-            landmarks` writes it.
-        rig: ``walking``: cameras stand elsewhere for each pose. ``fixed``: they stay, and a
-            photograph of each has the same name in every pose.
+        output: Folder for ``POSE.obj``, ``confidence.npz`` and ``capture.json``; made if missing.
+        neutral: Name of its pose; by default with "neutral" in its name, else the first.
+        landmarks: On the template and in photographs of the neutral, or their file; by default
+            ``landmarks.json`` in the folder of the photographs.
+        rig: ``walking``: cameras stand elsewhere for each pose. ``fixed``: they stay, and names or
+            numbers of photographs tell which took which.
         masks: Folder of masks named as the photographs, white where the face is.
         to: Stop after ``cameras`` or the ``neutral``; all ``poses`` by default.
         working: Folder of what stages leave; ``.capture`` in the output by default.
@@ -66,10 +64,6 @@ def capture(
         ParameterError: An argument cannot be meant.
         MissingExtraError: The extra ``capture`` is not installed.
     """
-    from elastomorph.capture.outcome import captured_by
-    from elastomorph.capture.steps import MAKERS
-    from elastomorph.capture.work import Work
-
     request = requested(
         photos,
         template,
@@ -81,6 +75,10 @@ def capture(
         to=to,
         working=working,
     )
+    from elastomorph.capture.outcome import captured_by
+    from elastomorph.capture.steps import MAKERS
+    from elastomorph.capture.work import Work
+
     with Work(request, MAKERS, say) as work:
         captured = captured_by(work)
         say(f"writing {request.output}")

@@ -67,7 +67,9 @@ class Makers:
     Attributes:
         photographs: Pose, its files and masks by file → those of use.
         cameras: Photographs of a pose, and the neutral's cameras if they are known → its cameras.
-        rig: Photographs of all poses, by cameras that stay → the cameras of each.
+        rig: Photographs of all poses, by cameras that stay, the name of the neutral → its cameras.
+        in_rig: Photographs of all poses or two, name of the neutral and of the pose, what ``rig``
+            made → the cameras of the pose.
         placed: The neutral's cameras, template, landmarks → how they are brought together.
         neutral: Template, how it was placed, the neutral's cameras in its frame, landmarks, views
             → surface.
@@ -83,7 +85,8 @@ class Makers:
 
     photographs: Callable[[str, Sequence[Path], Mapping[Path, Path]], Photographs]
     cameras: Callable[[Photographs, SolvedPose | None, StageSay], SolvedPose]
-    rig: Callable[[Mapping[str, Photographs], StageSay], Mapping[str, SolvedPose]]
+    rig: Callable[[Mapping[str, Photographs], str, StageSay], SolvedPose]
+    in_rig: Callable[[Mapping[str, Photographs], str, str, SolvedPose, StageSay], SolvedPose]
     placed: Callable[[SolvedPose, Template, Landmarks, str], Placed]
     neutral: Callable[[Template, Placed, SolvedPose, Landmarks, Views, StageSay], Posed]
     framed: Callable[[SolvedPose, SolvedPose, str, Posed, Template, Landmarks, bool], Frame]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MeshError
-from elastomorph.model.mesh import Mesh
+from elastomorph.model.mesh import Mesh, require_mesh
+from elastomorph.model.polygons import Polygons
 from elastomorph.numbers import as_numbers
 
 __all__ = ["FLAGGED", "Registered"]
@@ -30,6 +31,19 @@ class Registered(Mesh):
     confidence: NDArray[np.float32]
     figures: Mapping[str, Any]
 
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        faces: Polygons | ArrayLike | Sequence[Sequence[int]] = (),
+        *,
+        confidence: ArrayLike,
+        figures: Mapping[str, Any] | None = None,
+        **labels: Any,
+    ) -> None:
+        super().__init__(vertices, faces, **labels)
+        own = _checked(confidence, len(self.vertices))
+        vars(self).update(confidence=own, figures=dict(figures or {}))
+
     @classmethod
     def of(
         cls,
@@ -49,15 +63,9 @@ class Registered(Mesh):
         Raises:
             MeshError: Another number of vertices or confidences, or a confidence out of [0, 1].
         """
+        require_mesh(template, "template")
         moved = template.with_vertices(vertices)
-        own = as_numbers(confidence, "confidence").astype(np.float32)
-        if own.shape != (len(moved.vertices),):
-            raise MeshError(
-                f"confidence must have shape ({len(moved.vertices)},), found {own.shape}"
-            )
-        if not ((own >= 0) & (own <= 1)).all():
-            raise MeshError("confidence must be between 0 and 1")
-        own.flags.writeable = False
+        own = _checked(confidence, len(moved.vertices))
         copy = object.__new__(cls)
         vars(copy).update(vars(moved), confidence=own, figures=dict(figures or {}))
         return copy
@@ -73,3 +81,14 @@ class Registered(Mesh):
             f"Registered({len(self.vertices):,} vertices, {len(self.faces):,} polygons, "
             f"{share:.1%} flagged)"
         )
+
+
+def _checked(confidence: ArrayLike, count: int) -> NDArray[np.float32]:
+    """A read-only copy of (V,) numbers in [0, 1]."""
+    own = as_numbers(confidence, "confidence").astype(np.float32)
+    if own.shape != (count,):
+        raise MeshError(f"confidence must have shape ({count},), found {own.shape}")
+    if not ((own >= 0) & (own <= 1)).all():
+        raise MeshError("confidence must be between 0 and 1")
+    own.flags.writeable = False
+    return own

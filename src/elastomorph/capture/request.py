@@ -107,7 +107,7 @@ def requested(
         points = _landmarks(landmarks, name, poses[name], shape)
     place = _folder(output, "output")
     own = place / WORKING if working is None else _folder(working, "working")
-    _require_writable(place, poses)
+    _require_writable(place, poses, shape)
     _require_room(own, poses)
     return Request(
         poses=poses,
@@ -253,8 +253,16 @@ def _landmarks(
     return replace(named, vertices=vertices)
 
 
-def _require_writable(output: Path, poses: Mapping[str, object]) -> None:
+def _require_writable(output: Path, poses: Mapping[str, object], template: Template | None) -> None:
     """Refuse a folder that cannot be written in, or that holds meshes of something else."""
+    source = None if template is None else template.mesh.source
+    for pose in poses if source is not None else ():
+        file = output / f"{pose}.obj"
+        if source is not None and _same(file, Path(source.path)):
+            raise FileError(
+                file,
+                "it is the template, over which the pose would be written; name another output",
+            )
     made_folder(output)
     try:
         TemporaryFile(dir=output).close()
@@ -282,3 +290,10 @@ def _require_room(working: Path, poses: Mapping[str, object]) -> None:
             f"{free >> 20:,} MiB are free on its disk, about {needed >> 20:,} are needed: make "
             "room, or name another working folder",
         )
+
+
+def _same(file: Path, other: Path) -> bool:
+    try:
+        return file.samefile(other)
+    except OSError:  # one of them is not there
+        return False

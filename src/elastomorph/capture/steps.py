@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from elastomorph.capture.cameras import solve_pose
 from elastomorph.capture.confidence import confidences, expected_errors
+from elastomorph.capture.fixed_rig import same_cameras, solve_in_rig, solve_rig
 from elastomorph.capture.frames import Frame, brought, near_still, still_vertices
 from elastomorph.capture.landmarks import Landmarks, fit_landmarks, triangulated
 from elastomorph.capture.makers import Makers, Pairs, Placed, Posed
@@ -32,7 +33,7 @@ _APART = 0.03  # of the longer side: clicks farther from one point than this are
 _MODULES = {
     "photographs": "photographs",
     "cameras": "cameras",
-    "rig": "cameras",
+    "rig": "fixed_rig",
     "placed": "landmarks",
     "neutral": "neutral",
     "frames": "frames",
@@ -48,8 +49,15 @@ def _cameras(photographs: Photographs, like: SolvedPose | None, say: StageSay) -
     return solve_pose(photographs, like=like, say=say)
 
 
-def _rig(poses: Mapping[str, Photographs], say: StageSay) -> Mapping[str, SolvedPose]:
-    raise CaptureError("rig fixed")
+def _rig(poses: Mapping[str, Photographs], neutral: str, say: StageSay) -> SolvedPose:
+    return solve_rig(poses, neutral, say=say)
+
+
+def _in_rig(
+    poses: Mapping[str, Photographs], neutral: str, pose: str, rig: SolvedPose, say: StageSay
+) -> SolvedPose:
+    same = same_cameras(poses, neutral)[pose]
+    return solve_in_rig(poses[pose], rig, same, say=say)
 
 
 def placed(solved: SolvedPose, template: Template, landmarks: Landmarks, pose: str) -> Placed:
@@ -123,14 +131,19 @@ def _pose(
     return Posed(found.vertices, found.confidence, {"views": found.views, "spread": found.spread})
 
 
+def _code(stage: str) -> str:
+    return code_of(_MODULES[stage])
+
+
 MAKERS = Makers(
     photographs=_photographs,
     cameras=_cameras,
     rig=_rig,
+    in_rig=_in_rig,
     placed=placed,
     neutral=_neutral,
     framed=_framed,
     reference=_reference,
     pose=_pose,
-    code=lambda stage: code_of(_MODULES[stage]),
+    code=_code,
 )

@@ -98,14 +98,33 @@ class Work:
         )
 
     def _of_rig(self, pose: str) -> Made[SolvedPose]:
-        """Those of one pose, of cameras that were found for all poses together."""
-        poses = self.request.poses
-        whole: Made[Mapping[str, SolvedPose]] = self._stage(
+        """Those of a pose, by cameras that were found from several poses together."""
+        poses, neutral = self.request.poses, self.request.neutral
+        whole: Made[SolvedPose] = self._stage(
             "rig",
-            {each: self._digest_of_photographs(each) for each in poses},
-            lambda say: self.makers.rig({each: self.photographs(each) for each in poses}, say),
+            {each: self._digest_of_photographs(each) for each in poses} | {"neutral": neutral},
+            lambda say: self.makers.rig(
+                {each: self.photographs(each) for each in poses}, neutral, _naming("rig", say)
+            ),
         )
-        return self._stage(f"cameras/{pose}", {"rig": whole.digest}, lambda say: whole.read()[pose])
+        if pose == neutral:
+            return self._stage(f"cameras/{pose}", {"rig": whole.digest}, lambda say: whole.read())
+        both = (neutral, pose)
+        return self._stage(
+            f"cameras/{pose}",
+            {
+                "rig": whole.digest,
+                "both": [self._digest_of_photographs(each) for each in both],
+                "code": self.makers.code("rig"),
+            },
+            lambda say: self.makers.in_rig(
+                {each: self.photographs(each) for each in both},
+                neutral,
+                pose,
+                whole.read(),
+                _naming(pose, say),
+            ),
+        )
 
     def placed(self) -> Made[Placed]:
         """The neutral's cameras brought to the template."""
@@ -285,8 +304,8 @@ def _expected(request: Request) -> dict[str, float]:
     counts = {pose: len(files) for pose, files in request.poses.items()}
     expected = {f"photographs/{pose}": 0.15 * count for pose, count in counts.items()}
     if request.rig == "fixed":
-        expected["rig"] = 3.0 * sum(counts.values())
-    each = 0.01 if request.rig == "fixed" else 3.0
+        expected["rig"] = 3.0 * sum(sorted(counts.values())[-4:])
+    each = 1.0 if request.rig == "fixed" else 3.0
     solved = [request.neutral] if request.to == "neutral" else list(counts)
     expected |= {f"cameras/{pose}": each * counts[pose] for pose in solved}
     if request.to != "cameras":
