@@ -7,7 +7,7 @@ import type { Mark, Place, Point, Task } from './types/task';
 export class Desk {
   readonly history: MarkHistory;
   current = 0;
-  /** The point that a click places; null once none is missing here. */
+  /** The point that a click places; null once no more are asked for here. */
   active: string | null = null;
   /** Where a vertex of the template in view is. */
   pointOf: ((vertex: number) => Point | null) | null = null;
@@ -15,10 +15,12 @@ export class Desk {
 
   constructor(readonly task: Task) {
     this.history = new MarkHistory(marksOf(task));
-    this.current = Math.max(
-      0,
-      task.places.findIndex(({ key }) => Object.keys(this.history.of(key)).length < task.names.length),
-    );
+    // The first place where something is left to do.
+    const lacks = task.places.map((_, number) => {
+      this.current = number;
+      return this.missing(null) !== null;
+    });
+    this.current = Math.max(0, lacks.indexOf(true));
     this.active = this.missing(null);
   }
 
@@ -133,10 +135,11 @@ export class Desk {
     this.tell(true);
   }
 
+  /** The next point that is not here, and not yet in as many photographs as are asked for. */
   private missing(after: string | null): string | null {
     const { names } = this.task;
     const from = after === null ? 0 : names.indexOf(after) + 1;
     const row = [...names.slice(from), ...names.slice(0, from)];
-    return row.find((name) => !this.own[name]) ?? null;
+    return row.find((name) => !this.own[name] && this.count(name) < this.asked) ?? null;
   }
 }

@@ -11,7 +11,7 @@ import pytest
 from placing import NAMES, active, click, dots, opened, saved, seen_dots, write_photograph
 from visiting import Visit
 
-from elastomorph.capture.landmarks import read_landmarks
+from elastomorph.capture.landmarks import Landmarks, read_landmarks
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmark_task import landmark_task
 from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
@@ -262,3 +262,32 @@ def test_a_photograph_that_cannot_be_read_is_named(
         page.keyboard.press("]")
         opened(page, "whole.jpg")
         assert len(seen_dots(page)) == len(NAMES)
+
+
+def test_no_more_is_asked_for_than_is_missing(
+    visit: Visit, photographs: Path, tmp_path: Path
+) -> None:
+    """A point that three photographs have is not asked for in a fourth, but may be placed there."""
+    folder = tmp_path / "four"
+    folder.mkdir()
+    for number in (1, 2, 3, 4):
+        content = (photographs / "IMG_1.jpg").read_bytes()
+        (folder / f"IMG_{number}.jpg").write_bytes(content)
+    most = dict.fromkeys(NAMES[:-1], (9.0, 9.0))
+    three = {f"IMG_{number}.jpg": most for number in (1, 2, 3)}
+    known = Landmarks(photographs={"four": three})
+    with serve_landmarks(landmark_task([folder], known=known), tmp_path / "l.json") as server:
+        page = visit.blank(server.address, size=(1100, 760))
+        opened(page, "IMG_1.jpg")
+        assert active(page) == NAMES[-1]
+        page.locator(".tile", has_text="IMG_4.jpg").click()
+        opened(page, "IMG_4.jpg")
+        assert active(page) == NAMES[-1]
+        click(page, seen_dots(page)[0])
+        assert active(page) is None
+        page.get_by_text("Nothing more is asked for").wait_for()
+        page.locator(f".point[data-name={NAMES[3]}]").click()
+        click(page, seen_dots(page)[3])
+        saved(page)
+    found = read_landmarks(tmp_path / "l.json").photographs["four"]["IMG_4.jpg"]
+    assert list(found) == [NAMES[-1], NAMES[3]]

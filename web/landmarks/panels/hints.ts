@@ -26,8 +26,8 @@ export function createHints({ words, names }: Task, exchange: () => void): Hints
       const flat = place.kind === 'photograph';
       const full = names.filter((name) => desk.count(name) >= asked).length;
       if (active === null) {
-        setText(title, 'All points are here');
-        setText(text, full === names.length ? finished(flat) : 'Go on with another photograph: front, left and right of it are best.');
+        setText(title, names.every((name) => own[name]) ? 'All points are here' : 'Nothing more is asked for');
+        setText(text, full === names.length ? finished(flat) : GO_ON);
       } else {
         setText(title, own[active] ? `Move: ${readable(active)}` : readable(active));
         const where = words[active] ?? '';
@@ -46,6 +46,8 @@ export function createHints({ words, names }: Task, exchange: () => void): Hints
     },
   };
 }
+
+const GO_ON = 'Go on with another photograph: one from the front and one from either side are best.';
 
 function finished(flat: boolean): string {
   return flat ? 'Every point is in as many photographs as are asked for.' : 'Nothing is missing.';
