@@ -15,6 +15,7 @@ from elastomorph.capture.solved import SolvedPose
 from elastomorph.capture.stages import WorkingFolder
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_folder
+from elastomorph.io.obj.looks import with_looks
 from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, known_suffixes, read
 from elastomorph.model.mesh import Mesh
 from elastomorph.viewer.surfaces import PackedSurface, pack_surface
@@ -170,7 +171,7 @@ def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[Landma
 
 def _scan(path: Path) -> Mesh:
     if path.suffix.lower() in known_suffixes(MESH_FORMATS):
-        return read(path)
+        return with_looks(read(path))
     from elastomorph.io.rig_folder import rig_as_stored
 
     return rig_as_stored(path).neutral

@@ -15,7 +15,6 @@ from visiting import Visit
 
 import elastomorph as em
 from elastomorph.capture.landmarks import read_landmarks
-from elastomorph.model.appearance import Material, Texture
 from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.samples import head
 from elastomorph.viewer import landmark_task as tasks
@@ -146,29 +145,22 @@ def test_a_mirrored_scan_is_noticed(visit: Visit, tmp_path: Path) -> None:
         assert "Right jaw, Left jaw" in words
 
 
-def test_a_scan_shows_its_texture(
-    visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_scan_shows_its_texture(visit: Visit, tmp_path: Path) -> None:
     """Its left half is red, its right half blue; T shows the clay below."""
-    buffer = io.BytesIO()
     image = np.zeros((4, 8, 3), np.uint8)
     image[:, :4, 0], image[:, 4:, 2] = 255, 255
-    Image.fromarray(image).save(buffer, "PNG")
+    Image.fromarray(image).save(tmp_path / "skin.png")
     mesh = roof()
     uv = UVMap(mesh.vertices[:, :2] / [6, 4], mesh.faces.indices)
-    textured = em.Mesh(
-        mesh.vertices,
-        mesh.faces,
-        uv,
-        FaceLabels(("skin",), np.zeros(len(mesh.faces), np.int32)),
-        appearance={"skin": Material(texture=Texture(buffer.getvalue(), "skin.png"))},
-    )
-    monkeypatch.setattr(tasks, "_scan", lambda path: textured)
+    skin = FaceLabels(("skin",), np.zeros(len(mesh.faces), np.int32))
+    textured = em.Mesh(mesh.vertices, mesh.faces, uv, skin, material_library="scan.mtl")
+    em.write(tmp_path / "scan.obj", textured)
+    (tmp_path / "scan.mtl").write_text("newmtl skin\nmap_Kd skin.png\n")
     with serve_landmarks(
-        landmark_task([tmp_path / "scan.glb"]), tmp_path / "landmarks.json"
+        landmark_task([tmp_path / "scan.obj"]), tmp_path / "landmarks.json"
     ) as server:
         page = visit.blank(server.address, size=(1100, 760))
-        opened(page, "scan.glb")
+        opened(page, "scan.obj")
         shown = pixels(page)
         height, width, _ = shown.shape
         left, right = shown[height // 2, width // 3], shown[height // 2, 2 * width // 3]
