@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastomorph.capture.captured import Captured
+from elastomorph.capture.checks import agreement_of
 from elastomorph.capture.registered import FLAGGED, Registered
 from elastomorph.capture.work import Work
 
@@ -47,6 +48,7 @@ def _registered(work: Work, pose: str) -> Registered:
     place = work.template.place
     confidence = np.clip(found.confidence, 0, 1)[place].astype(np.float32)
     figures = {"flagged": float((confidence < FLAGGED).mean()), **found.figures}
+    figures |= agreement_of(work, pose)
     return Registered.of(work.template.mesh, found.vertices[place], confidence, figures)
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
 
-from elastomorph.capture.camera import Camera
-from elastomorph.capture.registered import FLAGGED, Registered
+from elastomorph.capture.captured import Captured
+from elastomorph.capture.registered import FLAGGED
 from elastomorph.capture.surface import Surface
 from elastomorph.evaluation.words import SPACE, counted
 from elastomorph.report.capture_pictures import Shown, camera_picture, frontal, pose_picture
@@ -27,32 +26,8 @@ __all__ = ["capture_page", "write_capture_report"]
 _FIRST, _LAST = (38, 104, 196), (235, 120, 40)
 
 
-class Capture(Protocol):
-    """What a capture found, as `elastomorph.capture` gives it back."""
-
-    @property
-    def poses(self) -> Mapping[str, Registered]:
-        """Pose → its mesh, in the frame of the neutral; none where cameras alone were found."""
-
-    @property
-    def cameras(self) -> Mapping[str, tuple[Camera, ...]]:
-        """Pose → the cameras of its photographs, in the same frame."""
-
-    @property
-    def photographs(self) -> Mapping[str, Mapping[str, Path]]:
-        """Pose → photograph → file."""
-
-    @property
-    def neutral(self) -> str:
-        """Name of the pose that is the neutral."""
-
-    @property
-    def figures(self) -> Mapping[str, Any]:
-        """What was measured."""
-
-
 def write_capture_report(
-    captured: Capture,
+    captured: Captured,
     path: str | Path,
     *,
     name: str = "capture",
@@ -80,7 +55,7 @@ def write_capture_report(
 
 
 def capture_page(
-    captured: Capture,
+    captured: Captured,
     *,
     name: str = "capture",
     unit: str = "",
@@ -106,7 +81,7 @@ def capture_page(
     return document(name, f"{found} from {counted(taken, 'photograph')}", sections)
 
 
-def _captured(captured: Capture, unit: str, call: str) -> Section:
+def _captured(captured: Captured, unit: str, call: str) -> Section:
     """What there is, and in one sentence how much of it is to be trusted."""
     figures = captured.figures.get("poses", {})
     given = sum(own.get("photographs", 0) for own in figures.values())
@@ -133,7 +108,7 @@ def _captured(captured: Capture, unit: str, call: str) -> Section:
     return Section("captured", "What was captured", content)
 
 
-def _cameras(captured: Capture, head: Surface | None) -> Section:
+def _cameras(captured: Captured, head: Surface | None) -> Section:
     """Where the cameras stood, in three views."""
     every = {pose: own for pose, own in captured.cameras.items() if own}
     colours = {}
@@ -169,7 +144,7 @@ def _span(values: list[int]) -> str:
 
 
 def _poses(
-    captured: Capture, surfaces: Mapping[str, Surface], say: Callable[[str], None]
+    captured: Captured, surfaces: Mapping[str, Surface], say: Callable[[str], None]
 ) -> Section:
     """Each pose through one of its cameras, with the template over it and its confidence."""
     edges = captured.poses[captured.neutral].edges

@@ -1,0 +1,288 @@
+"""The report of a capture shows what was measured, and draws poses where their photographs are."""
+
+from __future__ import annotations
+
+import json
+import re
+from base64 import b64decode
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from parsed_page import Element, parsed
+from small_capture import SIZE, WALL, camera, capture, template
+
+from elastomorph.capture.captured import Captured
+from elastomorph.capture.surface import Surface
+from elastomorph.errors import FileError, FormatError
+from needs import MODULES, extra
+
+extra("embreex", "capture")
+extra("cv2", "capture")
+
+from elastomorph.report.capture import capture_page, write_capture_report  # noqa: E402
+from elastomorph.report.capture_pictures import (  # noqa: E402
+    camera_picture,
+    confidence_colours,
+    frontal,
+    pose_picture,
+)
+from elastomorph.report.capture_tables import duration, vertex_parts  # noqa: E402
+
+AXE = MODULES / "axe-core" / "axe.min.js"
+
+
+@pytest.fixture(scope="module")
+def captured(tmp_path_factory: pytest.TempPathFactory) -> Captured:
+    return capture(tmp_path_factory.mktemp("photographs"))
+
+
+@pytest.fixture(scope="module")
+def page(captured: Captured) -> str:
+    return capture_page(captured, name="Ada", unit="cm", call="elastomorph capture photos")
+
+
+@pytest.fixture(scope="module")
+def root(page: str) -> Element:
+    return parsed(page)
+
+
+def table_of(root: Element, caption: str) -> list[list[str]]:
+    """The cells of a table, by the beginning of its caption, row by row."""
+    (found,) = (each for each in root.all("table") if each.one("caption").text.startswith(caption))
+    return [[cell.text for cell in row.all("th", "td")] for row in found.all("tr")]
+
+
+def test_sections_are_in_the_order_of_the_work(root: Element) -> None:
+    assert [each.text for each in root.all("h2")] == [
+        "What was captured",
+        "Cameras",
+        "Photograph by photograph",
+        "Surface and correspondence",
+        "Pose by pose",
+        "Vertices that are not to be trusted",
+        "How long it took",
+    ]
+    assert root.one("h1").text == "Ada"
+
+
+def test_photographs_and_why_some_are_rejected(root: Element) -> None:
+    rows = table_of(root, "One row a pose")
+    assert rows[1] == ["rest", "2 of 3", "1,234", "0.375", "0.500 (1.jpg)"]
+    assert rows[2][0] == "long & <b>"
+    rejected = table_of(root, "Photographs that are not used")
+    assert rejected[1:] == [
+        ["2.jpg", "rest", "it shows <nothing>"],
+        ["2.jpg", "long & <b>", "it shows <nothing>"],
+    ]
+
+
+def test_surface_and_correspondence_are_apart(root: Element) -> None:
+    surface = table_of(root, "Points of the surface")
+    skin = table_of(root, "Skin of the neutral")
+    assert surface == [
+        ["Pose", "Points", "Median", "95 % below"],
+        ["rest", "1,200", "0.030", "0.110"],
+        ["long & <b>", "1,200", "0.030", "0.110"],
+    ]
+    assert skin[0] == ["Pose", "Matches", "Median", "95 % below",
+                       "Vertices in 4 photographs or more"]  # fmt: skip
+    assert skin[1:] == [["long & <b>", "900", "0.420", "1.230", "87.5\u00a0%"]]
+    headings = [each.text for each in root.all("h3")]
+    assert headings.index("Correspondence") < headings.index("Surface")
+    assert table_of(root, "How far points of the still part")[1] == ["long & <b>", "0.340", "77"]
+
+
+def test_where_nothing_is_known_of_correspondence_it_is_said(captured: Captured) -> None:
+    figures = json.loads(json.dumps(captured.figures))
+    del figures["poses"]["long & <b>"]["correspondence"]
+    text = parsed(capture_page(replace(captured, figures=figures))).text
+    assert "Nothing was measured of it: there is no pose beside the neutral." in text
+
+
+def test_the_list_holds_all_that_are_flagged(captured: Captured, page: str) -> None:
+    (packed,) = re.findall(r'href="data:application/json;base64,([^"]+)" download', page)
+    listed = json.loads(b64decode(packed))
+    assert listed["below"] == 0.5
+    for pose, mesh in captured.poses.items():
+        assert listed["poses"][pose] == np.flatnonzero(mesh.confidence < 0.5).tolist()
+    assert len(listed["poses"]["long & <b>"]) > 20
+
+
+def test_flagged_vertices_are_counted_by_part(captured: Captured, root: Element) -> None:
+    rows = table_of(root, "Flagged vertices of each part")
+    flagged = captured.poses["long & <b>"].flagged
+    count = len(captured.poses["rest"].vertices)
+    assert rows[0] == ["Part", "Vertices", "rest", "long & <b>"]
+    assert rows[1] == ["all", f"{count:,}", "0", f"{flagged.sum():,}"]
+    parts = {row[0]: row[1:] for row in rows[2:]}
+    assert set(parts) == {"face", "nose", "unnamed"}
+    assert sum(int(cells[0].replace(",", "")) for cells in parts.values()) == count
+    assert sum(int(cells[2].replace(",", "")) for cells in parts.values()) == flagged.sum()
+
+
+def test_parts_are_those_of_the_polygons() -> None:
+    mesh = template()
+    parts = vertex_parts(mesh)
+    assert sum(own.sum() for own in parts.values()) == len(mesh.vertices)
+    assert mesh.groups is not None
+    for number, face in enumerate(mesh.faces):
+        label = int(mesh.groups.of_face[number])
+        own = {name for name, chosen in parts.items() for v in face if chosen[v]}
+        if label == 1:  # a vertex of several parts is of the first
+            assert own <= {"nose", "face"}
+        if label == -1:
+            assert "nose" not in own
+    bare = replace_labels(mesh)
+    assert list(vertex_parts(bare)) == ["whole mesh"]
+
+
+def replace_labels(mesh: Any) -> Any:
+    from elastomorph.model.mesh import Mesh
+
+    return Mesh(mesh.vertices, mesh.faces)
+
+
+def test_the_page_asks_nobody_for_anything(page: str) -> None:
+    assert not re.findall(r'(?:src|srcset|poster)="(?!data:)', page)
+    assert "script" not in page.partition("</head>")[2]
+
+
+@pytest.mark.parametrize("radial", [0.0, 0.1, -0.08])
+def test_a_pose_is_drawn_where_its_photograph_shows_it(tmp_path: Path, radial: float) -> None:
+    """The outline of the mesh is that of the skin, whatever the lens; edges lie on it."""
+    made = capture(tmp_path, radial=radial)
+    pose = "long & <b>"
+    mesh, own = made.poses[pose], made.cameras[pose][0]
+    surface = Surface(mesh.vertices, mesh.faces.triangles())
+    image = pose_picture(
+        surface, mesh.edges, mesh.confidence, own, made.photographs[pose][own.name]
+    )
+    width = (image.shape[1] - 16) // 3
+    assert image.shape[1] == 3 * width + 16
+    taken, over, painted = (image[:, k * (width + 8) :][:, :width].astype(int) for k in range(3))
+    skin = abs(taken - WALL).sum(axis=2) > 120
+    drawn = (painted < 250).any(axis=2)
+    assert 0.1 < skin.mean() < 0.95
+    assert (skin & drawn).sum() / (skin | drawn).sum() > 0.985
+    lines = abs(over - taken).sum(axis=2) > 60
+    assert lines.sum() > 0.02 * skin.sum()
+    assert (lines & skin).sum() > 0.97 * lines.sum()
+
+
+def test_flagged_vertices_are_red_and_others_never() -> None:
+    shares = np.array([0.0, 0.2, 0.4999, 0.5, 0.7, 1.0])
+    red, green, blue = confidence_colours(shares).T
+    assert (red - green > 0.45).tolist() == [True, True, True, False, False, False]
+    assert (np.diff(green[:3]) > 0).all()
+    assert (np.diff(blue[3:]) > 0).all()
+
+
+def test_the_camera_in_front_is_chosen(captured: Captured) -> None:
+    """The one that faces most of what is trusted."""
+    mesh = captured.poses["rest"]
+    surface = Surface(mesh.vertices, mesh.faces.triangles())
+    cameras = captured.cameras["rest"]
+    assert frontal(cameras, surface, (mesh.vertices[:, 2] > 0.3).astype(float)).name == "1.jpg"
+    assert frontal(cameras, surface, (mesh.vertices[:, 0] < -0.5).astype(float)).name == "0.jpg"
+
+
+def test_cameras_are_drawn_around_the_head_where_they_stand() -> None:
+    """A camera on the face's left is right of it from the front, and left of it from above too."""
+    head = Surface(template().vertices, template().faces.triangles())
+    red = (255, 0, 0)
+    image = camera_picture({"a": [camera("a", 50.0)]}, {"a": red}, head, (200, 200)).astype(int)
+    views = [image[:, k * 208 :][:, :200] for k in range(3)]
+    for view, right in zip(views, (True, False, True), strict=True):
+        marked = (view[..., 0] > 200) & (view[..., 1] < 120)
+        grey = (view.max(axis=2) < 240) & (np.ptp(view, axis=2) < 20)
+        assert marked.sum() > 20
+        assert grey.sum() > 200
+        assert (np.nonzero(marked)[1].mean() > np.nonzero(grey)[1].mean()) == right
+
+
+def test_cameras_alone_are_reported(captured: Captured) -> None:
+    figures = {"poses": captured.figures["poses"], "seconds": {}}
+    page = capture_page(Captured({}, captured.cameras, captured.photographs, "rest", figures))
+    root = parsed(page)
+    assert "4 cameras found; no poses were asked for." in root.text
+    assert len(root.all("img")) == 1
+    assert "Pose by pose" not in [each.text for each in root.all("h2")]
+
+
+def test_nothing_measured_is_no_error(captured: Captured) -> None:
+    page = capture_page(replace(captured, figures={}))
+    assert "None: every photograph is used." in parsed(page).text
+
+
+def test_it_is_written_whole_or_not_at_all(captured: Captured, tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match=r"suffix \.html"):
+        write_capture_report(captured, tmp_path / "a.txt")
+    gone = {pose: dict.fromkeys(own, tmp_path / "gone.jpg")
+            for pose, own in captured.photographs.items()}  # fmt: skip
+    with pytest.raises(FileError, match=r"gone\.jpg"):
+        write_capture_report(replace(captured, photographs=gone), tmp_path / "a.html")
+    assert not list(tmp_path.iterdir())
+    write_capture_report(captured, tmp_path / "a.html")
+    assert (tmp_path / "a.html").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.04, "0.0 s"),
+        (9.94, "9.9 s"),
+        (9.96, "10 s"),
+        (59.6, "1 min 0 s"),
+        (250, "4 min 10 s"),
+        (3900, "1 h 5 min"),
+    ],
+)
+def test_durations_are_read_at_a_glance(seconds: float, text: str) -> None:
+    assert duration(seconds).replace("\u00a0", " ") == text
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1280, 720), (390, 844)])
+def test_it_opens_from_disk_and_gives_the_list(
+    browser: Any, page: str, tmp_path: Path, size: tuple[int, int], theme: str
+) -> None:
+    file = tmp_path / "report.html"
+    file.write_text(page, encoding="utf-8")
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]}, color_scheme=theme, accept_downloads=True
+    )
+    said: list[str] = []
+    asked: list[str] = []
+    tab = context.new_page()
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.goto(file.as_uri())
+    assert tab.evaluate("document.documentElement.scrollWidth") == size[0]
+    tab.evaluate("Promise.all([...document.images].map(image => image.decode()))")
+    if AXE.is_file():
+        found = tab.evaluate(AXE.read_text(encoding="utf-8") + "; axe.run(document)")
+        assert [each["id"] for each in found["violations"]] == []
+    with tab.expect_download() as download:
+        tab.click("a[download]")
+    assert download.value.suggested_filename == "flagged.json"
+    assert set(json.loads(Path(download.value.path()).read_text())["poses"]) == {
+        "rest",
+        "long & <b>",
+    }
+    assert said == []
+    assert [url for url in asked if not url.startswith("data:")] == [file.as_uri()]
+    context.close()
+
+
+def test_pictures_are_no_larger_than_they_are_shown(captured: Captured) -> None:
+    """Photographs of many pixels are made smaller before they are drawn on."""
+    mesh = captured.poses["rest"]
+    own = captured.cameras["rest"][1]
+    surface = Surface(mesh.vertices, mesh.faces.triangles())
+    file = captured.photographs["rest"][own.name]
+    image = pose_picture(surface, mesh.edges, mesh.confidence, own, file)
+    assert image.shape[0] <= SIZE[1]
+    assert image.shape[0] <= 570
