@@ -46,7 +46,7 @@ def test_it_writes_poses_and_says_what_was_measured(case: Path, counted: Counted
     assert text.endswith("written to poses/\n")
     assert {file.name for file in (case / "poses").iterdir()} == {
         *("neutral.obj", "a.obj", "b.obj", "c.obj"),
-        *("confidence.npz", "capture.json", ".capture"),
+        *("confidence.npz", "capture.json", "report.html", ".capture"),
     }
 
 
@@ -60,8 +60,23 @@ def test_for_machines_it_prints_the_figures_that_it_writes(case: Path, counted: 
     assert written["cameras"]["a"]["0.jpg"]["file"] == "../photos/a/0.jpg"
 
 
+def test_the_report_names_photographs_and_no_folders(case: Path, counted: Counted) -> None:
+    words = ("capture", "photos", "-o", "poses", "--template", "face.obj")
+    assert json.loads(printed_by(*words, "--json"))["written"][-1] == str(
+        Path("poses") / "report.html"
+    )
+    page = (case / "poses" / "report.html").read_text(encoding="utf-8")
+    assert "<h1>photos</h1>" in page
+    assert "elastomorph capture photos --output poses --template face.obj" in page
+    assert str(case) not in page
+    (case / "poses" / "report.html").unlink()
+    written = json.loads(printed_by(*words, "--no-report", "--json"))["written"]
+    assert not [name for name in written if name.endswith("html")]
+    assert not (case / "poses" / "report.html").exists()
+
+
 def test_cameras_need_no_template(case: Path, counted: Counted) -> None:
-    printed_by("capture", "photos", "-o", "cameras", "--to", "cameras")
+    printed_by("capture", "photos", "-o", "cameras", "--to", "cameras", "--no-report")
     assert [file.name for file in (case / "cameras").iterdir() if file.is_file()] == [
         "capture.json"
     ]

@@ -15,12 +15,12 @@ from parsed_page import Element, parsed
 from small_capture import SIZE, WALL, camera, capture, template
 
 from elastomorph.capture.captured import Captured
-from elastomorph.capture.surface import Surface
+from elastomorph.capture.registered import Registered
 from elastomorph.errors import FileError, FormatError
 from needs import MODULES, extra
 
 extra("embreex", "capture")
-extra("cv2", "capture")
+cv2 = extra("cv2", "capture")
 
 from elastomorph.report.capture import capture_page, write_capture_report  # noqa: E402
 from elastomorph.report.capture_pictures import (  # noqa: E402
@@ -156,10 +156,7 @@ def test_a_pose_is_drawn_where_its_photograph_shows_it(tmp_path: Path, radial: f
     made = capture(tmp_path, radial=radial)
     pose = "long & <b>"
     mesh, own = made.poses[pose], made.cameras[pose][0]
-    surface = Surface(mesh.vertices, mesh.faces.triangles())
-    image = pose_picture(
-        surface, mesh.edges, mesh.confidence, own, made.photographs[pose][own.name]
-    )
+    image = pose_picture(mesh, own, made.photographs[pose][own.name])
     width = (image.shape[1] - 16) // 3
     assert image.shape[1] == 3 * width + 16
     taken, over, painted = (image[:, k * (width + 8) :][:, :width].astype(int) for k in range(3))
@@ -169,7 +166,8 @@ def test_a_pose_is_drawn_where_its_photograph_shows_it(tmp_path: Path, radial: f
     assert (skin & drawn).sum() / (skin | drawn).sum() > 0.985
     lines = abs(over - taken).sum(axis=2) > 60
     assert lines.sum() > 0.02 * skin.sum()
-    assert (lines & skin).sum() > 0.97 * lines.sum()
+    wide = cv2.dilate(skin.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0  # as lines on it are
+    assert (lines & wide).sum() > 0.99 * lines.sum()
 
 
 def test_flagged_vertices_are_red_and_others_never() -> None:
@@ -182,18 +180,17 @@ def test_flagged_vertices_are_red_and_others_never() -> None:
 
 def test_the_camera_in_front_is_chosen(captured: Captured) -> None:
     """The one that faces most of what is trusted."""
-    mesh = captured.poses["rest"]
-    surface = Surface(mesh.vertices, mesh.faces.triangles())
-    cameras = captured.cameras["rest"]
-    assert frontal(cameras, surface, (mesh.vertices[:, 2] > 0.3).astype(float)).name == "1.jpg"
-    assert frontal(cameras, surface, (mesh.vertices[:, 0] < -0.5).astype(float)).name == "0.jpg"
+    mesh, cameras = captured.poses["rest"], captured.cameras["rest"]
+    front = Registered.of(mesh, mesh.vertices, (mesh.vertices[:, 2] > 0.3).astype(float))
+    side = Registered.of(mesh, mesh.vertices, (mesh.vertices[:, 0] < -0.5).astype(float))
+    assert frontal(cameras, front).name == "1.jpg"
+    assert frontal(cameras, side).name == "0.jpg"
 
 
 def test_cameras_are_drawn_around_the_head_where_they_stand() -> None:
     """A camera on the face's left is right of it from the front, and left of it from above too."""
-    head = Surface(template().vertices, template().faces.triangles())
-    red = (255, 0, 0)
-    image = camera_picture({"a": [camera("a", 50.0)]}, {"a": red}, head, (200, 200)).astype(int)
+    red, own = (255, 0, 0), [camera("a", 50.0)]
+    image = camera_picture({"a": own}, {"a": red}, template(), (200, 200)).astype(int)
     views = [image[:, k * 208 :][:, :200] for k in range(3)]
     for view, right in zip(views, (True, False, True), strict=True):
         marked = (view[..., 0] > 200) & (view[..., 1] < 120)
@@ -212,6 +209,23 @@ def test_cameras_alone_are_reported(captured: Captured) -> None:
     assert "Pose by pose" not in [each.text for each in root.all("h2")]
 
 
+def test_a_photograph_that_is_gone_leaves_its_pose_out(captured: Captured, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.jpg"
+    broken.write_text("no picture")
+    photographs = {
+        "rest": dict.fromkeys(captured.photographs["rest"], tmp_path / "gone.jpg"),
+        "long & <b>": dict.fromkeys(captured.photographs["long & <b>"], broken),
+    }
+    said: list[str] = []
+    page = capture_page(replace(captured, photographs=photographs), say=said.append)
+    root = parsed(page)
+    assert "rest is not shown: its photograph cannot be opened any more." in root.text
+    assert "long & <b> is not shown" in root.text
+    assert len(root.all("img")) == 1
+    assert str(tmp_path) not in page
+    assert sum("gone.jpg" in each or "broken.jpg" in each for each in said) == 2
+
+
 def test_nothing_measured_is_no_error(captured: Captured) -> None:
     page = capture_page(replace(captured, figures={}))
     assert "None: every photograph is used." in parsed(page).text
@@ -220,10 +234,8 @@ def test_nothing_measured_is_no_error(captured: Captured) -> None:
 def test_it_is_written_whole_or_not_at_all(captured: Captured, tmp_path: Path) -> None:
     with pytest.raises(FormatError, match=r"suffix \.html"):
         write_capture_report(captured, tmp_path / "a.txt")
-    gone = {pose: dict.fromkeys(own, tmp_path / "gone.jpg")
-            for pose, own in captured.photographs.items()}  # fmt: skip
-    with pytest.raises(FileError, match=r"gone\.jpg"):
-        write_capture_report(replace(captured, photographs=gone), tmp_path / "a.html")
+    with pytest.raises(FileError):
+        write_capture_report(captured, tmp_path / "none" / "a.html")
     assert not list(tmp_path.iterdir())
     write_capture_report(captured, tmp_path / "a.html")
     assert (tmp_path / "a.html").stat().st_size > 10_000
@@ -281,8 +293,6 @@ def test_pictures_are_no_larger_than_they_are_shown(captured: Captured) -> None:
     """Photographs of many pixels are made smaller before they are drawn on."""
     mesh = captured.poses["rest"]
     own = captured.cameras["rest"][1]
-    surface = Surface(mesh.vertices, mesh.faces.triangles())
-    file = captured.photographs["rest"][own.name]
-    image = pose_picture(surface, mesh.edges, mesh.confidence, own, file)
+    image = pose_picture(mesh, own, captured.photographs["rest"][own.name])
     assert image.shape[0] <= SIZE[1]
     assert image.shape[0] <= 570

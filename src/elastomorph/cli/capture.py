@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import completion
-from elastomorph.cli.output import Say, plain_table
+from elastomorph.cli.output import Say, command_line, plain_table
 from elastomorph.cli.verb import Answer, verb
 
 if TYPE_CHECKING:
     from elastomorph.capture.captured import Captured
+
+_REPORT = "report.html"
 
 Photos = Annotated[
     Path,
@@ -78,10 +80,17 @@ Working = Annotated[
         "output."
     ),
 ]
+Report = Annotated[
+    bool,
+    typer.Option(
+        help="Write report.html into the output: cameras, what agrees, poses over photographs."
+    ),
+]
 
 
 @verb
 def capture(
+    context: typer.Context,
     photos: Photos,
     output: Output,
     template: Template = None,
@@ -91,6 +100,7 @@ def capture(
     masks: Masks = None,
     to: To = "poses",
     working: Working = None,
+    report: Report = True,
     *,
     say: Say,
 ) -> Answer:
@@ -121,13 +131,20 @@ def capture(
     except KeyboardInterrupt:
         typer.echo("what was finished is kept: the same command goes on behind it", err=True)
         raise
-    return Answer(_facts(captured, output), lambda: _tell(captured, output))
+    if report:
+        from elastomorph.report.capture import write_capture_report
+
+        call = command_line(context)
+        name = photos.resolve().name
+        write_capture_report(captured, output / _REPORT, name=name, call=call, say=say)
+    return Answer(_facts(captured, output, report), lambda: _tell(captured, output))
 
 
-def _facts(captured: Captured, output: Path) -> dict[str, Any]:
+def _facts(captured: Captured, output: Path, report: bool) -> dict[str, Any]:
     from elastomorph.capture.captured import as_json
 
     written = [str(output / f"{pose}.obj") for pose in captured.poses]
+    written += [str(output / _REPORT)] * report
     return {"neutral": captured.neutral, **as_json(captured.figures), "written": written}
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 from elastomorph.capture.captured import Captured
 from elastomorph.capture.registered import FLAGGED
-from elastomorph.capture.surface import Surface
+from elastomorph.errors import FileError
 from elastomorph.evaluation.words import SPACE, counted
+from elastomorph.model.mesh import Mesh
 from elastomorph.report.capture_pictures import Shown, camera_picture, frontal, pose_picture
 from elastomorph.report.capture_tables import (
     agreement,
@@ -47,7 +48,7 @@ def write_capture_report(
 
     Raises:
         FormatError: The suffix is not .html.
-        FileError: The page cannot be written, or a photograph cannot be read any more.
+        FileError: The page cannot be written.
         MissingExtraError: The extra ``capture`` is not installed.
     """
     require_page_path(path)
@@ -64,16 +65,13 @@ def capture_page(
 ) -> str:
     """The page that `write_capture_report` writes; arguments and errors are the same."""
     sections = [_captured(captured, unit, call)]
-    surfaces = {
-        pose: Surface(mesh.vertices, mesh.faces.triangles())
-        for pose, mesh in captured.poses.items()
-    }
+    neutral = captured.poses.get(captured.neutral)
     if any(captured.cameras.values()):
         say("drawing cameras")
-        sections.append(_cameras(captured, surfaces.get(captured.neutral)))
+        sections.append(_cameras(captured, neutral))
     sections += [photographs_section(captured.figures), agreement(captured.figures)]
     if captured.poses:
-        sections.append(_poses(captured, surfaces, say))
+        sections.append(_poses(captured, say))
         sections.append(flagged_section(captured.poses))
     sections.append(times(captured.figures))
     taken = sum(map(len, captured.cameras.values()))
@@ -108,7 +106,7 @@ def _captured(captured: Captured, unit: str, call: str) -> Section:
     return Section("captured", "What was captured", content)
 
 
-def _cameras(captured: Captured, head: Surface | None) -> Section:
+def _cameras(captured: Captured, head: Mesh | None) -> Section:
     """Where the cameras stood, in three views."""
     every = {pose: own for pose, own in captured.cameras.items() if own}
     colours = {}
@@ -143,24 +141,26 @@ def _span(values: list[int]) -> str:
     return f"{low:,}" if low == high else f"{low:,} to {high:,}"
 
 
-def _poses(
-    captured: Captured, surfaces: Mapping[str, Surface], say: Callable[[str], None]
-) -> Section:
+def _poses(captured: Captured, say: Callable[[str], None]) -> Section:
     """Each pose through one of its cameras, with the template over it and its confidence."""
-    edges = captured.poses[captured.neutral].edges
-    pictures = []
+    pictures, left_out = [], []
     for pose, mesh in captured.poses.items():
         say(f"drawing {pose}")
-        surface, cameras = surfaces[pose], captured.cameras.get(pose, ())
+        cameras = captured.cameras.get(pose, ())
         if not cameras:
             continue
-        camera = frontal(cameras, surface, mesh.confidence)
-        file = captured.photographs[pose][camera.name]
+        camera = frontal(cameras, mesh)
+        try:
+            image = pose_picture(mesh, camera, captured.photographs[pose][camera.name])
+        except FileError as error:  # a report without one of its pictures is better than none
+            left_out.append(f"{pose} is not shown: its photograph cannot be opened any more")
+            say(str(error))
+            continue
         share = f"{100 * float(mesh.flagged.mean()):.1f}{SPACE}%"
         pictures.append(
             Shown(
                 pose,
-                pose_picture(surface, edges, mesh.confidence, camera, file),
+                image,
                 f"{pose} in the photograph {camera.name}: as it was taken, with the edges of the "
                 f"template over it, and the mesh painted with its confidence; {share} of the "
                 "vertices are flagged.",
@@ -168,4 +168,5 @@ def _poses(
                 f"{counted(int(mesh.flagged.sum()), 'vertex', 'vertices')}.",
             )
         )
-    return Section("poses", "Pose by pose", {"pictures": pictures, "least": f"{FLAGGED:g}"})
+    content = {"pictures": pictures, "left_out": left_out, "least": f"{FLAGGED:g}"}
+    return Section("poses", "Pose by pose", content)

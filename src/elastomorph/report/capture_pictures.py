@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera, View, open_view
-from elastomorph.capture.registered import FLAGGED
+from elastomorph.capture.registered import FLAGGED, Registered
 from elastomorph.capture.surface import Surface
 from elastomorph.draw.camera import Camera as Looking
+from elastomorph.draw.over_photographs import LINE, box_of, over_photograph
+from elastomorph.model.mesh import Mesh
 from elastomorph.report.images import Picture
 
 __all__ = ["Shown", "camera_picture", "confidence_colours", "frontal", "pose_picture"]
@@ -32,8 +34,7 @@ _PAPER = 255
 _QUALITY = 82
 _HEIGHT = 560  # of a pose in pixels
 _GAP = 8
-_MARGIN = 0.06
-_LINES, _FLAGGED_LINES = (40, 220, 205), (255, 60, 50)
+_FLAGGED_LINE = (1.0, 0.2, 0.15)
 _SIDES = {"front": (0.0, 0.0), "side": (90.0, 0.0), "above": (0.0, 89.0)}
 
 
@@ -66,33 +67,24 @@ def confidence_colours(confidence: NDArray[np.floating]) -> Points:
     return found
 
 
-def frontal(
-    cameras: Sequence[Camera], surface: Surface, confidence: NDArray[np.floating]
-) -> Camera:
+def frontal(cameras: Sequence[Camera], mesh: Registered) -> Camera:
     """The camera that most of what is to be trusted faces."""
+    normals = Surface(mesh.vertices, mesh.faces.triangles()).normals
 
     def faced(camera: Camera) -> float:
-        towards = camera.position - surface.vertices
+        towards = camera.position - mesh.vertices
         towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-        cosines = np.einsum("vi,vi->v", surface.normals, towards)
-        return float((np.maximum(cosines, 0) * confidence).sum())
+        cosines = np.einsum("vi,vi->v", normals, towards)
+        return float((np.maximum(cosines, 0) * mesh.confidence).sum())
 
     return max(cameras, key=faced)
 
 
-def pose_picture(
-    surface: Surface,
-    edges: NDArray[np.integer],
-    confidence: NDArray[np.floating],
-    camera: Camera,
-    photograph: Path,
-) -> Pixels:
+def pose_picture(mesh: Registered, camera: Camera, photograph: Path) -> Pixels:
     """Through one camera: the photograph, the template drawn over it, and the confidence.
 
     Args:
-        surface: The pose, (V, 3), in the frame of the camera.
-        edges: (E, 2) of the template's polygons.
-        confidence: (V,) from 0 to 1.
+        mesh: The pose, in the frame of the camera.
         camera: That took the photograph.
         photograph: Its file.
 
@@ -102,59 +94,26 @@ def pose_picture(
     Raises:
         FileError: The photograph cannot be read.
     """
+    surface = Surface(mesh.vertices, mesh.faces.triangles())
     view = _around(surface, camera, photograph)
-    over = _with_lines(view, surface, edges, confidence)
-    painted = _rendered(surface, view.camera, confidence_colours(confidence))
+    lines = np.where(mesh.flagged[:, None], _FLAGGED_LINE, LINE)
+    over = over_photograph(view, mesh, colours=lines)
+    painted = _rendered(surface, view.camera, confidence_colours(mesh.confidence))
     gap = np.full((len(painted), _GAP, 3), _PAPER, dtype=np.uint8)
     return np.concatenate([view.colour, gap, over, gap, painted], axis=1)
 
 
 def _around(surface: Surface, camera: Camera, photograph: Path) -> View:
     """The part of a photograph that shows a pose, made as small as it is shown."""
-    pixels, depths = camera.project(surface.vertices)
-    seen = pixels[(depths > 0) & camera.inside(pixels)]
-    if not len(seen):
-        seen = np.array([[0.0, 0.0], np.array(camera.size) - 1.0])
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    edge = _MARGIN * (high - low).max()
-    scale = min(1.0, _HEIGHT / max(float(high[1] - low[1] + 2 * edge), 1.0))
+    _, top, _, bottom = box_of(camera, surface.vertices)
+    scale = min(1.0, _HEIGHT / (bottom - top))
     view = open_view(camera, photograph, scale=scale)
-    last = np.array(view.camera.size)
-    x, y = np.clip(np.floor((low - edge) * scale), 0, last - 1).astype(int)
-    right, bottom = np.clip(np.ceil((high + edge) * scale), [x + 1, y + 1], last).astype(int)
+    left, top, right, bottom = box_of(view.camera, surface.vertices)
     part = replace(
-        view.camera,
-        size=(int(right - x), int(bottom - y)),
-        centre=view.camera.centre - np.array([x, y]),
+        view.camera, size=(right - left, bottom - top), centre=view.camera.centre - [left, top]
     )
-    colour = np.ascontiguousarray(view.colour[y:bottom, x:right])
-    return View(part, colour, np.ascontiguousarray(view.grey[y:bottom, x:right]), None)
-
-
-def _with_lines(
-    view: View, surface: Surface, edges: NDArray[np.integer], confidence: NDArray[np.floating]
-) -> Pixels:
-    """The photograph with the edges that its camera sees; those of flagged vertices in red."""
-    import cv2
-
-    extent = float(np.ptp(surface.vertices, axis=0).max())
-    seen, _ = surface.visible(
-        view.camera,
-        surface.vertices,
-        surface.normals,
-        least_cosine=0.05,
-        tolerance=2e-3 * extent,
-        border=-1e9,
-    )
-    shown = edges[seen[edges].all(axis=1)]
-    pixels, _ = view.camera.project(surface.vertices)
-    flagged = (np.asarray(confidence) < FLAGGED)[shown].any(axis=1)
-    found = view.colour.copy()
-    lines = found.copy()
-    for some, colour in ((~flagged, _LINES), (flagged, _FLAGGED_LINES)):
-        ends = np.rint(pixels[shown[some]] * 16).astype(np.int32)
-        cv2.polylines(lines, list(ends), False, colour, 1, cv2.LINE_AA, 4)
-    return np.asarray(cv2.addWeighted(found, 0.45, lines, 0.55, 0.0), dtype=np.uint8)
+    colour = np.ascontiguousarray(view.colour[top:bottom, left:right])
+    return View(part, colour, np.ascontiguousarray(view.grey[top:bottom, left:right]), None)
 
 
 def _rendered(surface: Surface, camera: Camera, colours: Points) -> Pixels:
@@ -171,7 +130,7 @@ def _rendered(surface: Surface, camera: Camera, colours: Points) -> Pixels:
 def camera_picture(
     cameras: Mapping[str, Sequence[Camera]],
     colours: Mapping[str, tuple[int, int, int]],
-    head: Surface | None,
+    mesh: Mesh | None,
     size: tuple[int, int] = (420, 420),
 ) -> Pixels:
     """Where the cameras of all poses stood, from the front, the side and above.
@@ -179,13 +138,15 @@ def camera_picture(
     Args:
         cameras: Of each pose, in one frame.
         colours: Red, green and blue of each pose, from 0 to 255.
-        head: The neutral; without one the cameras are turned so that up is up.
+        mesh: The neutral; without one the cameras are turned so that up is up.
         size: Of one of the three views in pixels.
     """
     every = [camera for own in cameras.values() for camera in own]
-    middle = np.zeros(3) if head is None else head.vertices.mean(axis=0)
-    turn = np.eye(3)
-    if head is None:
+    turn, head = np.eye(3), None
+    if mesh is not None:
+        middle = mesh.vertices.mean(axis=0)
+        head = Surface(mesh.vertices - middle, mesh.faces.triangles())
+    else:
         middle = np.mean([_ahead(camera, every) for camera in every], axis=0)
         turn = _upright(every, middle)
     reach = float(np.median([np.linalg.norm(c.position - middle) for c in every]))
@@ -196,7 +157,6 @@ def camera_picture(
     }
     cloud = np.concatenate([own.reshape(-1, 3) for own in frusta.values()])
     if head is not None:
-        head = Surface(head.vertices - middle, head.triangles)
         cloud = np.concatenate([cloud, head.vertices])
     views = []
     for side in _SIDES.values():
