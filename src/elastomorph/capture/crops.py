@@ -12,8 +12,8 @@ from elastomorph.capture.camera import Camera, View
 
 Points = NDArray[np.float64]
 
-# Pixels around the head that are kept, and the least that a side has to have.
-_BORDER, _LEAST = 24, 48
+# Pixels around the head that are kept, and the least that the head itself has to have.
+_BORDER, _LEAST = 24, 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,12 @@ class Crop:
         pixels = pixels[depths > 0]
         if not len(pixels):
             return None
-        low = np.maximum(np.floor(pixels.min(axis=0)) - _BORDER, 0).astype(int)
-        high = np.minimum(np.ceil(pixels.max(axis=0)) + _BORDER, view.camera.size).astype(int)
-        width, height = (int(side) for side in high - low)
-        if min(width, height) < _LEAST:
+        start, stop = np.floor(pixels.min(axis=0)), np.ceil(pixels.max(axis=0)) + 1
+        if (np.minimum(stop, view.camera.size) - np.maximum(start, 0) < _LEAST).any():
             return None
+        low = np.maximum(start - _BORDER, 0).astype(int)
+        high = np.minimum(stop + _BORDER, view.camera.size).astype(int)
+        width, height = (int(side) for side in high - low)
         part = np.s_[low[1] : high[1], low[0] : high[0]]
         camera = replace(view.camera, size=(width, height), centre=view.camera.centre - low)
         # Copies, so that the photograph itself need not stay in memory.

@@ -24,6 +24,7 @@ from elastomorph.capture.landmarks import fit_landmarks
 from elastomorph.capture.parts import Parts
 from elastomorph.capture.stereo import offsets_from, pairs_of
 from elastomorph.capture.surface import Surface
+from elastomorph.capture.typical_face import typical_face
 from elastomorph.errors import CaptureError
 
 __all__ = ["NeutralSurface", "Say", "neutral_surface"]
@@ -64,6 +65,30 @@ class _Round:
     bending: float
 
 
+@dataclass(frozen=True)
+class _Step:
+    """How the template is drawn to points. Lengths are parts of the face.
+
+    Attributes:
+        reach: farther points do nothing.
+        width: of the robust weight of a distance.
+        landmarks: their weight.
+        arap: stiffness.
+        bending: stiffness.
+    """
+
+    reach: float
+    width: float
+    landmarks: float
+    arap: float
+    bending: float
+
+
+_STEPS = (
+    _Step(0.5, 0.1, 3.0, 0.02, 1.0),
+    _Step(0.15, 0.05, 1.0, 0.02, 0.3),
+    _Step(0.1, 0.02, 0.3, 0.01, 0.05),
+)
 _ROUNDS = (_Round(60, 0.12, 0.05), _Round(120, 0.06, 0.02), _Round(240, 0.04, 0.01))
 _ARAP = 0.005
 # Pixels: the median deviation up to which observations agree, and the width of their mean.
@@ -71,6 +96,9 @@ _DEVIATION, _WIDTH = 0.8, 0.45
 _FEWEST, _EACH = 3, 2
 # Most weight of a vertex: many pairs share their errors.
 _MOST_WEIGHT = 1.5
+# Parts of the face from landmarks within which points of the cameras are looked at first. Once
+# the face is in place, the template stands nearer to a scalp than the hair on it does.
+_FROM_LANDMARKS = 0.8
 # Part of the face that may stand before a vertex without hiding it.
 _BEFORE = 0.015
 
@@ -117,6 +145,7 @@ class _Neutral:
         say: Say,
     ) -> None:
         names = [name for name in landmarks if name in places]
+        typical_face({name: template[landmarks[name]] for name in landmarks}, "the template")
         marked = {name: template[landmarks[name]] for name in names}
         rest = fit_landmarks(marked, places, "the photographs")(template)
         self.say = say
@@ -154,16 +183,17 @@ class _Neutral:
         return NeutralSurface(vertices, covered, spreads)
 
     def _to_cloud(self) -> None:
-        steps = ((0.1, 3.0, 0.02, 1.0), (0.06, 1.0, 0.02, 0.3), (0.02, 0.3, 0.01, 0.05))
-        for step, (width, marks, arap, bending) in enumerate(steps):
+        """Draw the skin to the points of the cameras: first the face, then what is around it."""
+        near = _distances(self.cloud, self.goals) < _FROM_LANDMARKS * self.face
+        for number, step in enumerate(_STEPS):
+            points = self.cloud[near] if number == 0 else self.cloud
             shown = self._shown()
             for turn in range(3):
-                self.say("the template to the cameras' points", (3 * step + turn) / 9)
-                drawn = to_points(
-                    self._own(), self.cloud, shown, width=width * self.face, reach=0.5 * self.face
-                )
-                terms = _sum(drawn, self._landmarks(marks))
-                self._solve(terms, arap=arap, bending=bending, rounds=3)
+                self.say("the template to the cameras' points", (3 * number + turn) / 9)
+                width, reach = step.width * self.face, step.reach * self.face
+                drawn = to_points(self._own(), points, shown, width=width, reach=reach)
+                terms = _sum(drawn, self._landmarks(step.landmarks))
+                self._solve(terms, arap=step.arap, bending=step.bending, rounds=3)
 
     def _by_stereo(self) -> tuple[NDArray[np.int64], Points]:
         """Move the skin to where photographs agree: how many do at each vertex, and how well."""
@@ -284,6 +314,13 @@ def _near(cloud: Points, rest: Points, face: float) -> NDArray[np.bool_]:
     """(N,) which points are in the box of the placed template, and half a face around it."""
     low, high = rest.min(axis=0) - face / 2, rest.max(axis=0) + face / 2
     return np.asarray(((cloud > low) & (cloud < high)).all(axis=1))
+
+
+def _distances(points: Points, others: Points) -> Points:
+    """(N,) from (N, 3) points to the nearest of (M, 3) others."""
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(others).query(points)[0])
 
 
 def _sum(
