@@ -19,6 +19,7 @@ from elastomorph.capture.camera import Camera
 from elastomorph.capture.observations import (
     Observations,
     disagreement,
+    photographs,
     residuals,
 )
 from elastomorph.capture.surface import Surface
@@ -40,7 +41,7 @@ def spreads(cameras: Sequence[Camera], vertices: Points, seen: Observations) -> 
         change = camera.jacobian(vertices[seen.vertices[mine]])
         own = np.einsum("nji,njk,nkl->nil", change, seen.information[mine], change)
         np.add.at(information, seen.vertices[mine], own)
-    views = np.bincount(seen.vertices, minlength=count)
+    views = photographs(seen, count)
     off = disagreement(residuals(cameras, vertices, seen), seen.information)
     excess = np.bincount(seen.vertices, off, count) / np.maximum(2 * views - 3, 1)
     found = np.full(count, np.inf)

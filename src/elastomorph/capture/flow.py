@@ -23,6 +23,8 @@ Single = NDArray[np.float32]
 
 # Pixels of the Gaussian in which neutral and pose are correlated.
 _WINDOW = 3.0
+# Side of the square around a pixel, and the part of it that has to be known.
+_BOX, _AROUND = 9, 0.85
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +78,14 @@ def correlated(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> Single:
     product = smooth(a * b) - mean_a * mean_b
     found = product / np.sqrt(np.maximum(own_a, 2) * np.maximum(own_b, 2))
     return np.asarray(found, dtype=np.float32)
+
+
+def around(known: NDArray[np.bool_]) -> Single:
+    """(H, W) which part of the surroundings of each pixel is known."""
+    import cv2
+
+    found: Any = cv2.boxFilter(known.astype(np.float32), -1, (_BOX, _BOX))
+    return np.asarray(found)
 
 
 class Flow:
@@ -137,7 +147,7 @@ def missed(
     neutral: Points,
     sources: list[tuple[View, Single, NDArray[np.bool_]]],
     seen: tuple[NDArray[np.bool_], Points],
-    least: float,
+    least: tuple[float, float],
 ) -> list[Observations]:
     """Where one photograph of a pose shows the vertices, by each of some neutral photographs.
 
@@ -148,7 +158,8 @@ def missed(
         neutral: (V, 3) the neutral's vertices.
         sources: neutral views, their depths and (V,) which vertices they see.
         seen: (V,) which vertices the photograph sees, and their cosines.
-        least: correlation below which nothing is believed.
+        least: correlation below which nothing is believed, and pixels by which the way back may
+            miss.
     """
     rows, columns = cropped(view.camera, posed.vertices)
     target = np.ascontiguousarray(view.grey[rows, columns])
@@ -166,9 +177,9 @@ def missed(
         there, back, alike = flow.between(warp.picture, target)
         both = np.flatnonzero(seen[0] & known)
         at = (pixels[both] - corner).astype(np.float32)
-        maps = np.dstack([there, back, alike, warp.known.astype(np.float32)])
+        maps = np.dstack([there, back, alike, around(warp.known)])
         values = sampled(maps, at)
-        good = (values[:, 3] > least) & (values[:, 2] < 0.7) & (values[:, 4] > 0.6)
+        good = (values[:, 3] > least[0]) & (values[:, 2] < least[1]) & (values[:, 4] > _AROUND)
         both, values = both[good], values[good]
         weight = values[:, 3] * seen[1][both]
         found.append(

@@ -50,6 +50,18 @@ class Observations:
         return Observations(*(getattr(self, field.name)[which] for field in fields(self)))
 
 
+def photographs(seen: Observations, count: int) -> NDArray[np.int64]:
+    """(V,) in how many photographs each of `count` vertices was seen."""
+    width = 1 + int(seen.views.max(initial=0))
+    pairs = np.unique(seen.vertices * width + seen.views)
+    return np.bincount(pairs // width, minlength=count)
+
+
+def supported(seen: Observations, count: int, fewest: int) -> Observations:
+    """Those of vertices that so many photographs show: one alone may be wrong."""
+    return seen.chosen(photographs(seen, count)[seen.vertices] >= fewest)
+
+
 def residuals(cameras: Sequence[Camera], vertices: Points, seen: Observations) -> Points:
     """(N, 2) pixels from where the vertices are to where they were seen."""
     off = np.zeros((len(seen.views), 2))

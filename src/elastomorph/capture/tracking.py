@@ -21,7 +21,7 @@ from elastomorph.capture.confidence import confidences, expected_errors, spreads
 from elastomorph.capture.deformation import Deformation
 from elastomorph.capture.flow import missed, nearest_views
 from elastomorph.capture.matches import Matches, consistent
-from elastomorph.capture.observations import Observations, normal_equations
+from elastomorph.capture.observations import Observations, normal_equations, photographs, supported
 from elastomorph.capture.patches import shifted
 from elastomorph.capture.reference import Level, Reference, masked, resized
 from elastomorph.capture.sampling import prepared
@@ -32,7 +32,8 @@ Points = NDArray[np.float64]
 Say = Callable[[str, float], None]
 
 # Pixels that D is long at, and correlation that is asked for, in each turn.
-_FLOWS = ((330.0, 2, 0.4, 6.0), (650.0, 1, 0.5, 5.0))
+_FLOWS = ((330.0, 2), (330.0, 2), (330.0, 2), (650.0, 2))
+_FLOW_LEAST, _FLOW_ROBUST = (0.5, 0.7), 4.0
 _PATCHES = (
     (650.0, 0.5, 6.0),
     (650.0, 0.5, 5.0),
@@ -41,8 +42,16 @@ _PATCHES = (
     (1300.0, 0.5, 4.0),
 )
 # Stiffness beside observations of one pixel² (flow) and of their own spread (patches).
-_FLOW_STIFFNESS = ((0.02, 0.2), (0.01, 0.08))
+_FLOW_STIFFNESS = (0.02, 0.2)
 _PATCH_STIFFNESS = (0.1, 0.5)
+# Photographs that have to show a vertex to be believed.
+_FLOW_SUPPORT, _PATCH_SUPPORT = 3, 2
+# Reach of matches, in D, and how much the surface resists bending, in the turns of the beginning.
+_BEGINNING = ((0.1, 0.5), (0.03, 0.5), (0.015, 0.2), (0.01, 0.2), (0.01, 0.2))
+# Weight of a match beside observations, and its reach in pixels.
+_ANCHORED, _ANCHOR_REACH = 1.0, 2.0
+# Of D: how far from the surface of the neutral a point of its skin may be.
+_OFF_SURFACE = 0.01
 # Fewest photographs and matches with which a pose can be followed.
 _FEWEST_VIEWS, _FEWEST_MATCHES = 3, 12
 
@@ -90,35 +99,39 @@ def follow(
             f"a pose is followed in at least {_FEWEST_VIEWS} photographs, found {len(views)}"
         )
     vertices = reference.surface.vertices if start is None else start
-    if matches is not None:
-        vertices = begun(reference, vertices, matches)
+    anchors = Anchors.of(reference, vertices, matches)
+    vertices = begun(reference, vertices, anchors)
+    deformation = reference.deformation.around(vertices)
     turns = len(_FLOWS) + len(_PATCHES)
-    for turn, ((head, sources, least, robust), stiffness) in enumerate(
-        zip(_FLOWS, _FLOW_STIFFNESS, strict=True)
-    ):
+    for turn, (head, sources) in enumerate(_FLOWS):
         say("optical flow", turn / turns)
         level, small = _at(reference, views, head)
-        seen = by_flow(level, small, vertices, least, sources)
-        vertices = settled(reference.deformation, level, small, vertices, seen, robust, stiffness)
+        seen = by_flow(level, small, vertices, _FLOW_LEAST, sources)
+        vertices = settled(
+            deformation, level, small, vertices, seen, _FLOW_ROBUST, _FLOW_STIFFNESS, anchors
+        )
+    # What only the flow reaches stays where that has it.
+    deformation = reference.deformation.around(vertices)
     for turn, (head, least, robust) in enumerate(_PATCHES, start=len(_FLOWS)):
         say("patches", turn / turns)
         level, small = _at(reference, views, head)
         seen = by_patches(level, small, vertices, reference.deformation.rotations(vertices), least)
         vertices = settled(
-            reference.deformation,
+            deformation,
             level,
             small,
             vertices,
             seen,
             robust,
             _PATCH_STIFFNESS,
+            anchors,
             level.patches.mixing,
         )
     spread = spreads([view.camera for view in small], vertices, seen)
     errors = expected_errors(reference.surface, spread, reference.extent)
     return TrackedPose(
         vertices,
-        np.bincount(seen.vertices, minlength=len(vertices)),
+        photographs(seen, len(vertices)),
         spread,
         confidences(errors, reference.extent),
     )
@@ -130,31 +143,62 @@ def _at(reference: Reference, views: Sequence[View], head: float) -> tuple[Level
     return reference.level(scale), [resized(view, scale) for view in views]
 
 
-def begun(reference: Reference, start: Points, matches: Matches) -> Points:
+@dataclass(frozen=True, eq=False)
+class Anchors:
+    """Points of the surface whose places matches tell.
+
+    Attributes:
+        corners: (N, 3) vertices of the triangle that each lies in.
+        weights: (N, 3) of those.
+        goals: (N, 3) where they are in the pose.
+    """
+
+    corners: NDArray[np.int64]
+    weights: Points
+    goals: Points
+
+    @classmethod
+    def of(cls, reference: Reference, start: Points, matches: Matches | None) -> Anchors:
+        """Those of the matches that lie on the neutral and agree with their neighbours.
+
+        Raises:
+            CaptureError: there are matches, but too few of them are left.
+        """
+        if matches is None:
+            return cls(np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3)), np.zeros((0, 3)))
+        surface, extent = reference.surface, reference.extent
+        closest = surface.closest(matches.neutral)
+        corners = surface.triangles[closest.triangles]
+        expected = np.einsum("ni,nij->nj", closest.weights, start[corners])
+        lift = matches.neutral - closest.points
+        good = closest.distances < _OFF_SURFACE * extent
+        good[good] = consistent(matches.chosen(good), (expected + lift)[good], extent)
+        if np.count_nonzero(good) < _FEWEST_MATCHES:
+            raise CaptureError(
+                f"{np.count_nonzero(good)} points of the skin were found both in the neutral and "
+                f"in the pose, expected at least {_FEWEST_MATCHES}: are both of one person, "
+                "sharp, and lit alike?"
+            )
+        return cls(corners[good], closest.weights[good], (matches.pose - lift)[good])
+
+    def equations(self, vertices: Points, weight: float, robust: float) -> tuple[Points, Points]:
+        """(V, 3, 3) A and (V, 3) b that pull the vertices; beyond `robust`, a length, less."""
+        quadratic, linear = np.zeros((len(vertices), 3, 3)), np.zeros_like(vertices)
+        off = self.goals - np.einsum("ni,nij->nj", self.weights, vertices[self.corners])
+        pull = weight / (1 + (off**2).sum(axis=1) / robust**2) ** 2
+        shares = self.weights * pull[:, None]
+        for corner, share in zip(self.corners.T, shares.T, strict=True):
+            np.add.at(quadratic, corner, share[:, None, None] * np.eye(3))
+            np.add.at(linear, corner, share[:, None] * (vertices[corner] + off))
+        return quadratic, linear
+
+
+def begun(reference: Reference, start: Points, anchors: Anchors) -> Points:
     """(V, 3) the surface as matches alone have it, begun at another pose."""
-    surface, extent = reference.surface, reference.extent
-    closest = surface.closest(matches.neutral)
-    corners = surface.triangles[closest.triangles]
-    on_start = np.einsum("ni,nij->nj", closest.weights, start[corners])
-    lift = matches.neutral - closest.points
-    good = closest.distances < 0.01 * extent
-    good[good] = consistent(matches.chosen(good), (on_start + lift)[good], extent)
-    if np.count_nonzero(good) < _FEWEST_MATCHES:
-        raise CaptureError(
-            f"{np.count_nonzero(good)} points of the skin were found both in the neutral and in "
-            f"the pose, expected at least {_FEWEST_MATCHES}: are both of one person, sharp, and "
-            "lit alike?"
-        )
-    goal, corners, weights = (matches.pose - lift)[good], corners[good], closest.weights[good]
     deformation = reference.deformation.around(start)
     vertices = start
-    for robust, bending in ((0.1, 0.5), (0.03, 0.5), (0.015, 0.2), (0.01, 0.2), (0.01, 0.2)):
-        off = goal - np.einsum("ni,nij->nj", weights, vertices[corners])
-        pull = 1 / (1 + (off**2).sum(axis=1) / (robust * extent) ** 2) ** 2
-        quadratic, linear = np.zeros((len(start), 3, 3)), np.zeros_like(start)
-        for corner, weight in zip(corners.T, (weights * pull[:, None]).T, strict=True):
-            np.add.at(quadratic, corner, weight[:, None, None] * np.eye(3))
-            np.add.at(linear, corner, weight[:, None] * (vertices[corner] + off))
+    for robust, bending in _BEGINNING if len(anchors.corners) else ():
+        quadratic, linear = anchors.equations(vertices, 1.0, robust * reference.extent)
         vertices = deformation.solve(vertices, quadratic, linear, arap=0.02, bending=bending)
     return vertices
 
@@ -167,6 +211,7 @@ def settled(
     seen: Observations,
     robust: float,
     stiffness: tuple[float, float],
+    anchors: Anchors,
     mixing: Any = None,
 ) -> Points:
     """(V, 3) where the vertices are after a step or two towards what was seen."""
@@ -175,14 +220,20 @@ def settled(
         quadratic, linear = normal_equations(
             cameras, vertices, seen, unit=level.pixel, robust=robust, mixing=mixing
         )
+        held, pull = anchors.equations(vertices, _ANCHORED, _ANCHOR_REACH * level.pixel)
         vertices = deformation.solve(
-            vertices, quadratic, linear, arap=stiffness[0], bending=stiffness[1], rounds=2
+            vertices,
+            quadratic + held,
+            linear + pull,
+            arap=stiffness[0],
+            bending=stiffness[1],
+            rounds=2,
         )
     return vertices
 
 
 def by_flow(
-    level: Level, views: Sequence[View], vertices: Points, least: float, sources: int
+    level: Level, views: Sequence[View], vertices: Points, least: tuple[float, float], sources: int
 ) -> Observations:
     """What optical flow from some photographs of the neutral into each of the pose shows."""
     neutral = level.surface.vertices
@@ -195,7 +246,7 @@ def by_flow(
         near = nearest_views(cameras, neutral.mean(axis=0), view.camera, vertices.mean(axis=0))
         taken = [(level.views[i], level.depths[i], level.seen[0][i]) for i in near[:sources]]
         found += missed(number, view, posed, neutral, taken, (seen, cosines), least)
-    return Observations.join(found)
+    return supported(Observations.join(found), len(vertices), _FLOW_SUPPORT)
 
 
 def by_patches(
@@ -246,4 +297,4 @@ def by_patches(
                 got.likeness[good],
             )
         )
-    return Observations.join(found)
+    return supported(Observations.join(found), len(vertices), _PATCH_SUPPORT)
