@@ -45,8 +45,7 @@ def capture(
         photos: A folder with a folder of photographs for each pose, or one with all of them, named
             by pose and number (``smile_01.jpg``); or pose → photographs. Poses are in the order of
             the movement.
-        template: A mesh, its file, a rig (its neutral), or ``built-in``. Without one only cameras
-            are found.
+        template: A mesh, its file, a rig (its neutral), or ``built-in``; not needed for cameras.
         output: Folder for ``POSE.obj``, ``confidence.npz`` and ``capture.json``; made if missing.
         neutral: Name of its pose; by default with "neutral" in its name, else the first.
         landmarks: On the template and in photographs of the neutral, or their file; by default
@@ -54,7 +53,7 @@ def capture(
         rig: ``walking``: cameras stand elsewhere for each pose. ``fixed``: they stay, and names or
             numbers of photographs tell which took which.
         masks: Folder of masks named as the photographs, white where the face is.
-        to: Stop after ``cameras`` or the ``neutral``; all ``poses`` by default.
+        to: ``cameras``, ``neutral`` or ``poses``: what to stop after.
         working: Folder of what stages leave; ``.capture`` in the output by default.
         say: Told what is being done, with the time left.
 
