@@ -92,7 +92,8 @@ def test_a_wheel_holds_the_package_and_its_pages_only(wheel: Path) -> None:
         if path.is_file() and "__pycache__" not in path.parts
     }
     assert {name for name in names if not name.startswith(info)} == source
-    pages = {"viewer/page/index.html", "report/templates/page.html", "report/templates/page.css"}
+    pages = {"viewer/landmarks_page/index.html", "viewer/page/index.html"}
+    pages |= {"report/templates/page.html", "report/templates/page.css"}
     pages |= {"character/templates/elastomorph.toml"}
     assert {f"elastomorph/{name}" for name in ("py.typed", "samples/head.npz", *pages)} <= names
     assert f"{info}/licenses/LICENSE" in names
