@@ -24,7 +24,7 @@ from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmark_task import landmark_task, solved_cameras
 from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
-from elastomorph.viewer.surfaces import pack_surface
+from elastomorph.viewer.surfaces import PackedSurface, pack_surface
 
 FILE = {"version": 1, "vertices": {"chin": 3}, "photographs": {}, "points": {}}
 
@@ -245,6 +245,19 @@ def test_what_cannot_be_shown_is_refused(tmp_path: Path, photos: Path) -> None:
         landmark_task([tmp_path / "points.ply"])
     with pytest.raises(em.FormatError, match="chin is vertex 99,999"):
         landmark_task(template="built-in", known=Landmarks(vertices={"chin": 99_999}))
+
+
+def test_a_scan_has_the_colours_of_its_vertices(tmp_path: Path) -> None:
+    (tmp_path / "scan.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n3 0 1 2\n"
+    )
+    (place,) = landmark_task([tmp_path / "scan.ply"]).places
+    assert isinstance(place.content, PackedSurface)
+    found = unpacked(place.content.content)[1]["colours"]
+    np.testing.assert_array_equal(found[:, :3], np.arange(1, 10).reshape(3, 3))
 
 
 def test_a_surface_is_packed_about_its_middle(tetrahedron: em.Mesh) -> None:

@@ -16,6 +16,7 @@ from elastomorph.capture.stages import WorkingFolder
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.obj.looks import with_looks
+from elastomorph.io.ply import read_ply_colours
 from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, known_suffixes, read
 from elastomorph.model.mesh import Mesh
 from elastomorph.viewer.surfaces import PackedSurface, pack_surface
@@ -160,7 +161,11 @@ def solved_cameras(working: str | Path) -> dict[str, tuple[Camera, ...]]:
 
 def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[LandmarkPlace]:
     if not is_folder(path):
-        return [LandmarkPlace("scan", path.name, "", pack_surface(_scan(path), edges=False))]
+        mesh = _scan(path)
+        painted = path.suffix.lower() == ".ply" and len(mesh.faces) > 0
+        colours = read_ply_colours(path) if painted else None
+        content = pack_surface(mesh, edges=False, colours=colours)
+        return [LandmarkPlace("scan", path.name, "", content)]
     solved = {(pose, camera.name): camera for pose, own in cameras.items() for camera in own}
     return [
         LandmarkPlace("photograph", file.name, pose, file, solved.get((pose, file.name)))

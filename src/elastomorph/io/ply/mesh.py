@@ -5,7 +5,7 @@ Nothing is allocated for rows that the rest of the file could not hold.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -19,11 +19,13 @@ from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import Mesh, Source
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["read_ply", "write_ply"]
+__all__ = ["Column", "Wanted", "columns_of", "read_ply", "require_surface", "write_ply"]
 
 _AXES = ("x", "y", "z")
 _CORNERS = ("vertex_indices", "vertex_index")
-_WANTED = {"vertex": _AXES, "face": _CORNERS}
+Wanted = Mapping[str, tuple[str, ...]]
+"""Names of properties, by their element."""
+_SURFACE: Wanted = {"vertex": _AXES, "face": _CORNERS}
 Encoding = Literal["ascii", "binary_little_endian", "binary_big_endian"]
 ByteOrder = Literal["big", "little"]
 _LARGEST_INDEX = int(np.iinfo(np.int32).max)
@@ -33,12 +35,9 @@ def read_ply(path: str | Path) -> Mesh:
     """The mesh in a PLY file."""
     content = read_bytes(path)
     header = read_header(path, content)
-    _require_mesh(path, header)
-    read = _binary_columns if header.order else _ascii_columns
-    columns: dict[str, _Column] = {}
-    for name, column in read(path, content, header):
-        columns.setdefault(name, column)
-    nothing = _Column(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+    require_surface(path, header)
+    columns = columns_of(path, content, header, _SURFACE)
+    nothing = Column(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
     faces = next((columns[name] for name in _CORNERS if name in columns), nothing)
     indices = faces.values
     if indices.size and (int(indices.min()) < 0 or int(indices.max()) > _LARGEST_INDEX):
@@ -51,17 +50,29 @@ def read_ply(path: str | Path) -> Mesh:
         )
 
 
-class _Column(NamedTuple):
+class Column(NamedTuple):
     """A property of all rows: the numbers of all lists, and the (rows,) length of each; or ones."""
 
     values: NDArray[Any]
     sizes: NDArray[np.int64]
 
 
-Columns = Iterator[tuple[str, _Column]]
+Columns = Iterator[tuple[str, Column]]
 
 
-def _require_mesh(path: str | Path, header: PlyHeader) -> None:
+def columns_of(
+    path: str | Path, content: bytes, header: PlyHeader, wanted: Wanted
+) -> dict[str, Column]:
+    """The wanted properties by name, the first of each."""
+    read = _binary_columns if header.order else _ascii_columns
+    columns: dict[str, Column] = {}
+    for name, column in read(path, content, header, wanted):
+        columns.setdefault(name, column)
+    return columns
+
+
+def require_surface(path: str | Path, header: PlyHeader) -> None:
+    """Refuse a header without vertices, or with polygons that are none."""
     elements = {own.name: own for own in reversed(header.elements) if own.length}
     first = next((own for own in header.elements if own.name == "vertex"), None)
     if first is None or not first.length:
@@ -84,13 +95,13 @@ def _require_mesh(path: str | Path, header: PlyHeader) -> None:
             )
 
 
-def _wanted(element: Element) -> dict[int, str]:
-    """The name of each property that a mesh needs, by its place."""
-    places = {element.place(name): name for name in _WANTED.get(element.name, ())}
+def _places(element: Element, wanted: Wanted) -> dict[int, str]:
+    """The name of each property that is wanted, by its place."""
+    places = {element.place(name): name for name in wanted.get(element.name, ())}
     return {place: name for place, name in places.items() if place is not None}
 
 
-def _ascii_columns(path: str | Path, content: bytes, header: PlyHeader) -> Columns:
+def _ascii_columns(path: str | Path, content: bytes, header: PlyHeader, wanted: Wanted) -> Columns:
     text = content[header.size :].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     lines = enumerate(map(bytes.split, text.split(b"\n")), start=header.lines + 1)
     rows = [(line, words) for line, words in lines if words]
@@ -106,7 +117,7 @@ def _ascii_columns(path: str | Path, content: bytes, header: PlyHeader) -> Colum
                 f"{len(own):,} lines are left; the file was cut off or its header is wrong",
             )
         first += element.length
-        yield from _columns_of_lines(path, element, own)
+        yield from _columns_of_lines(path, element, own, _places(element, wanted))
     if first < len(rows):
         raise FormatError(
             path, "there are more lines than the header announces", line=rows[first][0]
@@ -114,9 +125,11 @@ def _ascii_columns(path: str | Path, content: bytes, header: PlyHeader) -> Colum
 
 
 def _columns_of_lines(
-    path: str | Path, element: Element, rows: list[tuple[int, list[bytes]]]
+    path: str | Path,
+    element: Element,
+    rows: list[tuple[int, list[bytes]]],
+    wanted: dict[int, str],
 ) -> Columns:
-    wanted = _wanted(element)
     values: dict[int, list[float]] = {j: [] for j in wanted}
     sizes: dict[int, list[int]] = {j: [] for j in wanted}
     parse = [float if p.kind.kind == "f" else int for p in element.properties]
@@ -147,12 +160,12 @@ def _columns_of_lines(
     try:
         for j, name in wanted.items():
             kind = "f8" if parse[j] is float else "i8"
-            yield name, _Column(np.array(values[j], kind), np.array(sizes[j], np.int64))
+            yield name, Column(np.array(values[j], kind), np.array(sizes[j], np.int64))
     except OverflowError:
         raise FormatError(path, f"a number of '{element.name}' is too large") from None
 
 
-def _binary_columns(path: str | Path, content: bytes, header: PlyHeader) -> Columns:
+def _binary_columns(path: str | Path, content: bytes, header: PlyHeader, wanted: Wanted) -> Columns:
     position = header.size
     order: ByteOrder = "big" if header.order == ">" else "little"
     for element in header.elements:
@@ -169,18 +182,18 @@ def _binary_columns(path: str | Path, content: bytes, header: PlyHeader) -> Colu
             )
         if not element.properties or not element.length:
             continue
-        wanted = _wanted(element)
+        places = _places(element, wanted)
         table = _alike_rows(path, content, position, element, order)
         if table is not None:
             position += table.nbytes
-            for j, name in wanted.items():
+            for j, name in places.items():
                 values = table[f"f{j}"].reshape(element.length, -1)
-                yield name, _Column(values.reshape(-1), np.full(len(values), values.shape[1]))
+                yield name, Column(values.reshape(-1), np.full(len(values), values.shape[1]))
             continue
         starts, sizes, position = _walk(path, content, position, element, element.length, order)
-        for j, name in wanted.items():
+        for j, name in places.items():
             kind = element.properties[j].kind
-            yield name, _Column(_gathered(content, starts[:, j], sizes[:, j], kind), sizes[:, j])
+            yield name, Column(_gathered(content, starts[:, j], sizes[:, j], kind), sizes[:, j])
     rest = len(content[position:].strip())
     if rest:
         raise FormatError(path, f"{rest:,} bytes follow the last row; the header is wrong")
