@@ -204,6 +204,14 @@ def test_cameras_of_photographs_are_told(photos: Path) -> None:
     assert second["camera"] is None
 
 
+def test_photographs_of_phones_are_refused_at_once(tmp_path: Path) -> None:
+    folder = tmp_path / "neutral"
+    folder.mkdir()
+    (folder / "IMG_1.HEIC").write_bytes(b"\0\0\0\x18ftypheic" + bytes(16))
+    with pytest.raises(em.FormatError, match=r"IMG_1\.HEIC: .*convert it to JPEG"):
+        landmark_task([folder])
+
+
 def test_cameras_of_a_working_folder(tmp_path: Path) -> None:
     """As the stages of a capture leave them; what is no result of theirs is passed over."""
     camera = Camera("IMG_1.png", (4, 3), 7.0, np.ones(2), 0.1, np.eye(3), np.arange(3.0))

@@ -105,7 +105,7 @@ export function start(root: HTMLElement, task: Task): void {
       active,
     );
     list.element.dataset['kind'] = place.kind;
-    hints.show(desk, guesses.known);
+    hints.show(desk, guesses.any);
     strip.show(desk.current, places.map(({ key }) => Object.keys(history.of(key)).length));
     stage.request();
   }

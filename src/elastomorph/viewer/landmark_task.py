@@ -11,6 +11,7 @@ from elastomorph.capture.camera import Camera
 from elastomorph.capture.known_landmarks import known_landmarks
 from elastomorph.capture.landmarks import LANDMARKS, Landmarks
 from elastomorph.capture.photographs import find_poses
+from elastomorph.capture.pixels import opened_photograph
 from elastomorph.capture.solved import SolvedPose
 from elastomorph.capture.stages import WorkingFolder
 from elastomorph.errors import FileError, FormatError, ParameterError
@@ -25,6 +26,8 @@ __all__ = ["ASKED", "LandmarkPlace", "LandmarkTask", "landmark_task", "solved_ca
 
 ASKED = 3
 """Photographs that each point is asked for in."""
+
+_SHOWN = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 
 Kind = Literal["photograph", "template", "scan"]
 
@@ -166,10 +169,15 @@ def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[Landma
         colours = read_ply_colours(path) if painted else None
         content = pack_surface(mesh, edges=False, colours=colours)
         return [LandmarkPlace("scan", path.name, "", content)]
+    poses = find_poses(path)
+    for file in (file for photographs in poses.values() for file in photographs):
+        if file.suffix.lower() not in _SHOWN:
+            with opened_photograph(file):
+                pass  # phones' own formats are refused, with what to do
     solved = {(pose, camera.name): camera for pose, own in cameras.items() for camera in own}
     return [
         LandmarkPlace("photograph", file.name, pose, file, solved.get((pose, file.name)))
-        for pose, photographs in find_poses(path).items()
+        for pose, photographs in poses.items()
         for file in photographs
     ]
 

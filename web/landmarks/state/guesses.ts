@@ -1,6 +1,6 @@
 // What solved cameras say of a point: where it should be here, and how far off its marks are.
 import { lineOfSight, lookedAt, project, triangulated, type Sight } from '../geometry/cameras';
-import type { Camera, Marks, Pixel, Place } from '../types/task';
+import type { Camera, Marks, Pixel, Place, Point } from '../types/task';
 
 const OFF = 0.006; // of the focal length: about 4 mm at 0.7 m is no slip of the hand
 
@@ -13,6 +13,11 @@ export interface Guess {
 
 export class Guesses {
   private readonly seen: readonly (Place & { readonly camera: Camera })[];
+  /** What was found is true as long as the marks are the same. */
+  private known: { marks: Marks | null; points: Map<string, Point | null> } = {
+    marks: null,
+    points: new Map(),
+  };
   private readonly middles = new Map<string, ReturnType<typeof lookedAt>>();
 
   constructor(places: readonly Place[]) {
@@ -23,7 +28,7 @@ export class Guesses {
     }
   }
 
-  get known(): boolean {
+  get any(): boolean {
     return this.seen.length > 0;
   }
 
@@ -41,11 +46,21 @@ export class Guesses {
   /** Distance in pixels of a mark from where all photographs together put its point. */
   residual(place: Place, name: string, marks: Marks): { pixels: number; off: boolean } | null {
     const at = marks[place.key]?.[name]?.at;
-    const point = place.camera && at && triangulated(this.sights(place.pose, name, marks));
+    const point = place.camera && at && this.point(place.pose, name, marks);
     const pixel = point && project(place.camera!, point);
     if (!pixel) return null;
     const pixels = Math.hypot(pixel[0] - at[0]!, pixel[1] - at[1]!);
     return { pixels, off: pixels > OFF * place.camera!.focal };
+  }
+
+  /** Where all photographs together put a point. */
+  private point(pose: string, name: string, marks: Marks): Point | null {
+    if (this.known.marks !== marks) this.known = { marks, points: new Map() };
+    const { points } = this.known;
+    const key = `${pose}/${name}`;
+    const found = points.get(key) ?? triangulated(this.sights(pose, name, marks));
+    points.set(key, found);
+    return found;
   }
 
   private sights(pose: string, name: string, marks: Marks, without = ''): Sight[] {
