@@ -50,6 +50,7 @@ def test_a_list_of_68_points(data_dir: Path) -> None:
     mesh = em.read(file)
     found = known_landmarks(file, mesh)
     require_a_face({name: mesh.vertices[vertex] for name, vertex in found.items()})
+    assert known_landmarks(data_dir / "ict-facekit", mesh) == found, "the folder, as a rig"
 
 
 @pytest.mark.parametrize("content", ["no json", "[]", '{"idx_to_landmark_verts": [1, 2]}', "{}"])

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from calls import status_of as run
+from small_files import write_all
 
 import elastomorph as em
 from children import started
@@ -82,7 +83,7 @@ def test_what_the_file_holds_is_gone_on_with(
     assert '"vertices": {"chin": 7}' in pages[0]
     assert capsys.readouterr().out.endswith("good.json: 1 vertices of the template\n")
     assert run("landmarks", "--template", "scan.ply", "-o", "new.json") == 0
-    known = json.loads(pages[1].split('id="elastomorph-landmarks">')[1].split("</script>")[0])
+    known = json.loads(task_in(pages[1]))
     assert set(known["known"]["vertices"]) == set(LANDMARKS), "it has the polygons of our own head"
     assert not Path("new.json").exists(), "nothing was placed"
     assert read_landmarks("good.json").vertices == {"chin": 7}
@@ -116,3 +117,22 @@ def test_mistakes(
     assert said.startswith("error: ")
     assert message in said
     assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    "rig",
+    ["face", "character", "foreign.glb", "foreign.vrm", "ours.glb", "ours.npz", "neutral.obj"],
+)
+def test_a_template_is_whatever_holds_a_neutral(
+    rig: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_all(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert run("landmarks", "--template", rig, "-o", "page.html") == 0
+    place = json.loads(task_in(Path("page.html").read_text()))["places"][0]
+    assert (place["kind"], place["name"]) == ("template", rig)
+
+
+def task_in(page: str) -> str:
+    """What a page is told."""
+    return page.split('id="elastomorph-landmarks">')[1].split("</script>")[0]

@@ -190,6 +190,15 @@ def test_a_written_page_brings_everything(photos: Path, tmp_path: Path) -> None:
         write_landmark_page(tmp_path / "page.txt", landmark_task([photos]))
 
 
+def test_a_page_holds_no_more_than_browsers_open(
+    photos: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("elastomorph.viewer.landmarks._MOST_IN_A_PAGE", 10)
+    with pytest.raises(em.ParameterError, match="more than browsers open; name fewer"):
+        write_landmark_page(tmp_path / "page.html", landmark_task([photos]))
+    assert not (tmp_path / "page.html").exists()
+
+
 def test_cameras_of_photographs_are_told(photos: Path) -> None:
     camera = Camera("IMG_1.png", (4, 3), 7.0, np.ones(2), 0.1, np.eye(3), np.arange(3.0))
     task = landmark_task([photos], cameras={"neutral": [camera], "smile": [camera]})

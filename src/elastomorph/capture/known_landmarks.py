@@ -59,7 +59,7 @@ def known_landmarks(template: str | Path, mesh: Mesh) -> dict[str, int]:
     ``vertex_indices.json`` beside them, where that lists the 68 points of ICT FaceKit.
 
     Args:
-        template: The file, or what names our own head.
+        template: The file or rig, or what names our own head.
         mesh: What was read from it.
 
     Raises:
@@ -69,7 +69,8 @@ def known_landmarks(template: str | Path, mesh: Mesh) -> dict[str, int]:
 
     if len(mesh.vertices) == len(head().vertices) and mesh.faces == head().faces:
         return dict(_BUILT_IN)
-    lists = Path(template).parent / _LISTS
+    file = template if mesh.source is None else mesh.source.path
+    lists = Path(file).parent / _LISTS
     return _listed(lists, mesh) if is_file(lists) else {}
 
 

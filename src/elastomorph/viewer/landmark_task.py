@@ -14,11 +14,11 @@ from elastomorph.capture.photographs import find_poses
 from elastomorph.capture.pixels import opened_photograph
 from elastomorph.capture.solved import SolvedPose
 from elastomorph.capture.stages import WorkingFolder
+from elastomorph.capture.template import read_template
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.obj.looks import with_looks
 from elastomorph.io.ply import read_ply_colours
-from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, known_suffixes, read
 from elastomorph.model.mesh import Mesh
 from elastomorph.viewer.surfaces import PackedSurface, pack_surface
 
@@ -109,8 +109,8 @@ def landmark_task(
 
     Args:
         files: Folders of photographs, and scans: meshes of any topology.
-        template: The mesh whose vertices are to be named; ``built-in`` for our own head. Points of
-            it that come with it are known.
+        template: The mesh whose vertices are to be named: a file, the neutral of a rig, or
+            ``built-in`` for our own head. Points that come with it are known.
         known: Points that were placed before.
         cameras: Those of the photographs by pose, where they are known.
 
@@ -121,12 +121,13 @@ def landmark_task(
     known = known or Landmarks()
     places = [place for file in files for place in _of_file(Path(file), cameras or {})]
     if template is not None:
-        name, mesh = _template(template)
+        mesh = with_looks(read_template(template))
         _require_vertices(known.vertices, mesh)
         if not known.vertices:
             found = known_landmarks(template, mesh)
             known = Landmarks(found, known.photographs, known.points)
-        places.insert(0, LandmarkPlace("template", name, "", pack_surface(mesh, edges=True)))
+        content = pack_surface(mesh, edges=True)
+        places.insert(0, LandmarkPlace("template", Path(template).name, "", content))
     if not places:
         raise ParameterError(
             "there is nothing to place points on; name photographs, a scan or a template"
@@ -164,7 +165,7 @@ def solved_cameras(working: str | Path) -> dict[str, tuple[Camera, ...]]:
 
 def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[LandmarkPlace]:
     if not is_folder(path):
-        mesh = _scan(path)
+        mesh = with_looks(read_template(path))
         painted = path.suffix.lower() == ".ply" and len(mesh.faces) > 0
         colours = read_ply_colours(path) if painted else None
         content = pack_surface(mesh, edges=False, colours=colours)
@@ -180,23 +181,6 @@ def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[Landma
         for pose, photographs in poses.items()
         for file in photographs
     ]
-
-
-def _scan(path: Path) -> Mesh:
-    if path.suffix.lower() in known_suffixes(MESH_FORMATS):
-        return with_looks(read(path))
-    from elastomorph.io.rig_folder import rig_as_stored
-
-    return rig_as_stored(path).neutral
-
-
-def _template(template: str | Path) -> tuple[str, Mesh]:
-    if template == BUILT_IN:
-        from elastomorph.samples import head
-
-        return BUILT_IN, head()
-    path = Path(template)
-    return path.name, _scan(path)
 
 
 def _require_vertices(vertices: Mapping[str, int], mesh: Mesh) -> None:

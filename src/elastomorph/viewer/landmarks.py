@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from elastomorph.capture.landmarks import parse_landmarks, write_landmarks
-from elastomorph.errors import FileError, FormatError
-from elastomorph.io.atomic import read_bytes, replacing
+from elastomorph.errors import FileError, FormatError, ParameterError
+from elastomorph.io.atomic import read_bytes, replacing, size_of
 from elastomorph.viewer.landmark_task import LandmarkPlace, LandmarkTask
 from elastomorph.viewer.page import PLACE, alone_policy, served_policy
 from elastomorph.viewer.server import HTML, Resource, ViewerServer
@@ -23,6 +23,7 @@ from elastomorph.viewer.surfaces import PackedSurface
 __all__ = ["serve_landmarks", "write_landmark_page"]
 
 _FINISHED = "finish"
+_MOST_IN_A_PAGE = 350_000_000  # bytes; as text they are a third more
 _ADDRESS = "landmarks.json"
 _KINDS = {".png": "image/png"}
 _NOT_SHOWN = (".tif", ".tiff")
@@ -73,10 +74,17 @@ def write_landmark_page(path: str | Path, task: LandmarkTask, file: str = _ADDRE
 
     Raises:
         FormatError: The suffix is another.
+        ParameterError: The photographs are more than browsers open in a page.
         FileError: The page cannot be written, or was not built.
     """
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise FormatError(path, "this is a web page; name it with the suffix .html")
+    total = sum(size_of(each.content) for each in task.places if isinstance(each.content, Path))
+    if total > _MOST_IN_A_PAGE:
+        raise ParameterError(
+            f"{path}: a page with all {total / 1e6:,.0f} MB of photographs is more than browsers "
+            f"open; name fewer, {_MOST_IN_A_PAGE / 1e6:,.0f} MB at most, or have it served"
+        )
     sources = [f"#place-{number}" for number in range(len(task.places))]
     parts = [_parts(place) for place in task.places]
     images = [
