@@ -61,12 +61,6 @@ class Deformation:
         other.rest, other._curvature = rest, self._mean @ rest
         return other
 
-    def around(self, rest: Points) -> Deformation:
-        """The same surface with another shape at rest, without preparing it again."""
-        other = copy(self)
-        other.rest, other._curvature = rest, self._mean @ rest
-        return other
-
     def rotations(self, vertices: Points, smoothing: int = 2) -> Points:
         """(V, 3, 3) rotations of the surroundings of each vertex from rest to (V, 3) vertices."""
         first, second = self.edges.T
