@@ -11,7 +11,9 @@ import pytest
 from placing import NAMES, active, click, dots, opened, saved, seen_dots, write_photograph
 from visiting import Visit
 
+from elastomorph.capture.known_landmarks import known_landmarks
 from elastomorph.capture.landmarks import Landmarks, read_landmarks
+from elastomorph.samples import head
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmark_task import landmark_task
 from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
@@ -189,6 +191,39 @@ def test_left_and_right_exchanged_is_noticed(
     clicked = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["IMG_1.jpg"]
     assert clicked["left_eye_outer"][0] > clicked["right_eye_outer"][0]
     assert clicked["mouth_left"][0] > clicked["mouth_right"][0]
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_a_face_from_the_side_is_not_taken_for_exchanged(
+    visit: Visit, tmp_path: Path, exchanged: bool
+) -> None:
+    """The points of a head turned by up to 80 degrees; exchanged ones are seen up to 60."""
+    own = known_landmarks("built-in", head())
+    vertices = head().vertices[list(own.values())]
+    folder = tmp_path / "neutral"
+    folder.mkdir()
+    clicks = {}
+    for number, turn in enumerate((-60, -30, 0, 30, 60) if exchanged else (-80, -40, 0, 40, 80)):
+        file = folder / f"IMG_{number}.jpg"
+        write_photograph(file, np.zeros((0, 2)), (400, 400))
+        c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+        turned = vertices @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+        near = 500 / (60 - turned[:, 2])
+        pixels = 200 + np.stack([near * turned[:, 0], -near * (turned[:, 1] + 5)], axis=1)
+        names = [other_side(name) if exchanged else name for name in own]
+        clicks[file.name] = dict(zip(names, map(tuple, pixels.tolist()), strict=True))
+    known = Landmarks(photographs={"neutral": clicks})
+    with serve_landmarks(landmark_task([folder], known=known), tmp_path / "l.json") as server:
+        page = visit.blank(server.address, size=(700, 500))
+        for name in clicks:
+            page.locator(".tile", has_text=name).click()
+            opened(page, name)
+            assert page.locator(".warning").is_visible() == exchanged
+
+
+def other_side(name: str) -> str:
+    swapped = name.replace("right", "LEFT").replace("left", "right")
+    return swapped.replace("LEFT", "left")
 
 
 def test_finish_saves_and_ends(visit: Visit, server: ViewerServer, tmp_path: Path) -> None:

@@ -15,8 +15,9 @@ const UPPER = ['right_eye_outer', 'left_eye_outer', 'right_eye_inner', 'left_eye
 const LOWER = ['mouth_right', 'mouth_left', 'upper_lip', 'lower_lip', 'chin'];
 const FRONT = ['nose_tip', 'upper_lip', 'lower_lip', 'chin', 'nose_bridge'];
 
-// From the side the two points of a pair lie almost one over the other, and nothing is told.
-const APART = 0.12; // of the height from eyes to mouth
+// Of the height from eyes to mouth. From the side the points of a pair lie almost one over the other
+// in a photograph, and beyond that they change places: only what is well apart tells something.
+const [APART_IN_PHOTOGRAPHS, APART_IN_SPACE] = [0.3, 0.12];
 
 type Own = Readonly<Record<string, Mark>>;
 
@@ -37,7 +38,8 @@ export function exchanged(own: Own, flat: boolean): readonly (readonly [string, 
     const ahead = minus(front, sides);
     return determinant(way, minus([0, 0, 0], down), ahead) / (height ** 2 * Math.hypot(...ahead));
   };
-  return across.filter((one) => side(one) < -APART).map(([pair]) => pair);
+  const apart = flat ? APART_IN_PHOTOGRAPHS : APART_IN_SPACE;
+  return across.filter((one) => side(one) < -apart).map(([pair]) => pair);
 }
 
 /** The marks with the two points of these pairs exchanged. */
