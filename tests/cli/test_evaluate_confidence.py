@@ -65,8 +65,8 @@ def test_other_recordings_name_it(poses: Path, capsys: pytest.CaptureFixture[str
 def test_the_text_says_how_much_counts() -> None:
     text = printed_by("evaluate", "poses", "--method", "linear", "--method", "ease:2")
     words = " ".join(text.replace("\u00a0", " ").split())
-    assert "Confidence: 99.2 % of the vertices count in the frames between the ends" in words
-    assert "96.0 % in frame lift_3.obj" in words
+    assert "Confidence: 99.2 % of the vertices count, 99.2 % of those that move" in words
+    assert "in the frames between the ends; 96.0 % in frame lift_3.obj" in words
     assert "all: vertices of low confidence too" in words
     every = printed_by("evaluate", "poses", "--method", "linear", "--least-confidence", "0")
     assert "onfidence" not in every

@@ -292,3 +292,25 @@ def test_parts_of_a_take_have_their_own_confidence(rows: CurveNetwork, curved: e
     backwards = mask.part(9, 4)
     np.testing.assert_array_equal(backwards.values, values[4:10][::-1])
     assert replace(backwards, least=0.5).counted.sum() < backwards.counted.sum()
+
+
+def test_what_moves_is_told_apart(motion: em.MeshSequence, rows: CurveNetwork) -> None:
+    """A still back of the head that nobody photographed takes nothing from the face."""
+    frames = motion.frames.copy()
+    frames[:, :10] = frames[0, :10]  # still, but for less than anybody sees
+    frames[3, :10] += 1e-3
+    truth = em.MeshSequence(motion.mesh, frames, motion.times, motion.names)
+    values = np.ones((7, 20))
+    values[:, :8], values[:, 15] = 0, 0.4
+    found = em.evaluate(truth, "linear", rows, confidence=values)
+    page = json.loads(found.to_json())["confidence"]
+    assert page["covered"] == pytest.approx(11 / 20)
+    assert page["covered_moving"] == pytest.approx(9 / 10)
+    assert "55.0 % of the vertices count, 90.0 % of those that move" in found.coverage.replace(
+        "\u00a0", " "
+    )
+    ends = em.evaluate(motion.part(0, 6), "linear", rows, confidence=values)
+    two = em.MeshSequence(motion.mesh, motion.frames[[0, 6]])
+    of_two = em.evaluate(two, "linear", rows, confidence=values[[0, 6]])
+    assert "between the ends" in ends.coverage
+    assert "between the ends" not in of_two.coverage

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices
-from elastomorph.evaluation.words import SPACE, counted
+from elastomorph.evaluation.words import SPACE
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.numbers import as_number, as_numbers
 
@@ -27,6 +27,8 @@ LEAST = 0.5
 """The confidence from which on a vertex counts."""
 
 _NAMED = 6
+_MOVES = 0.005
+"""Of D: what moves farther than this in some frame moves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,18 +116,21 @@ def require_some(confidence: Confidence, along: CurveVertices) -> None:
         )
 
 
-def coverage_facts(confidence: Confidence, along: CurveVertices) -> dict[str, Any]:
+def coverage_facts(
+    confidence: Confidence, along: CurveVertices, truth: MeshSequence
+) -> dict[str, Any]:
     """What tables and files say of a mask, as JSON: shares of the vertices of curves that count.
 
-    ``covered`` is the share in all frames between the ends, ``covered_by_frame`` that in each
-    frame, and ``counted`` how many vertices of each curve count in each frame.
+    ``covered`` is the share in all frames between the ends, ``covered_moving`` that of the vertices
+    that move, ``covered_by_frame`` that in each frame, and ``counted`` how many vertices of each
+    curve count in each frame.
     """
-    shares = confidence.covered(along)
     counts = confidence.counted[:, along.indices].astype(np.int64)
     return {
         "least": confidence.least,
-        "covered": mean_covered(shares),
-        "covered_by_frame": shares.tolist(),
+        "covered": mean_covered(confidence.covered(along)),
+        "covered_moving": _moving_covered(confidence, along, truth),
+        "covered_by_frame": confidence.covered(along).tolist(),
         "counted": np.add.reduceat(counts, along.starts, axis=1).T.tolist(),
     }
 
@@ -135,20 +140,35 @@ def mean_covered(shares: NDArray[np.float64]) -> float:
     return float((shares[1:-1] if len(shares) > 2 else shares).mean())
 
 
-def coverage_words(confidence: Confidence, along: CurveVertices, names: tuple[str, ...]) -> str:
+def coverage_words(confidence: Confidence, along: CurveVertices, truth: MeshSequence) -> str:
     """How much of the vertices a mask covers, in a sentence."""
     shares = confidence.covered(along)
-    inner = range(1, len(shares) - 1) if len(shares) > 2 else range(len(shares))
-    worst = min(inner, key=lambda frame: shares[frame])
-    never = int((~confidence.counted[:, np.unique(along.indices)].any(axis=0)).sum())
-    text = (
-        f"{share_words(mean_covered(shares))} of the vertices count in the frames between the "
-        f"ends, {share_words(shares[worst])} in frame {names[worst]}: those with a confidence of "
-        f"{confidence.least:g} or more there, in the first and in the last frame"
+    text = f"{share_words(mean_covered(shares))} of the vertices count"
+    moving = _moving_covered(confidence, along, truth)
+    if moving is not None:
+        text += f", {share_words(moving)} of those that move"
+    if len(shares) > 2:
+        worst = 1 + int(shares[1:-1].argmin())
+        text += f", in the frames between the ends; {share_words(shares[worst])} in frame "
+        text += truth.names[worst]
+    return (
+        f"{text}. They are those with a confidence of {confidence.least:g} or more there, in the "
+        "first and in the last frame"
     )
-    if never:
-        text += f"; {counted(never, 'vertex counts', 'vertices count')} in none"
-    return text
+
+
+def _moving_covered(
+    confidence: Confidence, along: CurveVertices, truth: MeshSequence
+) -> float | None:
+    """The share that counts of the vertices that move by half a per cent of D; None where none."""
+    away = np.zeros(len(along.indices))
+    for frame in truth.frames:
+        offsets = frame[along.indices] - truth.frames[0, along.indices]
+        away = np.maximum(away, np.sqrt(np.einsum("ni,ni->n", offsets, offsets)))
+    moving = along.indices[away > _MOVES * truth.mesh.diameter]
+    if not len(moving):
+        return None
+    return mean_covered(np.asarray(confidence.counted[:, moving].mean(axis=1, dtype=np.float64)))
 
 
 def share_words(share: float) -> str:

@@ -141,7 +141,7 @@ class Evaluation:
         """How much of the vertices count, in a sentence; empty where all do."""
         if self.confidence is None:
             return ""
-        return coverage_words(self.confidence, self._along, self.truth.names)
+        return coverage_words(self.confidence, self._along, self.truth)
 
     @property
     def _along(self) -> CurveVertices:

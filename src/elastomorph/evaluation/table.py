@@ -217,7 +217,7 @@ def evaluation_json(evaluation: Evaluation) -> str:
     }
     if evaluation.confidence is not None:
         along = CurveVertices.of(evaluation.curves, len(evaluation.truth.mesh.vertices))
-        page["confidence"] = coverage_facts(evaluation.confidence, along)
+        page["confidence"] = coverage_facts(evaluation.confidence, along, evaluation.truth)
     if evaluation.settings is not None:
         page["settings"] = dict(evaluation.settings)
     return json.dumps(page, allow_nan=False, ensure_ascii=False) + "\n"
