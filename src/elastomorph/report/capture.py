@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from colorsys import hsv_to_rgb
 from pathlib import Path
 
 from elastomorph.capture.captured import Captured
@@ -24,7 +25,8 @@ from elastomorph.report.facts import face_words
 
 __all__ = ["capture_page", "write_capture_report"]
 
-_FIRST, _LAST = (38, 104, 196), (235, 120, 40)
+_FIRST, _LAST = 0.60, 0.05
+"""Hues of the first pose and of the last."""
 
 
 def write_capture_report(
@@ -90,8 +92,8 @@ def _captured(captured: Captured, unit: str, call: str) -> Section:
         neutral = captured.poses[captured.neutral]
         worst, share = least_covered(captured.poses)
         headline = (
-            f"{counted(len(captured.poses), 'pose')} with one topology. In {worst}, where most are "
-            f"not to be trusted, it is {100 * share:.1f}{SPACE}% of the vertices."
+            f"{counted(len(captured.poses), 'pose')} with one topology; up to "
+            f"{100 * share:.1f}{SPACE}% of the vertices are not to be trusted, in {worst}."
         )
         facts += [
             ("Neutral", captured.neutral),
@@ -112,7 +114,8 @@ def _cameras(captured: Captured, head: Mesh | None) -> Section:
     colours = {}
     for place, pose in enumerate(every):
         share = place / max(len(every) - 1, 1)
-        red, green, blue = (round(a + (b - a) * share) for a, b in zip(_FIRST, _LAST, strict=True))
+        hue = _FIRST + (_LAST - _FIRST) * share
+        red, green, blue = (round(255 * own) for own in hsv_to_rgb(hue, 0.85, 0.78))
         colours[pose] = (red, green, blue)
     focal = {pose: sorted({round(c.focal) for c in own}) for pose, own in every.items()}
     what = "the head of the neutral" if head is not None else "what they look at"
