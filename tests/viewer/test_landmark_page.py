@@ -247,6 +247,18 @@ def test_poses_are_folders(tmp_path: Path) -> None:
     ]
 
 
+def test_a_folder_of_one_pose_is_its_name(tmp_path: Path) -> None:
+    """As it is in a folder of several poses; photographs of several in one folder say it."""
+    folder = tmp_path / "photos" / "neutral"
+    folder.mkdir(parents=True)
+    for name in ("anna_1.jpg", "anna_2.jpg"):
+        (folder / name).write_bytes(b"")
+    for place in (folder, tmp_path / "photos"):
+        assert {each.pose for each in landmark_task([place]).places} == {"neutral"}
+    (folder / "smile_1.jpg").write_bytes(b"")
+    assert [each.pose for each in landmark_task([folder]).places] == ["anna", "anna", "smile"]
+
+
 def test_what_cannot_be_shown_is_refused(tmp_path: Path, photos: Path) -> None:
     with pytest.raises(em.ParameterError, match="nothing to place points on"):
         landmark_task()

@@ -171,6 +171,9 @@ def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[Landma
         content = pack_surface(mesh, edges=False, colours=colours)
         return [LandmarkPlace("scan", path.name, "", content)]
     poses = find_poses(path)
+    if len(poses) == 1 and next(iter(poses.values()))[0].parent == path:
+        # One pose of several, whose folder is its name, whatever its photographs are called.
+        poses = {path.resolve().name: next(iter(poses.values()))}
     for file in (file for photographs in poses.values() for file in photographs):
         if file.suffix.lower() not in _SHOWN:
             with opened_photograph(file):
