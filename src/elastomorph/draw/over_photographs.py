@@ -24,7 +24,7 @@ _PIECE = 3.0  # pixels between the places at which a line is looked for
 _NEAR = 2e-3  # of the size of the mesh: what lies on the surface is not behind it
 _DENSE, _OPEN = 4.0, 14.0  # pixels of an edge from which lines would cover the skin, or are few
 _FAINTEST, _STRONGEST = 0.3, 0.85
-_SHADES = 24  # of colours between vertices
+_SHADES = 16  # of colours between vertices
 _BORDER = 4  # pixels
 _SHIFT = 4  # bits of a pixel that OpenCV draws lines to
 
@@ -69,15 +69,16 @@ def over_photograph(
     # where it cuts them off.
     pieces = np.stack([starts, ends], axis=1) - (left, top) + _BORDER
     pieces = np.round(pieces * (1 << _SHIFT)).astype(np.int32)
+    flat = picture.reshape(-1, 3)
     shades, of_piece = np.unique(painted, axis=0, return_inverse=True)
     for number, shade in enumerate(shades):
         cover = np.zeros(np.array(picture.shape[:2]) + 2 * _BORDER, np.uint8)
         own = list(pieces[of_piece.reshape(-1) == number])
         cv2.polylines(cover, own, False, 255, width, cv2.LINE_AA, _SHIFT)
-        cover = cover[_BORDER:-_BORDER, _BORDER:-_BORDER]
-        drawn = np.nonzero(cover)
-        share = (strength / 255) * cover[drawn][:, None]
-        picture[drawn] = np.round(picture[drawn] * (1 - share) + shade * share).astype(np.uint8)
+        inner = cover[_BORDER:-_BORDER, _BORDER:-_BORDER].ravel()
+        drawn = np.flatnonzero(inner)
+        share = (strength / 255) * inner[drawn, None]
+        flat[drawn] = np.round(flat[drawn] * (1 - share) + shade * share).astype(np.uint8)
     return picture
 
 

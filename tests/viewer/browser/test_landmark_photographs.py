@@ -256,6 +256,44 @@ def test_a_command_that_has_ended_is_told_and_nothing_is_lost(
     assert np.abs(found - PLACES["IMG_1.jpg"][0]).max() < 0.5
 
 
+def test_what_cannot_be_written_is_told(visit: Visit, photographs: Path, tmp_path: Path) -> None:
+    """Once it can be written again, all is saved."""
+    visit.forgiven = "400 (Bad Request)"
+    folder = tmp_path / "away"
+    folder.mkdir()
+    file = folder / "landmarks.json"
+    with serve_landmarks(landmark_task([photographs]), file) as server:
+        page = visit.blank(server.address, size=(1100, 760))
+        opened(page, "IMG_1.jpg")
+        folder.rmdir()
+        found = seen_dots(page)
+        click(page, found[0])
+        page.get_by_role("alert").get_by_text("It could not be saved: ").wait_for()
+        assert page.locator(".saved").inner_text() == "not saved"
+        folder.mkdir()
+        page.keyboard.press("Control+s")
+        saved(page)
+    assert list(read_landmarks(file).photographs["neutral"]["IMG_1.jpg"]) == [NAMES[0]]
+
+
+def test_names_may_be_any(visit: Visit, photographs: Path, tmp_path: Path) -> None:
+    """As phones and people write them; none of it is taken for markup."""
+    folder = tmp_path / "<b>Größe & so"
+    folder.mkdir()
+    name = "I <3 <!-- ü #1 100%.jpg"
+    (folder / name).write_bytes((photographs / "IMG_1.jpg").read_bytes())
+    task = landmark_task([folder])
+    with serve_landmarks(task, tmp_path / "l.json") as server:
+        page = visit.blank(server.address, size=(1100, 760))
+        opened(page, name)
+        click(page, seen_dots(page)[0])
+        saved(page)
+    (pose,) = read_landmarks(tmp_path / "l.json").photographs
+    assert pose == folder.name
+    write_landmark_page(tmp_path / "page.html", task)
+    opened(visit.blank((tmp_path / "page.html").as_uri(), size=(1100, 760)), name)
+
+
 def test_a_written_page_hands_out_the_file(visit: Visit, photographs: Path, tmp_path: Path) -> None:
     file = tmp_path / "page.html"
     write_landmark_page(file, landmark_task([photographs]))
