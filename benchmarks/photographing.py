@@ -109,11 +109,15 @@ def line(session: Session, folder: Path, to: str) -> str:
     text = f"{len(found):>3} of {len(truth.files)} {off:8.4f} {points:7,}"
     if "p00" not in outcome.poses:
         return text
-    vertices = into_truth(outcome, truth)(outcome.poses["p00"])
-    judge = Judge(truth, vertices)
+    into = into_truth(outcome, truth)
+    judge = Judge(truth, into(outcome.poses["p00"]))
     surface = judge.surface()
     chin = 100 * np.mean(judge.material.distances[judge.chin]) / judge.extent
-    return f"{text} {surface.mean:11.3f} / {surface.p95:.3f}; under the chin {chin:.3f}"
+    scale = 100 * abs(1 / into.scale - 1)
+    return (
+        f"{text} {surface.mean:11.3f} / {surface.p95:.3f}; under the chin {chin:.3f}; "
+        f"scale by landmarks {scale:.1f} % off"
+    )
 
 
 if __name__ == "__main__":
