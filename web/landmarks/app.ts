@@ -41,7 +41,10 @@ export function start(root: HTMLElement, task: Task): void {
   const strip = createStrip(places, names.length, (number) => desk.go(number));
   const stage = new PictureStage(
     {
-      click: (x, y) => placeAt(x, y),
+      click(x, y, mark) {
+        if (mark === null) placeAt(x, y);
+        else desk.choose(mark);
+      },
       take: (name) => desk.choose(name),
       moveMark(name, x, y) {
         const mark = viewing.pane?.pick(x, y);
@@ -67,7 +70,7 @@ export function start(root: HTMLElement, task: Task): void {
   function over(): Over {
     const { pane } = viewing;
     const { place, active, own } = desk;
-    const none = { marks: [], guess: null, lines: [], places: false };
+    const none = { marks: [], guess: null, lines: [], places: false, missing: false };
     if (!pane) return none;
     const marks = Object.entries(own).flatMap(([name, mark]) => {
       const spot = pane.spot(mark);
@@ -88,6 +91,7 @@ export function start(root: HTMLElement, task: Task): void {
       guess: guess && { spot: guess, label },
       lines: points.length > 1 ? [{ points, label }] : [],
       places: true,
+      missing: !own[active],
     };
   }
 

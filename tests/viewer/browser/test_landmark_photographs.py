@@ -121,6 +121,24 @@ def test_points_are_dragged_nudged_removed_and_brought_back(
     assert placed()[NAMES[1]] == pytest.approx(before)
 
 
+def test_points_may_lie_close_together(visit: Visit, server: ViewerServer, tmp_path: Path) -> None:
+    """A click beside a mark places the next point; on it, it takes hold of that one."""
+    page = visit.blank(server.address, size=(1100, 760))
+    opened(page, "IMG_1.jpg")
+    first = seen_dots(page)[0].round()
+    click(page, first)
+    click(page, first + (8, 0))
+    assert active(page) == NAMES[2]
+    click(page, first + (1, 0))
+    assert active(page) == NAMES[0], "it is chosen, and would be moved"
+    saved(page)
+    found = read_landmarks(tmp_path / "landmarks.json").photographs["neutral"]["IMG_1.jpg"]
+    assert list(found) == list(NAMES[:2])
+    apart = np.array(found[NAMES[1]]) - np.array(found[NAMES[0]])
+    assert apart[0] == pytest.approx(8 / (0.97 * min(810 / 640, 620 / 480)), rel=0.1)
+    assert apart[1] == pytest.approx(0, abs=0.02)
+
+
 def test_keys_are_enough(visit: Visit, server: ViewerServer, tmp_path: Path) -> None:
     """A point goes where the cross in the middle of the picture is, and arrows move that."""
     page = visit.blank(server.address, size=(1100, 760))

@@ -3,8 +3,10 @@
 export interface Hand {
   /** The name of the mark under a point of the picture, if there is one. */
   markAt(x: number, y: number): string | null;
-  click(x: number, y: number): void;
-  take(name: string, x: number, y: number): void;
+  /** A click, also on a mark. */
+  click(x: number, y: number, mark: string | null): void;
+  /** A mark is about to be dragged. */
+  take(name: string): void;
   moveMark(name: string, x: number, y: number): void;
   drop(name: string): void;
   grab(x: number, y: number): void;
@@ -38,8 +40,7 @@ export function listenTo(element: HTMLElement, hand: Hand): void {
     [start, slipped] = [[x, y], event.button !== 0];
     moves = event.button !== 0 || event.shiftKey;
     mark = event.button === 0 ? hand.markAt(x, y) : null;
-    if (mark !== null) hand.take(mark, x, y);
-    else hand.grab(x, y);
+    if (mark === null) hand.grab(x, y);
     hand.hover([x, y]);
   });
   element.addEventListener('pointermove', (event) => {
@@ -62,6 +63,7 @@ export function listenTo(element: HTMLElement, hand: Hand): void {
     if (start && !slipped && Math.hypot(x - start[0], y - start[1]) < STILL) return;
     // What was held back while it might have been a click is made up for.
     const [fromX, fromY] = slipped || !start ? before : start;
+    if (mark !== null && !slipped) hand.take(mark);
     slipped = true;
     if (mark !== null) hand.moveMark(mark, x, y);
     else hand.drag(x - fromX, y - fromY, moves);
@@ -71,9 +73,9 @@ export function listenTo(element: HTMLElement, hand: Hand): void {
     if (!fingers.delete(event.pointerId)) return;
     const [x, y] = place(event);
     if (fingers.size > 0) return;
-    if (mark !== null) hand.drop(mark);
-    else hand.release();
-    if (event.type === 'pointerup' && !slipped && mark === null && start) hand.click(x, y);
+    if (mark === null) hand.release();
+    else if (slipped) hand.drop(mark);
+    if (event.type === 'pointerup' && !slipped && start) hand.click(x, y, mark);
     [start, mark, slipped] = [null, null, false];
     hand.hover(event.pointerType === 'mouse' ? [x, y] : null);
   };

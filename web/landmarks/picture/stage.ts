@@ -6,15 +6,17 @@ import type { Pane, Spot } from './pane';
 import { listenTo, type Hand } from './pointer';
 
 const LENS = 150; // CSS pixels
-const REACH = 11; // of a mark, for the pointer
+const REACH = 11; // of a mark, for the pointer that drags it
+const MEANT = 5; // and for a click, while another point is to be placed
 
 /** What is drawn over the picture, in its own CSS pixels. */
 export interface Over {
   readonly marks: readonly (Shown & { readonly name: string })[];
   readonly guess: { readonly spot: Spot; readonly label: string } | null;
   readonly lines: readonly { readonly points: readonly Pixel[]; readonly label: string }[];
-  /** Whether a click would place a point. */
+  /** Whether a click would place a point, and whether that is missing here. */
   readonly places: boolean;
+  readonly missing: boolean;
 }
 
 export class PictureStage {
@@ -24,7 +26,7 @@ export class PictureStage {
   private pane: Pane | null = null;
   private pointer: readonly [number, number] | null = null;
   private hovered: Spot | null = null;
-  private over: Over = { marks: [], guess: null, lines: [], places: false };
+  private over: Over = { marks: [], guess: null, lines: [], places: false, missing: false };
   private asked = false;
 
   /**
@@ -44,6 +46,10 @@ export class PictureStage {
     listenTo(this.element, {
       ...hand,
       markAt: (x, y) => this.nearest(x, y),
+      click: (x, y, mark) => {
+        const meant = this.over.missing ? this.nearest(x, y, MEANT) : mark;
+        hand.click(x, y, meant);
+      },
       hover: (at) => this.hover(at),
     });
     new ResizeObserver(() => this.shape()).observe(this.element);
@@ -83,8 +89,8 @@ export class PictureStage {
     this.request();
   }
 
-  private nearest(x: number, y: number): string | null {
-    let [best, least] = [null as string | null, REACH];
+  private nearest(x: number, y: number, reach = REACH): string | null {
+    let [best, least] = [null as string | null, reach];
     for (const { spot, name, active } of this.over.marks) {
       // Of two that lie together the active one is meant.
       const away = Math.hypot(spot.x - x, spot.y - y) - (active ? 2 : 0);
