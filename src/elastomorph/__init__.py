@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from elastomorph.capture.capture import capture as capture
     from elastomorph.capture.captured import Captured as Captured
     from elastomorph.capture.registered import Registered as Registered
+    from elastomorph.capture.registration import register as register
+    from elastomorph.capture.registration import register_all as register_all
     from elastomorph.curves import Curve as Curve
     from elastomorph.curves import CurveNetwork as CurveNetwork
     from elastomorph.curves import edge_loops as edge_loops
@@ -57,6 +59,7 @@ _HOMES = {
     "capture.capture": ("capture",),
     "capture.captured": ("Captured",),
     "capture.registered": ("Registered",),
+    "capture.registration": ("register", "register_all"),
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
     "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera
+from elastomorph.errors import MissingExtraError
 
 Points = NDArray[np.float64]
 Triangles = NDArray[np.integer]
@@ -171,8 +172,11 @@ class Surface:
 
     @cached_property
     def _scene(self) -> Any:
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore_scene import EmbreeScene
+        try:
+            from embreex.mesh_construction import TriangleMesh
+            from embreex.rtcore_scene import EmbreeScene
+        except ImportError as error:
+            raise MissingExtraError("embreex", "capture") from error
 
         scene = EmbreeScene()
         TriangleMesh(

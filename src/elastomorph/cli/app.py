@@ -40,6 +40,7 @@ VERBS = {
     "render": "Draw a face.",
     "view": "Look at a rig, or compare several, in the browser.",
     "landmarks": "Place the points of a face in photographs and on meshes, in the browser.",
+    "register": "Register scans of any topology.",
     "bench": "Time the paper's experiment.",
 }
 """Each verb, a function in the file of its name, and what it is for: the start of its own words."""

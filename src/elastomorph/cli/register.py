@@ -1,0 +1,107 @@
+"""``elastomorph register``: scans become poses with the vertices of a template."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastomorph.cli.output import Say, plain_table
+from elastomorph.cli.verb import Answer, verb
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from elastomorph.capture.registered import Registered
+
+Scans = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="SCAN…",
+        help="Scans in the order of the movement: .obj with its .mtl and images, .ply, .glb, …; "
+        "any topology, units and orientation.",
+    ),
+]
+Template = Annotated[
+    str,
+    typer.Option(
+        help="Whose vertices the poses get: a mesh; or a rig, whose expressions help: .glb, .usd, "
+        ".fbx, .npz, a folder of meshes; 'built-in' for ours."
+    ),
+]
+Output = Annotated[
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Folder for a mesh of each pose, their confidence and what was measured.",
+    ),
+]
+LandmarksFile = Annotated[
+    Path | None,
+    typer.Option(
+        help="Points of the face on the template and on scans, as 'elastomorph landmarks' saves "
+        "them. Later scans need none."
+    ),
+]
+Neutral = Annotated[
+    str | None,
+    typer.Option(
+        help="The scan that is the neutral. Default: the one with 'neutral' in its name, or the "
+        "first."
+    ),
+]
+Texture = Annotated[
+    bool, typer.Option(help="Follow the skin by the colours of scans that have them.")
+]
+
+
+@verb
+def register(
+    scans: Scans,
+    template: Template,
+    output: Output,
+    landmarks: LandmarksFile = None,
+    neutral: Neutral = None,
+    texture: Texture = True,
+    *,
+    say: Say,
+) -> Answer:
+    """Register scans of any topology: meshes with the template's vertices.
+
+    Examples:
+      elastomorph register scan_*.obj --template neutral.obj --landmarks landmarks.json -o poses
+      elastomorph register neutral.ply smile.ply --template rig.glb -o poses
+    """
+    from elastomorph.capture.registered_files import described, write_registered
+    from elastomorph.capture.registration import register_all
+
+    poses = register_all(
+        scans, template, landmarks=landmarks, neutral=neutral, texture=texture, say=say
+    )
+    say(f"writing {output}")
+    written = write_registered(output, poses)
+    facts = {**described(poses), "written": [str(file) for file in written]}
+    return Answer(facts, lambda: _tell(poses, output))
+
+
+def _tell(poses: Mapping[str, Registered], output: Path) -> None:
+    from rich.console import Console
+
+    console = Console()
+    table = plain_table(
+        ("pose", "correspondence"),
+        ("pose", "surface, % of D", "shown, %", "flagged, %", "correspondence"),
+    )
+    for name, pose in poses.items():
+        own = pose.figures
+        table.add_row(
+            name,
+            f"{own['surface_mean']:.3f}",
+            f"{100 * own['shown']:.0f}",
+            f"{100 * own['flagged']:.1f}",
+            own["correspondence"],
+        )
+    console.print(table)
+    console.print(f"written to {output}/", markup=False, highlight=False, soft_wrap=True)
