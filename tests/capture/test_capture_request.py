@@ -36,6 +36,7 @@ def asked(photos: Any, output: Path, shape: Any = None, **options: Any) -> Reque
     given: dict[str, Any] = {
         "neutral": None,
         "landmarks": POINTS,
+        "distance": None,
         "rig": "walking",
         "masks": None,
         "to": "poses",
@@ -92,6 +93,19 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
         "landmarks of another template",
         {"landmarks": replace(POINTS, vertices={"chin": 144})},
         r"chin is vertex 144, but the template has 144 \(0 to 143\): the landmarks were placed on",
+    ),
+    (
+        "a distance of words",
+        {"distance": "chin=three"},
+        "distance 'chin=three': expected two points",
+    ),
+    ("a distance of one", {"distance": "chin,chin=3"}, "expected two points that were clicked"),
+    ("a distance of nothing", {"distance": ("chin", "nose_tip", 0)}, "number above 0, found 0"),
+    ("a distance of none", {"distance": "a,b=1"}, "a, from which a distance is known, is in 0 ph"),
+    (
+        "a distance of cameras",
+        {"distance": "chin,nose_tip=3", "to": "cameras"},
+        "a distance is known between landmarks, which cameras alone do without",
     ),
     ("masks elsewhere", {"masks": "nowhere"}, "nowhere: there is no such folder of masks"),
 ]

@@ -77,6 +77,7 @@ def test_poses_are_chained_from_the_neutral_to_both_sides(
         output=tmp_path / "poses",
         neutral=neutral,
         landmarks=None,
+        distance=None,
         rig="walking",
         masks=None,
         to="cameras",
@@ -157,6 +158,9 @@ def test_what_changed_and_what_depends_on_it_is_made_again_and_no_more(
 
     other = template()
     options["template"] = other.with_vertices(other.vertices * [1, 1, 2])
+    assert changed(photos, output, **options) == STAGES[8:]
+
+    options["distance"] = "chin,nose_tip=8.9"
     assert changed(photos, output, **options) == STAGES[8:]
 
     options["rig"] = "fixed"

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from elastomorph.capture.captured import Captured, write_captured
 from elastomorph.capture.landmarks import Landmarks
@@ -30,6 +31,7 @@ def capture(
     output: str | Path,
     neutral: str | None = None,
     landmarks: Landmarks | str | Path | None = None,
+    distance: tuple[str, str, float] | str | None = None,
     rig: str = "walking",
     masks: str | Path | None = None,
     to: str = "poses",
@@ -50,6 +52,8 @@ def capture(
         neutral: Name of its pose; by default with "neutral" in its name, else the first.
         landmarks: On the template and in photographs of the neutral, or their file; by default
             ``landmarks.json`` in the folder of the photographs.
+        distance: ``("a", "b", 8.9)``: how far two clicked points are apart on the subject, for the
+            poses to have its size and not that of the template.
         rig: ``walking``: cameras stand elsewhere for each pose. ``fixed``: they stay, and names or
             numbers of photographs tell which took which.
         masks: Folder of masks named as the photographs, white where the face is.
@@ -63,17 +67,13 @@ def capture(
         ParameterError: An argument cannot be meant.
         MissingExtraError: The extra ``capture`` is not installed.
     """
-    request = requested(
-        photos,
-        template,
-        output=output,
-        neutral=neutral,
-        landmarks=landmarks,
-        rig=rig,
-        masks=masks,
-        to=to,
-        working=working,
-    )
+    known: dict[str, Any] = {
+        "neutral": neutral,
+        "landmarks": landmarks,
+        "distance": distance,
+        "masks": masks,
+    }
+    request = requested(photos, template, output=output, rig=rig, to=to, working=working, **known)
     from elastomorph.capture.outcome import captured_by
     from elastomorph.capture.steps import MAKERS
     from elastomorph.capture.work import Work

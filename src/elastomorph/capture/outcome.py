@@ -71,7 +71,7 @@ def _figures(work: Work, poses: Mapping[str, Registered]) -> dict[str, Any]:
             frame = work.framed(pose).read()
             own["frame"] = {
                 "rms": frame.rms,
-                "rms_of_extent": frame.rms / work.template.mesh.diameter,
+                "rms_of_extent": frame.rms / poses[work.request.neutral].diameter,
                 "agreeing": int(frame.agreeing.sum()),
             }
         found[pose] = own

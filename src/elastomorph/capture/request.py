@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from elastomorph.capture.distance import Distance
 from elastomorph.capture.goals import RIGS, TO, Goal, RigOfCameras
 from elastomorph.capture.landmarks import LANDMARKS, Landmarks, read_landmarks
 from elastomorph.capture.photographs import find_masks, find_poses
@@ -44,6 +45,7 @@ class Request:
         landmarks: On the template and in photographs of the neutral.
         output: Folder of the result.
         working: Folder of what stages leave.
+        distance: That is known on the subject; None: it gets the size of the template.
         rig: Whether cameras stand elsewhere for each pose or stay.
         to: What is made.
     """
@@ -53,6 +55,7 @@ class Request:
     neutral: str
     template: Template | None
     landmarks: Landmarks
+    distance: Distance | None
     output: Path
     working: Path
     rig: RigOfCameras
@@ -74,6 +77,7 @@ def requested(
     output: object,
     neutral: str | None,
     landmarks: object,
+    distance: object,
     rig: str,
     masks: object,
     to: str,
@@ -99,12 +103,15 @@ def requested(
             "own, or ask for this one alone with to='neutral' (--to neutral)"
         )
     shape, points = None, Landmarks()
+    known = _distance(distance, to)
     if to != "cameras":
         shape = _template(template)
         if landmarks is None and isinstance(photos, str | PathLike):
             beside = Path(photos) / LANDMARKS_FILE
             landmarks = beside if beside.is_file() else None
         points = _landmarks(landmarks, name, poses[name], shape)
+        if known is not None:
+            known.require_clicked(points.photographs[name], "the landmarks")
     place = _folder(output, "output")
     own = place / WORKING if working is None else _folder(working, "working")
     _require_writable(place, poses, shape)
@@ -115,11 +122,21 @@ def requested(
         neutral=name,
         template=shape,
         landmarks=points,
+        distance=known,
         output=place,
         working=own,
         rig="fixed" if rig == "fixed" else "walking",
         to="cameras" if to == "cameras" else "neutral" if to == "neutral" else "poses",
     )
+
+
+def _distance(given: object, to: str) -> Distance | None:
+    if given is not None and to == "cameras":
+        raise ParameterError(
+            "a distance is known between landmarks, which cameras alone do without; leave it out, "
+            "or ask for the neutral or the poses"
+        )
+    return None if given is None else Distance.of(given)
 
 
 def _require_libraries() -> None:

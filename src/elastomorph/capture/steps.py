@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from elastomorph.capture.cameras import solve_pose
 from elastomorph.capture.confidence import confidences, expected_errors
+from elastomorph.capture.distance import Distance
 from elastomorph.capture.fixed_rig import same_cameras, solve_in_rig, solve_rig
 from elastomorph.capture.frames import Frame, brought, near_still, still_vertices
 from elastomorph.capture.landmarks import Landmarks, fit_landmarks, triangulated
@@ -60,8 +61,14 @@ def _in_rig(
     return solve_in_rig(poses[pose], rig, same, say=say)
 
 
-def placed(solved: SolvedPose, template: Template, landmarks: Landmarks, pose: str) -> Placed:
-    """The neutral brought to the template by landmarks in its photographs.
+def placed(
+    solved: SolvedPose,
+    template: Template,
+    landmarks: Landmarks,
+    pose: str,
+    distance: Distance | None = None,
+) -> Placed:
+    """The neutral brought to the template by landmarks in its photographs, or to its true size.
 
     Raises:
         CaptureError: Too few of them, or some of them elsewhere than the others say.
@@ -78,6 +85,8 @@ def placed(solved: SolvedPose, template: Template, landmarks: Landmarks, pose: s
     vertices = template.work.vertices
     on_template = {name: vertices[own] for name, own in landmarks.vertices.items()}
     similarity = fit_landmarks(on_template, points, f"pose {pose!r}").inverse()
+    if distance is not None:
+        similarity = distance.applied(similarity, points)
     found = {name: similarity(point) for name, point in points.items()}
     return Placed(similarity, found, residuals, {"scale": similarity.scale})
 
@@ -100,7 +109,7 @@ def _neutral(
         say=say,
     )
     surface = Surface(found.vertices, template.triangles)
-    extent = template.work.diameter
+    extent = template.work.with_vertices(found.vertices).diameter
     errors = expected_errors(surface, found.spread / np.sqrt(np.maximum(found.covered, 1)), extent)
     measured = {"covered": found.covered, "spread": found.spread}
     return Posed(found.vertices, confidences(errors, extent), measured)

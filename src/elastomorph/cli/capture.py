@@ -46,6 +46,14 @@ LandmarksFile = Annotated[
         "'elastomorph landmarks' saves them. Default: landmarks.json beside the photographs."
     ),
 ]
+Distance = Annotated[
+    str | None,
+    typer.Option(
+        metavar="A,B=LENGTH",
+        help="How far two clicked points are apart on the subject, landmarks or marks of a ruler, "
+        "for the poses to have its size and not that of the template.",
+    ),
+]
 Neutral = Annotated[
     str | None,
     typer.Option(
@@ -95,6 +103,7 @@ def capture(
     output: Output,
     template: Template = None,
     landmarks: LandmarksFile = None,
+    distance: Distance = None,
     neutral: Neutral = None,
     rig: RigOfCameras = "walking",
     masks: Masks = None,
@@ -122,6 +131,7 @@ def capture(
             output=output,
             neutral=neutral,
             landmarks=landmarks,
+            distance=distance,
             rig=rig,
             masks=masks,
             to=to,
