@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capture.cameras import solve_pose
+from elastomorph.capture.apart import done_apart
 from elastomorph.capture.confidence import confidences, expected_errors
 from elastomorph.capture.distance import Distance
-from elastomorph.capture.fixed_rig import same_cameras, solve_in_rig, solve_rig
+from elastomorph.capture.fixed_rig import same_cameras
 from elastomorph.capture.frames import Frame, brought, near_still, still_vertices
 from elastomorph.capture.landmarks import Landmarks, fit_landmarks, triangulated
 from elastomorph.capture.makers import Makers, Pairs, Placed, Posed
@@ -47,18 +47,24 @@ def _photographs(pose: str, files: Sequence[Path], masks: Mapping[Path, Path]) -
 
 
 def _cameras(photographs: Photographs, like: SolvedPose | None, say: StageSay) -> SolvedPose:
-    return solve_pose(photographs, like=like, say=say)
+    found: SolvedPose = done_apart(
+        "cameras.solve_pose", {"photographs": photographs, "like": like}, say
+    )
+    return found
 
 
 def _rig(poses: Mapping[str, Photographs], neutral: str, say: StageSay) -> SolvedPose:
-    return solve_rig(poses, neutral, say=say)
+    found: SolvedPose = done_apart("fixed_rig.solve_rig", {"poses": poses, "neutral": neutral}, say)
+    return found
 
 
 def _in_rig(
     poses: Mapping[str, Photographs], neutral: str, pose: str, rig: SolvedPose, say: StageSay
 ) -> SolvedPose:
     same = same_cameras(poses, neutral)[pose]
-    return solve_in_rig(poses[pose], rig, same, say=say)
+    given = {"photographs": poses[pose], "rig": rig, "same": same}
+    found: SolvedPose = done_apart("fixed_rig.solve_in_rig", given, say)
+    return found
 
 
 def placed(
