@@ -62,6 +62,7 @@ class Subject:
         neutral: The whole head at rest.
         shapes: Its targets, by name; each is read when it is asked for.
         template: The face of somebody else.
+        expressions: Makes the targets of that face, by name.
         of_template: (N,) the vertex of `surface` at each vertex of the template.
         surface: What is photographed.
         refine: Matrix from vertices of the neutral to those of `surface`.
@@ -78,6 +79,7 @@ class Subject:
     neutral: em.Mesh
     shapes: Callable[[str], em.Mesh]
     template: em.Mesh
+    expressions: Callable[[], dict[str, em.Mesh]]
     of_template: NDArray[np.int64]
     surface: Surface
     refine: sparse.csr_array
@@ -159,11 +161,17 @@ def _ict(seed: int) -> Subject:
     )
     face = part_of(neutral, np.arange(_ICT_FACE))
     warp = other_person(face.vertices, 5, (0.94, 1.05, 1.04))
+    template = em.Mesh(warp(face.vertices), face.faces)
     return Subject(
         name="ict",
         neutral=neutral,
         shapes=lambda shape: em.read(folder / f"{shape}.obj"),
-        template=em.Mesh(warp(face.vertices), face.faces),
+        template=template,
+        expressions=lambda: {
+            path.stem: template.with_vertices(warp(em.read(path).vertices[:_ICT_FACE]))
+            for path in sorted(folder.glob("*.obj"))
+            if path.stem != "generic_neutral_mesh"
+        },
         of_template=np.arange(_ICT_FACE),
         surface=surface,
         refine=sparse.csr_array(sparse.eye_array(len(neutral.vertices))),
@@ -197,11 +205,15 @@ def _built_in(seed: int) -> Subject:
     surface = Surface(refine @ neutral.vertices, triangles, of_triangle, tints)
     groups = np.isin(names, _FACE_GROUPS)[original.groups.of_face]
     own = np.unique(original.faces.indices[groups[original.faces.corner_faces]])
+    template = part_of(original, own)
     return Subject(
         name="built-in",
         neutral=neutral,
         shapes=lambda shape: neutral.with_vertices(warp(shapes()[shape].vertices)),
-        template=part_of(original, own),
+        template=template,
+        expressions=lambda: {
+            name: template.with_vertices(shape.vertices[own]) for name, shape in shapes().items()
+        },
         of_template=own,
         surface=surface,
         refine=refine,
