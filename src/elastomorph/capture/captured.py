@@ -15,12 +15,13 @@ import numpy as np
 from elastomorph.capture.camera import Camera
 from elastomorph.capture.registered import Registered
 from elastomorph.io.atomic import replacing
-from elastomorph.io.npz.members import write_arrays
+from elastomorph.io.npz.confidence import NAME as CONFIDENCE
+from elastomorph.io.npz.confidence import write_confidence
 from elastomorph.io.registry import write
 
 __all__ = ["CONFIDENCE", "FIGURES", "Captured", "write_captured"]
 
-CONFIDENCE, FIGURES = "confidence.npz", "capture.json"
+FIGURES = "capture.json"
 _VERSION = 1
 
 
@@ -61,10 +62,7 @@ def write_captured(folder: Path, captured: Captured) -> list[Path]:
         write(files[-1], pose)
     if captured.poses:
         files.append(folder / CONFIDENCE)
-        write_arrays(
-            files[-1],
-            {name: np.asarray(pose.confidence) for name, pose in captured.poses.items()},
-        )
+        write_confidence(files[-1], {name: p.confidence for name, p in captured.poses.items()})
     files.append(folder / FIGURES)
     content = {
         "version": _VERSION,

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import MeshError
+from elastomorph.evaluation.confidence import LEAST
 from elastomorph.model.mesh import Mesh, require_mesh
 from elastomorph.model.polygons import Polygons
 from elastomorph.numbers import as_numbers
 
 __all__ = ["FLAGGED", "Registered"]
 
-FLAGGED = 0.5
+FLAGGED = LEAST
 """Below this confidence the error of a vertex is expected to be above 0.5 % of D."""
 
 
