@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import pytest
 from elastomorph.draw.comparisons import closure_comparison, error_strip, side_by_side
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
+from elastomorph.evaluation.confidence import Confidence
 
 FACE = (64, 80)
 
@@ -24,6 +27,20 @@ def test_side_by_side_shows_the_truth_and_the_methods(
     sheet = side_by_side(evaluation, tmp_path / "side.png", face=FACE, time=0.7)
     assert (tmp_path / "side.png").exists()
     assert sheet.shape[1] >= 3 * FACE[0]
+
+
+def test_of_vertices_that_are_not_trusted_no_error_is_drawn(evaluation: Evaluation) -> None:
+    """Halfway all err; if none counts, the face is as pale as where none errs."""
+    truth = evaluation.truth
+    values = np.ones((len(truth), len(truth.mesh.vertices)))
+    values[2] = 0.0
+    masked = replace(evaluation, confidence=Confidence(values))
+    how: dict[str, Any] = {"labels": ["linear"], "face": FACE, "highest": 0.5, "time": 0.5}
+    plain, pale = error_strip(evaluation, **how), error_strip(masked, **how)
+    face = np.s_[4 : 4 + FACE[1], 4 : 4 + FACE[0]]
+    assert _differ(plain[face], pale[face])
+    nowhere = replace(masked, confidence=Confidence(values, least=0.0))
+    np.testing.assert_array_equal(error_strip(nowhere, **how), plain)
 
 
 def test_where_nothing_errs_the_heat_map_is_of_one_colour(evaluation: Evaluation) -> None:
