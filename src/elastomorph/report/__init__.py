@@ -4,6 +4,7 @@ import warnings
 from typing import Any
 
 from elastomorph import draw
+from elastomorph.report.capture import capture_page, write_capture_report
 from elastomorph.report.comparison import report_page, write_report
 from elastomorph.report.facts import About
 from elastomorph.report.images import Picture
@@ -12,8 +13,10 @@ from elastomorph.report.movements import movements_page, write_movements_report
 __all__ = [
     "About",
     "Picture",
+    "capture_page",
     "movements_page",
     "report_page",
+    "write_capture_report",
     "write_movements_report",
     "write_report",
 ]
