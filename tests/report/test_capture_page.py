@@ -29,7 +29,7 @@ from elastomorph.report.capture_pictures import (  # noqa: E402
     frontal,
     pose_picture,
 )
-from elastomorph.report.capture_tables import duration, vertex_parts  # noqa: E402
+from elastomorph.report.capture_tables import duration, vertex_groups  # noqa: E402
 
 AXE = MODULES / "axe-core" / "axe.min.js"
 
@@ -111,11 +111,11 @@ def test_the_list_holds_all_that_are_flagged(captured: Captured, page: str) -> N
     assert len(listed["poses"]["long & <b>"]) > 20
 
 
-def test_flagged_vertices_are_counted_by_part(captured: Captured, root: Element) -> None:
-    rows = table_of(root, "Flagged vertices of each part")
+def test_flagged_vertices_are_counted_by_group(captured: Captured, root: Element) -> None:
+    rows = table_of(root, "Flagged vertices by pose")
     flagged = captured.poses["long & <b>"].flagged
     count = len(captured.poses["rest"].vertices)
-    assert rows[0] == ["Part", "Vertices", "rest", "long & <b>"]
+    assert rows[0] == ["Group", "Vertices", "rest", "long & <b>"]
     assert rows[1] == ["all", f"{count:,}", "0", f"{flagged.sum():,}"]
     parts = {row[0]: row[1:] for row in rows[2:]}
     assert set(parts) == {"face", "nose", "unnamed"}
@@ -123,9 +123,9 @@ def test_flagged_vertices_are_counted_by_part(captured: Captured, root: Element)
     assert sum(int(cells[2].replace(",", "")) for cells in parts.values()) == flagged.sum()
 
 
-def test_parts_are_those_of_the_polygons() -> None:
+def test_groups_are_those_of_the_polygons() -> None:
     mesh = template()
-    parts = vertex_parts(mesh)
+    parts = vertex_groups(mesh)
     assert sum(own.sum() for own in parts.values()) == len(mesh.vertices)
     assert mesh.groups is not None
     for number, face in enumerate(mesh.faces):
@@ -136,7 +136,7 @@ def test_parts_are_those_of_the_polygons() -> None:
         if label == -1:
             assert "nose" not in own
     bare = replace_labels(mesh)
-    assert list(vertex_parts(bare)) == ["whole mesh"]
+    assert list(vertex_groups(bare)) == ["whole mesh"]
 
 
 def replace_labels(mesh: Any) -> Any:

@@ -23,7 +23,7 @@ __all__ = [
     "photographs_section",
     "size_words",
     "times",
-    "vertex_parts",
+    "vertex_groups",
 ]
 
 Figures = Mapping[str, Any]
@@ -120,12 +120,12 @@ def _cell(name: str, value: Any) -> str:
 
 
 def flagged_section(poses: Mapping[str, Registered]) -> Section:
-    """How many vertices of each part are not to be trusted, and the list of them."""
+    """How many vertices of each polygon group are not to be trusted, and the list of them."""
     first = next(iter(poses.values()))
-    parts = vertex_parts(first)
-    every = {name: int(chosen.sum()) for name, chosen in parts.items()}
+    groups = vertex_groups(first)
+    every = {name: int(chosen.sum()) for name, chosen in groups.items()}
     rows = []
-    for name, chosen in parts.items():
+    for name, chosen in groups.items():
         counts = [int((pose.flagged & chosen).sum()) for pose in poses.values()]
         rows.append((name, max(counts), [f"{every[name]:,}", *(f"{own:,}" for own in counts)]))
     rows.sort(key=lambda row: -row[1])
@@ -139,8 +139,8 @@ def flagged_section(poses: Mapping[str, Registered]) -> Section:
     }
     text = json.dumps(listed, separators=(",", ":"), ensure_ascii=False)
     content = {
-        "heads": ["Part", "Vertices", *poses],
-        "rows": table if len(parts) > 1 else table[:1],
+        "heads": ["Material" if first.groups is None else "Group", "Vertices", *poses],
+        "rows": table if len(groups) > 1 else table[:1],
         "least": f"{FLAGGED:g}",
         "link": f"data:application/json;base64,{b64encode(text.encode()).decode('ascii')}",
         "words": counted(sum(int(p.flagged.sum()) for p in poses.values()), "entry", "entries"),
@@ -148,7 +148,7 @@ def flagged_section(poses: Mapping[str, Registered]) -> Section:
     return Section("flagged", "Vertices that are not to be trusted", content)
 
 
-def vertex_parts(mesh: Mesh) -> dict[str, NDArray[np.bool_]]:
+def vertex_groups(mesh: Mesh) -> dict[str, NDArray[np.bool_]]:
     """(V,) which vertices each group of a mesh has, or each material where there are no groups.
 
     A vertex of several is of the first; those of none are unnamed.
@@ -156,12 +156,12 @@ def vertex_parts(mesh: Mesh) -> dict[str, NDArray[np.bool_]]:
     labels = mesh.groups if mesh.groups is not None else mesh.materials
     if labels is None:
         return {"whole mesh": np.ones(len(mesh.vertices), dtype=bool)}
-    part = np.full(len(mesh.vertices), len(labels.names))
+    group = np.full(len(mesh.vertices), len(labels.names))
     of_corner = labels.of_face[mesh.faces.corner_faces]
     named = of_corner >= 0
-    np.minimum.at(part, mesh.faces.indices[named], of_corner[named])
+    np.minimum.at(group, mesh.faces.indices[named], of_corner[named])
     names = [*labels.names, "unnamed"]
-    return {name: part == k for k, name in enumerate(names) if (part == k).any()}
+    return {name: group == k for k, name in enumerate(names) if (group == k).any()}
 
 
 def times(figures: Figures) -> Section:
