@@ -186,6 +186,9 @@ def test_the_rule_is_that_of_the_table(
         (123.4, "123"),
         (0.00973, "0.00973"),
         (26719, "26,719"),
+        (1.87e-16, "0"),
+        (-3e-13, "0"),
+        (2e-9, "2.00e-09"),
     ],
 )
 def test_numbers_have_three_digits(value: float, text: str) -> None:

@@ -14,6 +14,7 @@ from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.inbetweens import Suggestion
 from elastomorph.evaluation.movements import JudgedMovement
+from elastomorph.evaluation.words import NOTHING
 
 ORDERS = ("index", "length", "error")
 MANY_CURVES = 200
@@ -190,7 +191,7 @@ def _errors_by_number(axes: Any, suggestions: Sequence[Suggestion]) -> None:
     axes.plot(numbers, largest, "o-", color="#0060a8", label="LME", clip_on=False)
     axes.plot(numbers, average, "s--", color="#c44e00", label="LAE", clip_on=False)
     for number, error in zip(numbers[1:], largest[1:], strict=True):
-        if error > 0:
+        if error > 100 * NOTHING:
             axes.annotate(
                 f"÷{largest[0] / error:.2g}",
                 (number, error),

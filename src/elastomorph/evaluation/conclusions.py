@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from elastomorph.evaluation.inbetweens import Suggestion
 from elastomorph.evaluation.summary import MethodSummary, Outcome, places, same
-from elastomorph.evaluation.words import SPACE, Lengths, listed, percent, share_of
+from elastomorph.evaluation.words import NOTHING, SPACE, Lengths, listed, percent, share_of
 
 # A win by less than a twentieth of the error of straight lines is a narrow one.
 _NARROW = 0.95
@@ -298,7 +298,7 @@ def _in_betweens(suggestions: Sequence[Suggestion], lengths: Lengths) -> str:
     for one in suggestions:
         if one.frames and one.lme < least and not same(one.lme, least):
             where = listed([f"{time:.2g}" for time in one.times])
-            factor = f" (÷{SPACE}{bare.lme / one.lme:.2g})" if one.lme > 0 else ""
+            factor = f" (÷{SPACE}{bare.lme / one.lme:.2g})" if one.lme > NOTHING else ""
             said.append(
                 f"to {lengths.plain(one.lme)}{factor} with {len(one.frames)} at t = {where}"
             )

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 SPACE = "\u00a0"
 """Between a number and its unit, which belong on one line."""
+NOTHING = 1e-9
+"""What rounding leaves of an error of 0, as a fraction of D or a length: it reads as 0."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ def significant(value: float) -> str:
     """Three significant digits, never in powers of ten for what people measure on faces."""
     if abs(value) >= 999.5:
         return f"{value:,.0f}"
-    return f"{value:#.3g}".rstrip(".") if value else "0"
+    return f"{value:#.3g}".rstrip(".") if abs(value) > NOTHING else "0"
 
 
 def share_of(fraction: float) -> str:
