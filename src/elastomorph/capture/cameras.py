@@ -35,6 +35,7 @@ __all__ = ["Say", "solve_pose"]
 Say = Callable[[str, float], None]
 
 _STRONGEST, _STRONGEST_AGAIN = 1500, 4000
+_LEAST_SHARE = 0.6  # of the photographs; where fewer agree, which of them are right is not known
 _CENTRE_FROM = 10  # photographs; fewer do not fix the centre of a lens
 
 
@@ -53,6 +54,13 @@ def solve_pose(
         FileError: A photograph is no longer there.
         MissingExtraError: pycolmap is not installed.
     """
+    return found_and_solved(photographs, like, say)[1]
+
+
+def found_and_solved(
+    photographs: Photographs, like: SolvedPose | None, say: Say
+) -> tuple[dict[str, Features], SolvedPose]:
+    """The features of each photograph by its name, and what `solve_pose` makes of them."""
     taken = photographs.taken
     finder = _Finder(photographs, like, say)
     with TemporaryDirectory(prefix="elastomorph-") as place:
@@ -62,7 +70,8 @@ def solve_pose(
         sparse = finder.exact(sparse, folder, rejected)
     require_plausible(photographs.pose, sparse, len(taken))
     remarks = (*photographs.remarks, *remarks_on(sparse, taken))
-    return _solved(sparse, finder.features, taken, rejected, remarks, finder.shots)
+    solved = _solved(sparse, finder.features, taken, rejected, remarks, finder.shots)
+    return dict(zip(finder.shots.names, finder.features, strict=True)), solved
 
 
 class _Finder:
@@ -108,7 +117,7 @@ class _Finder:
                 best, self.features = sparse, again
             if best is not None and best.found >= enough:
                 break
-        if best is None or best.found < min(FEWEST, len(self.taken)):
+        if best is None or best.found < max(FEWEST, _LEAST_SHARE * len(self.taken)):
             raise CaptureError(_no_overlap(self.photographs, 0 if best is None else best.found))
         return best
 

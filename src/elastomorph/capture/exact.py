@@ -15,7 +15,7 @@ from elastomorph.capture.sparse import Shots, Sparse
 __all__ = ["cloud", "farthest_off", "matched", "misfits", "reprojection"]
 
 _FEWEST_POINTS = 40
-_WORSE = 3.0  # error of a photograph against the middle one
+_FEWER, _WORSE = 0.15, 3.0  # points and error of a photograph against the middle one
 _CLOUD_TRACK, _CLOUD_ERROR = 3, 1.5
 _WITHIN, _AT_SIZE = 2.0, 2000  # px that a feature may be off in a photograph of this longer side
 
@@ -37,21 +37,31 @@ def matched(rough: Sparse, features: Sequence[Features]) -> Pairs:
     return {(i, j): guided(guides[i], guides[j]) for i, j in neighbours(cameras, middle)}
 
 
-def misfits(sparse: Sparse, shots: Shots) -> dict[str, str]:
-    """Photographs that do not fit the others, and why."""
+def misfits(sparse: Sparse, shots: Shots, expected: float | None = None) -> dict[str, str]:
+    """Photographs that do not fit the others, and why.
+
+    Args:
+        sparse: Cameras and points.
+        shots: The photographs.
+        expected: Error of a photograph that fits, px; that of the middle one unless given.
+    """
     errors = reprojection(sparse, shots)
-    middle = float(np.median(list(errors.values())))
+    middle = float(np.median(list(errors.values()))) if expected is None else expected
     counts = np.bincount(sparse.seen[:, 0], minlength=len(shots.names))
+    usual = float(np.median([counts[k] for k, c in enumerate(sparse.cameras) if c is not None]))
     bad = {}
     for k, camera in enumerate(sparse.cameras):
         if camera is None:
             continue
-        if counts[k] < _FEWEST_POINTS:
-            bad[camera.name] = f"only {counts[k]} points of it are seen in other photographs"
+        if counts[k] < max(_FEWEST_POINTS, _FEWER * usual):
+            bad[camera.name] = (
+                f"only {counts[k]:,} points of it agree with other photographs, {usual:,.0f} do in "
+                "the middle one of them: the face or the camera moved, or it is blurred"
+            )
         elif errors[camera.name] > _WORSE * middle:
             bad[camera.name] = (
                 f"its features are {errors[camera.name]:.2f} px from where they should be, "
-                f"{middle:.2f} px in the others: the face or the camera moved, or it is blurred"
+                f"{middle:.2f} px is usual: the face or the camera moved, or it is blurred"
             )
     return bad
 

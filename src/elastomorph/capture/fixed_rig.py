@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera
-from elastomorph.capture.cameras import Say, solve_pose
+from elastomorph.capture.cameras import Say, found_and_solved
 from elastomorph.capture.exact import cloud, farthest_off, matched, misfits, reprojection
 from elastomorph.capture.features import Features, find_features
 from elastomorph.capture.matching import Pairs, compared, neighbours, off_lines, strongest
@@ -35,8 +35,8 @@ _STRONGEST = 1500
 _MOST_POSES = 4  # more add little to what these say of the cameras
 _LARGEST_SHARE = 0.5
 _OFF_LINE = 0.002  # focal lengths; rough points are only to guide
-_OWN_LENSES = 0.95  # error with a lens a camera against one lens for all, to keep the former
-_OWN_FROM = 1000  # points that each camera must see for a lens of its own
+_OWN_LENSES = 0.985  # error with a lens a camera against one lens for all, to keep the former
+_OWN_FROM = 500  # points that each camera must see for a lens of its own
 
 
 def same_cameras(poses: Mapping[str, Photographs], neutral: str) -> dict[str, dict[str, str]]:
@@ -89,7 +89,7 @@ def solve_rig(
         CaptureError: Too few cameras are found, or names do not tell which is which.
     """
     same = same_cameras(poses, neutral)
-    first = solve_pose(poses[neutral], say=lambda text, part: say(text, 0.4 * part))
+    known, first = found_and_solved(poses[neutral], None, _part(say, 0.0, 0.4))
     others = [pose for pose in poses if pose != neutral]
     step = max(1, -(-len(others) // (_MOST_POSES - 1)))
     chosen = [neutral, *others[step - 1 :: step]]
@@ -98,8 +98,9 @@ def solve_rig(
     with TemporaryDirectory(prefix="elastomorph-") as place:
         for number, pose in enumerate(chosen):
             said = _part(say, 0.4 + 0.4 * number / len(chosen), 0.4 / len(chosen))
-            photographs = _in_slots(poses[pose], same[pose], slots)
-            features = _features(photographs, said)
+            features = [known[slot] for slot in slots]
+            if pose != neutral:
+                features = _features(_in_slots(poses[pose], same[pose], slots), said)
             union.add(features, _matches(first.cameras, slots, features, Path(place)))
         say("adjusting the rig", 0.8)
         sparse = union.adjusted(first.cameras, Path(place))
@@ -148,23 +149,22 @@ def solve_in_rig(
         for slot, camera, name in zip(slots, rig.cameras, names, strict=True)
     ]
     shots = Shots(names, [each.places for each in features], list(range(len(slots))))
-    within = farthest_off(cameras)
+    within = farthest_off(rig.cameras)
+    usual = float(np.median(list(rig.reprojection.values())))
     with TemporaryDirectory(prefix="elastomorph-") as place:
         pairs = _matches(cameras, names, features, Path(place))
-        say("triangulating", 0.8)
-        sparse = refined(shots, cameras, pairs, Path(place), free="points", within=within)
-        bad = misfits(sparse, shots)
-        if bad:
-            rejected.update(bad)
-            cameras = [None if c is None or c.name in bad else c for c in cameras]
+        for last in (False, True):
+            say("triangulating", 0.9 if last else 0.8)
             left = {k for k, camera in enumerate(cameras) if camera is not None}
+            if len(left) < max(3, _LARGEST_SHARE * len(photographs.taken)):
+                raise CaptureError(_moved(photographs, len(left)))
             pairs = {pair: found for pair, found in pairs.items() if left.issuperset(pair)}
             sparse = refined(shots, cameras, pairs, Path(place), free="points", within=within)
-    if len(sparse.points) == 0 or sparse.found < _LARGEST_SHARE * len(photographs.taken):
-        raise CaptureError(
-            f"pose '{photographs.pose}': {len(bad)} of {len(photographs.taken)} photographs do not "
-            "agree with the cameras of the neutral; if cameras were moved, leave out --rig fixed"
-        )
+            bad = misfits(sparse, shots, usual)
+            if last or not bad:
+                break
+            rejected.update(bad)
+            cameras = [None if c is None or c.name in bad else c for c in cameras]
     points, descriptors = cloud(sparse, features)
     lenses = {p.name: p.lens for p in photographs.taken}
     return SolvedPose(
@@ -237,6 +237,13 @@ class _Union:
             owners.astype(np.int64),
             sparse.seen[mine],
         )
+
+
+def _moved(photographs: Photographs, left: int) -> str:
+    return (
+        f"pose '{photographs.pose}': {left} of {len(photographs.taken)} photographs agree with the "
+        "cameras of the neutral; if cameras were moved, leave out --rig fixed"
+    )
 
 
 def _matches(

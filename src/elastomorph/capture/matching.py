@@ -24,8 +24,10 @@ __all__ = ["Guide", "Pairs", "compared", "guided", "strongest"]
 Pairs = dict[tuple[int, int], NDArray[np.uint32]]
 
 _RATIO, _FARTHEST = 0.8, 0.7  # of descriptors: best against second, and best
-_AROUND = 0.0055  # how far from where it is expected a feature is looked for, in focal lengths
+_AROUND = 0.008  # how far from where it is expected a feature is looked for, in focal lengths
 _CANDIDATES = 12
+_NEIGHBOURS = 6
+_STEP = 0.1  # of the depth: points that differ by more are not on one piece of surface
 _OFF_LINE = 0.001  # from the epipolar line, in focal lengths
 
 
@@ -64,11 +66,32 @@ class Guide:
         self.rays = _rays(camera, features.places)
         plane = self.rays[:, :2]
         self.tree = cKDTree(plane)
-        local = points @ camera.rotation.T + camera.translation
-        known = cKDTree(local[:, :2] / local[:, 2:])
-        _, near = known.query(plane, k=min(5, len(points)))
-        depths = np.median(local[:, 2][near].reshape(len(plane), -1), axis=1)
+        depths = _depths(plane, points @ camera.rotation.T + camera.translation)
         self.places = (self.rays * depths[:, None] - camera.translation) @ camera.rotation
+
+
+def _depths(plane: NDArray[np.float64], local: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Depths (N,) at places (N, 2) of the plane z = 1, by (K, 3) points in the camera's frame.
+
+    Of the points around a place the inverse depth is fitted as linear, as it is of a plane; a
+    median around it where they do not spread enough for that, or where one of them is far off.
+    """
+    beside = local[:, :2] / local[:, 2:]
+    near = cKDTree(beside).query(plane, k=min(_NEIGHBOURS, len(local)))[1].reshape(len(plane), -1)
+    inverse = 1.0 / local[:, 2][near]
+    middle = np.median(inverse, axis=1)
+    off = beside[near] - plane[:, None]
+    columns = np.concatenate([np.ones((*off.shape[:2], 1)), off], axis=2)
+    normal = np.einsum("nki,nkj->nij", columns, columns)
+    # Held to a constant, weakly: enough where the points lie on a line, little elsewhere.
+    reach = np.square(off).sum(axis=(1, 2))
+    normal[:, [1, 2], [1, 2]] += 0.05 * np.maximum(reach, 1e-12)[:, None]
+    right = np.einsum("nki,nk->ni", columns, inverse)
+    fitted = np.linalg.solve(normal, right[..., None])[:, 0, 0]
+    lowest, highest = inverse.min(axis=1), inverse.max(axis=1)
+    apart = highest - lowest
+    good = (fitted > lowest - apart) & (fitted < highest + apart) & (apart < _STEP * middle)
+    return np.asarray(1.0 / np.where(good, fitted, middle))
 
 
 def guided(first: Guide, second: Guide) -> NDArray[np.uint32]:
