@@ -53,7 +53,7 @@ def test_several_poses_say_more_of_cameras_than_one(views):
     alone = solve_pose(poses["neutral"])
     parts = []
     rig = solve_rig(poses, "neutral", say=lambda text, part: parts.append(part))
-    assert parts == sorted(parts)
+    assert (np.diff(parts) > -1e-9).all()
     assert len(rig.cameras) == len(CAMERAS)
     assert centres_off(rig.cameras, CAMERAS) < 0.8 * centres_off(alone.cameras, CAMERAS)
     assert len(rig.points) == pytest.approx(len(alone.points), rel=0.05)

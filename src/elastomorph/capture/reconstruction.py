@@ -26,7 +26,7 @@ _THREADS = 2
 _SEED = 1
 _FEWEST_MATCHES = 15
 _LEAST_ANGLE = 1.5  # degrees between the rays to a point
-_ROUNDS = 3
+_ROUNDS, _STEPS, _LAST_STEPS = 3, 8, 30
 
 
 def verified(
@@ -133,10 +133,12 @@ def refined(
         options.extract_colors = False
         world = pycolmap.triangulate_points(world, database, folder, folder, True, options)
         adjusting = _adjustment(pycolmap, free)
+        adjusting.ceres.solver_options.max_num_iterations = _STEPS
         # Triangulation leaves what four pixels allow; wrong matches go before they can pull.
         for limit in np.geomspace(2.0 * within, within, _ROUNDS):
             _adjusted(pycolmap, world, adjusting)
             pycolmap.ObservationManager(world).filter_all_points3D(float(limit), _LEAST_ANGLE)
+        adjusting.ceres.solver_options.max_num_iterations = _LAST_STEPS
         _adjusted(pycolmap, world, adjusting)
         world.update_point_3d_errors()
         return _read(world, shots)
@@ -159,7 +161,6 @@ def _adjustment(pycolmap: Any, free: str) -> Any:
     options.refine_rig_from_world = free != "points"
     options.ceres.loss_function_type = pycolmap.LossFunctionType.SOFT_L1
     options.ceres.solver_options.num_threads = _THREADS
-    options.ceres.solver_options.max_num_iterations = 30
     options.ceres.solver_options.function_tolerance = 1e-7
     return options
 
