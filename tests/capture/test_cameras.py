@@ -121,3 +121,12 @@ def test_photographs_from_one_place_are_refused(shown):
     shown({c.name: seen(c, EGG, k) for k, c in enumerate(close)})
     with pytest.raises(CaptureError, match="pose 'neutral'"):
         solve_pose(taken(close))
+
+
+def test_cropped_photographs_are_solved_and_mentioned(shown):
+    """As where the axis of the lens was taken for the middle of a photograph that was cut."""
+    cut = [replace(camera, centre=camera.centre + [10.0, -130.0]) for camera in CAMERAS]
+    shown({c.name: seen(c, EGG, k) for k, c in enumerate(cut)})
+    found = solve_pose(taken(cut))
+    assert centres_off(found.cameras, cut) < 0.08
+    assert any("may be cropped" in remark for remark in found.remarks)

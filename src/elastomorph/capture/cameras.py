@@ -21,6 +21,7 @@ from elastomorph.capture.camera import Camera
 from elastomorph.capture.exact import cloud, farthest_off, matched, misfits, reprojection
 from elastomorph.capture.features import Features, find_features
 from elastomorph.capture.focal import Start, found_cameras
+from elastomorph.capture.late import found_late
 from elastomorph.capture.matching import Pairs, compared, strongest
 from elastomorph.capture.photographs import FEWEST, Photograph, Photographs
 from elastomorph.capture.plausible import remarks_on, require_plausible
@@ -136,7 +137,7 @@ class _Finder:
         found, _ = found_cameras(
             shots, self.starts, pairs, folder, lambda text: self.say(text, 0.6)
         )
-        return found
+        return None if found is None else found_late(found, chosen, features, shots)
 
     def exact(self, rough: Sparse, folder: Path, rejected: dict[str, str]) -> Sparse:
         """All features matched where the cameras expect them, and everything adjusted."""

@@ -12,7 +12,7 @@ from elastomorph.capture.features import Features
 from elastomorph.capture.matching import Guide, Pairs, guided, neighbours
 from elastomorph.capture.sparse import Shots, Sparse
 
-__all__ = ["cloud", "farthest_off", "matched", "misfits", "reprojection"]
+__all__ = ["cloud", "farthest_off", "matched", "misfits", "reprojection", "well_seen"]
 
 _FEWEST_POINTS = 40
 _FEWER, _WORSE = 0.15, 3.0  # points and error of a photograph against the middle one
@@ -87,12 +87,17 @@ def cloud(
         mine = sparse.seen[:, 0] == k
         looks = each.unit[sparse.seen[mine, 1]]
         np.add.at(sums, sparse.owners[mine], looks)
-    limit = _CLOUD_ERROR * max(1.0, _longest(sparse.cameras) / _AT_SIZE)
-    seen = np.bincount(sparse.owners, minlength=count)
-    good = (seen >= _CLOUD_TRACK) & (sparse.errors <= limit)
+    good = well_seen(sparse)
     length = np.linalg.norm(sums[good], axis=1, keepdims=True)
     mean = sums[good] / np.maximum(length, 1e-9)
     return sparse.points[good], np.asarray(mean, dtype=np.float32)
+
+
+def well_seen(sparse: Sparse) -> NDArray[np.bool_]:
+    """Which points three photographs or more agree on, (N,)."""
+    limit = _CLOUD_ERROR * max(1.0, _longest(sparse.cameras) / _AT_SIZE)
+    seen = np.bincount(sparse.owners, minlength=len(sparse.points))
+    return np.asarray((seen >= _CLOUD_TRACK) & (sparse.errors <= limit))
 
 
 def _longest(cameras: Sequence[Camera | None]) -> int:

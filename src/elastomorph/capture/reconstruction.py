@@ -19,7 +19,7 @@ from elastomorph.capture.features import quiet_pycolmap
 from elastomorph.capture.matching import Pairs
 from elastomorph.capture.sparse import Lens, Shots, Sparse
 
-__all__ = ["mapped", "refined", "verified"]
+__all__ = ["mapped", "pycolmap_camera", "refined", "verified"]
 
 _MODEL = "SIMPLE_RADIAL"
 _THREADS = 2
@@ -45,7 +45,7 @@ def verified(
     with quiet_pycolmap() as pycolmap:
         options = pycolmap.TwoViewGeometryOptions()
         options.ransac.random_seed = _SEED
-        cameras = [_pycolmap_camera(pycolmap, k, lens, known) for k, lens in enumerate(lenses)]
+        cameras = [pycolmap_camera(pycolmap, k, lens, known=known) for k, lens in enumerate(lenses)]
         for (i, j), matches in pairs.items():
             if len(matches) < _FEWEST_MATCHES:
                 continue
@@ -165,7 +165,8 @@ def _adjustment(pycolmap: Any, free: str) -> Any:
     return options
 
 
-def _pycolmap_camera(pycolmap: Any, number: int, lens: Lens, known: bool) -> Any:
+def pycolmap_camera(pycolmap: Any, number: int, lens: Lens, *, known: bool) -> Any:
+    """A lens as pycolmap has it, counted from 1 there."""
     width, height = lens.size
     model = getattr(pycolmap.CameraModelId, _MODEL)
     camera = pycolmap.Camera.create_from_model_id(number + 1, model, lens.focal, width, height)
@@ -191,7 +192,7 @@ def _written(
     try:
         with pycolmap.DatabaseTransaction(database):
             for k, lens in enumerate(lenses):
-                camera = _pycolmap_camera(pycolmap, k, lens, True)
+                camera = pycolmap_camera(pycolmap, k, lens, known=True)
                 database.write_camera(camera, True)
                 rig = pycolmap.Rig()
                 rig.rig_id = k + 1
@@ -220,7 +221,7 @@ def _reconstruction(
 ) -> Any:
     world = pycolmap.Reconstruction()
     for k, lens in enumerate(lenses):
-        world.add_camera_with_trivial_rig(_pycolmap_camera(pycolmap, k, lens, True))
+        world.add_camera_with_trivial_rig(pycolmap_camera(pycolmap, k, lens, known=True))
     for k, camera in enumerate(cameras):
         if camera is None:
             continue
