@@ -16,7 +16,7 @@ __all__ = ["missing_cameras", "times_seen"]
 Points = NDArray[np.float64]
 
 # Cameras that have to see a vertex for it to be measured, and how much it may be turned away.
-_FEWEST, _LEAST_COSINE = 3, 0.3
+_FEWEST, _LEAST_COSINE = 3, 0.2
 # Part of the face that may stand before a vertex without hiding it.
 _BEFORE = 0.015
 # What is asked for: in sizes of the face from the middle of its landmarks, up or down and back.

@@ -89,7 +89,7 @@ _STEPS = (
     _Step(0.15, 0.05, 1.0, 0.02, 0.3),
     _Step(0.1, 0.02, 0.3, 0.01, 0.05),
 )
-_ROUNDS = (_Round(60, 0.12, 0.05), _Round(120, 0.06, 0.02), _Round(240, 0.04, 0.01))
+_ROUNDS = (_Round(60, 0.15, 0.05), _Round(120, 0.12, 0.02), _Round(240, 0.1, 0.01))
 _ARAP = 0.005
 # Pixels: the median deviation up to which observations agree, and the width of their mean.
 _DEVIATION, _WIDTH = 0.8, 0.45
@@ -216,9 +216,9 @@ class _Neutral:
             agreed.drop(np.abs(agreed.offsets) > each.reach * self.face)
             own = self._own()
             terms = along_normals(own, agreed.weights, agreed.offsets)
-            drawn = to_points(
-                own, self.cloud, self._shown(), width=0.01 * self.face, reach=0.1 * self.face
-            )
+            # Photographs tell more than single points, where they tell anything.
+            rest = self._shown() & (agreed.counts == 0)
+            drawn = to_points(own, self.cloud, rest, width=0.01 * self.face, reach=0.1 * self.face)
             terms = _sum(terms, drawn, 0.3)
             terms = _sum(terms, self._landmarks(0.2))
             self._solve(terms, arap=_ARAP, bending=each.bending, rounds=3)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera
 from elastomorph.capture.crops import Crop
+from elastomorph.capture.curved import curved
 from elastomorph.capture.surface import Surface
 
 Points = NDArray[np.float64]
@@ -25,8 +26,8 @@ Single = NDArray[np.float32]
 
 # Angle between the cameras of a pair, as seen from the head, in degrees.
 _LEAST_ANGLE, _MOST_ANGLE = 4.0, 45.0
-# A vertex is looked at if it is turned away from the camera by less than about 73°.
-_LEAST_COSINE = 0.3
+# A vertex is looked at if it is turned away from the camera by less than about 78°.
+_LEAST_COSINE = 0.2
 # Pixels within which photographs are compared after the flow, and how well they have to correlate.
 _WINDOW, _LEAST_CORRELATION = 3.0, 0.6
 # Pixels: the longest flow, and how far the rays of what was matched may pass each other.
@@ -101,7 +102,8 @@ def offsets_from(
         tolerance: how far before a vertex something may stand without hiding it, in the units of
             the surface.
     """
-    seen = [_see(crop, surface, chosen, tolerance) for crop in crops]
+    fine = curved(surface)
+    seen = [_see(crop, surface, fine, chosen, tolerance) for crop in crops]
     flow = _flow()
     found = []
     for first, group in groupby(sorted(pairs), key=lambda pair: pair[0]):
@@ -120,8 +122,10 @@ def offsets_from(
     )
 
 
-def _see(crop: Crop, surface: Surface, chosen: NDArray[np.bool_], tolerance: float) -> _Seen:
-    hits = surface.cast(crop.camera.position, crop.camera.directions(_STEP))
+def _see(
+    crop: Crop, surface: Surface, fine: Surface, chosen: NDArray[np.bool_], tolerance: float
+) -> _Seen:
+    hits = fine.cast(crop.camera.position, crop.camera.directions(_STEP))
     depth = np.where(hits.met, hits.depths, 0).astype(np.float32)
     some = np.flatnonzero(chosen)
     visible = np.zeros(len(chosen), dtype=bool)
