@@ -94,9 +94,9 @@ def normal_equations(
         seen: what the photographs show.
         unit: length that makes A a number: what a pixel shows.
         robust: residual, in units of its spread, from which on it counts less (Geman–McClure).
-        mixing: (V, V) sparse; what was seen is not a vertex but this mixture of them. A is that
-            of the vertices alone all the same, which shortens the step where vertices differ from
-            their mixture, and changes nothing where it leads.
+        mixing: (V, V) sparse, rows that add up to 1; what was seen is not a vertex but this
+            mixture of them. A then bounds the true one, (Σ m x)ᵀ A (Σ m x) ≤ Σ m xᵀ A x, which
+            shortens the step where vertices differ from their mixture and leads to the same end.
     """
     quadratic, pulls = np.zeros((len(vertices), 3, 3)), np.zeros((len(vertices), 3))
     off = residuals(cameras, vertices, seen)
@@ -111,4 +111,5 @@ def normal_equations(
         np.add.at(pulls, which, np.einsum("nij,nj->ni", pull, off[mine]))
     if mixing is not None:
         pulls = mixing.T @ pulls
+        quadratic = (mixing.T @ quadratic.reshape(-1, 9)).reshape(-1, 3, 3)
     return quadratic, pulls + np.einsum("nij,nj->ni", quadratic, vertices)

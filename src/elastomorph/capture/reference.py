@@ -26,6 +26,8 @@ LEAST_COSINE = 0.2
 _BEFORE = 1.5
 # Pixels between samples of a patch, and its radius.
 _SPACING, _RADIUS = 1.5, 9.0
+# Photographs that would be made smaller by less than this are left as they are.
+_ALMOST = 0.85
 # Every so many pixels of a neutral photograph the depth of the surface is kept.
 _DEPTH_STEP = 2
 
@@ -118,7 +120,8 @@ class Reference:
         self, vertices: Points, triangles: NDArray[np.integer], views: Sequence[View]
     ) -> None:
         self.surface = Surface(vertices, triangles)
-        self.views = list(views)
+        # Without colour; a sequence that reads photographs when asked is gone through once.
+        self.views = [resized(view, 1.0) for view in views]
         self._levels: dict[float, Level] = {}
 
     @cached_property
@@ -127,13 +130,14 @@ class Reference:
         return largest_distance(self.surface.vertices)
 
     def scales(self, heads: Sequence[float]) -> list[float]:
-        """Sizes of the photographs at which D is so many pixels long, none larger than they are."""
+        """Sizes of the photographs at which D is about so many pixels long, 1 at most."""
         middle = self.surface.vertices.mean(axis=0)
         lengths = [
             v.camera.focal * self.extent / max(float(v.camera.project(middle)[1]), 1e-9)
             for v in self.views
         ]
-        return [min(1.0, head / float(np.median(lengths))) for head in heads]
+        wanted = [head / float(np.median(lengths)) for head in heads]
+        return [1.0 if scale > _ALMOST else scale for scale in wanted]
 
     @cached_property
     def deformation(self) -> Deformation:

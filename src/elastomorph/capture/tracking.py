@@ -102,10 +102,11 @@ def follow(
     anchors = Anchors.of(reference, vertices, matches)
     vertices = begun(reference, vertices, anchors)
     deformation = reference.deformation.around(vertices)
+    sizes = _sizes(reference, views)
     turns = len(_FLOWS) + len(_PATCHES)
     for turn, (head, sources) in enumerate(_FLOWS):
         say("optical flow", turn / turns)
-        level, small = _at(reference, views, head)
+        level, small = sizes[head]
         seen = by_flow(level, small, vertices, _FLOW_LEAST, sources)
         vertices = settled(
             deformation, level, small, vertices, seen, _FLOW_ROBUST, _FLOW_STIFFNESS, anchors
@@ -114,7 +115,7 @@ def follow(
     deformation = reference.deformation.around(vertices)
     for turn, (head, least, robust) in enumerate(_PATCHES, start=len(_FLOWS)):
         say("patches", turn / turns)
-        level, small = _at(reference, views, head)
+        level, small = sizes[head]
         seen = by_patches(level, small, vertices, reference.deformation.rotations(vertices), least)
         vertices = settled(
             deformation,
@@ -137,10 +138,18 @@ def follow(
     )
 
 
-def _at(reference: Reference, views: Sequence[View], head: float) -> tuple[Level, list[View]]:
-    """The neutral, and the photographs of the pose, at a size."""
-    scale = reference.scales([head])[0]
-    return reference.level(scale), [resized(view, scale) for view in views]
+def _sizes(reference: Reference, views: Sequence[View]) -> dict[float, tuple[Level, list[View]]]:
+    """For each length of D: the neutral, and the photographs of the pose, at that size."""
+    heads = sorted({head for head, *_ in (*_FLOWS, *_PATCHES)})
+    scales = reference.scales(heads)
+    small: list[list[View]] = [[] for _ in heads]
+    for view in views:
+        for scale, kept in zip(scales, small, strict=True):
+            kept.append(resized(view, scale))
+    return {
+        head: (reference.level(scale), kept)
+        for head, scale, kept in zip(heads, scales, small, strict=True)
+    }
 
 
 @dataclass(frozen=True, eq=False)
