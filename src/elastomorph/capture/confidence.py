@@ -1,10 +1,16 @@
 """How far off a vertex of a followed pose is expected to be, and the confidence that follows.
 
-What photographs leave open at a vertex is the covariance of the last step of Gauss–Newton, larger
-where they contradict each other more than their own noise explains. A vertex that fewer than two
-of them show was only filled in from those around it: its error grows along the surface with the
-distance to vertices that were found. With the expected error e, the confidence is
-1 / (1 + (e / 0.005 D)²): 0.5 where 0.5 % of D is expected.
+Three things are expected to be wrong:
+
+- what photographs leave open: the covariance of the last step of Gauss–Newton from the noise that
+  was left in each patch, larger where photographs contradict each other more than that explains;
+- what a patch cannot follow: where the skin is stretched or compressed much, as around lips that
+  part, a patch is a bad picture of itself, by a part of its radius for each strain;
+- what no photographs show: a vertex that fewer than two found is filled in, and its error grows
+  along the surface with the way to vertices that were found.
+
+With the expected error e, the confidence is 1 / (1 + (e / 0.005 D)²): 0.5 where 0.5 % of D is
+expected.
 """
 
 from __future__ import annotations
@@ -16,6 +22,7 @@ import scipy.sparse as sparse
 from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera
+from elastomorph.capture.deformation import Deformation
 from elastomorph.capture.observations import (
     Observations,
     disagreement,
@@ -29,7 +36,9 @@ Points = NDArray[np.float64]
 # Of D: the error at which a vertex is as likely trusted as not.
 FLAGGED = 0.005
 # Error that filling in adds for each length of the way from the nearest vertex that was found.
-_FILLED = 0.15
+_FILLED = 0.3
+# Strain that patches follow without harm, and the part of their radius that each more costs.
+_STRAIN, _STRETCHED = 0.15, 2.0
 
 
 def spreads(cameras: Sequence[Camera], vertices: Points, seen: Observations) -> Points:
@@ -51,19 +60,36 @@ def spreads(cameras: Sequence[Camera], vertices: Points, seen: Observations) -> 
     return found
 
 
+def stretched(deformation: Deformation, vertices: Points, radius: float) -> Points:
+    """(V,) lengths: what strain of the surface adds to the error of patches of a radius.
+
+    The strain of a vertex is the mean of |ln(length / length at rest)| over the edges around it.
+    """
+    first, second = deformation.edges.T
+    rest = np.linalg.norm(deformation.rest[first] - deformation.rest[second], axis=1)
+    now = np.linalg.norm(vertices[first] - vertices[second], axis=1)
+    tiny = np.finfo(float).tiny
+    strain = np.abs(np.log(np.maximum(now, tiny) / np.maximum(rest, tiny)))
+    both = np.concatenate([first, second])
+    count = len(vertices)
+    total = np.bincount(both, np.concatenate([strain, strain]), count)
+    mean = total / np.maximum(np.bincount(both, minlength=count), 1)
+    around = deformation.smoothed(deformation.smoothed(mean))
+    found: Points = _STRETCHED * radius * np.maximum(around - _STRAIN, 0)
+    return found
+
+
 def expected_errors(neutral: Surface, spread: Points, extent: float) -> Points:
     """(V,) lengths: the spread, or what filling in from better vertices leaves if that is less."""
     from scipy.sparse.csgraph import dijkstra
 
-    faces, count = neutral.triangles, len(neutral.vertices)
-    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    ends = np.unique(ends, axis=0)
-    far = np.linalg.norm(neutral.vertices[ends[:, 0]] - neutral.vertices[ends[:, 1]], axis=1)
+    count = len(neutral.vertices)
+    edges = neutral.ways.tocoo()
     # A vertex more, joined to each that was found by a way as long as its own error.
     known = np.flatnonzero(np.isfinite(spread))
-    rows = np.concatenate([ends[:, 0], np.full(len(known), count)])
-    columns = np.concatenate([ends[:, 1], known])
-    costs = np.concatenate([_FILLED * far, spread[known]])
+    rows = np.concatenate([edges.row, np.full(len(known), count)])
+    columns = np.concatenate([edges.col, known])
+    costs = np.concatenate([_FILLED * edges.data, spread[known]])
     graph = sparse.coo_array(
         (np.maximum(costs, 1e-12 * extent), (rows, columns)), shape=(count + 1, count + 1)
     ).tocsr()

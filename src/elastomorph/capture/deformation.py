@@ -61,6 +61,11 @@ class Deformation:
         other.rest, other._curvature = rest, self._mean @ rest
         return other
 
+    def smoothed(self, values: Points) -> Points:
+        """(V, ...) values at the vertices, each the mean of itself and its neighbours."""
+        found: Points = self._smoothing @ values
+        return found
+
     def rotations(self, vertices: Points, smoothing: int = 2) -> Points:
         """(V, 3, 3) rotations of the surroundings of each vertex from rest to (V, 3) vertices."""
         first, second = self.edges.T

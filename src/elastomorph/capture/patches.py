@@ -266,16 +266,9 @@ def _connected(
     """Which pairs of a vertex and a triangle are near along the surface and face one way."""
     from scipy.sparse.csgraph import dijkstra
 
-    vertices, faces = surface.vertices, surface.triangles
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    lengths = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-    longest = lengths.reshape(3, -1).max(axis=0)
-    count = len(vertices)
-    ends = np.sort(ends, axis=1)
-    keys, which = np.unique(ends[:, 0] * count + ends[:, 1], return_index=True)
-    graph = sparse.coo_array(
-        (np.maximum(lengths[which], 1e-12), (keys // count, keys % count)), shape=(count, count)
-    ).tocsr()
+    faces, graph = surface.triangles, surface.ways
+    sides = surface.vertices[faces] - surface.vertices[np.roll(faces, 1, axis=1)]
+    longest = np.linalg.norm(sides, axis=2).max(axis=1)
     normals = surface.face_normals[triangles]
     kept: NDArray[np.bool_] = np.einsum("ij,ij->i", normals, surface.normals[owners]) > 0
     asked = np.unique(owners)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera, View
 from elastomorph.capture.deformation import Deformation
+from elastomorph.capture.lips import touching
 from elastomorph.capture.patches import Patches
 from elastomorph.capture.sampling import blurred, sampled
 from elastomorph.capture.surface import Surface
@@ -25,7 +26,9 @@ LEAST_COSINE = 0.2
 # Pixels by which something may stand before a vertex that is still said to be seen.
 _BEFORE = 1.5
 # Pixels between samples of a patch, and its radius.
-_SPACING, _RADIUS = 1.5, 9.0
+_SPACING, PATCH_RADIUS = 1.5, 9.0
+# Of D: how near skin is that touches.
+_TOUCHING = 0.006
 # Photographs that would be made smaller by less than this are left as they are.
 _ALMOST = 0.85
 # Every so many pixels of a neutral photograph the depth of the surface is kept.
@@ -93,7 +96,10 @@ class Level:
     def patches(self) -> Patches:
         """Around each vertex that any photograph sees."""
         return Patches.of(
-            self.surface, np.any(self.seen[0], axis=0), _SPACING * self.pixel, _RADIUS * self.pixel
+            self.surface,
+            np.any(self.seen[0], axis=0),
+            _SPACING * self.pixel,
+            PATCH_RADIUS * self.pixel,
         )
 
     @cached_property
@@ -138,6 +144,11 @@ class Reference:
         ]
         wanted = [head / float(np.median(lengths)) for head in heads]
         return [1.0 if scale > _ALMOST else scale for scale in wanted]
+
+    @cached_property
+    def touching(self) -> NDArray[np.bool_]:
+        """(V,) where the surface touches itself: lips that are closed, lids."""
+        return touching(self.surface, _TOUCHING * self.extent)
 
     @cached_property
     def deformation(self) -> Deformation:

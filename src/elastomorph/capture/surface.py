@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sparse
 from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera
@@ -82,6 +83,16 @@ class Surface:
             np.add.at(total, corner, self.face_normals)
         total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
         return total
+
+    @cached_property
+    def ways(self) -> Any:
+        """(V, V) sparse: the lengths of the edges, for ways along the surface."""
+        faces, count = self.triangles, len(self.vertices)
+        ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+        ends = np.unique(np.sort(ends, axis=1), axis=0)
+        lengths = np.linalg.norm(self.vertices[ends[:, 0]] - self.vertices[ends[:, 1]], axis=1)
+        lengths = np.maximum(lengths, np.finfo(float).tiny)
+        return sparse.coo_array((lengths, tuple(ends.T)), shape=(count, count)).tocsr()
 
     def at(self, where: Hits | Closest, values: Points) -> Points:
         """(..., K) values (V, K) at the vertices, between them at points of the surface.

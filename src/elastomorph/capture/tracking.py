@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capture.camera import View
-from elastomorph.capture.confidence import confidences, expected_errors, spreads
+from elastomorph.capture.confidence import confidences, expected_errors, spreads, stretched
 from elastomorph.capture.deformation import Deformation
 from elastomorph.capture.flow import missed, nearest_views
+from elastomorph.capture.lips import folded
 from elastomorph.capture.matches import Matches, consistent
 from elastomorph.capture.observations import Observations, normal_equations, photographs, supported
 from elastomorph.capture.patches import shifted
-from elastomorph.capture.reference import Level, Reference, masked, resized
+from elastomorph.capture.reference import PATCH_RADIUS, Level, Reference, masked, resized
 from elastomorph.capture.sampling import prepared
 from elastomorph.capture.surface import Surface
 from elastomorph.errors import CaptureError
@@ -112,7 +113,8 @@ def follow(
             deformation, level, small, vertices, seen, _FLOW_ROBUST, _FLOW_STIFFNESS, anchors
         )
     # What only the flow reaches stays where that has it.
-    deformation = reference.deformation.around(vertices)
+    before = vertices
+    deformation = reference.deformation.around(before)
     for turn, (head, least, robust) in enumerate(_PATCHES, start=len(_FLOWS)):
         say("patches", turn / turns)
         level, small = sizes[head]
@@ -128,8 +130,25 @@ def follow(
             anchors,
             level.patches.mixing,
         )
+    over = folded(reference.surface, vertices, reference.deformation.rotations(vertices))
+    if over.any():
+        # Order is kept: what was seen of vertices that passed each other is not believed.
+        seen = seen.chosen(~over[seen.vertices])
+        vertices = settled(
+            deformation,
+            level,
+            small,
+            np.where(over[:, None], before, vertices),
+            seen,
+            robust,
+            _PATCH_STIFFNESS,
+            anchors,
+            level.patches.mixing,
+        )
     spread = spreads([view.camera for view in small], vertices, seen)
-    errors = expected_errors(reference.surface, spread, reference.extent)
+    radius = PATCH_RADIUS * level.pixel
+    strain = stretched(reference.deformation, vertices, radius)
+    errors = expected_errors(reference.surface, np.hypot(spread, strain), reference.extent)
     return TrackedPose(
         vertices,
         photographs(seen, len(vertices)),
