@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,13 @@ from elastomorph.capture.face import Face, read_face
 from elastomorph.capture.landmarks import Landmarks, read_landmarks
 from elastomorph.capture.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
 from elastomorph.capture.placing import Marks, Placed, placed_first, placed_next
+from elastomorph.capture.reference import Reference
 from elastomorph.capture.registered import Registered
 from elastomorph.capture.scans import Scan, read_scan
 from elastomorph.capture.similarity import Similarity
+from elastomorph.capture.tracking import TrackedPose
 from elastomorph.capture.trust import Trust, slide, trusted
+from elastomorph.capture.virtual import followed, reference_of
 from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError, ParameterError
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.rig import Rig
@@ -53,6 +56,7 @@ class Person:
         neutral: the scan that it was made from, where it belongs; None where only its result is
             known.
         placing: what brought that scan there.
+        reference: its virtual photographs, if it has colours.
     """
 
     face: Face
@@ -60,6 +64,7 @@ class Person:
     expressions: Expressions | None
     neutral: Placed | None
     placing: Similarity | None
+    reference: Reference | None = None
 
 
 def register(
@@ -172,7 +177,10 @@ def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, 
     expressions = face.expressions
     if expressions is not None:
         expressions = expressions.transferred(vertices, elastic)
-    person = Person(face, elastic.with_rest(vertices), expressions, placed, placed.similarity)
+    own = elastic.with_rest(vertices)
+    say(f"{scan.name}: looking at its colours")
+    reference = reference_of(own, placed, _wanted(own, expressions))
+    person = Person(face, own, expressions, placed, placed.similarity, reference)
     return _registered(person, vertices, trust, placed, THE_TEMPLATE, {}), person
 
 
@@ -203,6 +211,10 @@ def _next(
     along = slide(elastic, vertices, neutral, placed.held, by_rig)
     trust = trusted(elastic, vertices, placed.points, along)
     _require_shown(trust, elastic, scan.name)
+    if person.reference is not None and placed.scan.skin is not None:
+        say(f"{scan.name}: following the skin")
+        tracked = followed(person.reference, placed, placed.scan.skin, vertices)
+        return _tracked(person, tracked, placed, figures), placed.similarity
     figures["slide_mean"] = 100 * float(along[elastic.outer].mean())
     by = (
         BY_RIG
@@ -210,6 +222,30 @@ def _next(
         else (BY_LANDMARKS if len(placed.held.vertices) else BY_SURFACE)
     )
     return _registered(person, vertices, trust, placed, by, figures), placed.similarity
+
+
+def _tracked(
+    person: Person, tracked: TrackedPose, placed: Placed, figures: dict[str, Any]
+) -> Registered:
+    """The pose by the skin's colours."""
+    elastic = person.elastic
+    none = np.zeros(len(tracked.vertices))
+    trust = trusted(elastic, tracked.vertices, placed.points, none)
+    skin = elastic.outer
+    spread = tracked.spread[skin & np.isfinite(tracked.spread)]
+    figures["views_median"] = float(np.median(tracked.views[skin]))
+    figures["spread_mean"] = 100 * float(spread.mean()) / elastic.size if len(spread) else None
+    sure = replace(trust, confidence=tracked.confidence)
+    return _registered(person, tracked.vertices, sure, placed, FOLLOWED, figures)
+
+
+def _wanted(elastic: Elastic, expressions: Expressions | None) -> Points:
+    """(V,) how much each vertex is to be looked at: what expressions move most of all."""
+    wanted = np.ones(len(elastic.rest))
+    if expressions is not None:
+        moved = np.linalg.norm(expressions.deltas, axis=2).max(axis=0)
+        wanted[moved > 0.005 * elastic.size] = 5.0
+    return wanted
 
 
 def _registered(

@@ -17,10 +17,11 @@ from elastomorph.capture.skin import Skin, skin_of
 from elastomorph.capture.surface import Surface
 from elastomorph.errors import CaptureError, FormatError
 from elastomorph.io.atomic import require_name
+from elastomorph.io.obj.materials import read_materials
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read
 from elastomorph.io.rig_folder import rig_as_stored
 from elastomorph.model.geometry import component_of
-from elastomorph.model.mesh import Mesh
+from elastomorph.model.mesh import FaceLabels, Mesh
 from elastomorph.model.polygons import Polygons
 
 Points = NDArray[np.float64]
@@ -90,7 +91,7 @@ def read_scan(source: str | Path | Mesh, *, texture: bool = True) -> Scan:
     kept &= piece >= 0
     surface = Surface(vertices, triangles[kept])
     turned = inside_out(surface)
-    skin = skin_of(mesh, corners[kept], name) if texture else None
+    skin = skin_of(_dressed(mesh), corners[kept], name) if texture else None
     if turned:
         surface = Surface(vertices, surface.triangles[:, ::-1])
         skin = None if skin is None else skin.turned()
@@ -131,6 +132,17 @@ def _mesh_in(path: str | Path) -> Mesh:
         return rig_as_stored(path).neutral
     known = ", ".join(dict.fromkeys(known_suffixes(MESH_FORMATS) + known_suffixes(RIG_FORMATS)))
     raise FormatError(path, f"a scan is a file with one of the suffixes {known}")
+
+
+def _dressed(mesh: Mesh) -> Mesh:
+    """The mesh with the materials of the library that its file names."""
+    if mesh.appearance or mesh.source is None or not mesh.material_library or mesh.uv is None:
+        return mesh
+    looks = read_materials(mesh.source.path, mesh.material_library)
+    materials = mesh.materials
+    if materials is None and len(looks) == 1:  # of one material nobody needs to say where it is
+        materials = FaceLabels(tuple(looks), np.zeros(len(mesh.faces), dtype=np.int32))
+    return Mesh(mesh.vertices, mesh.faces, mesh.uv, materials, appearance=looks)
 
 
 def _joined(vertices: Points) -> NDArray[np.int64]:

@@ -1,0 +1,112 @@
+"""Photographs of scans with colours, by cameras that nobody had to hold.
+
+The same cameras look at the neutral's scan and at a pose's. What the neutral shows in its pictures
+is then followed in those of the pose, so that correspondence comes from the skin.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capture.camera import Camera, View
+from elastomorph.capture.nonrigid import Elastic
+from elastomorph.capture.placing import Placed
+from elastomorph.capture.reference import Reference
+from elastomorph.capture.skin import Skin
+from elastomorph.capture.surface import Surface
+from elastomorph.capture.tracking import TrackedPose, follow
+
+Points = NDArray[np.float64]
+
+# Cameras, chosen among this many directions, each this many extents away.
+_CAMERAS, _DIRECTIONS, _AWAY = 18, 150, 2.5
+# Pixels that the extent is long at, and how much room is left around it.
+_PIXELS, _ROOM = 1100.0, 1.1
+# Least cosine at which a camera sees a vertex well.
+_WELL = 0.45
+
+
+def cameras_around(elastic: Elastic, wanted: Points) -> list[Camera]:
+    """Cameras by which every vertex of the skin is seen well by several.
+
+    Args:
+        elastic: a face.
+        wanted: (V,) how much each vertex counts.
+    """
+    vertices, normals = elastic.rest, elastic.normals(elastic.rest)
+    skin = elastic.outer
+    middle = np.average(vertices[skin], axis=0, weights=wanted[skin])
+    ways = _sphere(_DIRECTIONS)
+    seen = np.maximum(normals[skin] @ ways.T - _WELL, 0)
+    times = np.zeros(np.count_nonzero(skin))
+    found: list[Camera] = []
+    for _ in range(_CAMERAS):
+        best = int((seen * (wanted[skin] / (1 + times) ** 2)[:, None]).sum(axis=0).argmax())
+        times += seen[:, best] > 0
+        seen[:, best] = 0
+        found.append(_looking(middle, ways[best], elastic.size, f"{len(found):02d}"))
+    return found
+
+
+def photographed(camera: Camera, surface: Surface, skin: Skin) -> View:
+    """What a camera sees of a scan, as bright as its own colours."""
+    import cv2
+
+    hits = surface.seen(camera)
+    colour = skin.at(hits.triangles, hits.weights)
+    grey: Any = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY)
+    none = np.zeros((0, 0, 3), dtype=np.uint8)
+    return View(camera, none, grey, hits.met)
+
+
+def reference_of(elastic: Elastic, neutral: Placed, wanted: Points) -> Reference | None:
+    """The neutral as its virtual photographs show it; None where its scan has no colours."""
+    if neutral.scan.skin is None:
+        return None
+    cameras = cameras_around(elastic, wanted)
+    views = [photographed(camera, neutral.surface, neutral.scan.skin) for camera in cameras]
+    return Reference(elastic.rest, elastic.triangles, views)
+
+
+def followed(reference: Reference, pose: Placed, skin: Skin, start: Points) -> TrackedPose:
+    """The vertices of the neutral in virtual photographs of a pose.
+
+    Args:
+        reference: the neutral.
+        pose: the scan of the pose.
+        skin: its colours.
+        start: (V, 3) as its surface alone has it.
+    """
+    views = [photographed(view.camera, pose.surface, skin) for view in reference.views]
+    return follow(reference, views, start=start)
+
+
+def _looking(middle: Points, way: Points, size: float, name: str) -> Camera:
+    """A camera in a direction that looks at the middle of the face."""
+    away = _AWAY * size
+    forward = -way
+    side = np.cross([0.0, 1.0, 0.0] if abs(way[1]) < 0.9 else [0.0, 0.0, 1.0], forward)
+    side /= np.linalg.norm(side)
+    rotation = np.stack([side, np.cross(forward, side), forward])
+    pixels = round(_ROOM * _PIXELS)
+    return Camera(
+        name,
+        (pixels, pixels),
+        _PIXELS * _AWAY,
+        np.full(2, (pixels - 1) / 2),
+        0.0,
+        rotation,
+        -rotation @ (middle + away * way),
+    )
+
+
+def _sphere(count: int) -> Points:
+    """(count, 3) directions, spread evenly (a Fibonacci spiral)."""
+    number = np.arange(count)
+    z = 1 - 2 * (number + 0.5) / count
+    angle = number * np.pi * (3 - np.sqrt(5))
+    across = np.sqrt(1 - z**2)
+    return np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
