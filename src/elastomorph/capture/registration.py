@@ -19,13 +19,12 @@ from elastomorph.capture.face import Face, read_face
 from elastomorph.capture.landmarks import Landmarks, read_landmarks
 from elastomorph.capture.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
 from elastomorph.capture.placing import Marks, Placed, placed_first, placed_next
-from elastomorph.capture.reference import Reference
 from elastomorph.capture.registered import Registered
 from elastomorph.capture.scans import Scan, read_scan
 from elastomorph.capture.similarity import Similarity
 from elastomorph.capture.tracking import TrackedPose
 from elastomorph.capture.trust import Trust, slide, trusted
-from elastomorph.capture.virtual import followed, reference_of
+from elastomorph.capture.virtual import Shown, followed, shown_neutral
 from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError, ParameterError
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.rig import Rig
@@ -56,7 +55,7 @@ class Person:
         neutral: the scan that it was made from, where it belongs; None where only its result is
             known.
         placing: what brought that scan there.
-        reference: its virtual photographs, if it has colours.
+        shown: what of it can be followed, if its scan has colours.
     """
 
     face: Face
@@ -64,7 +63,7 @@ class Person:
     expressions: Expressions | None
     neutral: Placed | None
     placing: Similarity | None
-    reference: Reference | None = None
+    shown: Shown | None = None
 
 
 def register(
@@ -179,8 +178,8 @@ def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, 
         expressions = expressions.transferred(vertices, elastic)
     own = elastic.with_rest(vertices)
     say(f"{scan.name}: looking at its colours")
-    reference = reference_of(own, placed, _wanted(own, expressions))
-    person = Person(face, own, expressions, placed, placed.similarity, reference)
+    shown = shown_neutral(own, placed, _wanted(own, expressions))
+    person = Person(face, own, expressions, placed, placed.similarity, shown)
     return _registered(person, vertices, trust, placed, THE_TEMPLATE, {}), person
 
 
@@ -211,9 +210,9 @@ def _next(
     along = slide(elastic, vertices, neutral, placed.held, by_rig)
     trust = trusted(elastic, vertices, placed.points, along)
     _require_shown(trust, elastic, scan.name)
-    if person.reference is not None and placed.scan.skin is not None:
+    if person.shown is not None and placed.scan.skin is not None:
         say(f"{scan.name}: following the skin")
-        tracked = followed(person.reference, placed, placed.scan.skin, vertices)
+        tracked = followed(person.shown, placed, placed.scan.skin, vertices)
         return _tracked(person, tracked, placed, figures), placed.similarity
     figures["slide_mean"] = 100 * float(along[elastic.outer].mean())
     by = (

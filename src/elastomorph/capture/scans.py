@@ -6,6 +6,7 @@ joined, triangles without area or there twice are left out, and so are crumbs.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from elastomorph.capture.correspondence import inside_out
 from elastomorph.capture.skin import Skin, skin_of
 from elastomorph.capture.surface import Surface
-from elastomorph.errors import CaptureError, FormatError
+from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError
 from elastomorph.io.atomic import require_name
 from elastomorph.io.obj.materials import read_materials
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read
@@ -139,6 +140,14 @@ def _dressed(mesh: Mesh) -> Mesh:
     if mesh.appearance or mesh.source is None or not mesh.material_library or mesh.uv is None:
         return mesh
     looks = read_materials(mesh.source.path, mesh.material_library)
+    if not looks:
+        warnings.warn(
+            f"{mesh.name}: its materials ({mesh.material_library}) are not beside it, so it has no"
+            " colours by which skin could be followed",
+            ElastomorphWarning,
+            stacklevel=3,
+        )
+        return mesh
     materials = mesh.materials
     if materials is None and len(looks) == 1:  # of one material nobody needs to say where it is
         materials = FaceLabels(tuple(looks), np.zeros(len(mesh.faces), dtype=np.int32))

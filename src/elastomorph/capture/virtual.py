@@ -6,12 +6,14 @@ is then followed in those of the pose, so that correspondence comes from the ski
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera, View
+from elastomorph.capture.matches import Matches, matched
 from elastomorph.capture.nonrigid import Elastic
 from elastomorph.capture.placing import Placed
 from elastomorph.capture.reference import Reference
@@ -25,6 +27,8 @@ Points = NDArray[np.float64]
 _CAMERAS, _DIRECTIONS, _AWAY = 18, 150, 2.5
 # Pixels that the extent is long at, and how much room is left around it.
 _PIXELS, _ROOM = 1100.0, 1.1
+# Points of the skin in each picture, and fewest in both that a pose is begun by.
+_FEATURES, _FEWEST = 1500, 60
 # Least cosine at which a camera sees a vertex well.
 _WELL = 0.45
 
@@ -62,26 +66,82 @@ def photographed(camera: Camera, surface: Surface, skin: Skin) -> View:
     return View(camera, none, grey, hits.met)
 
 
-def reference_of(elastic: Elastic, neutral: Placed, wanted: Points) -> Reference | None:
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A neutral that can be followed.
+
+    Attributes:
+        reference: it and its virtual photographs.
+        surface: of its scan.
+    """
+
+    reference: Reference
+    surface: Surface
+
+
+def shown_neutral(elastic: Elastic, neutral: Placed, wanted: Points) -> Shown | None:
     """The neutral as its virtual photographs show it; None where its scan has no colours."""
     if neutral.scan.skin is None:
         return None
     cameras = cameras_around(elastic, wanted)
     views = [photographed(camera, neutral.surface, neutral.scan.skin) for camera in cameras]
-    return Reference(elastic.rest, elastic.triangles, views)
+    return Shown(Reference(elastic.rest, elastic.triangles, views), neutral.surface)
 
 
-def followed(reference: Reference, pose: Placed, skin: Skin, start: Points) -> TrackedPose:
+def followed(neutral: Shown, pose: Placed, skin: Skin, start: Points) -> TrackedPose:
     """The vertices of the neutral in virtual photographs of a pose.
 
     Args:
-        reference: the neutral.
+        neutral: what is followed.
         pose: the scan of the pose.
         skin: its colours.
         start: (V, 3) as its surface alone has it.
     """
-    views = [photographed(view.camera, pose.surface, skin) for view in reference.views]
-    return follow(reference, views, start=start)
+    before = neutral.reference.views
+    views = [photographed(view.camera, pose.surface, skin) for view in before]
+    found = [
+        _alike(one, neutral.surface, other, pose.surface)
+        for one, other in zip(before, views, strict=True)
+    ]
+    points = [np.concatenate(each) for each in zip(*found, strict=True)]
+    matches = Matches(*points) if len(points[0]) >= _FEWEST else None
+    return follow(neutral.reference, views, start=start, matches=matches)
+
+
+def _alike(one: View, first: Surface, other: View, second: Surface) -> tuple[Points, Points]:
+    """Points of two scans that look alike to one camera (SIFT)."""
+    (pixels, own), (goals, there) = _features(one), _features(other)
+    pairs = matched(own, there)
+    starts, ends = (
+        _lifted(view.camera, surface, at[some])
+        for view, surface, at, some in (
+            (one, first, pixels, pairs[:, 0]),
+            (other, second, goals, pairs[:, 1]),
+        )
+    )
+    met = np.isfinite(starts).all(axis=1) & np.isfinite(ends).all(axis=1)
+    return starts[met], ends[met]
+
+
+def _features(view: View) -> tuple[Points, NDArray[np.float32]]:
+    """(N, 2) pixels and (N, 128) descriptors of length 1."""
+    import cv2
+
+    mask: Any = None if view.mask is None else view.mask.astype(np.uint8)
+    finder: Any = getattr(cv2, "SIFT_create")(_FEATURES, contrastThreshold=0.015)  # noqa: B009
+    found, described = finder.detectAndCompute(view.grey, mask)
+    if described is None:
+        return np.zeros((0, 2)), np.zeros((0, 128), dtype=np.float32)
+    lengths = np.maximum(np.linalg.norm(described, axis=1, keepdims=True), 1e-12)
+    return np.array([own.pt for own in found]), (described / lengths).astype(np.float32)
+
+
+def _lifted(camera: Camera, surface: Surface, pixels: Points) -> Points:
+    """(N, 3) points of a surface at pixels; infinite where there is none."""
+    ways = camera.through(pixels)
+    depths = surface.cast(camera.position, ways).depths
+    with np.errstate(invalid="ignore"):
+        return np.asarray(camera.position + depths[:, None] * ways)
 
 
 def _looking(middle: Points, way: Points, size: float, name: str) -> Camera:

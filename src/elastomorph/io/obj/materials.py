@@ -25,19 +25,18 @@ def read_materials(obj: str | Path, library: str) -> dict[str, Material]:
 
     Args:
         obj: The file that names the library.
-        library: Its name there; several may stand in one line.
+        library: Its name there; of several in one line the first that is there and holds any.
 
     Raises:
         FileError: The library cannot be read.
         FormatError: It is too large to be one.
     """
     folder = Path(obj).parent
-    place = folder / library
-    places = [place] if _inside(folder, place) and is_file(place) else []
-    places = places or [folder / word for word in library.split() if _inside(folder, folder / word)]
     found: dict[str, Material] = {}
-    for one in places:
-        found |= _materials(one)
+    for name in (library, *library.split()):
+        place = folder / name
+        if not found and _inside(folder, place) and is_file(place):
+            found = _materials(place)
     return found
 
 
