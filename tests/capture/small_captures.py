@@ -106,9 +106,9 @@ class Counted:
         looks = random.random((5, 128)).astype(np.float32)
         return SolvedPose(cameras, random.random((5, 3)), looks, {c.name: 0.3 for c in cameras})
 
-    def placed(self, solved: Any, shape: Any, points: Any, pose: str, distance: Any) -> Placed:
+    def placed(self, solved: Any, shape: Any, points: Any, pose: str) -> Placed:
         self.note("placed")
-        random = numbers(solved, shape.work.vertices, dict(points.vertices), distance)
+        random = numbers(solved, shape.work.vertices, dict(points.vertices), points.distances)
         similarity = Similarity(1 + random.random(), np.eye(3), random.random(3))
         return Placed(similarity, {"chin": random.random(3)}, {"chin": 1.0}, {})
 

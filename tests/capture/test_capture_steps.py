@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -14,7 +16,7 @@ for module in ("pycolmap", "cv2", "embreex"):
     extra(module, "capture")
 
 from elastomorph.capture.camera import Camera  # noqa: E402
-from elastomorph.capture.distance import Distance  # noqa: E402
+from elastomorph.capture.distance import distance_of  # noqa: E402
 from elastomorph.capture.landmarks import LANDMARKS, Landmarks  # noqa: E402
 from elastomorph.capture.similarity import Similarity  # noqa: E402
 from elastomorph.capture.solved import SolvedPose  # noqa: E402
@@ -62,13 +64,16 @@ def test_clicks_bring_the_cameras_into_the_frame_of_the_template() -> None:
 def test_a_known_distance_gives_the_true_size_where_the_face_is() -> None:
     points = Landmarks(VERTICES, {"neutral": clicked()})
     plain = placed(SOLVED, SHAPE, points, "neutral")
-    known = Distance.of("chin, nose_tip=8.9")
-    found = placed(SOLVED, SHAPE, points, "neutral", known)
-    assert np.linalg.norm(found.points["chin"] - found.points["nose_tip"]) == pytest.approx(8.9)
+    before = float(np.linalg.norm(plain.points["chin"] - plain.points["nose_tip"]))
+    known = distance_of(f"chin, nose_tip={1.2 * before}")
+    found = placed(SOLVED, SHAPE, replace(points, distances=(known,)), "neutral")
+    assert np.linalg.norm(found.points["chin"] - found.points["nose_tip"]) == pytest.approx(
+        1.2 * before
+    )
     middle, other = (np.mean(list(own.points.values()), axis=0) for own in (plain, found))
     np.testing.assert_allclose(other, middle, atol=1e-6)
     np.testing.assert_allclose(found.similarity.rotation, plain.similarity.rotation, atol=1e-9)
-    assert Distance.of(("chin", "nose_tip", 8.9)) == known
+    assert distance_of(("chin", "nose_tip", 1.2 * before)) == known
 
 
 def test_clicks_that_are_not_of_one_point_are_refused() -> None:
@@ -77,13 +82,3 @@ def test_clicks_that_are_not_of_one_point_are_refused() -> None:
     clicks["1.jpg"]["chin"] = (x, y + 80)
     with pytest.raises(em.CaptureError, match=r"the clicks of chin are .* px from any one point"):
         placed(SOLVED, SHAPE, Landmarks(VERTICES, {"neutral": clicks}), "neutral")
-
-
-def test_a_distance_between_what_no_two_cameras_see_is_refused() -> None:
-    clicks = clicked()
-    for name in ("0.jpg", "1.jpg"):
-        del clicks[name]["chin"]
-    clicks["gone.jpg"] = {"chin": (1.0, 2.0)}
-    points = Landmarks(VERTICES, {"neutral": clicks})
-    with pytest.raises(em.CaptureError, match="fewer than two of the photographs whose cameras"):
-        placed(SOLVED, SHAPE, points, "neutral", Distance.of("chin,nose_tip=8.9"))

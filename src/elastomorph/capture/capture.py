@@ -52,8 +52,8 @@ def capture(
         neutral: Name of its pose; by default with "neutral" in its name, else the first.
         landmarks: On the template and in photographs of the neutral, or their file; by default
             ``landmarks.json`` in the folder of the photographs.
-        distance: ``("a", "b", 8.9)``: how far two clicked points are apart on the subject, for the
-            poses to have its size and not that of the template.
+        distance: ``("a", "b", 8.9)``: how far two clicked points are apart, in the unit of the
+            template, for the poses to have the subject's size and not the template's.
         rig: ``walking``: cameras stand elsewhere for each pose. ``fixed``: they stay, and names or
             numbers of photographs tell which took which.
         masks: Folder of masks named as the photographs, white where the face is.

@@ -5,10 +5,12 @@ The file is JSON:
     {"version": 1,
      "vertices": {"nose_tip": 2010, …},                                 of the template, from 0
      "photographs": {"neutral": {"IMG_01.jpg": {"nose_tip": [x, y], …}, …}},
-     "points": {"scan.ply": {"nose_tip": [x, y, z], …}}}
+     "points": {"scan.ply": {"nose_tip": [x, y, z], …}},
+     "distances": [["ruler_start", "ruler_end", 10.0], …]}              in the template's unit
 
 Photographs stand under the pose that they are of. Pixels are those of the photograph held upright
-as its EXIF data says, pixel centres at integers. `left` and `right` are the subject's own.
+as its EXIF data says, pixel centres at integers. Distances are optional, and between landmarks or
+any other names that are clicked in photographs. `left` and `right` are the subject's own.
 """
 
 from __future__ import annotations
@@ -28,6 +30,9 @@ from elastomorph.errors import CaptureError, FormatError
 from elastomorph.io.atomic import read_bytes, replacing
 
 Points = NDArray[np.float64]
+
+Distance = tuple[str, str, float]
+"""Two points by their names, and how far they are from each other."""
 
 # The points that are asked for, in the order in which they are easiest to place.
 LANDMARKS: Mapping[str, str] = {
@@ -60,6 +65,7 @@ class Landmarks:
         vertices: landmark → vertex of the template.
         photographs: pose → photograph → landmark → (x, y) in pixels.
         points: scan → landmark → (x, y, z) in its units.
+        distances: that were measured, in the units of the template.
     """
 
     vertices: Mapping[str, int] = field(default_factory=dict)
@@ -67,6 +73,7 @@ class Landmarks:
         default_factory=dict
     )
     points: Mapping[str, Mapping[str, tuple[float, float, float]]] = field(default_factory=dict)
+    distances: tuple[Distance, ...] = ()
 
 
 def read_landmarks(path: str | Path) -> Landmarks:
@@ -103,6 +110,7 @@ def parse_landmarks(path: str | Path, content: bytes) -> Landmarks:
             for pose, seen in photographs.items()
         },
         {scan: _places(path, scan, places, 3) for scan, places in points.items()},
+        _distances(path, found.get("distances", [])),
     )
 
 
@@ -117,6 +125,7 @@ def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
         "vertices": dict(landmarks.vertices),
         "photographs": landmarks.photographs,
         "points": landmarks.points,
+        **({"distances": landmarks.distances} if landmarks.distances else {}),
     }
     with replacing(path) as file:
         file.write(json.dumps(content, indent=1).encode() + b"\n")
@@ -211,6 +220,23 @@ def _table(path: str | Path, where: str, found: object) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise FormatError(path, f"{where} is {type(found).__name__}, expected names and places")
     return found
+
+
+def _distances(path: str | Path, found: object) -> tuple[Distance, ...]:
+    if not isinstance(found, list):
+        raise FormatError(path, "distances are [name, name, length] each")
+    distances = []
+    for each in found:
+        whole = isinstance(each, list) and [type(part) for part in each[:2]] == [str, str]
+        if not whole or len(each) != 3 or type(each[2]) not in (int, float):
+            raise FormatError(path, f"distances: {each!r}, expected [name, name, length]")
+        one, other, length = each
+        if one == other or not 0 < length < np.inf:
+            raise FormatError(
+                path, f"distances: {one} to {other} is {length}, expected a length above 0"
+            )
+        distances.append((one, other, float(length)))
+    return tuple(distances)
 
 
 def _places(path: str | Path, where: str, found: object, size: int) -> dict[str, Any]:

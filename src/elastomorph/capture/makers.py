@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capture.distance import Distance
 from elastomorph.capture.frames import Frame
 from elastomorph.capture.landmarks import Landmarks
 from elastomorph.capture.photographs import Photographs
@@ -71,8 +70,8 @@ class Makers:
         rig: Photographs of all poses, by cameras that stay, the name of the neutral → its cameras.
         in_rig: Photographs of all poses or two, name of the neutral and of the pose, what ``rig``
             made → the cameras of the pose.
-        placed: The neutral's cameras, template, landmarks, name of the neutral, a distance that is
-            known → how they are brought together.
+        placed: The neutral's cameras, template, landmarks, name of the neutral → how they are
+            brought together.
         neutral: Template, how it was placed, the neutral's cameras in its frame, landmarks, views
             → surface.
         framed: The neutral's cameras in the frame of the template, those of a pose, its name, the
@@ -89,7 +88,7 @@ class Makers:
     cameras: Callable[[Photographs, SolvedPose | None, StageSay], SolvedPose]
     rig: Callable[[Mapping[str, Photographs], str, StageSay], SolvedPose]
     in_rig: Callable[[Mapping[str, Photographs], str, str, SolvedPose, StageSay], SolvedPose]
-    placed: Callable[[SolvedPose, Template, Landmarks, str, Distance | None], Placed]
+    placed: Callable[[SolvedPose, Template, Landmarks, str], Placed]
     neutral: Callable[[Template, Placed, SolvedPose, Landmarks, Views, StageSay], Posed]
     framed: Callable[[SolvedPose, SolvedPose, str, Posed, Template, Landmarks, bool], Frame]
     reference: Callable[[Template, Posed, Views], Any]

@@ -67,6 +67,7 @@ def _figures(work: Work, poses: Mapping[str, Registered]) -> dict[str, Any]:
         }
         if pose in poses:
             own |= poses[pose].figures
+            own["remarks"] = [*solved.remarks, *poses[pose].figures.get("remarks", ())]
         if pose in poses and pose != work.request.neutral:
             frame = work.framed(pose).read()
             own["frame"] = {

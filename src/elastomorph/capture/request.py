@@ -10,9 +10,9 @@ from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryFile
 
-from elastomorph.capture.distance import Distance
+from elastomorph.capture.distance import distance_of, require_clicked
 from elastomorph.capture.goals import RIGS, TO, Goal, RigOfCameras
-from elastomorph.capture.landmarks import LANDMARKS, Landmarks, read_landmarks
+from elastomorph.capture.landmarks import LANDMARKS, Distance, Landmarks, read_landmarks
 from elastomorph.capture.photographs import find_masks, find_poses
 from elastomorph.capture.template import Template
 from elastomorph.errors import CaptureError, FileError, MissingExtraError, ParameterError
@@ -45,7 +45,6 @@ class Request:
         landmarks: On the template and in photographs of the neutral.
         output: Folder of the result.
         working: Folder of what stages leave.
-        distance: That is known on the subject; None: it gets the size of the template.
         rig: Whether cameras stand elsewhere for each pose or stay.
         to: What is made.
     """
@@ -55,7 +54,6 @@ class Request:
     neutral: str
     template: Template | None
     landmarks: Landmarks
-    distance: Distance | None
     output: Path
     working: Path
     rig: RigOfCameras
@@ -111,7 +109,8 @@ def requested(
             landmarks = beside if beside.is_file() else None
         points = _landmarks(landmarks, name, poses[name], shape)
         if known is not None:
-            known.require_clicked(points.photographs[name], "the landmarks")
+            require_clicked(known, points.photographs[name], "the landmarks")
+            points = replace(points, distances=(known,))
     place = _folder(output, "output")
     own = place / WORKING if working is None else _folder(working, "working")
     _require_writable(place, poses, shape)
@@ -122,7 +121,6 @@ def requested(
         neutral=name,
         template=shape,
         landmarks=points,
-        distance=known,
         output=place,
         working=own,
         rig="fixed" if rig == "fixed" else "walking",
@@ -136,7 +134,7 @@ def _distance(given: object, to: str) -> Distance | None:
             "a distance is known between landmarks, which cameras alone do without; leave it out, "
             "or ask for the neutral or the poses"
         )
-    return None if given is None else Distance.of(given)
+    return None if given is None else distance_of(given)
 
 
 def _require_libraries() -> None:

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from elastomorph.capture.apart import done_apart
 from elastomorph.capture.confidence import confidences, expected_errors
-from elastomorph.capture.distance import Distance
+from elastomorph.capture.coverage import missing_cameras
 from elastomorph.capture.fixed_rig import same_cameras
 from elastomorph.capture.frames import Frame, brought, near_still, still_vertices
-from elastomorph.capture.landmarks import Landmarks, fit_landmarks, triangulated
+from elastomorph.capture.landmarks import Landmarks, triangulated
 from elastomorph.capture.makers import Makers, Pairs, Placed, Posed
 from elastomorph.capture.matches import Matches
+from elastomorph.capture.metric import fit_to_scale
 from elastomorph.capture.neutral import neutral_surface
 from elastomorph.capture.photographs import Photographs, examine
 from elastomorph.capture.progress import StageSay
@@ -35,7 +36,7 @@ _MODULES = {
     "photographs": "photographs",
     "cameras": "cameras",
     "rig": "fixed_rig",
-    "placed": "landmarks",
+    "placed": "metric",
     "neutral": "neutral",
     "frames": "frames",
     "poses": "tracking",
@@ -67,13 +68,7 @@ def _in_rig(
     return found
 
 
-def placed(
-    solved: SolvedPose,
-    template: Template,
-    landmarks: Landmarks,
-    pose: str,
-    distance: Distance | None = None,
-) -> Placed:
+def placed(solved: SolvedPose, template: Template, landmarks: Landmarks, pose: str) -> Placed:
     """The neutral brought to the template by landmarks in its photographs, or to its true size.
 
     Raises:
@@ -90,9 +85,7 @@ def placed(
         )
     vertices = template.work.vertices
     on_template = {name: vertices[own] for name, own in landmarks.vertices.items()}
-    similarity = fit_landmarks(on_template, points, f"pose {pose!r}").inverse()
-    if distance is not None:
-        similarity = distance.applied(similarity, points)
+    similarity = fit_to_scale(on_template, points, landmarks.distances, f"pose {pose!r}")
     found = {name: similarity(point) for name, point in points.items()}
     return Placed(similarity, found, residuals, {"scale": similarity.scale})
 
@@ -118,7 +111,10 @@ def _neutral(
     extent = template.work.with_vertices(found.vertices).diameter
     errors = expected_errors(surface, found.spread / np.sqrt(np.maximum(found.covered, 1)), extent)
     measured = {"covered": found.covered, "spread": found.spread}
-    return Posed(found.vertices, confidences(errors, extent), measured)
+    places = {name: found.vertices[own] for name, own in landmarks.vertices.items()}
+    lacking = missing_cameras(surface, views.cameras, places)
+    remarks = [] if lacking is None else [lacking]
+    return Posed(found.vertices, confidences(errors, extent), measured, {"remarks": remarks})
 
 
 def _framed(

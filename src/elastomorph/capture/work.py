@@ -135,13 +135,13 @@ class Work:
             "template": _digest(self.template),
             "vertices": dict(request.landmarks.vertices),
             "clicks": request.landmarks.photographs.get(neutral, {}),
-            "distance": request.distance,
+            "distances": request.landmarks.distances,
         }
         return self._stage(
             "placed",
             depends,
             lambda say: self.makers.placed(
-                cameras.read(), self.template, request.landmarks, neutral, request.distance
+                cameras.read(), self.template, request.landmarks, neutral
             ),
         )
 

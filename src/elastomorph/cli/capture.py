@@ -50,8 +50,8 @@ Distance = Annotated[
     str | None,
     typer.Option(
         metavar="A,B=LENGTH",
-        help="How far two clicked points are apart on the subject, landmarks or marks of a ruler, "
-        "for the poses to have its size and not that of the template.",
+        help="How far two clicked points are apart, landmarks or ends of a ruler, in the unit of "
+        "the template, for the poses to have the subject's size and not the template's.",
     ),
 ]
 Neutral = Annotated[

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -125,7 +125,7 @@ def landmark_task(
         _require_vertices(known.vertices, mesh)
         if not known.vertices:
             found = known_landmarks(template, mesh)
-            known = Landmarks(found, known.photographs, known.points)
+            known = replace(known, vertices=found)
         content = pack_surface(mesh, edges=True)
         places.insert(0, LandmarkPlace("template", Path(template).name, "", content))
     if not places:

@@ -6,6 +6,7 @@ import base64
 import html
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from importlib.resources import files
 from io import BytesIO
@@ -58,7 +59,9 @@ def serve_landmarks(task: LandmarkTask, file: str | Path, port: int = 0) -> View
     resources[""] = Resource(HTML, page.encode(), served_policy(page))
 
     def receive(content: bytes, words: str) -> bool:
-        write_landmarks(file, parse_landmarks(file, content))
+        placed = parse_landmarks(file, content)
+        # Those are not placed in the page, and stay what they were.
+        write_landmarks(file, replace(placed, distances=task.known.distances))
         return words == _FINISHED
 
     return ViewerServer(resources, port, {_ADDRESS: receive})
