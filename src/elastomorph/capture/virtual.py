@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capture.camera import Camera, View
-from elastomorph.capture.matches import Matches, matched
+from elastomorph.capture.frames import paired
+from elastomorph.capture.matches import Matches
 from elastomorph.capture.nonrigid import Elastic
 from elastomorph.capture.placing import Placed
 from elastomorph.capture.reference import Reference
@@ -111,7 +112,7 @@ def followed(neutral: Shown, pose: Placed, skin: Skin, start: Points) -> Tracked
 def _alike(one: View, first: Surface, other: View, second: Surface) -> tuple[Points, Points]:
     """Points of two scans that look alike to one camera (SIFT)."""
     (pixels, own), (goals, there) = _features(one), _features(other)
-    pairs = matched(own, there)
+    pairs = paired(own, there)
     starts, ends = (
         _lifted(view.camera, surface, at[some])
         for view, surface, at, some in (
