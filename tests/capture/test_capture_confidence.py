@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from painted import grid, ring
 
-from elastomorph.capture.confidence import confidences, expected_errors, spreads, stretched
+from elastomorph.capture.confidence import (
+    beside,
+    confidences,
+    expected_errors,
+    spreads,
+    stretched,
+)
 from elastomorph.capture.deformation import Deformation
 from elastomorph.capture.observations import (
     Observations,
@@ -92,6 +98,15 @@ def test_only_strain_is_expected_to_mislead():
     turned = REST @ np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0]]).T
     assert stretched(deformation, turned, 0.1).max() == 0
     assert stretched(deformation, REST * [2, 1, 1], 0.1).min() > 0.02
+
+
+def test_patches_where_skin_touches_skin_are_trusted_less():
+    deformation = Deformation(REST, TRIANGLES)
+    lips = np.abs(REST[:, 1]) < 0.1
+    found = beside(deformation, lips, 0.2)
+    assert found[lips].min() > 0.05
+    assert found.max() <= 0.1
+    assert found[np.abs(REST[:, 1]) > 0.7].max() == 0
 
 
 def test_residuals_are_what_was_seen_less_where_it_would_be():

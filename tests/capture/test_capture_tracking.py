@@ -88,3 +88,10 @@ def test_another_frame_and_another_unit_change_nothing():
 def test_what_cannot_be_followed_is_said(views, matches, words):
     with pytest.raises(CaptureError, match=words):
         follow(neutral(), posed(0.25)[:views], matches=some_matches(0.25, matches))
+
+
+def test_another_person_is_said():
+    surface = Surface(REST, TRIANGLES)
+    other = [photograph(each, surface, REST, paint(5)) for each in ring(SIZE, 6, seed=8)]
+    with pytest.raises(CaptureError, match=r"only \d+% of the skin .* one person"):
+        follow(neutral(), other)

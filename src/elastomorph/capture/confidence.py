@@ -5,7 +5,8 @@ Three things are expected to be wrong:
 - what photographs leave open: the covariance of the last step of Gauss–Newton from the noise that
   was left in each patch, larger where photographs contradict each other more than that explains;
 - what a patch cannot follow: where the skin is stretched or compressed much, as around lips that
-  part, a patch is a bad picture of itself, by a part of its radius for each strain;
+  part, a patch is a bad picture of itself, by a part of its radius for each strain; and where
+  skin touches skin, as closed lips in the neutral, it reaches to one side only;
 - what no photographs show: a vertex that fewer than two found is filled in, and its error grows
   along the surface with the way to vertices that were found.
 
@@ -39,6 +40,8 @@ FLAGGED = 0.005
 _FILLED = 0.3
 # Strain that patches follow without harm, and the part of their radius that each more costs.
 _STRAIN, _STRETCHED = 0.15, 2.0
+# Part of the radius of a patch that it costs to lie where skin touches skin.
+_BESIDE = 0.5
 
 
 def spreads(cameras: Sequence[Camera], vertices: Points, seen: Observations) -> Points:
@@ -76,6 +79,16 @@ def stretched(deformation: Deformation, vertices: Points, radius: float) -> Poin
     mean = total / np.maximum(np.bincount(both, minlength=count), 1)
     around = deformation.smoothed(deformation.smoothed(mean))
     found: Points = _STRETCHED * radius * np.maximum(around - _STRAIN, 0)
+    return found
+
+
+def beside(deformation: Deformation, touching: NDArray[np.bool_], radius: float) -> Points:
+    """(V,) lengths: what closed lips and lids add to the error of patches of a radius.
+
+    A patch beside the line where skin meets skin reaches to one side only.
+    """
+    part = deformation.smoothed(deformation.smoothed(touching.astype(np.float64)))
+    found: Points = _BESIDE * radius * np.clip(2 * part, 0, 1)
     return found
 
 

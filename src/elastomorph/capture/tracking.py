@@ -10,18 +10,19 @@ always the neutral, so that nothing drifts along a chain of poses.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capture.anchors import Anchors, begun
 from elastomorph.capture.camera import View
-from elastomorph.capture.confidence import confidences, expected_errors, spreads, stretched
+from elastomorph.capture.confidence import beside, confidences, expected_errors, spreads, stretched
 from elastomorph.capture.deformation import Deformation
 from elastomorph.capture.flow import missed, nearest_views
 from elastomorph.capture.lips import folded
-from elastomorph.capture.matches import Matches, consistent
+from elastomorph.capture.matches import Matches
 from elastomorph.capture.observations import Observations, normal_equations, photographs, supported
 from elastomorph.capture.patches import shifted
 from elastomorph.capture.reference import PATCH_RADIUS, Level, Reference, masked, resized
@@ -45,16 +46,12 @@ _PATCHES = (
 # Stiffness beside observations of one pixel² (flow) and of their own spread (patches).
 _FLOW_STIFFNESS = (0.02, 0.2)
 _PATCH_STIFFNESS = (0.1, 0.5)
-# Photographs that have to show a vertex to be believed.
-_FLOW_SUPPORT, _PATCH_SUPPORT = 3, 2
-# Reach of matches, in D, and how much the surface resists bending, in the turns of the beginning.
-_BEGINNING = ((0.1, 0.5), (0.03, 0.5), (0.015, 0.2), (0.01, 0.2), (0.01, 0.2))
+# Photographs that have to show a vertex to be believed: part of all of them, and number.
+_FLOW_SUPPORT, _PATCH_SUPPORT = 0.2, 2
 # Weight of a match beside observations, and its reach in pixels.
 _ANCHORED, _ANCHOR_REACH = 1.0, 2.0
-# Of D: how far from the surface of the neutral a point of its skin may be.
-_OFF_SURFACE = 0.01
-# Fewest photographs and matches with which a pose can be followed.
-_FEWEST_VIEWS, _FEWEST_MATCHES = 3, 12
+# Fewest photographs with which a pose can be followed, and part of the skin that has to be found.
+_FEWEST_VIEWS, _LEAST_FOUND = 3, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,60 +98,111 @@ def follow(
         )
     vertices = reference.surface.vertices if start is None else start
     anchors = Anchors.of(reference, vertices, matches)
-    vertices = begun(reference, vertices, anchors)
-    deformation = reference.deformation.around(vertices)
     sizes = _sizes(reference, views)
-    turns = len(_FLOWS) + len(_PATCHES)
-    for turn, (head, sources) in enumerate(_FLOWS):
-        say("optical flow", turn / turns)
-        level, small = sizes[head]
-        seen = by_flow(level, small, vertices, _FLOW_LEAST, sources)
-        vertices = settled(
-            deformation, level, small, vertices, seen, _FLOW_ROBUST, _FLOW_STIFFNESS, anchors
-        )
-    # What only the flow reaches stays where that has it.
-    before = vertices
-    deformation = reference.deformation.around(before)
-    for turn, (head, least, robust) in enumerate(_PATCHES, start=len(_FLOWS)):
-        say("patches", turn / turns)
-        level, small = sizes[head]
-        seen = by_patches(level, small, vertices, reference.deformation.rotations(vertices), least)
-        vertices = settled(
-            deformation,
-            level,
-            small,
-            vertices,
-            seen,
-            robust,
-            _PATCH_STIFFNESS,
-            anchors,
-            level.patches.mixing,
-        )
-    over = folded(reference.surface, vertices, reference.deformation.rotations(vertices))
-    if over.any():
-        # Order is kept: what was seen of vertices that passed each other is not believed.
-        seen = seen.chosen(~over[seen.vertices])
-        vertices = settled(
-            deformation,
-            level,
-            small,
-            np.where(over[:, None], before, vertices),
-            seen,
-            robust,
-            _PATCH_STIFFNESS,
-            anchors,
-            level.patches.mixing,
-        )
+    turns = _Turns(reference, sizes, anchors, lambda turn: say(*_told(turn)))
+    vertices = turns.patched(turns.flowed(begun(reference, vertices, anchors)))
+    level, small = sizes[_PATCHES[-1][0]]
+    seen = turns.seen
     spread = spreads([view.camera for view in small], vertices, seen)
     radius = PATCH_RADIUS * level.pixel
     strain = stretched(reference.deformation, vertices, radius)
-    errors = expected_errors(reference.surface, np.hypot(spread, strain), reference.extent)
+    folds = beside(reference.deformation, reference.touching, radius)
+    spread = np.sqrt(spread**2 + strain**2 + folds**2)
+    errors = expected_errors(reference.surface, spread, reference.extent)
     return TrackedPose(
         vertices,
         photographs(seen, len(vertices)),
         spread,
         confidences(errors, reference.extent),
     )
+
+
+def _told(turn: int) -> tuple[str, float]:
+    """What is done in a turn, and which part of all lies behind it."""
+    return (
+        "optical flow" if turn < len(_FLOWS) else "patches",
+        turn / (len(_FLOWS) + len(_PATCHES)),
+    )
+
+
+@dataclass(eq=False)
+class _Turns:
+    """The turns of looking and solving for one pose; `seen` is what the last one saw."""
+
+    reference: Reference
+    sizes: dict[float, tuple[Level, list[View]]]
+    anchors: Anchors
+    say: Callable[[int], None]
+    seen: Observations = field(default_factory=Observations.none)
+
+    def flowed(self, vertices: Points) -> Points:
+        """(V, 3) where optical flow in small photographs has the vertices.
+
+        Raises:
+            CaptureError: the photographs hardly show the skin of the neutral.
+        """
+        deformation = self.reference.deformation.around(vertices)
+        for turn, (head, sources) in enumerate(_FLOWS):
+            self.say(turn)
+            level, small = self.sizes[head]
+            self.seen = by_flow(level, small, vertices, _FLOW_LEAST, sources)
+            vertices = settled(
+                deformation,
+                level,
+                small,
+                vertices,
+                self.seen,
+                _FLOW_ROBUST,
+                _FLOW_STIFFNESS,
+                self.anchors,
+            )
+        known = int(np.count_nonzero(level.seen[0].any(axis=0)))
+        part = len(np.unique(self.seen.vertices)) / max(1, known)
+        if part < _LEAST_FOUND:
+            raise CaptureError(
+                f"only {part:.0%} of the skin that photographs of the neutral show was found in "
+                "those of the pose: are both of one person and head, and the cameras of both in "
+                "one frame?"
+            )
+        return vertices
+
+    def patched(self, vertices: Points) -> Points:
+        """(V, 3) where patches in larger photographs have the vertices."""
+        surface = self.reference.surface
+        # What only the flow reaches stays where that has it.
+        before, deformation = vertices, self.reference.deformation.around(vertices)
+        for turn, (head, least, robust) in enumerate(_PATCHES, start=len(_FLOWS)):
+            self.say(turn)
+            level, small = self.sizes[head]
+            turned = self.reference.deformation.rotations(vertices)
+            self.seen = by_patches(level, small, vertices, turned, least)
+            vertices = self._patches(deformation, head, vertices, robust)
+        turned = self.reference.deformation.rotations(vertices)
+        over = folded(surface, vertices, turned)
+        if over.any():
+            # Order is kept: what was seen of vertices that passed each other is not believed.
+            self.seen = self.seen.chosen(~over[self.seen.vertices])
+            vertices = np.where(over[:, None], before, vertices)
+            vertices = self._patches(deformation, head, vertices, robust)
+        return vertices
+
+    def _patches(
+        self, deformation: Deformation, head: float, vertices: Points, robust: float
+    ) -> Points:
+        level, small = self.sizes[head]
+        mixing = level.patches.mixing
+        stiffness = _PATCH_STIFFNESS
+        return settled(
+            deformation,
+            level,
+            small,
+            vertices,
+            self.seen,
+            robust,
+            stiffness,
+            self.anchors,
+            mixing,
+        )
 
 
 def _sizes(reference: Reference, views: Sequence[View]) -> dict[float, tuple[Level, list[View]]]:
@@ -169,66 +217,6 @@ def _sizes(reference: Reference, views: Sequence[View]) -> dict[float, tuple[Lev
         head: (reference.level(scale), kept)
         for head, scale, kept in zip(heads, scales, small, strict=True)
     }
-
-
-@dataclass(frozen=True, eq=False)
-class Anchors:
-    """Points of the surface whose places matches tell.
-
-    Attributes:
-        corners: (N, 3) vertices of the triangle that each lies in.
-        weights: (N, 3) of those.
-        goals: (N, 3) where they are in the pose.
-    """
-
-    corners: NDArray[np.int64]
-    weights: Points
-    goals: Points
-
-    @classmethod
-    def of(cls, reference: Reference, start: Points, matches: Matches | None) -> Anchors:
-        """Those of the matches that lie on the neutral and agree with their neighbours.
-
-        Raises:
-            CaptureError: there are matches, but too few of them are left.
-        """
-        if matches is None:
-            return cls(np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3)), np.zeros((0, 3)))
-        surface, extent = reference.surface, reference.extent
-        closest = surface.closest(matches.neutral)
-        corners = surface.triangles[closest.triangles]
-        expected = np.einsum("ni,nij->nj", closest.weights, start[corners])
-        lift = matches.neutral - closest.points
-        good = closest.distances < _OFF_SURFACE * extent
-        good[good] = consistent(matches.chosen(good), (expected + lift)[good], extent)
-        if np.count_nonzero(good) < _FEWEST_MATCHES:
-            raise CaptureError(
-                f"{np.count_nonzero(good)} points of the skin were found both in the neutral and "
-                f"in the pose, expected at least {_FEWEST_MATCHES}: are both of one person, "
-                "sharp, and lit alike?"
-            )
-        return cls(corners[good], closest.weights[good], (matches.pose - lift)[good])
-
-    def equations(self, vertices: Points, weight: float, robust: float) -> tuple[Points, Points]:
-        """(V, 3, 3) A and (V, 3) b that pull the vertices; beyond `robust`, a length, less."""
-        quadratic, linear = np.zeros((len(vertices), 3, 3)), np.zeros_like(vertices)
-        off = self.goals - np.einsum("ni,nij->nj", self.weights, vertices[self.corners])
-        pull = weight / (1 + (off**2).sum(axis=1) / robust**2) ** 2
-        shares = self.weights * pull[:, None]
-        for corner, share in zip(self.corners.T, shares.T, strict=True):
-            np.add.at(quadratic, corner, share[:, None, None] * np.eye(3))
-            np.add.at(linear, corner, share[:, None] * (vertices[corner] + off))
-        return quadratic, linear
-
-
-def begun(reference: Reference, start: Points, anchors: Anchors) -> Points:
-    """(V, 3) the surface as matches alone have it, begun at another pose."""
-    deformation = reference.deformation.around(start)
-    vertices = start
-    for robust, bending in _BEGINNING if len(anchors.corners) else ():
-        quadratic, linear = anchors.equations(vertices, 1.0, robust * reference.extent)
-        vertices = deformation.solve(vertices, quadratic, linear, arap=0.02, bending=bending)
-    return vertices
 
 
 def settled(
@@ -274,7 +262,8 @@ def by_flow(
         near = nearest_views(cameras, neutral.mean(axis=0), view.camera, vertices.mean(axis=0))
         taken = [(level.views[i], level.depths[i], level.seen[0][i]) for i in near[:sources]]
         found += missed(number, view, posed, neutral, taken, (seen, cosines), least)
-    return supported(Observations.join(found), len(vertices), _FLOW_SUPPORT)
+    fewest = max(_FEWEST_VIEWS, round(_FLOW_SUPPORT * len(views)))
+    return supported(Observations.join(found), len(vertices), fewest)
 
 
 def by_patches(
