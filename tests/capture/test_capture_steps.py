@@ -20,7 +20,7 @@ from elastomorph.capture.distance import distance_of  # noqa: E402
 from elastomorph.capture.landmarks import LANDMARKS, Landmarks  # noqa: E402
 from elastomorph.capture.similarity import Similarity  # noqa: E402
 from elastomorph.capture.solved import SolvedPose  # noqa: E402
-from elastomorph.capture.steps import placed  # noqa: E402
+from elastomorph.capture.steps import MAKERS, placed  # noqa: E402
 from elastomorph.capture.template import Template  # noqa: E402
 
 SHAPE = Template.of(template())
@@ -82,3 +82,8 @@ def test_clicks_that_are_not_of_one_point_are_refused() -> None:
     clicks["1.jpg"]["chin"] = (x, y + 80)
     with pytest.raises(em.CaptureError, match=r"the clicks of chin are .* px from any one point"):
         placed(SOLVED, SHAPE, Landmarks(VERTICES, {"neutral": clicks}), "neutral")
+
+
+def test_each_stage_has_a_version_of_the_code_that_makes_it() -> None:
+    stages = ("photographs", "cameras", "rig", "placed", "neutral", "frames", "poses")
+    assert len({MAKERS.code(stage) for stage in stages}) == len(stages)

@@ -33,13 +33,13 @@ __all__ = ["MAKERS", "placed"]
 
 _APART = 0.03  # of the longer side: clicks farther from one point than this are of several
 _MODULES = {
-    "photographs": "photographs",
-    "cameras": "cameras",
-    "rig": "fixed_rig",
-    "placed": "metric",
-    "neutral": "neutral",
-    "frames": "frames",
-    "poses": "tracking",
+    "photographs": ("photographs",),
+    "cameras": ("cameras",),
+    "rig": ("fixed_rig",),
+    "placed": ("metric",),
+    "neutral": ("neutral", "confidence", "coverage"),
+    "frames": ("frames",),
+    "poses": ("tracking",),
 }
 
 
@@ -143,7 +143,7 @@ def _pose(
 
 
 def _code(stage: str) -> str:
-    return code_of(_MODULES[stage])
+    return " ".join(code_of(module) for module in _MODULES[stage])
 
 
 MAKERS = Makers(
