@@ -6,7 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from elastomorph.capture.similarity import Similarity, agreeing, fit_similarity
+from elastomorph.capture.similarity import (
+    Similarity,
+    agreeing,
+    fit_similarity,
+    robust_rigid,
+)
 from elastomorph.errors import CaptureError
 
 
@@ -60,3 +65,15 @@ def test_points_on_a_line_are_refused():
         fit_similarity(line, line)
     with pytest.raises(CaptureError, match="at least 3"):
         fit_similarity(line[:2], line[:2])
+
+
+def test_a_rigid_motion_of_what_is_still_whatever_moves() -> None:
+    """A third of the points go somewhere else by up to a tenth of the whole."""
+    random = np.random.default_rng(3)
+    source = random.normal(size=(300, 3))
+    true = Similarity(1.0, np.eye(3), np.array([0.02, -0.01, 0.03]))
+    goal = true(source) + 1e-4 * random.normal(size=source.shape)
+    goal[:100, 1] -= random.uniform(0.1, 0.5, 100)
+    found = robust_rigid(source, goal, (0.1, 0.03, 0.01))
+    assert np.abs(found(source) - true(source)).max() < 1e-3
+    assert np.abs(fit_similarity(source, goal, rigid=True)(source) - true(source)).max() > 0.05

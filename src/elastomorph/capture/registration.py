@@ -7,26 +7,26 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capture.expressions import Expressions
 from elastomorph.capture.face import Face, read_face
 from elastomorph.capture.landmarks import Landmarks, read_landmarks
 from elastomorph.capture.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
+from elastomorph.capture.person import Person, known_person, wanted_at
 from elastomorph.capture.placing import Marks, Placed, placed_first, placed_next
 from elastomorph.capture.registered import Registered
 from elastomorph.capture.scans import Scan, read_scan
-from elastomorph.capture.similarity import Similarity
+from elastomorph.capture.similarity import Similarity, robust_rigid
 from elastomorph.capture.tracking import TrackedPose
 from elastomorph.capture.trust import Trust, slide, trusted
-from elastomorph.capture.virtual import Shown, followed, shown_neutral
+from elastomorph.capture.virtual import followed, shown_neutral
 from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError, ParameterError
-from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
+from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
 __all__ = ["register", "register_all"]
@@ -40,30 +40,11 @@ THE_TEMPLATE, BY_SURFACE, BY_LANDMARKS, BY_RIG, FOLLOWED = (
     *("of the template", "by the surface alone", "by landmarks", "by the rig's expressions"),
     "by the skin's colours",
 )
+# Confidence of vertices by which the head is held still, the fewest, and how far they are off, in
+# parts of the extent, from rough to fine.
+_SURE, _ENOUGH, _STILL = 0.9, 100, (0.01, 0.003, 0.001)
 # A face of which the scan shows less than this was not found in it.
 _SHOWN = 0.3
-
-
-@dataclass(frozen=True, eq=False)
-class Person:
-    """The template as one person, whom all scans show.
-
-    Attributes:
-        face: the template.
-        elastic: at rest at the person's own neutral.
-        expressions: of the template's rig, on this person.
-        neutral: the scan that it was made from, where it belongs; None where only its result is
-            known.
-        placing: what brought that scan there.
-        shown: what of it can be followed, if its scan has colours.
-    """
-
-    face: Face
-    elastic: Elastic
-    expressions: Expressions | None
-    neutral: Placed | None
-    placing: Similarity | None
-    shown: Shown | None = None
 
 
 def register(
@@ -103,7 +84,7 @@ def register(
     own, marks = _prepared(template, landmarks)
     if neutral is None:
         return _first(own, _read(scan, texture, say), marks, say)[0]
-    person = _known(own, neutral)
+    person = known_person(own, neutral)
     found = _read(scan, texture, say)
     pose = _next(person, found, marks, person.elastic.rest, person.placing, say)[0]
     _warn_of_paths([str(scan) if not isinstance(scan, Mesh) else scan.name])
@@ -178,7 +159,7 @@ def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, 
         expressions = expressions.transferred(vertices, elastic)
     own = elastic.with_rest(vertices)
     say(f"{scan.name}: looking at its colours")
-    shown = shown_neutral(own, placed, _wanted(own, expressions))
+    shown = shown_neutral(own, placed, wanted_at(own, expressions))
     person = Person(face, own, expressions, placed, placed.similarity, shown)
     return _registered(person, vertices, trust, placed, THE_TEMPLATE, {}), person
 
@@ -227,24 +208,20 @@ def _tracked(
     person: Person, tracked: TrackedPose, placed: Placed, figures: dict[str, Any]
 ) -> Registered:
     """The pose by the skin's colours."""
-    elastic = person.elastic
-    none = np.zeros(len(tracked.vertices))
-    trust = trusted(elastic, tracked.vertices, placed.points, none)
-    skin = elastic.outer
+    elastic, skin = person.elastic, person.elastic.outer
+    trust = trusted(elastic, tracked.vertices, placed.points, np.zeros(len(skin)))
+    # Vertices that were followed tell more exactly than surfaces what of the head is still.
+    sure = skin & (tracked.confidence > _SURE)
+    still = Similarity.identity()
+    if np.count_nonzero(sure) > _ENOUGH:
+        reaches = tuple(part * elastic.size for part in _STILL)
+        still = robust_rigid(tracked.vertices[sure], elastic.rest[sure], reaches)
     spread = tracked.spread[skin & np.isfinite(tracked.spread)]
     figures["views_median"] = float(np.median(tracked.views[skin]))
     figures["spread_mean"] = 100 * float(spread.mean()) / elastic.size if len(spread) else None
-    sure = replace(trust, confidence=tracked.confidence)
-    return _registered(person, tracked.vertices, sure, placed, FOLLOWED, figures)
-
-
-def _wanted(elastic: Elastic, expressions: Expressions | None) -> Points:
-    """(V,) how much each vertex is to be looked at: what expressions move most of all."""
-    wanted = np.ones(len(elastic.rest))
-    if expressions is not None:
-        moved = np.linalg.norm(expressions.deltas, axis=2).max(axis=0)
-        wanted[moved > 0.005 * elastic.size] = 5.0
-    return wanted
+    both = replace(trust, confidence=np.minimum(trust.confidence, tracked.confidence))
+    placed = replace(placed, similarity=placed.similarity.then(still))
+    return _registered(person, still(tracked.vertices), both, placed, FOLLOWED, figures)
 
 
 def _registered(
@@ -271,20 +248,6 @@ def _registered(
     }
     place = person.face.place
     return Registered.of(person.face.mesh, vertices[place], trust.confidence[place], figures)
-
-
-def _known(face: Face, neutral: Mesh) -> Person:
-    """The person of a neutral that was registered before."""
-    require_mesh(neutral, "the neutral")
-    require_same_topology(face.mesh, neutral)
-    elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
-    expressions = face.expressions
-    if expressions is not None:
-        expressions = expressions.transferred(neutral.vertices[face.first], elastic)
-    placing = None
-    if isinstance(neutral, Registered) and (known := neutral.figures.get("placing")):
-        placing = Similarity(known["scale"], np.array(known["rotation"]), np.array(known["shift"]))
-    return Person(face, elastic.with_rest(neutral.vertices[face.first]), expressions, None, placing)
 
 
 def _prepared(

@@ -128,6 +128,26 @@ def agreeing(
     return found, best
 
 
+def robust_rigid(source: Points, goal: Points, reaches: tuple[float, ...]) -> Similarity:
+    """The rigid motion that brings to their goals the points that move as one, others aside.
+
+    Args:
+        source: (N, 3) points.
+        goal: (N, 3) where each is to be.
+        reaches: distances at which a point counts a quarter, one after the other, from rough to
+            fine (Geman and McClure's weights).
+
+    Raises:
+        CaptureError: fewer than three points count, or all of them are on one line.
+    """
+    found = Similarity.identity()
+    for reach in reaches:
+        for _ in range(5):
+            off = np.linalg.norm(found(source) - goal, axis=1)
+            found = fit_similarity(source, goal, 1 / (1 + (off / reach) ** 2) ** 2, rigid=True)
+    return found
+
+
 def _within(found: Similarity, source: Points, goal: Points, tolerance: float) -> NDArray[np.bool_]:
     distances: NDArray[np.float64] = np.linalg.norm(found(source) - goal, axis=1)
     return distances < tolerance

@@ -1,0 +1,86 @@
+"""``elastomorph register``: what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calls import status_of as run
+
+import elastomorph as em
+from elastomorph.capture import registration
+from elastomorph.capture.registered import Registered
+from elastomorph.samples import head
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Two scans; what registers them is left out, for it has tests of its own."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("neutral", "smile"):
+        em.write(f"{name}.ply", head())
+
+    def found(scans: list[Path], template: str, **options: object) -> dict[str, Registered]:
+        assert template == "built-in"
+        asked.append({"scans": [str(scan) for scan in scans], **options})
+        figures = {"surface_mean": 0.01, "shown": 0.8, "flagged": 0.5, "correspondence": "by hand"}
+        mesh = head()
+        return {
+            scan.stem: Registered.of(mesh, mesh.vertices, np.ones(len(mesh.vertices)), figures)
+            for scan in scans
+        }
+
+    asked.clear()
+    monkeypatch.setattr(registration, "register_all", found)
+    return tmp_path
+
+
+asked: list[dict[str, object]] = []
+
+
+def test_it_writes_a_mesh_of_each_scan(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("register", "neutral.ply", "smile.ply", "--template", "built-in", "-o", "poses")
+    assert run(*words, "--neutral", "smile", "--no-texture", "--landmarks", "marks.json") == 0
+    said = capsys.readouterr().out
+    assert "written to poses/" in said
+    assert "by hand" in said
+    names = {"neutral.obj", "smile.obj", "confidence.npz", "register.json"}
+    assert {path.name for path in Path("poses").iterdir()} == names
+    (options,) = asked
+    assert options["scans"] == ["neutral.ply", "smile.ply"]
+    assert (options["neutral"], options["texture"]) == ("smile", False)
+    assert options["landmarks"] == Path("marks.json")
+
+
+def test_machines_are_told_what_was_measured(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("register", "smile.ply", "--template", "built-in", "-o", "poses", "--json") == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["poses"]["smile"]["correspondence"] == "by hand"
+    assert said["written"] == [
+        str(Path("poses") / name) for name in ("smile.obj", "confidence.npz", "register.json")
+    ]
+
+
+def test_an_output_never_takes_the_place_of_a_scan(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor is anything beside it left behind."""
+    em.write("smile.obj", head())
+    before = Path("smile.obj").read_bytes()
+    whole = registration.register_all
+
+    def reading(scans: list[Path], template: str, **options: object) -> dict[str, Registered]:
+        for scan in scans:
+            em.read(scan)
+        return whole(scans, template, **options)
+
+    monkeypatch.setattr(registration, "register_all", reading)
+    assert run("register", "smile.obj", "--template", "built-in", "-o", ".") == 1
+    assert "smile.obj" in capsys.readouterr().err
+    assert Path("smile.obj").read_bytes() == before
+    assert not Path("register.json").exists()
+    assert not Path("confidence.npz").exists()
