@@ -57,9 +57,9 @@ def photographs(seen: Observations, count: int) -> NDArray[np.int64]:
     return np.bincount(pairs // width, minlength=count)
 
 
-def supported(seen: Observations, count: int, fewest: int) -> Observations:
-    """Those of vertices that so many photographs show: one alone may be wrong."""
-    return seen.chosen(photographs(seen, count)[seen.vertices] >= fewest)
+def supported(seen: Observations, count: int, fewest: int | NDArray[np.float64]) -> Observations:
+    """Those of vertices that so many photographs, (V,) or one number, show."""
+    return seen.chosen((photographs(seen, count) >= fewest)[seen.vertices])
 
 
 def residuals(cameras: Sequence[Camera], vertices: Points, seen: Observations) -> Points:

@@ -46,8 +46,8 @@ _PATCHES = (
 # Stiffness beside observations of one pixel² (flow) and of their own spread (patches).
 _FLOW_STIFFNESS = (0.02, 0.2)
 _PATCH_STIFFNESS = (0.1, 0.5)
-# Photographs that have to show a vertex to be believed: part of all of them, and number.
-_FLOW_SUPPORT, _PATCH_SUPPORT = 0.2, 2
+# Photographs that have to show a vertex to be believed: part of those that look at it; number.
+_FLOW_SUPPORT, _PATCH_SUPPORT = 0.4, 2
 # Weight of a match beside observations, and its reach in pixels.
 _ANCHORED, _ANCHOR_REACH = 1.0, 2.0
 # Fewest photographs with which a pose can be followed, and part of the skin that has to be found.
@@ -256,13 +256,15 @@ def by_flow(
     posed = Surface(vertices, level.surface.triangles)
     cameras = [view.camera for view in level.views]
     found = []
+    offered = np.zeros(len(vertices))
     for number, view in enumerate(views):
         seen, cosines = level.looked(posed, view.camera)
         seen &= masked(view, view.camera.project(vertices)[0])
+        offered += seen & level.seen[0].any(axis=0)
         near = nearest_views(cameras, neutral.mean(axis=0), view.camera, vertices.mean(axis=0))
         taken = [(level.views[i], level.depths[i], level.seen[0][i]) for i in near[:sources]]
         found += missed(number, view, posed, neutral, taken, (seen, cosines), least)
-    fewest = max(_FEWEST_VIEWS, round(_FLOW_SUPPORT * len(views)))
+    fewest = np.maximum(_FEWEST_VIEWS, _FLOW_SUPPORT * offered)
     return supported(Observations.join(found), len(vertices), fewest)
 
 
