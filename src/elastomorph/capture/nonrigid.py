@@ -49,10 +49,10 @@ ADAPT = (
 )
 # To another expression of the same face.
 FOLLOW = (
-    Stage(0.5, 0.2, 0.05, 6),
-    Stage(0.2, 0.05, 0.028, 6),
-    Stage(0.05, 0.015, 0.014, 6),
-    Stage(0.02, 0.005, 0.009, 6),
+    Stage(5.0, 0.2, 0.05, 6),
+    Stage(2.0, 0.05, 0.028, 6),
+    Stage(0.5, 0.015, 0.014, 6),
+    Stage(0.2, 0.005, 0.009, 6),
 )
 # To what the rig's own expressions leave over.
 FINISH = (Stage(5.0, 0.005, 0.017, 5), Stage(1.5, 0.0015, 0.01, 5))
