@@ -206,6 +206,14 @@ def test_blurred_photographs_are_left_out(twelve):
     assert "blurred" in found.rejected["IMG_7.jpg"]
 
 
+def test_most_of_a_pose_may_be_blurred(twelve):
+    for k in range(8):
+        blurred = gaussian_filter(skin(k), (2.5, 2.5, 0))
+        write(twelve[k], blurred, Model="X1", FocalLengthIn35mmFilm=50)
+    with pytest.raises(CaptureError, match=r"has 4 photographs of use out of 12.*IMG_0.*blurred"):
+        examine("smile", twelve)
+
+
 def test_sharpness_does_not_depend_on_brightness():
     grey = skin(1)[..., 0]
     assert sharpness(grey // 2) == pytest.approx(sharpness(grey), rel=0.05)

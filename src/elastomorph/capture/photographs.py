@@ -38,7 +38,8 @@ _NAMED_BY_CAMERAS = re.compile(
     re.IGNORECASE,
 )
 _EXAMINED_AT = 1000  # px, longer side
-_BLURRED = 0.6  # sharpness against the median of the pose; photographs of one head range by .82-1.2
+_BLURRED = 0.6  # sharpness against that of sharp ones; photographs of one head range by .75-1.2
+_SHARP = 0.8  # quantile that is sharp, also where most of a pose is blurred
 _SHARE_OF_GROUP = 0.25
 
 
@@ -232,19 +233,17 @@ def _without_blurred(
     taken: list[Photograph], sharp: Mapping[str, float], rejected: dict[str, str]
 ) -> list[Photograph]:
     """Without photographs that are blurred against the others of the same camera."""
-    middle = {}
+    best = {}
     for lens in {photograph.lens for photograph in taken}:
         values = sorted(sharp[photograph.name] for photograph in taken if photograph.lens == lens)
-        middle[lens] = values[len(values) // 2]
+        best[lens] = values[int(_SHARP * len(values))]
     kept = []
     for photograph in taken:
-        relative = sharp[photograph.name] / (middle[photograph.lens] or 1.0)
+        relative = sharp[photograph.name] / (best[photograph.lens] or 1.0)
         if relative >= _BLURRED:
             kept.append(photograph)
         else:
-            rejected[photograph.name] = (
-                f"blurred: {relative:.0%} of the sharpness that the others have"
-            )
+            rejected[photograph.name] = f"blurred: {relative:.0%} of the sharpness that others have"
     return kept
 
 
