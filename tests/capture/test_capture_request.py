@@ -58,7 +58,11 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("neutral", {"neutral": "rest"}, "there is no pose 'rest' to be the neutral: there are a, b"),
     ("no template", {"shape": False}, r"a template is needed, .*\(--to cameras\)"),
     ("no such template", {"shape": "nowhere.obj"}, r"nowhere\.obj: there is no such file"),
-    ("a template of another kind", {"shape": "face.stl"}, "unknown suffix '.stl'"),
+    (
+        "a template of another kind",
+        {"shape": "face.stl"},
+        r"unknown suffix '\.stl'; .*\.obj, \.ply",
+    ),
     ("a number as template", {"shape": 3}, "template must be a mesh or a file, found int"),
     ("points as template", {"shape": em.Mesh(np.eye(3))}, "expected the surface of a face"),
     ("no landmarks", {"landmarks": None}, "landmarks are needed .*'elastomorph landmarks'"),
@@ -121,6 +125,7 @@ def test_is_refused_before_any_work(
         asked(photos, tmp_path / "poses", **options)
     assert "\n" not in str(caught.value)
     assert not [file for file in tmp_path.rglob("*") if file.is_file() and file.suffix != ".jpg"]
+    assert not (tmp_path / "poses").exists()
 
 
 def test_photographs_that_are_not_there(photos: Path, tmp_path: Path) -> None:

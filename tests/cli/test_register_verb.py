@@ -84,3 +84,27 @@ def test_an_output_never_takes_the_place_of_a_scan(
     assert Path("smile.obj").read_bytes() == before
     assert not Path("register.json").exists()
     assert not Path("confidence.npz").exists()
+
+
+def test_where_poses_cannot_be_written_is_told_before_any_work(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*args: object, **options: object) -> dict[str, Registered]:
+        raise AssertionError("scans were registered for nothing")
+
+    monkeypatch.setattr(registration, "register_all", never)
+    em.write("smile.obj", head())
+    words = ("register", "smile.obj", "--template", "built-in", "-o")
+    for output, said in (
+        (".", "the pose would be written over the input smile.obj"),
+        ("neutral.ply/poses", "neutral.ply is a file; name a folder"),
+    ):
+        assert run(*words, output) == 1
+        assert said in capsys.readouterr().err
+
+
+def test_a_pose_is_written_over_its_scan_where_that_is_asked_for(folder: Path) -> None:
+    em.write("smile.obj", head())
+    words = ("register", "smile.obj", "--template", "built-in", "-o", ".", "--overwrite")
+    assert run(*words) == 0
+    assert Path("register.json").exists()

@@ -13,6 +13,7 @@ from elastomorph.capture.correspondence import outer
 from elastomorph.capture.expressions import Expressions
 from elastomorph.capture.known_landmarks import known_landmarks
 from elastomorph.capture.surface import Surface
+from elastomorph.capture.template import require_door
 from elastomorph.errors import CaptureError, FormatError
 from elastomorph.io.atomic import is_folder, require_name
 from elastomorph.io.npz.members import open_npz
@@ -117,6 +118,7 @@ def read_face(source: str | Path | Mesh | Rig) -> Face:
 def _read(source: str | Path) -> Mesh | Rig:
     """A mesh from a file of one mesh, else a rig."""
     require_name(source)
+    require_door(source)
     suffix = Path(source).suffix.lower()
     if str(source) == BUILT_IN or is_folder(source) or suffix not in known_suffixes(MESH_FORMATS):
         return rig_as_stored(source)

@@ -113,11 +113,12 @@ def requested(
             points = replace(points, distances=(known,))
     place = _folder(output, "output")
     own = place / WORKING if working is None else _folder(working, "working")
+    of_masks = {} if masks is None else find_masks(_folder(masks, "masks"), poses)
     _require_writable(place, poses, shape)
     _require_room(own, poses)
     return Request(
         poses=poses,
-        masks={} if masks is None else find_masks(_folder(masks, "masks"), poses),
+        masks=of_masks,
         neutral=name,
         template=shape,
         landmarks=points,

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capture.known_landmarks import known_landmarks
-from elastomorph.errors import CaptureError
+from elastomorph.errors import CaptureError, FormatError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.npz.members import open_npz
-from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, known_suffixes, read
+from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_suffixes, read
 from elastomorph.io.rig_folder import find_neutral, rig_as_stored
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig.welding import Welding
 
-__all__ = ["Template", "read_template"]
+__all__ = ["Template", "read_template", "require_door"]
 
 _FEWEST = 100
 
@@ -99,10 +99,27 @@ def read_template(named: Mesh | str | Path) -> Mesh:
         return named
     if str(named) != BUILT_IN and is_folder(named):
         return read(find_neutral(named))
+    require_door(named)
     suffix = Path(named).suffix.lower()
     if suffix in known_suffixes(MESH_FORMATS) and not (suffix == ".npz" and _holds_rig(named)):
         return read(named)
     return rig_as_stored(named).neutral
+
+
+def require_door(named: str | Path) -> None:
+    """Refuse a name that is of no template: neither ``built-in``, a folder, nor of a known suffix.
+
+    Raises:
+        FormatError: And which are known.
+    """
+    known = dict.fromkeys([*known_suffixes(MESH_FORMATS), *known_suffixes(RIG_FORMATS)])
+    suffix = Path(named).suffix.lower()
+    if str(named) == BUILT_IN or is_folder(named) or suffix in known:
+        return
+    found = f"unknown suffix '{suffix}'" if suffix else "there is no such folder"
+    raise FormatError(
+        named, f"{found}; a template is 'built-in', a folder, or one of {', '.join(known)}"
+    )
 
 
 def _holds_rig(path: str | Path) -> bool:

@@ -59,6 +59,7 @@ Texture = Annotated[
 
 @verb
 def register(
+    context: typer.Context,
     scans: Scans,
     template: Template,
     output: Output,
@@ -74,9 +75,11 @@ def register(
       elastomorph register scan_*.obj --template neutral.obj --landmarks landmarks.json -o poses
       elastomorph register neutral.ply smile.ply --template rig.glb -o poses
     """
-    from elastomorph.capture.registered_files import described, write_registered
+    from elastomorph.capture.registered_files import described, require_place, write_registered
     from elastomorph.capture.registration import register_all
 
+    inputs = [] if context.params["overwrite"] else [*scans, Path(template)]
+    require_place(output, [scan.stem for scan in scans], inputs)
     poses = register_all(
         scans, template, landmarks=landmarks, neutral=neutral, texture=texture, say=say
     )
