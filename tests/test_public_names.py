@@ -80,18 +80,3 @@ def test_every_error_derives_from_one() -> None:
 
 def test_the_package_knows_its_version() -> None:
     assert version("elastomorph")
-
-
-@pytest.mark.parametrize("first", ["em.capture", "em.Registered", "import elastomorph.capture"])
-def test_capture_is_a_function_whatever_was_imported_before(first: str) -> None:
-    """The room of its module has its name too."""
-    program = (
-        f"import elastomorph as em\n{first}\n"
-        "import elastomorph.capture.camera\nelastomorph.capture.camera.Camera\n"
-        "try:\n    em.capture({}, output='x', to='cameras')\n"
-        "except em.CaptureError as error:\n    print(error)"
-    )
-    if first == "em.capture":
-        program = program.replace("elastomorph.capture.camera.Camera\n", "")
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert "there are no poses" in found.stdout, found.stderr

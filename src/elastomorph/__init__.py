@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from elastomorph.bending import BendReport as BendReport
     from elastomorph.bending import bend as bend
     from elastomorph.bending import unbend as unbend
-    from elastomorph.capture.capture import capture as capture
-    from elastomorph.capture.captured import Captured as Captured
-    from elastomorph.capture.registered import Registered as Registered
-    from elastomorph.capture.registration import register as register
-    from elastomorph.capture.registration import register_all as register_all
+    from elastomorph.capturing.scans.registration import register as register
+    from elastomorph.capturing.scans.registration import register_all as register_all
+    from elastomorph.capturing.work.capture import capture as capture
+    from elastomorph.capturing.work.captured import Captured as Captured
+    from elastomorph.capturing.work.registered import Registered as Registered
     from elastomorph.curves import Curve as Curve
     from elastomorph.curves import CurveNetwork as CurveNetwork
     from elastomorph.curves import edge_loops as edge_loops
@@ -56,10 +56,10 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "bending": ("BendReport", "bend", "unbend"),
-    "capture.capture": ("capture",),
-    "capture.captured": ("Captured",),
-    "capture.registered": ("Registered",),
-    "capture.registration": ("register", "register_all"),
+    "capturing.work.capture": ("capture",),
+    "capturing.work.captured": ("Captured",),
+    "capturing.work.registered": ("Registered",),
+    "capturing.scans.registration": ("register", "register_all"),
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
     "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),

@@ -10,7 +10,7 @@ import pytest
 from calls import printed_by, status_of
 
 import elastomorph as em
-from elastomorph.capture.landmarks import write_landmarks
+from elastomorph.capturing.landmarks.landmarks import write_landmarks
 from needs import extra
 
 extra("pycolmap", "capture")
@@ -22,7 +22,7 @@ from small_captures import COUNT, Counted, landmarks, template, write_photograph
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> Counted:
     """Stages that take no time stand for the real ones."""
-    from elastomorph.capture import steps
+    from elastomorph.capturing.work import steps
 
     counted = Counted([])
     monkeypatch.setattr(steps, "MAKERS", counted.makers)

@@ -13,7 +13,7 @@ from small_files import write_all
 
 import elastomorph as em
 from children import started
-from elastomorph.capture.landmarks import LANDMARKS, read_landmarks
+from elastomorph.capturing.landmarks.landmarks import LANDMARKS, read_landmarks
 from elastomorph.samples import head
 from elastomorph.viewer import ViewerServer
 

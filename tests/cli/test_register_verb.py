@@ -10,8 +10,8 @@ import pytest
 from calls import status_of as run
 
 import elastomorph as em
-from elastomorph.capture import registration
-from elastomorph.capture.registered import Registered
+from elastomorph.capturing.scans import registration
+from elastomorph.capturing.work.registered import Registered
 from elastomorph.samples import head
 
 

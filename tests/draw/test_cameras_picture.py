@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.capture.camera import Camera
+from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.draw.cameras_picture import cameras_picture
 from elastomorph.samples import head
 from needs import extra

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import elastomorph as em
-from elastomorph.capture.camera import Camera, View
+from elastomorph.capturing.geometry.camera import Camera, View
 from elastomorph.draw.over_photographs import box_of, over_photograph
 from needs import extra
 

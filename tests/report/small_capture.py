@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from elastomorph.capture.camera import Camera
-from elastomorph.capture.captured import Captured
-from elastomorph.capture.registered import Registered
-from elastomorph.capture.surface import Surface
+from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.work.captured import Captured
+from elastomorph.capturing.work.registered import Registered
 from elastomorph.model.mesh import FaceLabels, Mesh
 from scenes import ball
 

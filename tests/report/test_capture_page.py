@@ -14,8 +14,8 @@ import pytest
 from parsed_page import Element, parsed
 from small_capture import SIZE, WALL, camera, capture, template
 
-from elastomorph.capture.captured import Captured
-from elastomorph.capture.registered import Registered
+from elastomorph.capturing.work.captured import Captured
+from elastomorph.capturing.work.registered import Registered
 from elastomorph.errors import FileError, FormatError
 from needs import MODULES, extra
 

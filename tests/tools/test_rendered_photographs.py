@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageOps
 
-from elastomorph.capture.landmarks import LANDMARKS, read_landmarks
+from elastomorph.capturing.landmarks.landmarks import LANDMARKS, read_landmarks
 from elastomorph.model.polygons import Polygons
 from elastomorph.samples import head, recorded_motion
 from needs import extra

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from pages import Elements
 
 import elastomorph as em
-from elastomorph.capture.camera import Camera
-from elastomorph.capture.landmarks import LANDMARKS, Landmarks, read_landmarks
-from elastomorph.capture.solved import SolvedPose
-from elastomorph.capture.stages import WorkingFolder
+from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks, read_landmarks
+from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.model.appearance import Material, Texture
 from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.viewer import ViewerServer

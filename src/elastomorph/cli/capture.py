@@ -12,7 +12,7 @@ from elastomorph.cli.output import Say, command_line, plain_table
 from elastomorph.cli.verb import Answer, verb
 
 if TYPE_CHECKING:
-    from elastomorph.capture.captured import Captured
+    from elastomorph.capturing.work.captured import Captured
 
 _REPORT = "report.html"
 
@@ -122,7 +122,7 @@ def capture(
       elastomorph capture photos -o poses --template neutral.obj --landmarks landmarks.json
       elastomorph capture photos -o poses --to cameras
     """
-    from elastomorph.capture.capture import capture as captured_from
+    from elastomorph.capturing.work.capture import capture as captured_from
 
     try:
         captured = captured_from(
@@ -151,7 +151,7 @@ def capture(
 
 
 def _facts(captured: Captured, output: Path, report: bool) -> dict[str, Any]:
-    from elastomorph.capture.captured import as_json
+    from elastomorph.capturing.work.captured import as_json
 
     written = [str(output / f"{pose}.obj") for pose in captured.poses]
     written += [str(output / _REPORT)] * report

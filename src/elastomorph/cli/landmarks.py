@@ -93,7 +93,7 @@ def _task(
     files: list[str], template: str | None, file: Path | None, working: Path | None
 ) -> LandmarkTask:
     """What is asked for, with what the file holds already."""
-    from elastomorph.capture.landmarks import read_landmarks
+    from elastomorph.capturing.landmarks.landmarks import read_landmarks
     from elastomorph.io.atomic import is_file
     from elastomorph.viewer.landmark_task import landmark_task, solved_cameras
 
@@ -104,7 +104,7 @@ def _task(
 
 def _outcome(file: Path) -> str:
     """What the file holds now, in a sentence."""
-    from elastomorph.capture.landmarks import LANDMARKS, read_landmarks
+    from elastomorph.capturing.landmarks.landmarks import LANDMARKS, read_landmarks
     from elastomorph.io.atomic import is_file
 
     if not is_file(file):

@@ -13,7 +13,7 @@ from elastomorph.cli.verb import Answer, verb
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from elastomorph.capture.registered import Registered
+    from elastomorph.capturing.work.registered import Registered
 
 Scans = Annotated[
     list[Path],
@@ -75,8 +75,12 @@ def register(
       elastomorph register scan_*.obj --template neutral.obj --landmarks landmarks.json -o poses
       elastomorph register neutral.ply smile.ply --template rig.glb -o poses
     """
-    from elastomorph.capture.registered_files import described, require_place, write_registered
-    from elastomorph.capture.registration import register_all
+    from elastomorph.capturing.scans.registered_files import (
+        described,
+        require_place,
+        write_registered,
+    )
+    from elastomorph.capturing.scans.registration import register_all
 
     inputs = [] if context.params["overwrite"] else [*scans, Path(template)]
     require_place(output, [scan.stem for scan in scans], inputs)

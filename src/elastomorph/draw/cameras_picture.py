@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.capture import camera as photographs
+from elastomorph.capturing.geometry import camera as photographs
 from elastomorph.draw.actors import Lines
 from elastomorph.draw.camera import Camera
 from elastomorph.draw.pictures import Image, written

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.capture.camera import Camera, View
-from elastomorph.capture.surface import Surface
+from elastomorph.capturing.geometry.camera import Camera, View
+from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.draw.pictures import RGB, Image, colour_bytes
 from elastomorph.model.mesh import Mesh
 

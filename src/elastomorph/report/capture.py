@@ -6,8 +6,8 @@ from collections.abc import Callable
 from colorsys import hsv_to_rgb
 from pathlib import Path
 
-from elastomorph.capture.captured import Captured
-from elastomorph.capture.registered import FLAGGED
+from elastomorph.capturing.work.captured import Captured
+from elastomorph.capturing.work.registered import FLAGGED
 from elastomorph.errors import FileError
 from elastomorph.evaluation.words import SPACE, counted
 from elastomorph.model.mesh import Mesh

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capture.camera import Camera, View, open_view
-from elastomorph.capture.registered import FLAGGED, Registered
-from elastomorph.capture.surface import Surface
+from elastomorph.capturing.geometry.camera import Camera, View, open_view
+from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.draw.camera import Camera as Looking
 from elastomorph.draw.over_photographs import LINE, box_of, over_photograph
 from elastomorph.model.mesh import Mesh

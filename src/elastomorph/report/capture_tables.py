@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capture.registered import FLAGGED, Registered
+from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.evaluation.words import SPACE, counted, significant
 from elastomorph.model.mesh import Mesh
 from elastomorph.report.document import Section

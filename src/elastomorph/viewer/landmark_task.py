@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from elastomorph.capture.camera import Camera
-from elastomorph.capture.known_landmarks import known_landmarks
-from elastomorph.capture.landmarks import LANDMARKS, Landmarks
-from elastomorph.capture.photographs import find_poses
-from elastomorph.capture.pixels import opened_photograph
-from elastomorph.capture.solved import SolvedPose
-from elastomorph.capture.stages import WorkingFolder
-from elastomorph.capture.template import read_template
+from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
+from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks
+from elastomorph.capturing.photographs.photographs import find_poses
+from elastomorph.capturing.photographs.pixels import opened_photograph
+from elastomorph.capturing.work.stages import WorkingFolder
+from elastomorph.capturing.work.template import read_template
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.obj.looks import with_looks

@@ -13,7 +13,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from elastomorph.capture.landmarks import parse_landmarks, write_landmarks
+from elastomorph.capturing.landmarks.landmarks import parse_landmarks, write_landmarks
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, size_of
 from elastomorph.viewer.landmark_task import LandmarkPlace, LandmarkTask
@@ -123,7 +123,7 @@ def _as_jpeg(photograph: Path) -> bytes:
     """A photograph in a format that browsers do not show, pixel for pixel."""
     from PIL import Image
 
-    from elastomorph.capture.pixels import read_upright
+    from elastomorph.capturing.photographs.pixels import read_upright
 
     content = BytesIO()
     Image.fromarray(read_upright(photograph)).save(content, "JPEG", quality=95, subsampling=0)

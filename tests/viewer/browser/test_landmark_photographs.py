@@ -11,8 +11,8 @@ import pytest
 from placing import NAMES, active, click, dots, opened, saved, seen_dots, write_photograph
 from visiting import Visit
 
-from elastomorph.capture.known_landmarks import known_landmarks
-from elastomorph.capture.landmarks import Landmarks, read_landmarks
+from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
+from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
 from elastomorph.samples import head
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmark_task import landmark_task

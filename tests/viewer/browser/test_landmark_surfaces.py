@@ -14,7 +14,7 @@ from placing import NAMES, active, click, opened, saved
 from visiting import Visit
 
 import elastomorph as em
-from elastomorph.capture.landmarks import read_landmarks
+from elastomorph.capturing.landmarks.landmarks import read_landmarks
 from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.samples import head
 from elastomorph.viewer import landmark_task as tasks

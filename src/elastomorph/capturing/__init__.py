@@ -1,0 +1,1 @@
+"""Photographs and scans become poses that share one topology."""

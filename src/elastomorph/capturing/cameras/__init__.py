@@ -1,0 +1,1 @@
+"""Where cameras stood, and poses in one frame."""

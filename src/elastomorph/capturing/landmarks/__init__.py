@@ -1,0 +1,1 @@
+"""Named points of a face, and distances that were measured on it."""

@@ -1,0 +1,248 @@
+"""Named points of a face, on a template, in photographs and on scans, and their file.
+
+The file is JSON:
+
+    {"version": 1,
+     "vertices": {"nose_tip": 2010, …},                                 of the template, from 0
+     "photographs": {"neutral": {"IMG_01.jpg": {"nose_tip": [x, y], …}, …}},
+     "points": {"scan.ply": {"nose_tip": [x, y, z], …}},
+     "distances": [["ruler_start", "ruler_end", 10.0], …]}              in the template's unit
+
+Photographs stand under the pose that they are of. Pixels are those of the photograph held upright
+as its EXIF data says, pixel centres at integers. Distances are optional, and between landmarks or
+any other names that are clicked in photographs. `left` and `right` are the subject's own.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.similarity import Similarity, fit_similarity
+from elastomorph.errors import CaptureError, FormatError
+from elastomorph.io.atomic import read_bytes, replacing
+
+Points = NDArray[np.float64]
+
+Distance = tuple[str, str, float]
+"""Two points by their names, and how far they are from each other."""
+
+# The points that are asked for, in the order in which they are easiest to place.
+LANDMARKS: Mapping[str, str] = {
+    "nose_tip": "the tip of the nose",
+    "right_eye_outer": "the outer corner of the right eye",
+    "right_eye_inner": "the inner corner of the right eye, beside the nose",
+    "left_eye_inner": "the inner corner of the left eye, beside the nose",
+    "left_eye_outer": "the outer corner of the left eye",
+    "nose_bridge": "the deepest point of the bridge of the nose, between the eyes",
+    "right_nostril": "where the right wing of the nose meets the lip",
+    "left_nostril": "where the left wing of the nose meets the lip",
+    "mouth_right": "the right corner of the mouth",
+    "mouth_left": "the left corner of the mouth",
+    "upper_lip": "the middle of the upper edge of the upper lip",
+    "lower_lip": "the middle of the lower edge of the lower lip",
+    "chin": "the lowest point of the chin, in the middle",
+    "right_jaw": "the corner of the jaw below the right ear",
+    "left_jaw": "the corner of the jaw below the left ear",
+}
+
+# A landmark this much farther off than the middle one, and than this part of the face, is wrong.
+_OUTLIER, _OFF = 6.0, 0.12
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """What one file holds; any of it may be empty.
+
+    Attributes:
+        vertices: landmark → vertex of the template.
+        photographs: pose → photograph → landmark → (x, y) in pixels.
+        points: scan → landmark → (x, y, z) in its units.
+        distances: that were measured, in the units of the template.
+    """
+
+    vertices: Mapping[str, int] = field(default_factory=dict)
+    photographs: Mapping[str, Mapping[str, Mapping[str, tuple[float, float]]]] = field(
+        default_factory=dict
+    )
+    points: Mapping[str, Mapping[str, tuple[float, float, float]]] = field(default_factory=dict)
+    distances: tuple[Distance, ...] = ()
+
+
+def read_landmarks(path: str | Path) -> Landmarks:
+    """Read a file of landmarks.
+
+    Raises:
+        FileError: it cannot be read.
+        FormatError: it is not of the form above.
+    """
+    return parse_landmarks(path, read_bytes(path))
+
+
+def parse_landmarks(path: str | Path, content: bytes) -> Landmarks:
+    """What the content of a file of landmarks says; errors name the file as `path`."""
+    try:
+        found = json.loads(content)
+    except (ValueError, RecursionError) as problem:
+        raise FormatError(path, f"it is not JSON: {problem}") from problem
+    if not isinstance(found, dict) or found.get("version") != 1:
+        raise FormatError(path, 'it is no file of landmarks: expected {"version": 1, …}')
+    vertices = _table(path, "vertices", found.get("vertices", {}))
+    for name, vertex in vertices.items():
+        if type(vertex) is not int or vertex < 0:
+            raise FormatError(path, f"vertices: {name} is {vertex!r}, expected a vertex, 0 or more")
+    photographs = _table(path, "photographs", found.get("photographs", {}))
+    points = _table(path, "points", found.get("points", {}))
+    return Landmarks(
+        vertices,
+        {
+            pose: {
+                photograph: _places(path, f"{pose}, {photograph}", places, 2)
+                for photograph, places in _table(path, pose, seen).items()
+            }
+            for pose, seen in photographs.items()
+        },
+        {scan: _places(path, scan, places, 3) for scan, places in points.items()},
+        _distances(path, found.get("distances", [])),
+    )
+
+
+def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
+    """Write a file of landmarks, whole or not at all.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    content = {
+        "version": 1,
+        "vertices": dict(landmarks.vertices),
+        "photographs": landmarks.photographs,
+        "points": landmarks.points,
+        **({"distances": landmarks.distances} if landmarks.distances else {}),
+    }
+    with replacing(path) as file:
+        file.write(json.dumps(content, indent=1).encode() + b"\n")
+
+
+def triangulated(
+    clicks: Mapping[str, Mapping[str, tuple[float, float]]], cameras: Mapping[str, Camera]
+) -> tuple[dict[str, Points], dict[str, float]]:
+    """Points in space from clicks in photographs.
+
+    Args:
+        clicks: photograph → landmark → (x, y) in pixels of the photograph as taken.
+        cameras: of the photographs; those without one are passed over.
+
+    Returns:
+        Landmark → (3,) the point nearest to its rays, and landmark → the root mean square distance
+        of its clicks from it in pixels. Landmarks of a single photograph are left out.
+    """
+    rays: dict[str, list[tuple[Camera, Points]]] = {}
+    for photograph, places in clicks.items():
+        if (camera := cameras.get(photograph)) is not None:
+            for name, place in places.items():
+                pixel = camera.undistorted(np.array(place, dtype=np.float64))
+                rays.setdefault(name, []).append((camera, pixel))
+    points: dict[str, Points] = {}
+    residuals: dict[str, float] = {}
+    for name, seen in rays.items():
+        if len(seen) < 2:
+            continue
+        across, pull = np.zeros((3, 3)), np.zeros(3)
+        for camera, pixel in seen:
+            along = camera.through(pixel)
+            along /= np.linalg.norm(along)
+            off = np.eye(3) - np.outer(along, along)
+            across, pull = across + off, pull + off @ camera.position
+        points[name] = np.linalg.solve(across, pull).astype(np.float64)
+        squares = [((camera.project(points[name])[0] - pixel) ** 2).sum() for camera, pixel in seen]
+        residuals[name] = float(np.sqrt(np.mean(squares)))
+    return points, residuals
+
+
+def fit_landmarks(
+    template: Mapping[str, Points], found: Mapping[str, Points], where: str
+) -> Similarity:
+    """The similarity from landmarks of a template to the same ones elsewhere, told apart by name.
+
+    Args:
+        template: landmark → (3,) on the template.
+        found: landmark → (3,) on a scan or from photographs.
+        where: they were found, for messages.
+
+    Raises:
+        CaptureError: fewer than four in common, left and right exchanged, or one far off.
+    """
+    names = [name for name in template if name in found]
+    if len(names) < 4:
+        raise CaptureError(
+            f"{where}: {len(names)} landmarks are also on the template, expected at least 4;"
+            " place more with 'elastomorph landmarks'"
+        )
+    source = np.array([template[name] for name in names])
+    goal = np.array([found[name] for name in names])
+    similarity = fit_similarity(source, goal)
+    errors = np.linalg.norm(similarity(source) - goal, axis=1)
+    free = fit_similarity(source, goal, mirrored=True)
+    mirrored = np.linalg.norm(free(source) - goal, axis=1)
+    if np.square(mirrored).sum() < 0.25 * np.square(errors).sum():
+        raise CaptureError(
+            f"{where}: the landmarks fit the template only when mirrored: left and right are the"
+            " subject's own, and a mirrored scan has to be mirrored back first"
+        )
+    if len(names) >= 6:
+        _require_no_outlier(names, source, goal, int(errors.argmax()), where)
+    return similarity
+
+
+def _require_no_outlier(
+    names: list[str], source: Points, goal: Points, doubted: int, where: str
+) -> None:
+    """Refuse a landmark that is far from where all the others put it."""
+    rest = np.arange(len(names)) != doubted
+    off = np.linalg.norm(fit_similarity(source[rest], goal[rest])(source) - goal, axis=1)
+    size = np.linalg.norm(np.ptp(goal, axis=0))
+    if off[doubted] > max(_OUTLIER * np.median(off[rest]), _OFF * size):
+        raise CaptureError(
+            f"{where}: landmark {names[doubted]} is {off[doubted] / size:.0%} of the face away"
+            " from where the others put it: place it again"
+        )
+
+
+def _table(path: str | Path, where: str, found: object) -> dict[str, Any]:
+    if not isinstance(found, dict):
+        raise FormatError(path, f"{where} is {type(found).__name__}, expected names and places")
+    return found
+
+
+def _distances(path: str | Path, found: object) -> tuple[Distance, ...]:
+    if not isinstance(found, list):
+        raise FormatError(path, "distances are [name, name, length] each")
+    distances = []
+    for each in found:
+        whole = isinstance(each, list) and [type(part) for part in each[:2]] == [str, str]
+        if not whole or len(each) != 3 or type(each[2]) not in (int, float):
+            raise FormatError(path, f"distances: {each!r}, expected [name, name, length]")
+        one, other, length = each
+        if one == other or not 0 < length < np.inf:
+            raise FormatError(
+                path, f"distances: {one} to {other} is {length}, expected a length above 0"
+            )
+        distances.append((one, other, float(length)))
+    return tuple(distances)
+
+
+def _places(path: str | Path, where: str, found: object, size: int) -> dict[str, Any]:
+    places = _table(path, where, found)
+    for name, place in places.items():
+        whole = isinstance(place, list) and len(place) == size
+        if not whole or not all(type(x) in (int, float) and np.isfinite(x) for x in place):
+            raise FormatError(path, f"{where}: {name} is {place!r}, expected {size} numbers")
+    return {name: tuple(map(float, place)) for name, place in places.items()}

@@ -1,0 +1,1 @@
+"""The surface of the neutral, in the vertices of a template."""

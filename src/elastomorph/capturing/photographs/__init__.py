@@ -1,0 +1,1 @@
+"""Photographs: which there are, how they were taken, and their pixels."""

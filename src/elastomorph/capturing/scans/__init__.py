@@ -1,0 +1,1 @@
+"""Scans become meshes with the vertices of a template."""

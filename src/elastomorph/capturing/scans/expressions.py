@@ -1,0 +1,129 @@
+"""A rig's own expressions as the start of a pose: what a face does is known before it is scanned.
+
+Weights x ≥ 0 of the targets Δ_k are found by least squares of what lies across the scan,
+
+    Σ_i w_i (n_i · (p_i + Σ_k x_k Δ_ki − q_i))² + Σ landmarks + ρ ‖x‖² + σ Σ_k x_k,
+
+with points q, normals n and weights w found anew at each step. Unlike the surface alone, targets
+know how the skin moves along itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capturing.scans.correspondence import ScanPoints
+from elastomorph.capturing.scans.nonrigid import Elastic, Held
+
+Points = NDArray[np.float64]
+
+# Reach of the points in parts of the extent, and steps at each.
+_REACHES = ((0.05, 5), (0.028, 5), (0.014, 5))
+# Vertices by which expressions are fitted.
+_ENOUGH, _FEW = 3000, 600
+# Of a landmark beside a vertex; of the squares of all weights beside what the largest target does;
+# and how much a weight is made smaller for its own sake: few expressions are likelier than many.
+_LANDMARK, _RIDGE, _SPARSE = 25.0, 1e-4, 0.005
+# Weights of a single target that are tried first, and how near a vertex is that it then explains.
+_TRIED, _EXPLAINED = (0.3, 0.6, 1.0), 0.02
+# Turns of averaging among neighbours, so that what is turned stays smooth.
+_SMOOTHING = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Expressions:
+    """Targets of a rig on a face.
+
+    Attributes:
+        names: K of them.
+        deltas: (K, V, 3) from the neutral.
+    """
+
+    names: tuple[str, ...]
+    deltas: Points
+
+    def transferred(self, goal: Points, elastic: Elastic) -> Expressions:
+        """The targets on another face with the same vertices, turned and scaled as it is locally.
+
+        Args:
+            goal: (V, 3) the other neutral.
+            elastic: the rig's own neutral at rest.
+        """
+        rest, deformation = elastic.rest, elastic.deformation
+        first, second = deformation.edges.T
+        before = ((rest[first] - rest[second]) ** 2).sum(axis=1)
+        after = ((goal[first] - goal[second]) ** 2).sum(axis=1)
+        lengths = np.zeros((len(rest), 2))
+        for ends in (first, second):
+            np.add.at(lengths, ends, np.stack([before, after], axis=1))
+        for _ in range(_SMOOTHING):
+            lengths = lengths + deformation.neighbours @ lengths
+        scale = np.sqrt(lengths[:, 1] / np.maximum(lengths[:, 0], 1e-300))
+        turns = scale[:, None, None] * deformation.rotations(goal, _SMOOTHING)
+        return Expressions(self.names, np.einsum("nij,knj->kni", turns, self.deltas))
+
+    def fitted(
+        self, neutral: Points, elastic: Elastic, scan: ScanPoints, held: Held
+    ) -> dict[str, float]:
+        """The weight of each target, 0 or more, at which the face is nearest to a scan."""
+        moved = np.abs(self.deltas).max(axis=(0, 2)) > 1e-4 * elastic.size
+        asked = np.flatnonzero(elastic.outer & moved)
+        asked = asked[:: max(1, len(asked) // _ENOUGH)]
+        weights = np.zeros(len(self.names))
+        if not len(asked):
+            return dict(zip(self.names, weights.tolist(), strict=True))
+        own = self.deltas[:, asked]
+        weights = self._begun(neutral, elastic, scan, asked[:: max(1, len(asked) // _FEW)])
+        for reach, steps in _REACHES:
+            for _ in range(steps):
+                face = self.posed(neutral, weights)
+                found = scan.matches(
+                    face[asked], elastic.normals(face)[asked], turn=reach * elastic.size
+                )
+                root = np.sqrt(found.weights(reach * elastic.size))[:, None]
+                across = np.einsum("kni,ni->nk", own, found.normals) * root
+                off = np.einsum("ni,ni->n", found.points - neutral[asked], found.normals)
+                marks = self.deltas[:, held.vertices].transpose(1, 2, 0)
+                marked = np.einsum("nik,nil->kl", marks, marks)
+                square = across.T @ across + _LANDMARK * marked
+                right = across.T @ (off * root[:, 0]) + _LANDMARK * np.einsum(
+                    "nik,ni->k", marks, held.places - neutral[held.vertices]
+                )
+                own_part = np.diagonal(square)
+                weights = _nonnegative(
+                    square + _RIDGE * own_part.max() * np.eye(len(own)),
+                    right - _SPARSE * np.sqrt(own_part * own_part.max()),
+                )
+        return dict(zip(self.names, weights.tolist(), strict=True))
+
+    def _begun(
+        self, neutral: Points, elastic: Elastic, scan: ScanPoints, asked: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """The one target that explains most of a scan: lips that are apart are to begin so."""
+        none = np.zeros(len(self.names))
+        single = [x * one for one in np.eye(len(self.names)) for x in _TRIED]
+        reach = _EXPLAINED * elastic.size
+
+        def explained(weights: NDArray[np.float64]) -> float:
+            face = self.posed(neutral, weights)
+            found = scan.matches(face[asked], elastic.normals(face)[asked], turn=reach)
+            return float(found.weights(reach).sum())
+
+        return max([none, *single], key=explained)
+
+    def posed(self, neutral: Points, weights: NDArray[np.float64]) -> Points:
+        """(V, 3) the neutral with (K,) weights of the targets."""
+        return neutral + np.tensordot(weights, self.deltas, axes=1)
+
+
+def _nonnegative(matrix: Points, right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The x ≥ 0 of least xᵀ M x − 2 rᵀ x for a positive definite M."""
+    from scipy.linalg import solve_triangular
+    from scipy.optimize import nnls
+
+    lower = np.linalg.cholesky(matrix)
+    found: NDArray[np.float64] = nnls(lower.T, solve_triangular(lower, right, lower=True))[0]
+    return found

@@ -1,0 +1,327 @@
+"""Scans of any topology become meshes with the vertices of a template.
+
+The first scan, the neutral, makes the template that person; every other pose starts from there.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capturing.geometry.similarity import Similarity, robust_rigid
+from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
+from elastomorph.capturing.scans.face import Face, read_face
+from elastomorph.capturing.scans.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
+from elastomorph.capturing.scans.person import Person, known_person, wanted_at
+from elastomorph.capturing.scans.placing import Marks, Placed, placed_first, placed_next
+from elastomorph.capturing.scans.scans import Scan, read_scan
+from elastomorph.capturing.scans.trust import Trust, slide, trusted
+from elastomorph.capturing.scans.virtual import followed, shown_neutral
+from elastomorph.capturing.tracking.tracking import TrackedPose
+from elastomorph.capturing.work.registered import Registered
+from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError, ParameterError
+from elastomorph.model.mesh import Mesh
+from elastomorph.rig import Rig
+
+__all__ = ["register", "register_all"]
+
+Points = NDArray[np.float64]
+Say = Callable[[str], None]
+Source = str | Path | Mesh
+
+# What says how the skin has moved along itself.
+THE_TEMPLATE, BY_SURFACE, BY_LANDMARKS, BY_RIG, FOLLOWED = (
+    *("of the template", "by the surface alone", "by landmarks", "by the rig's expressions"),
+    "by the skin's colours",
+)
+# Confidence of vertices by which the head is held still, the fewest, and how far they are off, in
+# parts of the extent, from rough to fine.
+_SURE, _ENOUGH, _STILL = 0.9, 100, (0.01, 0.003, 0.001)
+# A face of which the scan shows less than this was not found in it.
+_SHOWN = 0.3
+
+
+def register(
+    scan: Source,
+    template: Source | Rig,
+    *,
+    landmarks: str | Path | Landmarks | None = None,
+    neutral: Mesh | None = None,
+    texture: bool = True,
+    say: Say = lambda _: None,
+) -> Registered:
+    """A scan as a mesh with the vertices, polygons and labels of a template.
+
+    Args:
+        scan: A file (.obj with .mtl and images, .ply, .glb, …) or a mesh of any topology, in any
+            unit, turned anyhow; with holes, noise and other things around the face.
+        template: A mesh or a rig, or the file, folder or name (``built-in``) of one. The
+            expressions of a rig say how skin moves along itself, which no surface does.
+        landmarks: A file as 'elastomorph landmarks' writes it, or what it holds: vertices of the
+            template, and points of the scan under the name of its file. Without any, the scan is
+            laid over what is expected, which is believed only where it is clear.
+        neutral: The same person's neutral as this function gave it. Without it the scan is the
+            neutral, and the template becomes that person.
+        texture: Whether colours of the scan are used where it has them.
+        say: Told what is being done.
+
+    Returns:
+        The pose in the units and the place of the template, with (V,) `confidence` in [0, 1] and
+        `figures`: how the scan was laid, how far it is from the surface, and what the confidence
+        was computed from.
+
+    Raises:
+        FileError: A file is missing or cannot be read.
+        CaptureError: The scan shows no such face, or where it is cannot be told.
+        MissingExtraError: The extra ``capture`` is not installed.
+    """
+    own, marks = _prepared(template, landmarks)
+    if neutral is None:
+        return _first(own, _read(scan, texture, say), marks, say)[0]
+    person = known_person(own, neutral)
+    found = _read(scan, texture, say)
+    pose = _next(person, found, marks, person.elastic.rest, person.placing, say)[0]
+    _warn_of_paths([str(scan) if not isinstance(scan, Mesh) else scan.name])
+    return pose
+
+
+def register_all(
+    scans: Sequence[Source] | Mapping[str, Source],
+    template: Source | Rig,
+    *,
+    landmarks: str | Path | Landmarks | None = None,
+    neutral: str | None = None,
+    texture: bool = True,
+    say: Say = lambda _: None,
+) -> dict[str, Registered]:
+    """The poses of one person from scans, each begun from the neutral, placed by the one before.
+
+    Args:
+        scans: Files or meshes, in the order of the movement; poses are called by the names of the
+            files without suffix, or by the names given.
+        template: As for `register`.
+        landmarks: As for `register`; later scans need none.
+        neutral: Which pose is the neutral; by default the one with "neutral" in its name, else the
+            first.
+        texture: Whether colours of the scans are used where they have them.
+        say: Told what is being done.
+
+    Returns:
+        Pose → registered mesh, in the order given.
+
+    Raises:
+        FileError: A file is missing or cannot be read.
+        CaptureError: A scan shows no such face, or where it is cannot be told.
+        ParameterError: No scan, two of one name, or no such neutral.
+        MissingExtraError: The extra ``capture`` is not installed.
+    """
+    named = _named(scans)
+    first = _which(list(named), neutral)
+    own, marks = _prepared(template, landmarks)
+    say(f"{first}: reading")
+    neutral_pose, person = _first(own, _read(named[first], texture, say), marks, say)
+    found = {first: neutral_pose}
+    expected, before = person.elastic.rest, person.placing
+    for name, scan in named.items():
+        if name == first:
+            continue
+        say(f"{name}: reading ({len(found) + 1} of {len(named)})")
+        found[name], before = _next(person, _read(scan, texture, say), marks, expected, before, say)
+        expected = found[name].vertices[own.first]
+    blind = [
+        name
+        for name in found
+        if name != first and found[name].figures["correspondence"] != FOLLOWED
+    ]
+    if blind:
+        _warn_of_paths(blind)
+    return {name: found[name] for name in named}
+
+
+def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, Person]:
+    """The neutral, which makes the template a person."""
+    say(f"{scan.name}: finding the face")
+    elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
+    placed = placed_first(scan, marks, elastic)
+    say(f"{scan.name}: adapting the template")
+    start = elastic.at_landmarks(elastic.rest, placed.held)
+    vertices = elastic.drawn(start, placed.points, ADAPT, placed.held)
+    trust = trusted(elastic, vertices, placed.points, np.zeros(len(vertices)))
+    _require_shown(trust, elastic, scan.name)
+    expressions = face.expressions
+    if expressions is not None:
+        expressions = expressions.transferred(vertices, elastic)
+    own = elastic.with_rest(vertices)
+    say(f"{scan.name}: looking at its colours")
+    shown = shown_neutral(own, placed, wanted_at(own, expressions))
+    person = Person(face, own, expressions, placed, placed.similarity, shown)
+    return _registered(person, vertices, trust, placed, THE_TEMPLATE, {}), person
+
+
+def _next(
+    person: Person,
+    scan: Scan,
+    marks: Marks,
+    expected: Points,
+    before: Similarity | None,
+    say: Say,
+) -> tuple[Registered, Similarity]:
+    """A further pose, and what brought its scan to its place."""
+    elastic, neutral = person.elastic, person.elastic.rest
+    say(f"{scan.name}: finding the head")
+    placed = placed_next(scan, marks, elastic, expected, before)
+    figures: dict[str, Any] = {}
+    by_rig = None
+    if person.expressions is None:
+        say(f"{scan.name}: drawing the neutral onto it")
+        start = elastic.at_landmarks(neutral, placed.held)
+        vertices = elastic.drawn(start, placed.points, FOLLOW, placed.held)
+    else:
+        say(f"{scan.name}: fitting the rig's expressions")
+        weights = person.expressions.fitted(neutral, elastic, placed.points, placed.held)
+        by_rig = person.expressions.posed(neutral, np.array(list(weights.values())))
+        figures["expressions"] = {n: round(x, 4) for n, x in weights.items() if x > 1e-3}
+        vertices = elastic.with_rest(by_rig).drawn(by_rig, placed.points, FINISH, placed.held, 0.1)
+    along = slide(elastic, vertices, neutral, placed.held, by_rig)
+    trust = trusted(elastic, vertices, placed.points, along)
+    _require_shown(trust, elastic, scan.name)
+    if person.shown is not None and placed.scan.skin is not None:
+        say(f"{scan.name}: following the skin")
+        tracked = followed(person.shown, placed, placed.scan.skin, vertices)
+        return _tracked(person, tracked, placed, figures), placed.similarity
+    figures["slide_mean"] = 100 * float(along[elastic.outer].mean())
+    by = (
+        BY_RIG
+        if by_rig is not None
+        else (BY_LANDMARKS if len(placed.held.vertices) else BY_SURFACE)
+    )
+    return _registered(person, vertices, trust, placed, by, figures), placed.similarity
+
+
+def _tracked(
+    person: Person, tracked: TrackedPose, placed: Placed, figures: dict[str, Any]
+) -> Registered:
+    """The pose by the skin's colours."""
+    elastic, skin = person.elastic, person.elastic.outer
+    trust = trusted(elastic, tracked.vertices, placed.points, np.zeros(len(skin)))
+    # Vertices that were followed tell more exactly than surfaces what of the head is still.
+    sure = skin & (tracked.confidence > _SURE)
+    still = Similarity.identity()
+    if np.count_nonzero(sure) > _ENOUGH:
+        reaches = tuple(part * elastic.size for part in _STILL)
+        still = robust_rigid(tracked.vertices[sure], elastic.rest[sure], reaches)
+    spread = tracked.spread[skin & np.isfinite(tracked.spread)]
+    figures["views_median"] = float(np.median(tracked.views[skin]))
+    figures["spread_mean"] = 100 * float(spread.mean()) / elastic.size if len(spread) else None
+    both = replace(trust, confidence=np.minimum(trust.confidence, tracked.confidence))
+    placed = replace(placed, similarity=placed.similarity.then(still))
+    return _registered(person, still(tracked.vertices), both, placed, FOLLOWED, figures)
+
+
+def _registered(
+    person: Person,
+    vertices: Points,
+    trust: Trust,
+    placed: Placed,
+    correspondence: str,
+    more: Mapping[str, Any],
+) -> Registered:
+    """The pose with what was measured."""
+    moved = placed.similarity
+    figures = {
+        "scan": Path(placed.scan.name).name,
+        "placing": {
+            "scale": moved.scale,
+            "rotation": moved.rotation.tolist(),
+            "shift": moved.shift.tolist(),
+        },
+        "landmarks": len(placed.held.vertices),
+        "correspondence": correspondence,
+        **trust.figures(person.face.size),
+        **more,
+    }
+    place = person.face.place
+    return Registered.of(person.face.mesh, vertices[place], trust.confidence[place], figures)
+
+
+def _prepared(
+    template: Source | Rig, landmarks: str | Path | Landmarks | None
+) -> tuple[Face, Marks]:
+    """The template and the landmarks, read and checked against each other."""
+    found = read_landmarks(landmarks) if isinstance(landmarks, str | Path) else landmarks
+    if found is None:
+        found = Landmarks()
+    if not isinstance(found, Landmarks):
+        raise ParameterError(
+            f"landmarks are a file or what read_landmarks gives, found {type(landmarks).__name__}"
+        )
+    face = read_face(template)
+    where = str(landmarks) if isinstance(landmarks, str | Path) else "landmarks"
+    marks = Marks(face.vertices_of(found.vertices, where), found.points, where)
+    if marks.points and not marks.vertices:
+        raise FormatError(
+            where,
+            "it says where landmarks are on scans, but not on the template: place them with"
+            " 'elastomorph landmarks --template'",
+        )
+    return face, marks
+
+
+def _read(source: Source, texture: bool, say: Say) -> Scan:
+    return read_scan(source, texture=texture)
+
+
+def _named(scans: Sequence[Source] | Mapping[str, Source]) -> dict[str, Source]:
+    """The scans by the names of their poses."""
+    if isinstance(scans, str | Path | Mesh):
+        raise ParameterError("expected scans, a list of them or by name; one is for register")
+    if isinstance(scans, Mapping):
+        pairs = list(scans.items())
+    else:
+        pairs = [(Path(each.name if isinstance(each, Mesh) else each).stem, each) for each in scans]
+    if not pairs:
+        raise ParameterError("there is no scan to register")
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ParameterError(f"two scans are called {twice}: poses are named by their files")
+    return found
+
+
+def _which(names: list[str], neutral: str | None) -> str:
+    """The name of the neutral."""
+    if neutral is None:
+        return next((name for name in names if "neutral" in name.lower()), names[0])
+    own = Path(neutral).stem if neutral not in names else neutral
+    if own not in names:
+        raise ParameterError(f"no scan is called {neutral}: there are {', '.join(names)}")
+    return own
+
+
+def _require_shown(trust: Trust, elastic: Elastic, name: str) -> None:
+    """Refuse a scan that the template could not be drawn onto."""
+    shown = float(trust.shown[elastic.outer].mean())
+    if shown < _SHOWN:
+        raise CaptureError(
+            f"{name} shows {shown:.0%} of the template, expected at least {_SHOWN:.0%}: it is no"
+            " such face, or its landmarks are not where the template has them"
+        )
+
+
+def _warn_of_paths(names: Sequence[str]) -> None:
+    """Say what scans without colours do not tell."""
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    warnings.warn(
+        f"{names[0]}{more}: correspondence along the surface was not measured, for the scans have"
+        " no colours to follow; a surface distance says nothing about correspondence, so do not"
+        " compare paths of such poses with each other",
+        ElastomorphWarning,
+        stacklevel=3,
+    )

@@ -1,0 +1,193 @@
+"""Scans as scanners leave them: any topology, units and orientation, with what lies around.
+
+What a surface of triangles needs is mended here: vertices that were cut apart for the texture are
+joined, triangles without area or there twice are left out, and so are crumbs.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.scans.correspondence import inside_out
+from elastomorph.capturing.scans.skin import Skin, skin_of
+from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError
+from elastomorph.io.atomic import require_name
+from elastomorph.io.obj.materials import read_materials
+from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read
+from elastomorph.io.rig_folder import rig_as_stored
+from elastomorph.model.geometry import component_of
+from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.polygons import Polygons
+
+Points = NDArray[np.float64]
+
+# A piece of less than this part of the largest one's area is a crumb.
+_CRUMB = 0.002
+# Two pieces are two heads if their areas, and their sides, are alike by this factor.
+_ALIKE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """A surface of triangles in the scanner's own units and axes.
+
+    Attributes:
+        name: of the file, or what else it is called.
+        surface: of triangles that show their outside.
+        piece: (T,) number of the piece of each triangle, the largest first.
+        skin: Its colours, if it has any.
+        inside_out: Whether its file has the triangles the other way round, as mirrored scans do.
+    """
+
+    name: str
+    surface: Surface
+    piece: NDArray[np.int64]
+    skin: Skin | None
+    inside_out: bool
+
+    def only(self, kept: NDArray[np.bool_]) -> Scan:
+        """The triangles for which (T,) `kept` says so."""
+        surface = Surface(self.surface.vertices, self.surface.triangles[kept])
+        skin = None if self.skin is None else self.skin.only(kept)
+        return replace(self, surface=surface, piece=self.piece[kept], skin=skin)
+
+
+def read_scan(source: str | Path | Mesh, *, texture: bool = True) -> Scan:
+    """The scan in a file, or a mesh taken as one.
+
+    Args:
+        source: .obj (with its .mtl and images), .ply (with colours), .glb, .gltf, .usdz and what
+            else holds a mesh; or a mesh.
+        texture: Whether its colours are wanted.
+
+    Raises:
+        FileError: It is missing or cannot be read.
+        FormatError: It is damaged, or lacks an image that it names.
+        CaptureError: It has no surface.
+    """
+    mesh = source if isinstance(source, Mesh) else _mesh_in(source)
+    name = str(source) if not isinstance(source, Mesh) else mesh.name
+    if not len(mesh.faces):
+        raise CaptureError(
+            f"{name} has {len(mesh.vertices):,} points and no polygons: make a surface of them"
+            " first, as MeshLab and most scanners' own programs do"
+        )
+    corners = Polygons(
+        np.arange(len(mesh.faces.indices), dtype=np.int32), mesh.faces.offsets
+    ).triangles()
+    place = _joined(mesh.vertices)
+    triangles = place[mesh.faces.indices[corners]]
+    vertices = np.empty((int(place.max()) + 1, 3))
+    vertices[place] = mesh.vertices
+    kept = _sound(vertices, triangles)
+    if not kept.any():
+        raise CaptureError(f"{name} has no surface: none of its polygons has an area")
+    piece = _pieces(vertices, triangles, kept)
+    kept &= piece >= 0
+    surface = Surface(vertices, triangles[kept])
+    turned = inside_out(surface)
+    skin = skin_of(_dressed(mesh), corners[kept], name) if texture else None
+    if turned:
+        surface = Surface(vertices, surface.triangles[:, ::-1])
+        skin = None if skin is None else skin.turned()
+    return Scan(name, surface, piece[kept], skin, turned)
+
+
+def require_one_head(scan: Scan) -> None:
+    """Refuse two pieces of like size beside each other.
+
+    Raises:
+        CaptureError: There are two.
+    """
+    if scan.piece.max() < 1:
+        return
+    area = np.linalg.norm(scan.surface.face_normals, axis=1)
+    corners = [
+        scan.surface.vertices[scan.surface.triangles[scan.piece == number]].reshape(-1, 3)
+        for number in (0, 1)
+    ]
+    low, high = (np.array([f(own, axis=0) for own in corners]) for f in (np.min, np.max))
+    apart = (low.max(axis=0) > high.min(axis=0)).any()
+    sides = np.sort(high - low, axis=1)
+    sizes = [area[scan.piece == number].sum() for number in (0, 1)]
+    alike = sides.min(axis=0) > _ALIKE * sides.max(axis=0)
+    if apart and alike.all() and sizes[1] > _ALIKE * sizes[0]:
+        raise CaptureError(
+            f"{scan.name} has two pieces of like size beside each other: leave one head in it, or"
+            " give landmarks on the one that is meant"
+        )
+
+
+def _mesh_in(path: str | Path) -> Mesh:
+    require_name(path)
+    suffix = Path(path).suffix.lower()
+    if suffix in known_suffixes(MESH_FORMATS):
+        return read(path)
+    if suffix in known_suffixes(RIG_FORMATS):
+        return rig_as_stored(path).neutral
+    known = ", ".join(dict.fromkeys(known_suffixes(MESH_FORMATS) + known_suffixes(RIG_FORMATS)))
+    raise FormatError(path, f"a scan is a file with one of the suffixes {known}")
+
+
+def _dressed(mesh: Mesh) -> Mesh:
+    """The mesh with the materials of the library that its file names."""
+    if mesh.appearance or mesh.source is None or not mesh.material_library or mesh.uv is None:
+        return mesh
+    looks = read_materials(mesh.source.path, mesh.material_library)
+    if not looks:
+        warnings.warn(
+            f"{mesh.name}: its materials ({mesh.material_library}) are not beside it, so it has no"
+            " colours by which skin could be followed",
+            ElastomorphWarning,
+            stacklevel=3,
+        )
+        return mesh
+    materials = mesh.materials
+    if materials is None and len(looks) == 1:  # of one material nobody needs to say where it is
+        materials = FaceLabels(tuple(looks), np.zeros(len(mesh.faces), dtype=np.int32))
+    return Mesh(mesh.vertices, mesh.faces, mesh.uv, materials, appearance=looks)
+
+
+def _joined(vertices: Points) -> NDArray[np.int64]:
+    """(V,) the same number for vertices at the same place."""
+    order = np.lexsort(vertices.T)
+    ordered = vertices[order]
+    new = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))
+    number = np.empty(len(vertices), dtype=np.int64)
+    number[order] = np.cumsum(new) - 1
+    return number
+
+
+def _sound(vertices: Points, triangles: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(T,) which triangles have an area, and are the first of their corners."""
+    a, b, c = triangles.T
+    kept = (a != b) & (b != c) & (c != a)
+    area = np.linalg.norm(Surface(vertices, triangles).face_normals, axis=1)
+    kept = kept & (area > 0)
+    ordered = np.sort(triangles, axis=1)
+    order = np.lexsort(ordered.T)
+    repeated = (ordered[order[1:]] == ordered[order[:-1]]).all(axis=1)
+    kept[order[1:][repeated]] = False
+    return np.asarray(kept)
+
+
+def _pieces(
+    vertices: Points, triangles: NDArray[np.int64], kept: NDArray[np.bool_]
+) -> NDArray[np.int64]:
+    """(T,) number of the piece of each triangle, by falling area; -1 of crumbs and the rest."""
+    own = triangles[kept]
+    part = component_of(len(vertices), np.concatenate([own[:, :2], own[:, 1:]]))[own[:, 0]]
+    area = np.bincount(part, np.linalg.norm(Surface(vertices, own).face_normals, axis=1))
+    order = np.argsort(-area, kind="stable")
+    rank = np.empty(len(area), dtype=np.int64)
+    rank[order] = np.arange(len(area))
+    rank[area < _CRUMB * area.max()] = -1
+    found = np.full(len(triangles), -1)
+    found[kept] = rank[part]
+    return found

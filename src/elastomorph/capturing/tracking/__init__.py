@@ -1,0 +1,1 @@
+"""The other poses, followed by the neutral's photographs."""

@@ -1,0 +1,117 @@
+"""How far off a vertex of a followed pose is expected to be, and the confidence that follows.
+
+Three things are expected to be wrong:
+
+- what photographs leave open: the covariance of the last step of Gauss–Newton from the noise that
+  was left in each patch, larger where photographs contradict each other more than that explains;
+- what a patch cannot follow: where the skin is stretched or compressed much, as around lips that
+  part, a patch is a bad picture of itself, by a part of its radius for each strain; and where
+  skin touches skin, as closed lips in the neutral, it reaches to one side only;
+- what no photographs show: a vertex that fewer than two found is filled in, and its error grows
+  along the surface with the way to vertices that were found.
+
+With the expected error e, the confidence is 1 / (1 + (e / 0.005 D)²): 0.5 where 0.5 % of D is
+expected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.sparse as sparse
+from numpy.typing import NDArray
+
+from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.deformation import Deformation
+from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.tracking.observations import (
+    Observations,
+    disagreement,
+    photographs,
+    residuals,
+)
+
+Points = NDArray[np.float64]
+
+# Of D: the error at which a vertex is as likely trusted as not.
+FLAGGED = 0.005
+# Error that filling in adds for each length of the way from the nearest vertex that was found.
+_FILLED = 0.3
+# Strain that patches follow without harm, and the part of their radius that each more costs.
+_STRAIN, _STRETCHED = 0.15, 2.0
+# Part of the radius of a patch that it costs to lie where skin touches skin.
+_BESIDE = 0.5
+
+
+def spreads(cameras: Sequence[Camera], vertices: Points, seen: Observations) -> Points:
+    """(V,) standard deviation, a length; infinite where fewer than two photographs show it."""
+    count = len(vertices)
+    information = np.zeros((count, 3, 3))
+    for number, camera in enumerate(cameras):
+        mine = seen.views == number
+        change = camera.jacobian(vertices[seen.vertices[mine]])
+        own = np.einsum("nji,njk,nkl->nil", change, seen.information[mine], change)
+        np.add.at(information, seen.vertices[mine], own)
+    views = photographs(seen, count)
+    off = disagreement(residuals(cameras, vertices, seen), seen.information)
+    excess = np.bincount(seen.vertices, off, count) / np.maximum(2 * views - 3, 1)
+    found = np.full(count, np.inf)
+    known = views >= 2
+    values = np.maximum(np.linalg.eigvalsh(information[known]), 1e-300)
+    found[known] = np.sqrt((1 / values).sum(axis=1) * np.maximum(excess[known], 1))
+    return found
+
+
+def stretched(deformation: Deformation, vertices: Points, radius: float) -> Points:
+    """(V,) lengths: what strain of the surface adds to the error of patches of a radius.
+
+    The strain of a vertex is the mean of |ln(length / length at rest)| over the edges around it.
+    """
+    first, second = deformation.edges.T
+    rest = np.linalg.norm(deformation.rest[first] - deformation.rest[second], axis=1)
+    now = np.linalg.norm(vertices[first] - vertices[second], axis=1)
+    tiny = np.finfo(float).tiny
+    strain = np.abs(np.log(np.maximum(now, tiny) / np.maximum(rest, tiny)))
+    both = np.concatenate([first, second])
+    count = len(vertices)
+    total = np.bincount(both, np.concatenate([strain, strain]), count)
+    mean = total / np.maximum(np.bincount(both, minlength=count), 1)
+    around = deformation.smoothed(deformation.smoothed(mean))
+    found: Points = _STRETCHED * radius * np.maximum(around - _STRAIN, 0)
+    return found
+
+
+def beside(deformation: Deformation, touching: NDArray[np.bool_], radius: float) -> Points:
+    """(V,) lengths: what closed lips and lids add to the error of patches of a radius.
+
+    A patch beside the line where skin meets skin reaches to one side only.
+    """
+    part = deformation.smoothed(deformation.smoothed(touching.astype(np.float64)))
+    found: Points = _BESIDE * radius * np.clip(2 * part, 0, 1)
+    return found
+
+
+def expected_errors(neutral: Surface, spread: Points, extent: float) -> Points:
+    """(V,) lengths: the spread, or what filling in from better vertices leaves if that is less."""
+    from scipy.sparse.csgraph import dijkstra
+
+    count = len(neutral.vertices)
+    edges = neutral.ways.tocoo()
+    # A vertex more, joined to each that was found by a way as long as its own error.
+    known = np.flatnonzero(np.isfinite(spread))
+    rows = np.concatenate([edges.row, np.full(len(known), count)])
+    columns = np.concatenate([edges.col, known])
+    costs = np.concatenate([_FILLED * edges.data, spread[known]])
+    graph = sparse.coo_array(
+        (np.maximum(costs, 1e-12 * extent), (rows, columns)), shape=(count + 1, count + 1)
+    ).tocsr()
+    found: Points = dijkstra(graph, directed=False, indices=[count])[0, :count]
+    return found
+
+
+def confidences(errors: Points, extent: float) -> Points:
+    """(V,) in [0, 1] from expected errors; 0.5 at 0.5 % of D, the extent."""
+    ratio = np.minimum(errors / (FLAGGED * extent), 1e6)
+    found: Points = 1 / (1 + ratio**2)
+    return found

@@ -1,0 +1,194 @@
+"""The neutral's photographs, carried by the surface into those of a pose, and what they miss by.
+
+Each pixel of a pose's photograph looks at a point of the surface as it is assumed to be; that
+point was photographed in the neutral. The picture this makes would be the photograph itself if
+the surface were right: the optical flow between them says how far each vertex is off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capturing.geometry.camera import Camera, View
+from elastomorph.capturing.geometry.sampling import sampled
+from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.tracking.observations import Observations
+
+Points = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+# Pixels of the Gaussian in which neutral and pose are correlated.
+_WINDOW = 3.0
+# Side of the square around a pixel, and the part of it that has to be known.
+_BOX, _AROUND = 9, 0.85
+
+
+@dataclass(frozen=True, eq=False)
+class Warp:
+    """A photograph of the neutral as the pose's camera would have taken it.
+
+    Attributes:
+        picture: (H, W) uint8; the pose's own photograph where the neutral shows nothing.
+        known: (H, W) where the neutral shows something.
+    """
+
+    picture: NDArray[np.uint8]
+    known: NDArray[np.bool_]
+
+
+def warped(
+    places: Points, met: NDArray[np.bool_], target: NDArray[np.uint8], view: View, depth: Single
+) -> Warp:
+    """Carry a photograph of the neutral into one of the pose.
+
+    Args:
+        places: (H, W, 3) where on the neutral lies what each pixel of the pose's photograph sees.
+        met: (H, W) where it sees the surface.
+        target: (H, W) uint8 the pose's photograph.
+        view: of the neutral.
+        depth: of the neutral in that view, infinite beside it; may be of fewer pixels.
+    """
+    import cv2
+
+    pixels, depths = view.camera.project(places)
+    where = np.where(met[..., None], pixels, -9.0).astype(np.float32)
+    picture: Any = cv2.remap(view.grey, where[..., 0], where[..., 1], cv2.INTER_LINEAR)
+    step = view.camera.size[0] / depth.shape[1]
+    coarse = ((where + 0.5) / np.float32(step) - 0.5).astype(np.float32)
+    front: Any = cv2.remap(depth, coarse[..., 0], coarse[..., 1], cv2.INTER_NEAREST, borderValue=-1)
+    known = met & view.camera.inside(pixels, 1) & (depths < front * 1.004)
+    return Warp(np.where(known, picture, target), known)
+
+
+def correlated(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> Single:
+    """(H, W) correlation of two pictures around each pixel."""
+    import cv2
+
+    a, b = one.astype(np.float32), other.astype(np.float32)
+
+    def smooth(x: Any) -> Any:
+        return cv2.GaussianBlur(x, (0, 0), _WINDOW)
+
+    mean_a, mean_b = smooth(a), smooth(b)
+    own_a, own_b = smooth(a * a) - mean_a**2, smooth(b * b) - mean_b**2
+    product = smooth(a * b) - mean_a * mean_b
+    found = product / np.sqrt(np.maximum(own_a, 2) * np.maximum(own_b, 2))
+    return np.asarray(found, dtype=np.float32)
+
+
+def around(known: NDArray[np.bool_]) -> Single:
+    """(H, W) which part of the surroundings of each pixel is known."""
+    import cv2
+
+    found: Any = cv2.boxFilter(known.astype(np.float32), -1, (_BOX, _BOX))
+    return np.asarray(found)
+
+
+class Flow:
+    """Dense inverse search (Kroeger et al., ECCV 2016) with all that is asked of it here."""
+
+    def __init__(self) -> None:
+        import cv2
+
+        module: Any = cv2
+        self._engine = module.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
+        self._engine.setFinestScale(0)
+        self._engine.setVariationalRefinementIterations(3)
+
+    def between(
+        self, one: NDArray[np.uint8], other: NDArray[np.uint8]
+    ) -> tuple[Single, Single, Single]:
+        """(H, W, 2) flow, (H, W) pixels by which the way back misses, and (H, W) correlation."""
+        import cv2
+
+        there: Any = self._engine.calc(one, other, None)
+        back: Any = self._engine.calc(other, one, None)
+        height, width = one.shape
+        columns, rows = np.meshgrid(
+            np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
+        )
+        x, y = columns + there[..., 0], rows + there[..., 1]
+        round_trip = np.linalg.norm(there + cv2.remap(back, x, y, cv2.INTER_LINEAR), axis=-1)
+        found: Any = cv2.remap(other, x, y, cv2.INTER_LINEAR)
+        return there, np.asarray(round_trip, dtype=np.float32), correlated(one, found)
+
+
+def cropped(camera: Camera, points: Points, margin: int = 24) -> tuple[slice, slice]:
+    """The rows and columns of a photograph that hold the points, and a margin."""
+    pixels, depths = camera.project(points)
+    pixels = pixels[depths > 0]
+    if not len(pixels):
+        return slice(0, 0), slice(0, 0)
+    low = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - margin, 0)
+    high = np.minimum(np.ceil(pixels.max(axis=0)).astype(int) + margin, camera.size)
+    return slice(int(low[1]), int(max(high[1], low[1]))), slice(
+        int(low[0]), int(max(high[0], low[0]))
+    )
+
+
+def nearest_views(
+    neutral: list[Camera], middle: Points, camera: Camera, around: Points
+) -> list[int]:
+    """Cameras of the neutral by how alike they look at it as another camera looks at the pose."""
+    wanted = camera.position - around
+    ways = np.array([each.position - middle for each in neutral])
+    cosines = ways @ wanted / np.linalg.norm(ways, axis=1) / np.linalg.norm(wanted)
+    return [int(i) for i in np.argsort(-cosines, kind="stable")]
+
+
+def missed(
+    number: int,
+    view: View,
+    posed: Surface,
+    neutral: Points,
+    sources: list[tuple[View, Single, NDArray[np.bool_]]],
+    seen: tuple[NDArray[np.bool_], Points],
+    least: tuple[float, float],
+) -> list[Observations]:
+    """Where one photograph of a pose shows the vertices, by each of some neutral photographs.
+
+    Args:
+        number: of the photograph.
+        view: of the pose.
+        posed: the surface as assumed so far.
+        neutral: (V, 3) the neutral's vertices.
+        sources: neutral views, their depths and (V,) which vertices they see.
+        seen: (V,) which vertices the photograph sees, and their cosines.
+        least: correlation below which nothing is believed, and pixels by which the way back may
+            miss.
+    """
+    rows, columns = cropped(view.camera, posed.vertices)
+    target = np.ascontiguousarray(view.grey[rows, columns])
+    if min(target.shape) < 32:
+        return []
+    x, y = np.meshgrid(np.arange(columns.start, columns.stop), np.arange(rows.start, rows.stop))
+    hits = posed.cast(view.camera.position, view.camera.through(np.stack([x, y], axis=-1)))
+    places = posed.at(hits, neutral)
+    found = []
+    flow = Flow()
+    pixels = view.camera.project(posed.vertices)[0]
+    corner = np.array([columns.start, rows.start])
+    for source, depth, known in sources:
+        warp = warped(places, hits.met, target, source, depth)
+        there, back, alike = flow.between(warp.picture, target)
+        both = np.flatnonzero(seen[0] & known)
+        at = (pixels[both] - corner).astype(np.float32)
+        maps = np.dstack([there, back, alike, around(warp.known)])
+        values = sampled(maps, at)
+        good = (values[:, 3] > least[0]) & (values[:, 2] < least[1]) & (values[:, 4] > _AROUND)
+        both, values = both[good], values[good]
+        weight = values[:, 3] * seen[1][both]
+        found.append(
+            Observations(
+                np.full(len(both), number),
+                both,
+                pixels[both] + values[:, :2],
+                weight[:, None, None] * np.eye(2),
+                values[:, 3].astype(np.float64),
+            )
+        )
+    return found

@@ -1,0 +1,119 @@
+"""What was captured, and its files."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.work.registered import Registered
+from elastomorph.io.atomic import replacing
+from elastomorph.io.npz.confidence import NAME as CONFIDENCE
+from elastomorph.io.npz.confidence import write_confidence
+from elastomorph.io.registry import write
+
+__all__ = ["CONFIDENCE", "FIGURES", "Captured", "write_captured"]
+
+FIGURES = "capture.json"
+_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Captured:
+    """Poses of one topology, the cameras they were seen by, and what was measured.
+
+    Attributes:
+        poses: Pose → its mesh with the template's vertices, in the template's units, the head
+            where it is in the neutral; empty where only cameras were asked for.
+        cameras: Pose → the cameras of its photographs, in the same frame and units; those of
+            cameras alone are in a frame and units of their own.
+        photographs: Pose → photograph → file.
+        neutral: Name of the pose that is the neutral.
+        figures: What was measured, as in ``capture.json``.
+    """
+
+    poses: Mapping[str, Registered]
+    cameras: Mapping[str, tuple[Camera, ...]]
+    photographs: Mapping[str, Mapping[str, Path]]
+    neutral: str
+    figures: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        count = sum(map(len, self.cameras.values()))
+        return f"Captured({len(self.poses)} poses, {count} cameras)"
+
+
+def write_captured(folder: Path, captured: Captured) -> list[Path]:
+    """Write poses, their confidence and the figures, each file whole or not at all.
+
+    Raises:
+        FileError: A file cannot be written.
+    """
+    files = []
+    for name, pose in captured.poses.items():
+        files.append(folder / f"{name}.obj")
+        write(files[-1], pose)
+    if captured.poses:
+        files.append(folder / CONFIDENCE)
+        write_confidence(files[-1], {name: p.confidence for name, p in captured.poses.items()})
+    files.append(folder / FIGURES)
+    content = {
+        "version": _VERSION,
+        "neutral": captured.neutral,
+        **as_json(captured.figures),
+        "cameras": {
+            pose: {
+                camera.name: {
+                    "file": _seen_from(folder, captured.photographs[pose][camera.name]),
+                    **_described(camera),
+                }
+                for camera in cameras
+            }
+            for pose, cameras in captured.cameras.items()
+        },
+    }
+    with replacing(files[-1]) as file:
+        text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+        file.write(text.encode() + b"\n")
+    return files
+
+
+def as_json(value: Any) -> Any:
+    """Figures as JSON has them: what is no number is null."""
+    if isinstance(value, Mapping):
+        return {str(key): as_json(own) for key, own in value.items()}
+    if isinstance(value, list | tuple):
+        return [as_json(own) for own in value]
+    if isinstance(value, np.ndarray):
+        return as_json(value.tolist())
+    if isinstance(value, np.generic):
+        return as_json(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
+
+
+def _seen_from(folder: Path, file: Path) -> str:
+    """A file as it is named from a folder: where a machine keeps both is nobody's business."""
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:  # on another drive of Windows
+        return str(file)
+
+
+def _described(camera: Camera) -> dict[str, Any]:
+    return {
+        "size": list(camera.size),
+        "focal": camera.focal,
+        "centre": camera.centre.tolist(),
+        "radial": camera.radial,
+        "rotation": camera.rotation.tolist(),
+        "translation": camera.translation.tolist(),
+    }

@@ -1,0 +1,85 @@
+"""A capture from its first stage to its last, and what of it is handed out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from elastomorph.capturing.tracking.checks import agreement_of
+from elastomorph.capturing.work.captured import Captured
+from elastomorph.capturing.work.registered import FLAGGED, Registered
+from elastomorph.capturing.work.work import Work
+
+__all__ = ["captured_by"]
+
+
+def captured_by(work: Work) -> Captured:
+    """All that was asked for, made where it is not there."""
+    request = work.request
+    # What is cheap and may be wrong comes first, for all poses.
+    for pose in request.poses:
+        work.photographs(pose)
+    for pose in work.solved:
+        work.cameras(pose)
+    poses: dict[str, Registered] = {}
+    if request.to != "cameras":
+        work.placed()
+        others = request.chain if request.to == "poses" else {}
+        work.neutral()
+        for pose in others:
+            work.framed(pose)
+        poses = {pose: _registered(work, pose) for pose in (request.neutral, *others)}
+        poses = {pose: poses[pose] for pose in request.poses if pose in poses}
+    return Captured(
+        poses,
+        {pose: work.in_frame(pose).cameras for pose in work.solved},
+        {pose: {file.name: file for file in files} for pose, files in request.poses.items()},
+        request.neutral,
+        _figures(work, poses),
+    )
+
+
+def _registered(work: Work, pose: str) -> Registered:
+    """A pose with the vertices of the template as it was given."""
+    made = work.neutral() if pose == work.request.neutral else work.tracked(pose)
+    found = made.read()
+    place = work.template.place
+    confidence = np.clip(found.confidence, 0, 1)[place].astype(np.float32)
+    figures = {"flagged": float((confidence < FLAGGED).mean()), **found.figures}
+    figures |= agreement_of(work, pose)
+    return Registered.of(work.template.mesh, found.vertices[place], confidence, figures)
+
+
+def _figures(work: Work, poses: Mapping[str, Registered]) -> dict[str, Any]:
+    """What was measured, pose by pose."""
+    found: dict[str, Any] = {}
+    for pose in work.solved:
+        solved = work.cameras(pose).read()
+        own: dict[str, Any] = {
+            "photographs": len(work.request.poses[pose]),
+            "cameras": len(solved.cameras),
+            "points": len(solved.points),
+            "reprojection": dict(solved.reprojection),
+            "rejected": dict(solved.rejected),
+            "remarks": list(solved.remarks),
+        }
+        if pose in poses:
+            own |= poses[pose].figures
+            own["remarks"] = [*solved.remarks, *poses[pose].figures.get("remarks", ())]
+        if pose in poses and pose != work.request.neutral:
+            frame = work.framed(pose).read()
+            own["frame"] = {
+                "rms": frame.rms,
+                "rms_of_extent": frame.rms / poses[work.request.neutral].diameter,
+                "agreeing": int(frame.agreeing.sum()),
+            }
+        found[pose] = own
+    figures: dict[str, Any] = {"poses": found}
+    if poses:
+        placed = work.placed().read()
+        figures["landmarks"] = dict(placed.residuals)
+        figures["placed"] = dict(placed.figures)
+    figures["seconds"] = work.seconds
+    return figures

@@ -1,0 +1,127 @@
+"""The template: the mesh whose vertices all poses get, from wherever it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
+from elastomorph.errors import CaptureError, FormatError
+from elastomorph.io.atomic import is_folder
+from elastomorph.io.npz.members import open_npz
+from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_suffixes, read
+from elastomorph.io.rig_folder import find_neutral, rig_as_stored
+from elastomorph.model.mesh import Mesh
+from elastomorph.rig.welding import Welding
+
+__all__ = ["Template", "read_template", "require_door"]
+
+_FEWEST = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """A template and how it is worked on: without seams.
+
+    Attributes:
+        mesh: As it is in its file; the poses have its vertices and polygons.
+        work: The same surface, each place of a seam one vertex.
+        first: (W,) int64, the vertex of the mesh that each vertex of ``work`` is.
+        place: (V,) int64, the vertex of ``work`` that each vertex of the mesh is.
+        triangles: (T, 3) int64 of ``work``.
+        known: Landmark → vertex of ``work``, where they come with the template.
+    """
+
+    mesh: Mesh
+    work: Mesh
+    first: NDArray[np.int64]
+    place: NDArray[np.int64]
+    triangles: NDArray[np.int64]
+    known: Mapping[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def named(cls, named: Mesh | str | Path) -> Template:
+        """A mesh as template, or what `read_template` finds under a name."""
+        mesh = read_template(named)
+        found = cls.of(mesh)
+        # What a mesh was read from tells whose landmarks it has.
+        known = known_landmarks(mesh.name if isinstance(named, Mesh) else named, mesh)
+        return replace(found, known=found.vertices_of(known, "the landmarks known of the template"))
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> Template:
+        """A mesh as template, of which no landmarks are known.
+
+        Raises:
+            CaptureError: It has no surface, or so few vertices that it is no face.
+        """
+        if len(mesh.faces) == 0 or len(mesh.vertices) < _FEWEST:
+            raise CaptureError(
+                f"the template {mesh.name} has {len(mesh.vertices):,} vertices and "
+                f"{len(mesh.faces):,} polygons; expected the surface of a face"
+            )
+        everywhere = np.arange(len(mesh.vertices))
+        work, first, place = mesh, everywhere, everywhere
+        if mesh.source is not None and mesh.source.split:
+            # Vertices are one where no shape tells them apart; a template has one shape only.
+            welding = Welding.of(mesh, [mesh.vertices + mesh.diameter])
+            work, first, place = welding.neutral, welding.first, welding.place
+        return cls(mesh, work, first, place, work.faces.triangles().astype(np.int64))
+
+    def vertices_of(self, landmarks: Mapping[str, int], file: str) -> dict[str, int]:
+        """Landmark → vertex of ``work``, from vertices of the mesh.
+
+        Raises:
+            CaptureError: The mesh has no such vertex.
+        """
+        count = len(self.mesh.vertices)
+        for name, vertex in landmarks.items():
+            if vertex >= count:
+                raise CaptureError(
+                    f"{file}: {name} is vertex {vertex:,}, but the template has {count:,} (0 to "
+                    f"{count - 1:,}): the landmarks were placed on another template"
+                )
+        return {name: int(self.place[vertex]) for name, vertex in landmarks.items()}
+
+
+def read_template(named: Mesh | str | Path) -> Mesh:
+    """The mesh that a template is: itself, ``built-in``, that in a file, or the neutral of a rig.
+
+    Raises:
+        FileError: There is no such file or folder, or it cannot be read.
+        FormatError: Its suffix is unknown, or its content is not what the format allows.
+    """
+    if isinstance(named, Mesh):
+        return named
+    if str(named) != BUILT_IN and is_folder(named):
+        return read(find_neutral(named))
+    require_door(named)
+    suffix = Path(named).suffix.lower()
+    if suffix in known_suffixes(MESH_FORMATS) and not (suffix == ".npz" and _holds_rig(named)):
+        return read(named)
+    return rig_as_stored(named).neutral
+
+
+def require_door(named: str | Path) -> None:
+    """Refuse a name that is of no template: neither ``built-in``, a folder, nor of a known suffix.
+
+    Raises:
+        FormatError: And which are known.
+    """
+    known = dict.fromkeys([*known_suffixes(MESH_FORMATS), *known_suffixes(RIG_FORMATS)])
+    suffix = Path(named).suffix.lower()
+    if str(named) == BUILT_IN or is_folder(named) or suffix in known:
+        return
+    found = f"unknown suffix '{suffix}'" if suffix else "there is no such folder"
+    raise FormatError(
+        named, f"{found}; a template is 'built-in', a folder, or one of {', '.join(known)}"
+    )
+
+
+def _holds_rig(path: str | Path) -> bool:
+    with open_npz(path) as members:
+        return "rig_version" in members.names

@@ -1,0 +1,317 @@
+"""The stages of a capture in their order, each with what it depends on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from elastomorph.capturing.cameras.frames import Frame
+from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.geometry.similarity import Similarity
+from elastomorph.capturing.photographs.photographs import Photographs
+from elastomorph.capturing.photographs.views import Views
+from elastomorph.capturing.work.makers import Makers, Placed, Posed
+from elastomorph.capturing.work.progress import Progress, StageSay
+from elastomorph.capturing.work.request import Request
+from elastomorph.capturing.work.stages import Made, WorkingFolder
+from elastomorph.capturing.work.template import Template
+from elastomorph.errors import CaptureError
+from elastomorph.io.rig_cache import content_digests
+
+__all__ = ["Work"]
+
+
+class Work:
+    """A capture at work; used with ``with``, which locks its working folder."""
+
+    def __init__(self, request: Request, makers: Makers, say: Callable[[str], None]) -> None:
+        self.request = request
+        self.makers = makers
+        self.working = WorkingFolder(request.working)
+        self.progress = Progress(say, _expected(request))
+        self._made: dict[str, Made[Any]] = {}
+        self._photographs: dict[str, Photographs] = {}
+
+    def __enter__(self) -> Work:
+        """Lock the working folder."""
+        self.working.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Unlock it."""
+        self.working.__exit__(kind, error, trace)
+
+    def photographs(self, pose: str) -> Photographs:
+        """Those of use of a pose."""
+        if pose not in self._photographs:
+            self._photographs[pose] = self._examined(pose)
+        return self._photographs[pose]
+
+    def _examined(self, pose: str) -> Photographs:
+        files = self.request.poses[pose]
+        masks = {file: self.request.masks[file] for file in files if file in self.request.masks}
+        digests = dict(zip(files, content_digests(files), strict=True))
+        of_masks = dict(zip(masks, content_digests(list(masks.values())), strict=True))
+
+        def examined(say: StageSay) -> Photographs:
+            say(f"looking at the photographs of {pose}", 0.0)
+            found = self.makers.photographs(pose, files, masks)
+            # Results are to be the same wherever photographs lie.
+            taken = [replace(p, path=Path(p.name), mask=None) for p in found.taken]
+            return replace(found, taken=tuple(taken))
+
+        depends = {
+            "pose": pose,
+            "files": {file.name: digest for file, digest in digests.items()},
+            "masks": {file.name: digest for file, digest in of_masks.items()},
+        }
+        found: Photographs = self._stage(f"photographs/{pose}", depends, examined).read()
+        here = {file.name: file for file in files}
+        taken = [replace(p, path=here[p.name], mask=masks.get(here[p.name])) for p in found.taken]
+        return replace(found, taken=tuple(taken))
+
+    def cameras(self, pose: str) -> Made[SolvedPose]:
+        """The cameras of a pose, in a frame and a unit of their own."""
+        if self.request.rig == "fixed":
+            return self._of_rig(pose)
+        neutral = self.request.neutral
+        first = None if pose == neutral else self.cameras(neutral)
+        depends = {
+            "photographs": self._digest_of_photographs(pose),
+            "like": None if first is None else first.digest,
+        }
+        return self._stage(
+            f"cameras/{pose}",
+            depends,
+            lambda say: self.makers.cameras(
+                self.photographs(pose), None if first is None else first.read(), _naming(pose, say)
+            ),
+        )
+
+    def _of_rig(self, pose: str) -> Made[SolvedPose]:
+        """Those of a pose, by cameras that were found from several poses together."""
+        poses, neutral = self.request.poses, self.request.neutral
+        whole: Made[SolvedPose] = self._stage(
+            "rig",
+            {each: self._digest_of_photographs(each) for each in poses} | {"neutral": neutral},
+            lambda say: self.makers.rig(
+                {each: self.photographs(each) for each in poses}, neutral, _naming("rig", say)
+            ),
+        )
+        if pose == neutral:
+            return self._stage(f"cameras/{pose}", {"rig": whole.digest}, lambda say: whole.read())
+        both = (neutral, pose)
+        return self._stage(
+            f"cameras/{pose}",
+            {
+                "rig": whole.digest,
+                "both": [self._digest_of_photographs(each) for each in both],
+                "code": self.makers.code("rig"),
+            },
+            lambda say: self.makers.in_rig(
+                {each: self.photographs(each) for each in both},
+                neutral,
+                pose,
+                whole.read(),
+                _naming(pose, say),
+            ),
+        )
+
+    def placed(self) -> Made[Placed]:
+        """The neutral's cameras brought to the template."""
+        request, neutral = self.request, self.request.neutral
+        cameras = self.cameras(neutral)
+        depends = {
+            "cameras": cameras.digest,
+            "template": _digest(self.template),
+            "vertices": dict(request.landmarks.vertices),
+            "clicks": request.landmarks.photographs.get(neutral, {}),
+            "distances": request.landmarks.distances,
+        }
+        return self._stage(
+            "placed",
+            depends,
+            lambda say: self.makers.placed(
+                cameras.read(), self.template, request.landmarks, neutral
+            ),
+        )
+
+    def neutral(self) -> Made[Posed]:
+        """The template on the surface of the neutral."""
+        pose, placed = self.request.neutral, self.placed()
+        depends = {
+            "photographs": self._digest_of_photographs(pose),
+            "cameras": self.cameras(pose).digest,
+            "placed": placed.digest,
+            "template": _digest(self.template),
+            "vertices": dict(self.request.landmarks.vertices),
+        }
+        return self._stage(
+            "neutral",
+            depends,
+            lambda say: self.makers.neutral(
+                self.template,
+                placed.read(),
+                self.in_frame(pose),
+                self.request.landmarks,
+                self.views(pose),
+                say,
+            ),
+        )
+
+    def framed(self, pose: str) -> Made[Frame]:
+        """How a pose is brought to the neutral in the frame of the template."""
+        request = self.request
+        cameras, neutral, placed = self.cameras(pose), self.neutral(), self.placed()
+        depends = {
+            "cameras": [self.cameras(request.neutral).digest, cameras.digest],
+            "placed": placed.digest,
+            "surface": neutral.digest,
+            "vertices": dict(request.landmarks.vertices),
+            "rig": request.rig,
+        }
+
+        def made(say: StageSay) -> Frame:
+            say(f"bringing {pose} to the neutral", 0.0)
+            stayed = request.rig == "fixed"
+            solved = cameras.read()
+            if stayed:  # in the unit of the neutral already: that of the template with it
+                solved = _moved(solved, placed.read().similarity)
+            return self.makers.framed(
+                self.in_frame(request.neutral),
+                solved,
+                pose,
+                neutral.read(),
+                self.template,
+                request.landmarks,
+                stayed,
+            )
+
+        return self._stage(f"frames/{pose}", depends, made)
+
+    def tracked(self, pose: str) -> Made[Posed]:
+        """The neutral moved into a pose."""
+        neutral, before = self.request.neutral, self.request.chain[pose]
+        start = self.neutral() if before == neutral else self.tracked(before)
+        depends = {
+            "neutral": self.neutral().digest,
+            "before": start.digest,
+            "cameras": [self.cameras(each).digest for each in (neutral, pose)],
+            "placed": self.placed().digest,
+            "frame": self.framed(pose).digest,
+            "photographs": [self._digest_of_photographs(each) for each in (neutral, pose)],
+        }
+
+        def made(say: StageSay) -> Posed:
+            say(f"{pose}: opening photographs", 0.0)
+            frame = self.framed(pose).read()
+            ours, theirs = frame.pairs.T
+            pairs = self.in_frame(neutral).points[ours], self.in_frame(pose).points[theirs]
+            vertices = start.read().vertices
+            return self.makers.pose(
+                self._reference, vertices, pairs, self.views(pose), _naming(pose, say)
+            )
+
+        return self._stage(f"poses/{pose}", depends, made)
+
+    def views(self, pose: str) -> Views:
+        """The photographs of a pose, in the frame of the template."""
+        photographs = self.photographs(pose)
+        return Views(
+            self.in_frame(pose).cameras,
+            {p.name: p.path for p in photographs.taken},
+            {p.name: p.mask for p in photographs.taken if p.mask is not None},
+        )
+
+    def in_frame(self, pose: str) -> SolvedPose:
+        """Cameras and points of a pose, in the frame of the template where there is one."""
+        solved = self.cameras(pose).read()
+        if self.request.to == "cameras":
+            return solved
+        placed = self.placed().read().similarity
+        if pose == self.request.neutral:
+            return _moved(solved, placed)
+        similarity = self.framed(pose).read().similarity
+        first = placed.then(similarity) if self.request.rig == "fixed" else similarity
+        return _moved(solved, first)
+
+    @property
+    def solved(self) -> list[str]:
+        """The poses whose cameras are asked for."""
+        return [self.request.neutral] if self.request.to == "neutral" else list(self.request.poses)
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Stage → seconds that it took, whenever it was made."""
+        return {name: made.seconds for name, made in self._made.items()}
+
+    @property
+    def template(self) -> Template:
+        """The template; there is one where more than cameras are asked for."""
+        if self.request.template is None:
+            raise CaptureError("a template is needed")
+        return self.request.template
+
+    @cached_property
+    def _reference(self) -> Any:
+        neutral = self.request.neutral
+        return self.makers.reference(self.template, self.neutral().read(), self.views(neutral))
+
+    def _digest_of_photographs(self, pose: str) -> list[object]:
+        """What cameras and surfaces depend on of the photographs of a pose."""
+        of_use = self.photographs(pose)
+        masks = [p.mask for p in of_use.taken if p.mask is not None]
+        return [
+            [[p.name, p.digest, p.focal, p.lens] for p in of_use.taken],
+            list(content_digests(masks)) if masks else [],
+        ]
+
+    def _stage(
+        self, name: str, depends: Mapping[str, object], make: Callable[[StageSay], Any]
+    ) -> Made[Any]:
+        if name not in self._made:
+            say = self.progress.begun(name)
+            version = self.makers.code(name.partition("/")[0])
+            made = self.working.made(name, depends, lambda: make(say), version)
+            self.progress.done(name, made.seconds, anew=made.anew)
+            self._made[name] = made
+        return self._made[name]
+
+
+def _moved(solved: SolvedPose, similarity: Similarity) -> SolvedPose:
+    cameras = tuple(camera.moved(similarity) for camera in solved.cameras)
+    return replace(solved, cameras=cameras, points=similarity(solved.points))
+
+
+def _naming(pose: str, say: StageSay) -> StageSay:
+    return lambda text, part: say(f"{pose}: {text}", part)
+
+
+def _digest(template: Template) -> list[object]:
+    return [template.work.vertices, template.triangles]
+
+
+def _expected(request: Request) -> dict[str, float]:
+    """Stage → seconds that it takes on two cores, by the number of photographs."""
+    counts = {pose: len(files) for pose, files in request.poses.items()}
+    expected = {f"photographs/{pose}": 0.15 * count for pose, count in counts.items()}
+    if request.rig == "fixed":
+        expected["rig"] = 3.0 * sum(sorted(counts.values())[-4:])
+    each = 1.0 if request.rig == "fixed" else 3.0
+    solved = [request.neutral] if request.to == "neutral" else list(counts)
+    expected |= {f"cameras/{pose}": each * counts[pose] for pose in solved}
+    if request.to != "cameras":
+        expected |= {"placed": 0.1, "neutral": 3.3 * counts[request.neutral]}
+    if request.to == "poses":
+        expected |= {f"frames/{pose}": 5.0 for pose in request.chain}
+        expected |= {f"poses/{pose}": 3.5 * counts[pose] for pose in request.chain}
+    return expected

@@ -1,0 +1,186 @@
+"""A capture whose stages take no time: each makes numbers of what it depends on, and is counted."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import elastomorph as em
+from elastomorph.capturing.cameras.frames import Frame
+from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.similarity import Similarity
+from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks
+from elastomorph.capturing.photographs.photographs import Photograph, Photographs
+from elastomorph.capturing.work.captured import Captured, write_captured
+from elastomorph.capturing.work.makers import Makers, Placed, Posed
+from elastomorph.capturing.work.outcome import captured_by
+from elastomorph.capturing.work.packing import content_digest, packed
+from elastomorph.capturing.work.request import requested
+from elastomorph.capturing.work.work import Work
+
+POSES = ("a", "neutral", "b", "c")
+COUNT = 6
+GRID = 12
+
+
+def template() -> em.Mesh:
+    x, y = np.meshgrid(np.arange(GRID), np.arange(GRID))
+    z = 0.3 * np.sin(x) * np.cos(y)
+    rows = np.arange(GRID * (GRID - 1)).reshape(GRID - 1, GRID)[:, :-1].ravel()
+    faces = np.stack([rows, rows + 1, rows + GRID + 1, rows + GRID], axis=1)
+    return em.Mesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces)
+
+
+def write_photographs(folder: Path, poses: tuple[str, ...] = POSES) -> Path:
+    for pose in poses:
+        (folder / pose).mkdir(parents=True)
+        for k in range(COUNT):
+            (folder / pose / f"{k}.jpg").write_text(f"{pose} {k}")
+    return folder
+
+
+def landmarks() -> Landmarks:
+    clicks = {name: (float(k), float(k)) for k, name in enumerate(LANDMARKS)}
+    return Landmarks(
+        {name: 7 * k for k, name in enumerate(LANDMARKS)},
+        {"neutral": {"0.jpg": clicks, "1.jpg": clicks}},
+    )
+
+
+def numbers(*of: object) -> np.random.Generator:
+    """Numbers that differ wherever results do."""
+    text = repr([each if isinstance(each, str) else content_digest(packed(each)) for each in of])
+    return np.random.default_rng(list(hashlib.sha256(text.encode()).digest()))
+
+
+@dataclass
+class Counted:
+    """Makers that note what they are asked for."""
+
+    calls: list[str]
+    before: Callable[[str], None] = lambda stage: None
+    versions: dict[str, str] | None = None
+
+    def note(self, stage: str) -> None:
+        self.before(stage)
+        self.calls.append(stage)
+
+    def photographs(self, pose: str, files: Any, masks: Any) -> Photographs:
+        self.note(f"photographs/{pose}")
+        taken = [
+            Photograph(
+                file, (40, 30), None, "", "lens", hashlib.sha256(file.read_bytes()).hexdigest()
+            )
+            for file in files
+        ]
+        return Photographs(pose, tuple(taken))
+
+    def cameras(self, photographs: Photographs, like: Any, say: Any) -> SolvedPose:
+        self.note(f"cameras/{photographs.pose}")
+        say("finding cameras", 0.5)
+        return self._solved(photographs, *([] if like is None else [like]))
+
+    def rig(self, poses: Any, neutral: str, say: Any) -> SolvedPose:
+        self.note("rig")
+        return self._solved(
+            poses[neutral], *([p.digest for p in own.taken] for own in poses.values())
+        )
+
+    def in_rig(self, poses: Any, neutral: str, pose: str, rig: SolvedPose, say: Any) -> SolvedPose:
+        self.note(f"cameras/{pose}")
+        return self._solved(poses[pose], rig)
+
+    def _solved(self, photographs: Photographs, *of: Any) -> SolvedPose:
+        random = numbers([p.digest for p in photographs.taken], *of)
+        cameras = tuple(
+            Camera(p.name, p.size, 50.0, np.array([19.5, 14.5]), 0.0, np.eye(3), random.random(3))
+            for p in photographs.taken
+        )
+        looks = random.random((5, 128)).astype(np.float32)
+        return SolvedPose(cameras, random.random((5, 3)), looks, {c.name: 0.3 for c in cameras})
+
+    def placed(self, solved: Any, shape: Any, points: Any, pose: str) -> Placed:
+        self.note("placed")
+        random = numbers(solved, shape.work.vertices, dict(points.vertices), points.distances)
+        similarity = Similarity(1 + random.random(), np.eye(3), random.random(3))
+        return Placed(similarity, {"chin": random.random(3)}, {"chin": 1.0}, {})
+
+    def neutral(
+        self, shape: Any, where: Any, solved: Any, points: Any, views: Any, say: Any
+    ) -> Posed:
+        self.note("neutral")
+        return self._found(shape.work.vertices, numbers(solved, where, shape.work.vertices))
+
+    def framed(
+        self,
+        neutral: Any,
+        solved: Any,
+        name: str,
+        face: Any,
+        shape: Any,
+        points: Any,
+        stayed: bool,
+    ) -> Frame:
+        self.note("frames")
+        random = numbers(neutral, solved, face, dict(points.vertices), name, str(stayed))
+        similarity = Similarity(1.0, np.eye(3), random.random(3))
+        pairs = random.integers(5, size=(4, 2))
+        return Frame(similarity, pairs, pairs[:, 0] > 1, random.random(), 1.0)
+
+    def reference(self, shape: Any, neutral: Any, views: Any) -> Any:
+        return neutral
+
+    def pose(self, reference: Any, before: Any, pairs: Any, views: Any, say: Any) -> Posed:
+        self.note("poses")
+        say("tracking", 0.5)
+        return self._found(before, numbers(reference, before, pairs, views.cameras))
+
+    def _found(self, vertices: Any, random: np.random.Generator) -> Posed:
+        count = len(vertices)
+        return Posed(vertices + 0.1 * random.random((count, 3)), random.random(count))
+
+    @property
+    def makers(self) -> Makers:
+        return Makers(
+            self.photographs,
+            self.cameras,
+            self.rig,
+            self.in_rig,
+            self.placed,
+            self.neutral,
+            self.framed,
+            self.reference,
+            self.pose,
+            lambda stage: (self.versions or {}).get(stage, "1"),
+        )
+
+
+def run(photos: Path, output: Path, counted: Counted, **options: Any) -> Captured:
+    given: dict[str, Any] = {
+        "neutral": None,
+        "landmarks": landmarks(),
+        "distance": None,
+        "rig": "walking",
+        "masks": None,
+        "to": "poses",
+        "working": None,
+    }
+    shape = options.pop("template", template())
+    request = requested(photos, shape, output=output, **given | options)
+    with Work(request, counted.makers, lambda _: None) as work:
+        captured = captured_by(work)
+        write_captured(request.output, captured)
+    return captured
+
+
+def slow(stage: str) -> None:
+    """Something to be killed in."""
+    print(stage, flush=True)
+    time.sleep(0.02)

@@ -1,0 +1,132 @@
+"""Cameras of one pose, from features whose true cameras are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from spotted import FOCAL, OFF, SIZE, cameras, centres_off, egg, finder, seen, taken
+
+import elastomorph.capturing.cameras.cameras as module
+from elastomorph.capturing.cameras.cameras import solve_pose
+from elastomorph.capturing.cameras.features import Features
+from elastomorph.errors import CaptureError
+from needs import extra
+
+extra("pycolmap", "capture")
+
+CAMERAS = cameras()
+EGG = egg()
+VIEWS = {camera.name: seen(camera, EGG, k) for k, camera in enumerate(CAMERAS)}
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """Makes photographs show what is given."""
+
+    def show(views: dict[str, Features], pose: str = "neutral") -> None:
+        monkeypatch.setattr(module, "find_features", finder({pose: views}))
+
+    return show
+
+
+def test_cameras_and_their_lens_are_found(shown, capfd):
+    shown(VIEWS)
+    said = []
+    found = solve_pose(taken(CAMERAS, focal=1.08 * FOCAL), say=lambda *what: said.append(what))
+    assert [camera.name for camera in found.cameras] == [camera.name for camera in CAMERAS]
+    assert centres_off(found.cameras, CAMERAS) < 0.03
+    lens = found.cameras[0]
+    assert lens.focal == pytest.approx(FOCAL, rel=0.01)
+    np.testing.assert_allclose(lens.centre - (np.array(SIZE) - 1) / 2, OFF, atol=12)
+    assert lens.radial == pytest.approx(-0.04, abs=0.025)
+    # The mean length of a 2D error of which each coordinate has a spread of 0.15; points follow
+    # the noise of the few features that they are seen by.
+    usual = 0.15 * np.sqrt(np.pi / 2)
+    assert 0.7 * usual < np.mean(list(found.reprojection.values())) < usual
+    assert not found.rejected
+    assert len(found.points) == len(found.descriptors) > 600
+    np.testing.assert_allclose(np.linalg.norm(found.descriptors, axis=1), 1, rtol=1e-5)
+    parts = [part for _, part in said]
+    assert (np.diff(parts) > -1e-9).all()
+    assert 0 <= parts[0] <= parts[-1] <= 1
+    assert capfd.readouterr().err == ""
+
+
+def test_points_look_as_they_do_in_photographs(shown):
+    shown(VIEWS)
+    found = solve_pose(taken(CAMERAS))
+    looks = EGG.looks / np.linalg.norm(EGG.looks, axis=1, keepdims=True)
+    assert np.percentile((found.descriptors @ looks.T.astype(np.float32)).max(axis=1), 2) > 0.98
+
+
+def test_the_same_photographs_give_the_same_cameras(shown):
+    shown(VIEWS)
+    one, other = (solve_pose(taken(CAMERAS)) for _ in range(2))
+    for first, second in zip(one.cameras, other.cameras, strict=True):
+        np.testing.assert_allclose(first.position, second.position, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("focal", [None, 0.45 * FOCAL])
+def test_a_focal_length_that_is_missing_or_wrong_is_found(shown, focal):
+    shown(VIEWS)
+    found = solve_pose(taken(CAMERAS, focal=focal))
+    assert len(found.cameras) == len(CAMERAS)
+    assert found.cameras[0].focal == pytest.approx(FOCAL, rel=0.015)
+    assert any("was not followed" in remark for remark in found.remarks) == (focal is not None)
+
+
+def test_a_lens_that_is_known_is_kept(shown):
+    shown(VIEWS)
+    before = solve_pose(taken(CAMERAS))
+    other = [replace(camera, name=camera.name) for camera in cameras(9, seed=5)]
+    shown({c.name: seen(c, EGG, 40 + k) for k, c in enumerate(other)}, "smile")
+    found = solve_pose(taken(other, "smile", focal=None), like=before)
+    assert {camera.focal for camera in found.cameras} == {before.cameras[0].focal}
+    np.testing.assert_array_equal(found.cameras[0].centre, before.cameras[0].centre)
+    assert centres_off(found.cameras, other) < 0.04
+
+
+def test_a_photograph_of_something_else_is_rejected(shown):
+    shown(VIEWS | {"05.jpg": seen(CAMERAS[5], egg(9), 5)})
+    found = solve_pose(taken(CAMERAS))
+    assert list(found.rejected) == ["05.jpg"]
+    assert "another subject" in found.rejected["05.jpg"]
+    assert found.camera("05.jpg") is None
+    assert len(found.cameras) == 11
+
+
+def test_two_subjects_are_refused(shown):
+    other = egg(9)
+    views = {c.name: seen(c, EGG if k % 2 else other, k) for k, c in enumerate(CAMERAS)}
+    shown(views)
+    with pytest.raises(CaptureError, match=r"pose 'neutral'.*of one subject"):
+        solve_pose(taken(CAMERAS))
+
+
+def test_photographs_without_overlap_are_refused(shown):
+    shown({c.name: seen(c, egg(20 + k), k) for k, c in enumerate(CAMERAS)})
+    with pytest.raises(CaptureError, match="cameras of 0 of 12 photographs"):
+        solve_pose(taken(CAMERAS))
+
+
+def test_a_blurred_photograph_that_was_not_seen_to_be_is_rejected(shown):
+    shown(VIEWS | {"07.jpg": seen(CAMERAS[7], EGG, 7, noise=3.0)})
+    found = solve_pose(taken(CAMERAS))
+    assert list(found.rejected) == ["07.jpg"]
+    assert len(found.cameras) == 11
+
+
+def test_photographs_from_one_place_are_refused(shown):
+    close = cameras(widest=4.0)
+    shown({c.name: seen(c, EGG, k) for k, c in enumerate(close)})
+    with pytest.raises(CaptureError, match="pose 'neutral'"):
+        solve_pose(taken(close))
+
+
+def test_cropped_photographs_are_solved_and_mentioned(shown):
+    """As where the axis of the lens was taken for the middle of a photograph that was cut."""
+    cut = [replace(camera, centre=camera.centre + [10.0, -130.0]) for camera in CAMERAS]
+    shown({c.name: seen(c, EGG, k) for k, c in enumerate(cut)})
+    found = solve_pose(taken(cut))
+    assert centres_off(found.cameras, cut) < 0.08
+    assert any("may be cropped" in remark for remark in found.remarks)

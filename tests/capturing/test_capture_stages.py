@@ -1,0 +1,232 @@
+"""A capture goes on after any interruption, with the same result, and makes again what changed."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from small_captures import COUNT, POSES, Counted, landmarks, run, template, write_photographs
+
+import elastomorph as em
+from children import started
+from elastomorph.capturing.work.request import requested
+from elastomorph.io.npz.members import open_npz
+
+STAGES = [
+    *(f"photographs/{pose}" for pose in sorted(POSES, key="nabc".find)),
+    *("cameras/neutral", "cameras/a", "cameras/b", "cameras/c"),
+    *("placed", "neutral", "frames", "frames", "frames", "poses", "poses", "poses"),
+]
+
+
+@pytest.fixture
+def photos(tmp_path: Path) -> Path:
+    return write_photographs(tmp_path / "photos")
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.iterdir() if file.is_file()}
+
+
+def apart_from_seconds(files: dict[str, bytes]) -> dict[str, bytes]:
+    import json
+
+    content = json.loads(files["capture.json"])
+    content.pop("seconds")
+    return files | {"capture.json": json.dumps(content).encode()}
+
+
+def test_all_stages_are_made_once_and_leave_poses_confidence_and_figures(
+    photos: Path, tmp_path: Path
+) -> None:
+    counted = Counted([])
+    captured = run(photos, tmp_path / "poses", counted)
+    assert counted.calls == STAGES
+    assert list(captured.poses) == ["neutral", "a", "b", "c"]
+    written = files_of(tmp_path / "poses")
+    assert set(written) == {*(f"{p}.obj" for p in POSES), "confidence.npz", "capture.json"}
+    with open_npz(tmp_path / "poses" / "confidence.npz") as members:
+        for pose, mesh in captured.poses.items():
+            read = em.read(tmp_path / "poses" / f"{pose}.obj")
+            np.testing.assert_array_equal(read.vertices, mesh.vertices)
+            assert read.faces == template().faces
+            found = members.array(pose, "f", (len(mesh.vertices),))
+            assert found.dtype == np.float32
+            np.testing.assert_array_equal(found, mesh.confidence)
+    assert {pose: len(own) for pose, own in captured.cameras.items()} == dict.fromkeys(POSES, COUNT)
+
+
+@pytest.mark.parametrize(
+    ("neutral", "order", "chain"),
+    [
+        (None, ["neutral", "a", "b", "c"], {"a": "neutral", "b": "a", "c": "b"}),
+        ("b", ["a", "b", "c", "neutral"], {"c": "b", "neutral": "c", "a": "b"}),
+    ],
+)
+def test_poses_are_chained_from_the_neutral_to_both_sides(
+    photos: Path, tmp_path: Path, neutral: str | None, order: list[str], chain: dict[str, str]
+) -> None:
+    request = requested(
+        photos,
+        None,
+        output=tmp_path / "poses",
+        neutral=neutral,
+        landmarks=None,
+        distance=None,
+        rig="walking",
+        masks=None,
+        to="cameras",
+        working=None,
+    )
+    assert list(request.poses) == order
+    assert request.chain == chain
+
+
+@pytest.mark.parametrize("stage", range(len(STAGES)))
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
+def test_a_run_interrupted_at_any_stage_goes_on_with_the_same_result(
+    photos: Path, tmp_path: Path, stage: int, error: type[BaseException]
+) -> None:
+    whole = Counted([])
+    run(photos, tmp_path / "whole", whole)
+    first = Counted([])
+
+    def interrupt(name: str) -> None:
+        if len(first.calls) == stage:
+            raise error
+
+    first.before = interrupt
+    with pytest.raises(error):
+        run(photos, tmp_path / "poses", first)
+    assert not files_of(tmp_path / "poses")
+    second = Counted([])
+    run(photos, tmp_path / "poses", second)
+    assert first.calls + second.calls == whole.calls
+    assert apart_from_seconds(files_of(tmp_path / "poses")) == apart_from_seconds(
+        files_of(tmp_path / "whole")
+    )
+    third = Counted([])
+    run(photos, tmp_path / "poses", third)
+    assert third.calls == []
+
+
+def changed(photos: Path, output: Path, **options: Any) -> list[str]:
+    """What is made again, after all was made, with the result of a run that made all of it."""
+    versions = options.pop("versions", {})
+    again, fresh = (Counted([], versions=versions) for _ in range(2))
+    run(photos, output, again, **options)
+    run(photos, output.with_name("fresh"), fresh, **options)
+    shown = [apart_from_seconds(files_of(folder)) for folder in (output, output.with_name("fresh"))]
+    assert shown[0] == shown[1]
+    shutil.rmtree(output.with_name("fresh"))
+    return again.calls
+
+
+def test_what_changed_and_what_depends_on_it_is_made_again_and_no_more(
+    photos: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "poses"
+    run(photos, output, Counted([]))
+    assert changed(photos, output) == []
+
+    (photos / "c" / "3.jpg").write_text("another")
+    assert changed(photos, output) == ["photographs/c", "cameras/c", "frames", "poses"]
+
+    (photos / "a" / "new.jpg").write_text("one more")  # b and c are chained behind a
+    assert changed(photos, output) == [
+        *("photographs/a", "cameras/a", "frames", "poses", "poses", "poses")
+    ]
+
+    # The lens of all is that of the neutral: what was made of other photographs is all there is.
+    (photos / "neutral" / "3.jpg").write_text("another")
+    assert changed(photos, output) == ["photographs/neutral", *STAGES[4:]]
+
+    where = landmarks()
+    moved = {**where.photographs["neutral"]["1.jpg"], "chin": (3.0, 4.5)}
+    clicks = {"neutral": {**where.photographs["neutral"], "1.jpg": moved}}
+    options = {"landmarks": type(where)(where.vertices, clicks)}
+    # The neutral is brought to the template by vertices alone here: nothing else changes.
+    assert changed(photos, output, **options) == ["placed"]
+
+    options["landmarks"] = type(where)({**where.vertices, "chin": 3}, clicks)
+    assert changed(photos, output, **options) == STAGES[8:]
+
+    other = template()
+    options["template"] = other.with_vertices(other.vertices * [1, 1, 2])
+    assert changed(photos, output, **options) == STAGES[8:]
+
+    options["distance"] = "chin,nose_tip=8.9"
+    assert changed(photos, output, **options) == STAGES[8:]
+
+    options["rig"] = "fixed"
+    assert changed(photos, output, **options) == ["rig", *STAGES[5:]]
+
+    options["versions"] = {"poses": "2"}
+    assert changed(photos, output, **options) == ["poses", "poses", "poses"]
+
+
+def test_what_is_not_used_changes_nothing(photos: Path, tmp_path: Path) -> None:
+    """Where photographs lie, their dates, and files that are no photographs."""
+    output = tmp_path / "poses"
+    run(photos, output, Counted([]))
+    moved = photos.rename(tmp_path / "elsewhere")
+    for file in moved.rglob("*.jpg"):
+        file.touch()
+    (moved / "a" / "notes.txt").write_text("taken on Monday")
+    assert changed(moved, output) == []
+    shutil.move(output, tmp_path / "moved")
+    assert changed(moved, tmp_path / "moved") == []
+
+
+def test_each_goal_goes_on_from_the_one_before(photos: Path, tmp_path: Path) -> None:
+    output = tmp_path / "poses"
+    cameras, neutral, poses = (Counted([]) for _ in range(3))
+    run(photos, output, cameras, to="cameras", template=None, landmarks=None)
+    assert cameras.calls == STAGES[:8]
+    assert set(files_of(output)) == {"capture.json"}
+    found = run(photos, output, neutral, to="neutral")
+    assert neutral.calls == ["placed", "neutral"]
+    assert list(found.poses) == list(found.cameras) == ["neutral"]
+    assert set(files_of(output)) == {"capture.json", "confidence.npz", "neutral.obj"}
+    run(photos, output, poses)
+    assert poses.calls == ["frames"] * 3 + ["poses"] * 3
+
+
+PROGRAM = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from small_captures import Counted, run, slow
+run(Path(sys.argv[2]), Path(sys.argv[3]), Counted([], slow))
+print("done", flush=True)
+"""
+
+
+def test_a_capture_that_is_killed_again_and_again_comes_to_its_end(
+    photos: Path, tmp_path: Path
+) -> None:
+    run(photos, tmp_path / "whole", Counted([]))
+    words = [str(Path(__file__).parent), str(photos), str(tmp_path / "poses")]
+    made: list[str] = []
+    for count in range(40):
+        with started("-c", PROGRAM, *words, stdout=-1) as child:
+            assert child.stdout is not None
+            own = [child.stdout.readline().strip()]
+            time.sleep(0.06 * (1 + count % 6))
+            child.send_signal(signal.SIGKILL)
+            own += child.stdout.read().split()
+        # Of each run only the last stage was not finished, or it was and had no time for the next.
+        assert own[0] in made[-1:] or own[0] not in made or own[0] in ("frames", "poses")
+        made += own
+        if own[-1] == "done":
+            break
+    assert made[-1] == "done"
+    assert len(made) <= 2 * len(STAGES)
+    assert apart_from_seconds(files_of(tmp_path / "poses")) == apart_from_seconds(
+        files_of(tmp_path / "whole")
+    )

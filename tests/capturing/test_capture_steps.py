@@ -1,0 +1,89 @@
+"""The neutral is brought to the template by clicks, and to its true size by a known distance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from small_captures import template
+
+import elastomorph as em
+from needs import extra
+
+for module in ("pycolmap", "cv2", "embreex"):
+    extra(module, "capture")
+
+from elastomorph.capturing.cameras.solved import SolvedPose  # noqa: E402
+from elastomorph.capturing.geometry.camera import Camera  # noqa: E402
+from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
+from elastomorph.capturing.landmarks.distance import distance_of  # noqa: E402
+from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks  # noqa: E402
+from elastomorph.capturing.work.steps import MAKERS, placed  # noqa: E402
+from elastomorph.capturing.work.template import Template  # noqa: E402
+
+SHAPE = Template.of(template())
+VERTICES = {name: 9 * k for k, name in enumerate(LANDMARKS)}
+# From the frame of the template to that of the cameras.
+THERE = Similarity(0.3, Rotation.from_rotvec([0.2, 0.1, -0.4]).as_matrix(), np.array([1.0, 2, 3]))
+POINTS = {name: THERE(SHAPE.work.vertices[own]) for name, own in VERTICES.items()}
+
+
+def cameras() -> tuple[Camera, ...]:
+    middle = np.mean(list(POINTS.values()), axis=0)
+    found = []
+    for k, angle in enumerate((-0.4, 0.0, 0.4)):
+        rotation = Rotation.from_rotvec([0, angle, 0]).as_matrix()
+        away = np.array([0.0, 0.0, 12.0]) - rotation @ middle
+        found.append(
+            Camera(f"{k}.jpg", (800, 600), 900.0, np.array([400.0, 300]), -0.05, rotation, away)
+        )
+    return tuple(found)
+
+
+def clicked() -> dict[str, dict[str, tuple[float, float]]]:
+    clicks = {}
+    for camera in cameras():
+        pixels = {name: camera.distorted(camera.project(p)[0]) for name, p in POINTS.items()}
+        clicks[camera.name] = {name: (float(x), float(y)) for name, (x, y) in pixels.items()}
+    return clicks
+
+
+SOLVED = SolvedPose(cameras(), np.zeros((0, 3)), np.zeros((0, 128), dtype=np.float32), {})
+
+
+def test_clicks_bring_the_cameras_into_the_frame_of_the_template() -> None:
+    found = placed(SOLVED, SHAPE, Landmarks(VERTICES, {"neutral": clicked()}), "neutral")
+    np.testing.assert_allclose(found.similarity(THERE(np.eye(3))), np.eye(3), atol=1e-6)
+    assert max(found.residuals.values()) < 1e-6
+    for name, point in found.points.items():
+        np.testing.assert_allclose(point, SHAPE.work.vertices[VERTICES[name]], atol=1e-6)
+
+
+def test_a_known_distance_gives_the_true_size_where_the_face_is() -> None:
+    points = Landmarks(VERTICES, {"neutral": clicked()})
+    plain = placed(SOLVED, SHAPE, points, "neutral")
+    before = float(np.linalg.norm(plain.points["chin"] - plain.points["nose_tip"]))
+    known = distance_of(f"chin, nose_tip={1.2 * before}")
+    found = placed(SOLVED, SHAPE, replace(points, distances=(known,)), "neutral")
+    assert np.linalg.norm(found.points["chin"] - found.points["nose_tip"]) == pytest.approx(
+        1.2 * before
+    )
+    middle, other = (np.mean(list(own.points.values()), axis=0) for own in (plain, found))
+    np.testing.assert_allclose(other, middle, atol=1e-6)
+    np.testing.assert_allclose(found.similarity.rotation, plain.similarity.rotation, atol=1e-9)
+    assert distance_of(("chin", "nose_tip", 1.2 * before)) == known
+
+
+def test_clicks_that_are_not_of_one_point_are_refused() -> None:
+    clicks = clicked()
+    x, y = clicks["1.jpg"]["chin"]
+    clicks["1.jpg"]["chin"] = (x, y + 80)
+    with pytest.raises(em.CaptureError, match=r"the clicks of chin are .* px from any one point"):
+        placed(SOLVED, SHAPE, Landmarks(VERTICES, {"neutral": clicks}), "neutral")
+
+
+def test_each_stage_has_a_version_of_the_code_that_makes_it() -> None:
+    stages = ("photographs", "cameras", "rig", "placed", "neutral", "frames", "poses")
+    assert len({MAKERS.code(stage) for stage in stages}) == len(stages)
