@@ -109,6 +109,15 @@ def test_photographs_without_overlap_are_refused(shown):
         solve_pose(taken(CAMERAS))
 
 
+def test_photographs_of_which_few_agree_are_refused(shown, monkeypatch):
+    shown(VIEWS)
+    agree = {camera.name for camera in CAMERAS[:2]}
+    names = [camera.name for camera in CAMERAS if camera.name not in agree]
+    monkeypatch.setattr(module, "misfits", lambda *_: dict.fromkeys(names, "it does not agree"))
+    with pytest.raises(CaptureError, match=r"the cameras of 2 of .* are found"):
+        solve_pose(taken(CAMERAS))
+
+
 def test_a_blurred_photograph_that_was_not_seen_to_be_is_rejected(shown):
     shown(VIEWS | {"07.jpg": seen(CAMERAS[7], EGG, 7, noise=3.0)})
     found = solve_pose(taken(CAMERAS))

@@ -118,9 +118,12 @@ class _Finder:
                 best, self.features = sparse, again
             if best is not None and best.found >= enough:
                 break
-        if best is None or best.found < max(FEWEST, _LEAST_SHARE * len(self.taken)):
+        if best is None or self._too_few(best.found):
             raise CaptureError(_no_overlap(self.photographs, 0 if best is None else best.found))
         return best
+
+    def _too_few(self, found: int) -> bool:
+        return found < max(FEWEST, _LEAST_SHARE * len(self.taken))
 
     def _mapped(self, features: list[Features], most: int, folder: Path) -> Sparse | None:
         chosen = [each.chosen(strongest(each, most)) for each in features]
@@ -161,6 +164,8 @@ class _Finder:
                 for camera in sparse.cameras
             )
             numbers = {k for k, camera in enumerate(cameras) if camera is not None}
+            if self._too_few(len(numbers)):
+                raise CaptureError(_no_overlap(self.photographs, len(numbers)))
             pairs = {pair: found for pair, found in pairs.items() if numbers.issuperset(pair)}
             sparse = refined(self.shots, cameras, pairs, folder, free=self.free, within=within)
         return sparse
