@@ -102,6 +102,7 @@ def test_what_the_file_holds_is_gone_on_with(
         (["neutral", "-o", "text.json"], "text.json: it is not JSON"),
         (["neutral", "-o", "scan.ply"], "saved as .json"),
         (["neutral", "-o", "no/where.html"], "where.html"),
+        (["neutral", "-o", "no/where.json"], "does not exist; create it first"),
         (["neutral", "-o", "page.html", "--port", "8000"], "not served"),
         (["neutral", "--port", "70000"], "70000"),
         (["neutral", "--working", "empty"], "no cameras are solved in it"),

@@ -69,8 +69,10 @@ def landmarks(
         raise ParameterError("a written page is not served; leave out --port, or name a .json file")
     if not page and file.suffix.lower() != ".json":
         raise ParameterError(f"{file}: landmarks are saved as .json, or a page for them as .html")
+    from elastomorph.io.atomic import require_writable
     from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
 
+    require_writable(file)  # or all that is placed is lost
     with progress(as_json) as say:
         say("reading")
         task = _task(files or [], template, None if page else file, working)

@@ -17,6 +17,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import BinaryIO, NoReturn
 
 from elastomorph.errors import FileError, FormatError, ParameterError
@@ -125,6 +126,20 @@ def replacing_path(path: str | Path) -> Iterator[Path]:
     """
     with _temporary_beside(path) as temporary:
         yield temporary
+
+
+def require_writable(path: str | Path) -> None:
+    """Refuse a file that could not be written, for what is written after long work only.
+
+    Raises:
+        FileError: And why.
+    """
+    try:
+        final = Path(path).resolve()
+        _require_replaceable(path, final)
+        TemporaryFile(dir=final.parent).close()
+    except (OSError, ValueError, RuntimeError) as error:
+        _refuse_writing(path, error)
 
 
 @contextmanager

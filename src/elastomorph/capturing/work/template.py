@@ -118,7 +118,7 @@ def require_door(named: str | Path) -> None:
         return
     found = f"unknown suffix '{suffix}'" if suffix else "there is no such folder"
     raise FormatError(
-        named, f"{found}; a template is 'built-in', a folder, or one of {', '.join(known)}"
+        named, f"{found}; expected 'built-in', a folder, or one of {', '.join(known)}"
     )
 
 
