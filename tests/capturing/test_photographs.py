@@ -230,6 +230,15 @@ def test_photographs_of_another_camera_are_left_out(twelve):
     assert "another camera, lens or size" in found.rejected["IMG_4.jpg"]
 
 
+def test_photographs_that_lost_their_exif_are_of_the_camera_of_the_others(twelve):
+    for k in (1, 5, 6):
+        write(twelve[k], skin(k))
+    found = examine("smile", twelve)
+    assert not found.rejected
+    assert len({photograph.lens for photograph in found.taken}) == 1
+    assert [photograph.focal is None for photograph in found.taken].count(True) == 3
+
+
 def test_two_cameras_that_took_many_are_both_used(twelve):
     for k in range(6):
         write(twelve[k], skin(k), Model="Other", FocalLengthIn35mmFilm=30)

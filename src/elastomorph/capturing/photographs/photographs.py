@@ -15,7 +15,7 @@ import hashlib
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from elastomorph.capturing.photographs.pixels import opened_photograph, read_mask, read_upright
@@ -190,7 +190,7 @@ def examine(
             continue
         first_of[photograph.digest] = path.name
         taken.append(photograph)
-    taken = _without_strangers(taken, rejected)
+    taken = _without_strangers(_with_lost_exif(taken), rejected)
     taken = _without_blurred(taken, sharp, rejected)
     if len(taken) < fewest:
         raise CaptureError(_too_few(pose, len(paths), len(taken), rejected, fewest))
@@ -204,11 +204,29 @@ def _described(path: Path, mask: Path | None) -> Photograph:
     with opened_photograph(path) as (image, exif):
         width, height = image.size
     size = (height, width) if exif.swaps_sides else (width, height)
-    parts = [exif.camera, f"{exif.length:g} mm" if exif.length else "", f"{size[0]} × {size[1]}"]
+    parts = [exif.camera, f"{exif.length:g} mm" if exif.length else "", _shown(size)]
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     lens = ", ".join(part for part in parts if part)
     return Photograph(path, size, exif.focal, exif.doubt, lens, digest, mask)
+
+
+def _shown(size: tuple[int, int]) -> str:
+    return f"{size[0]} × {size[1]}"
+
+
+def _with_lost_exif(taken: list[Photograph]) -> list[Photograph]:
+    """Photographs that lost their EXIF are of the one camera that took others of their size."""
+    lenses: dict[tuple[int, int], set[str]] = {}
+    for photograph in taken:
+        if photograph.lens != _shown(photograph.size):
+            lenses.setdefault(photograph.size, set()).add(photograph.lens)
+    return [
+        replace(photograph, lens=next(iter(lenses[photograph.size])))
+        if photograph.lens == _shown(photograph.size) and len(lenses.get(photograph.size, ())) == 1
+        else photograph
+        for photograph in taken
+    ]
 
 
 def _without_strangers(taken: list[Photograph], rejected: dict[str, str]) -> list[Photograph]:

@@ -46,7 +46,9 @@ def _registered(work: Work, pose: str) -> Registered:
     made = work.neutral() if pose == work.request.neutral else work.tracked(pose)
     found = made.read()
     place = work.template.place
-    confidence = np.clip(found.confidence, 0, 1)[place].astype(np.float32)
+    # What is not known of the neutral is not known of what moves from there.
+    confidence = np.minimum(found.confidence, work.neutral().read().confidence)
+    confidence = np.clip(confidence, 0, 1)[place].astype(np.float32)
     figures = {"flagged": float((confidence < FLAGGED).mean()), **found.figures}
     figures |= agreement_of(work, pose)
     return Registered.of(work.template.mesh, found.vertices[place], confidence, figures)
