@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import elastomorph as em
-from elastomorph.io.obj.looks import with_looks
+from elastomorph.io.obj.looks import library_of, with_looks
 
 OBJ = """mtllib scan.mtl
 v 0 0 0
@@ -103,6 +103,38 @@ def test_what_is_not_there_is_told(folder: Path, named: str) -> None:
     assert texture is not None
     assert texture.image == b""
     assert "no such image" in texture.problem
+
+
+def test_of_several_libraries_the_first_that_is_there_counts(folder: Path) -> None:
+    """Names with blanks are tried as a whole before they are taken for several."""
+    (folder / "scan.obj").write_text(OBJ.replace("scan.mtl", "gone.mtl my head.mtl"))
+    (folder / "head.mtl").write_text("newmtl skin\nKd 1 0 0\n")
+    mesh = em.read(folder / "scan.obj")
+    assert library_of(mesh) == folder / "head.mtl"
+    assert set(with_looks(mesh).appearance or {}) == {"skin"}
+    (folder / "gone.mtl my head.mtl").write_text("newmtl shirt\nKd 1 0 0\n")
+    assert set(with_looks(mesh).appearance or {}) == {"shirt"}
+
+
+@pytest.mark.parametrize("place", ["../head.mtl", "gone.mtl"])
+def test_a_library_elsewhere_is_none(folder: Path, place: str) -> None:
+    (folder.parent / "head.mtl").write_text("newmtl skin\nKd 1 0 0\n")
+    (folder / "scan.obj").write_text(OBJ.replace("scan.mtl", place))
+    mesh = em.read(folder / "scan.obj")
+    assert library_of(mesh) is None
+    assert with_looks(mesh) is mesh
+
+
+def test_of_one_material_nobody_needs_to_say_where_it_is(folder: Path) -> None:
+    (folder / "scan.obj").write_text(
+        "".join(line for line in OBJ.splitlines(True) if not line.startswith("usemtl"))
+    )
+    mesh = looked(folder, "newmtl skin\nmap_Kd skin 01.jpg\n")
+    assert mesh.materials is not None
+    assert mesh.materials.names == ("skin",)
+    assert set(mesh.appearance or {}) == {"skin"}
+    two = looked(folder, "newmtl skin\nmap_Kd skin 01.jpg\nnewmtl shirt\nKd 1 0 0\n")
+    assert two.appearance is None, "which of two nobody said"
 
 
 def test_meshes_without_looks_stay_as_they_are(folder: Path) -> None:

@@ -18,7 +18,7 @@ from elastomorph.capturing.work.template import read_template
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.obj.looks import with_looks
-from elastomorph.io.ply import read_ply_colours
+from elastomorph.io.scan_colours import vertex_colours
 from elastomorph.model.mesh import Mesh
 from elastomorph.viewer.surfaces import PackedSurface, pack_surface
 
@@ -166,9 +166,7 @@ def solved_cameras(working: str | Path) -> dict[str, tuple[Camera, ...]]:
 def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[LandmarkPlace]:
     if not is_folder(path):
         mesh = with_looks(read_template(path))
-        painted = path.suffix.lower() == ".ply" and len(mesh.faces) > 0
-        colours = read_ply_colours(path) if painted else None
-        content = pack_surface(mesh, edges=False, colours=colours)
+        content = pack_surface(mesh, edges=False, colours=vertex_colours(mesh))
         return [LandmarkPlace("scan", path.name, "", content)]
     poses = find_poses(path)
     if len(poses) == 1 and next(iter(poses.values()))[0].parent == path:

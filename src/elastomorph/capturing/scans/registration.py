@@ -20,13 +20,13 @@ from elastomorph.capturing.scans.face import Face, read_face
 from elastomorph.capturing.scans.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
 from elastomorph.capturing.scans.person import Person, known_person, wanted_at
 from elastomorph.capturing.scans.placing import Marks, Placed, placed_first, placed_next
-from elastomorph.capturing.scans.scans import Scan, read_scan
+from elastomorph.capturing.scans.scans import Scan, mesh_in, read_scan
 from elastomorph.capturing.scans.trust import Trust, slide, trusted
 from elastomorph.capturing.scans.virtual import followed, shown_neutral
 from elastomorph.capturing.tracking.tracking import TrackedPose
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError, ParameterError
-from elastomorph.model.mesh import Mesh
+from elastomorph.model.mesh import Mesh, require_mesh
 from elastomorph.rig import Rig
 
 __all__ = ["register", "register_all"]
@@ -52,7 +52,7 @@ def register(
     template: Source | Rig,
     *,
     landmarks: str | Path | Landmarks | None = None,
-    neutral: Mesh | None = None,
+    neutral: Source | None = None,
     texture: bool = True,
     say: Say = lambda _: None,
 ) -> Registered:
@@ -66,8 +66,9 @@ def register(
         landmarks: A file as 'elastomorph landmarks' writes it, or what it holds: vertices of the
             template, and points of the scan under the name of its file. Without any, the scan is
             laid over what is expected, which is believed only where it is clear.
-        neutral: The same person's neutral as this function gave it. Without it the scan is the
-            neutral, and the template becomes that person.
+        neutral: The same person's neutral as this function gave it, or its file; or a scan of it
+            in any topology, which is registered first, and whose colours are followed. Without it
+            the scan is the neutral, and the template becomes that person.
         texture: Whether colours of the scan are used where it has them.
         say: Told what is being done.
 
@@ -84,10 +85,11 @@ def register(
     own, marks = _prepared(template, landmarks)
     if neutral is None:
         return _first(own, _read(scan, texture, say), marks, say)[0]
-    person = known_person(own, neutral)
+    person = _person(own, neutral, marks, texture, say)
     found = _read(scan, texture, say)
     pose = _next(person, found, marks, person.elastic.rest, person.placing, say)[0]
-    _warn_of_paths([str(scan) if not isinstance(scan, Mesh) else scan.name])
+    if pose.figures["correspondence"] != FOLLOWED:
+        _warn_of_paths([str(scan) if not isinstance(scan, Mesh) else scan.name])
     return pose
 
 
@@ -142,6 +144,18 @@ def register_all(
     if blind:
         _warn_of_paths(blind)
     return {name: found[name] for name in named}
+
+
+def _person(face: Face, neutral: Source, marks: Marks, texture: bool, say: Say) -> Person:
+    """The person of a neutral: one that was registered before, or a scan."""
+    if not isinstance(neutral, str | Path):
+        require_mesh(neutral, "the neutral")
+    mesh = mesh_in(neutral)
+    alike = len(mesh.vertices) == len(face.mesh.vertices) and mesh.faces == face.mesh.faces
+    if alike or isinstance(mesh, Registered):
+        return known_person(face, mesh)
+    say(f"{mesh.name}: reading")
+    return _first(face, _read(mesh, texture, say), marks, say)[1]
 
 
 def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, Person]:

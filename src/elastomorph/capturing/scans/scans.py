@@ -18,11 +18,12 @@ from elastomorph.capturing.scans.correspondence import inside_out
 from elastomorph.capturing.scans.skin import Skin, skin_of
 from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError
 from elastomorph.io.atomic import require_name
-from elastomorph.io.obj.materials import read_materials
+from elastomorph.io.obj.looks import library_of, with_looks
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read
 from elastomorph.io.rig_folder import rig_as_stored
+from elastomorph.io.scan_colours import vertex_colours
 from elastomorph.model.geometry import component_of
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 
 Points = NDArray[np.float64]
@@ -62,16 +63,16 @@ def read_scan(source: str | Path | Mesh, *, texture: bool = True) -> Scan:
     """The scan in a file, or a mesh taken as one.
 
     Args:
-        source: .obj (with its .mtl and images), .ply (with colours), .glb, .gltf, .usdz and what
-            else holds a mesh; or a mesh.
+        source: .obj (with its .mtl and images, or colours of vertices), .ply (with these), .glb,
+            .gltf, .usdz and what else holds a mesh; or a mesh.
         texture: Whether its colours are wanted.
 
     Raises:
         FileError: It is missing or cannot be read.
-        FormatError: It is damaged, or lacks an image that it names.
-        CaptureError: It has no surface.
+        FormatError: It is damaged.
+        CaptureError: It has no surface, or lacks an image that it names.
     """
-    mesh = source if isinstance(source, Mesh) else _mesh_in(source)
+    mesh = mesh_in(source)
     name = str(source) if not isinstance(source, Mesh) else mesh.name
     if not len(mesh.faces):
         raise CaptureError(
@@ -92,7 +93,7 @@ def read_scan(source: str | Path | Mesh, *, texture: bool = True) -> Scan:
     kept &= piece >= 0
     surface = Surface(vertices, triangles[kept])
     turned = inside_out(surface)
-    skin = skin_of(_dressed(mesh), corners[kept], name) if texture else None
+    skin = _skin(mesh, corners[kept], name) if texture else None
     if turned:
         surface = Surface(vertices, surface.triangles[:, ::-1])
         skin = None if skin is None else skin.turned()
@@ -124,7 +125,16 @@ def require_one_head(scan: Scan) -> None:
         )
 
 
-def _mesh_in(path: str | Path) -> Mesh:
+def mesh_in(source: str | Path | Mesh) -> Mesh:
+    """The mesh in a file, the neutral of a rig in one; or a mesh as it is.
+
+    Raises:
+        FileError: It is missing or cannot be read.
+        FormatError: It is damaged, or no such file.
+    """
+    if isinstance(source, Mesh):
+        return source
+    path = source
     require_name(path)
     suffix = Path(path).suffix.lower()
     if suffix in known_suffixes(MESH_FORMATS):
@@ -135,23 +145,18 @@ def _mesh_in(path: str | Path) -> Mesh:
     raise FormatError(path, f"a scan is a file with one of the suffixes {known}")
 
 
-def _dressed(mesh: Mesh) -> Mesh:
-    """The mesh with the materials of the library that its file names."""
-    if mesh.appearance or mesh.source is None or not mesh.material_library or mesh.uv is None:
-        return mesh
-    looks = read_materials(mesh.source.path, mesh.material_library)
-    if not looks:
+def _skin(mesh: Mesh, corners: NDArray[np.integer], name: str) -> Skin | None:
+    """The colours of a scan: its images, and where it shows none those of its vertices."""
+    dressed = mesh if mesh.appearance else with_looks(mesh)
+    skin = skin_of(dressed, corners, name, vertex_colours(mesh))
+    if skin is None and mesh.material_library and mesh.uv is not None and not library_of(mesh):
         warnings.warn(
             f"{mesh.name}: its materials ({mesh.material_library}) are not beside it, so it has no"
             " colours by which skin could be followed",
             ElastomorphWarning,
             stacklevel=3,
         )
-        return mesh
-    materials = mesh.materials
-    if materials is None and len(looks) == 1:  # of one material nobody needs to say where it is
-        materials = FaceLabels(tuple(looks), np.zeros(len(mesh.faces), dtype=np.int32))
-    return Mesh(mesh.vertices, mesh.faces, mesh.uv, materials, appearance=looks)
+    return skin
 
 
 def _joined(vertices: Points) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,8 +15,8 @@ from elastomorph.model.mesh import Mesh
 
 Points = NDArray[np.float64]
 
-# Pixels of an image that is decoded, and on a side of what is kept of it.
-_MOST_PIXELS, _SIDE = 16384**2, 4096
+# Pixels on a side of what is kept of an image.
+_SIDE = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,19 +27,23 @@ class Skin:
         images: each (H, W, 3) uint8, red first.
         image: (T,) which of them a triangle shows.
         places: (T, 3, 2) where its corners lie in it, in parts of width and height, from the top.
+        corners: (T, 3, 3) uint8, colours of the corners of triangles that show no image (-1).
     """
 
     images: tuple[NDArray[np.uint8], ...]
     image: NDArray[np.int64]
     places: Points
+    corners: NDArray[np.uint8]
 
     def only(self, kept: NDArray[np.bool_]) -> Skin:
         """The colours of some triangles."""
-        return replace(self, image=self.image[kept], places=self.places[kept])
+        return replace(
+            self, image=self.image[kept], places=self.places[kept], corners=self.corners[kept]
+        )
 
     def turned(self) -> Skin:
         """With the corners the other way round."""
-        return replace(self, places=self.places[:, ::-1])
+        return replace(self, places=self.places[:, ::-1], corners=self.corners[:, ::-1])
 
     def at(self, triangles: NDArray[np.integer], weights: Points) -> NDArray[np.uint8]:
         """(H, W, 3) colours at points of (H, W) triangles with (H, W, 3) weights of corners.
@@ -59,42 +64,72 @@ class Skin:
                     image, x * wide - 0.5, y * high - 0.5, cv2.INTER_LINEAR, borderMode=_WRAP
                 )
                 found[own] = shown[own]
+        own = (triangles >= 0) & (self.image[there] < 0)
+        if own.any():
+            mixed = np.einsum("nk,nkc->nc", weights[own], self.corners[there[own]])
+            found[own] = np.clip(np.round(mixed), 0, 255)
         return found
 
 
 _WRAP = 3  # cv2.BORDER_WRAP
 
 
-def skin_of(mesh: Mesh, corners: NDArray[np.integer], name: str) -> Skin | None:
-    """The colours of a mesh, for triangles of (T, 3) corners; None where it has none.
+def skin_of(
+    mesh: Mesh,
+    corners: NDArray[np.integer],
+    name: str,
+    colours: NDArray[np.uint8] | None = None,
+) -> Skin | None:
+    """The colours of a mesh; None where it has none, or one and the same everywhere.
+
+    Args:
+        mesh: With its materials.
+        corners: (T, 3) corners of the triangles, by their places in the polygons.
+        name: For messages.
+        colours: (V, 3) of the vertices, red first: shown where no image is.
 
     Raises:
         CaptureError: An image is missing or cannot be shown.
     """
-    if mesh.uv is None or not mesh.appearance or mesh.materials is None:
-        return None
-    label = mesh.materials.of_face[mesh.faces.corner_faces[corners[:, 0]]]
     images: list[NDArray[np.uint8]] = []
     image = np.full(len(corners), -1)
     places = np.zeros((len(corners), 3, 2))
-    for number, material in enumerate(mesh.materials.names):
-        own = np.flatnonzero(label == number)
-        look = mesh.appearance.get(material)
-        if look is None or not len(own):
+    for material, own in _dressed_parts(mesh, corners):
+        used = None if material.texture is None else _used(mesh, corners[own])
+        pixels = None if used is None else _pixels(material, name)
+        if material.texture is None or used is None or pixels is None:
             continue
-        used = mesh.uv.corners[corners[own]]
-        pixels = _pixels(look, name) if (used >= 0).any() else None
-        if look.texture is None or pixels is None:
-            continue
-        coordinates = mesh.uv.coordinates[np.maximum(used, 0), :2]
-        places[own] = _placed(look.texture, coordinates)
+        places[own] = _placed(material.texture, used)
         image[own] = len(images)
         images.append(pixels)
-    if not images:
+    # What has no colour of its own shows a plain grey, in which nothing can be followed.
+    at = np.full((len(corners), 3, 3), 128, dtype=np.uint8)
+    if colours is not None:
+        at = colours[mesh.faces.indices[corners]]
+    if not images and not np.ptp(at.reshape(-1, 3), axis=0).any():
         return None
-    # What has no image of its own shows a plain grey, in which nothing can be followed.
-    image[image < 0] = len(images)
-    return Skin((*images, np.full((2, 2, 3), 128, dtype=np.uint8)), image, places)
+    return Skin(tuple(images), image, places, at)
+
+
+def _dressed_parts(
+    mesh: Mesh, corners: NDArray[np.integer]
+) -> Iterator[tuple[Material, NDArray[np.intp]]]:
+    """Each material whose looks are known, and the triangles of it."""
+    if mesh.uv is None or not mesh.appearance or mesh.materials is None:
+        return
+    label = mesh.materials.of_face[mesh.faces.corner_faces[corners[:, 0]]]
+    for number, name in enumerate(mesh.materials.names):
+        own = np.flatnonzero(label == number)
+        if len(own) and name in mesh.appearance:
+            yield mesh.appearance[name], own
+
+
+def _used(mesh: Mesh, corners: NDArray[np.integer]) -> Points | None:
+    """(T, 3, 2) texture coordinates of triangles; None where none of them has any."""
+    if mesh.uv is None:
+        return None
+    used = mesh.uv.corners[corners]
+    return mesh.uv.coordinates[np.maximum(used, 0), :2] if (used >= 0).any() else None
 
 
 def _placed(texture: Texture, coordinates: Points) -> Points:

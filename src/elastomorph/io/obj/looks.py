@@ -10,12 +10,14 @@ import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from elastomorph.errors import FileError
 from elastomorph.io.atomic import read_bytes, size_of
 from elastomorph.model.appearance import Material, Texture, Wrap
-from elastomorph.model.mesh import Mesh
+from elastomorph.model.mesh import FaceLabels, Mesh
 
-__all__ = ["with_looks"]
+__all__ = ["library_of", "with_looks"]
 
 _LARGEST_IMAGE, _LARGEST_LIBRARY = 512 << 20, 16 << 20
 _NUMBERS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2}  # numbers behind an option, at most
@@ -30,21 +32,22 @@ def with_looks(mesh: Mesh) -> Mesh:
     Args:
         mesh: As `read_obj` gives it; any other is returned as it is.
     """
-    if mesh.source is None or mesh.material_library is None or mesh.materials is None:
-        return mesh
-    folder = Path(mesh.source.path).parent
-    library = _beside(folder, mesh.material_library)
-    if library is None or size_of(library) > _LARGEST_LIBRARY:
+    library = library_of(mesh)
+    if library is None or mesh.source is None or size_of(library) > _LARGEST_LIBRARY:
         return mesh
     try:
         text = read_bytes(library).decode(mesh.source.encoding, "replace")
     except FileError:
         return mesh
-    images: dict[str, Texture] = {}
+    stated = list(_materials(text))
+    labels = mesh.materials
+    if labels is None and len(stated) == 1:  # of one material nobody needs to say where it is
+        labels = FaceLabels((stated[0][0],), np.zeros(len(mesh.faces), dtype=np.int32))
+    folder, images = Path(mesh.source.path).parent, dict[str, Texture]()
     found = {
         name: _material(folder, statements, images)
-        for name, statements in _materials(text)
-        if name in mesh.materials.names
+        for name, statements in stated
+        if labels is not None and name in labels.names
     }
     if all(material.plain for material in found.values()):
         return mesh
@@ -52,12 +55,24 @@ def with_looks(mesh: Mesh) -> Mesh:
         mesh.vertices,
         mesh.faces,
         mesh.uv,
-        mesh.materials,
+        labels,
         mesh.groups,
         mesh.material_library,
         mesh.source,
         found,
     )
+
+
+def library_of(mesh: Mesh) -> Path | None:
+    """The library that the OBJ of a mesh names, if it is there.
+
+    Some files name several in one line: the first of them that is there counts.
+    """
+    if mesh.source is None or not mesh.material_library:
+        return None
+    folder, named = Path(mesh.source.path).parent, mesh.material_library
+    places = (_beside(folder, name) for name in dict.fromkeys((named, *named.split())))
+    return next((place for place in places if place is not None), None)
 
 
 def _materials(text: str) -> Iterator[tuple[str, list[list[str]]]]:

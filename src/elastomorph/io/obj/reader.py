@@ -38,7 +38,7 @@ _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)
 _INDEX = re.compile(rb"[+-]?[0-9]+")
 _LARGEST_INDEX = int(np.iinfo(np.int32).max)
 
-_VERTEX_COLUMNS = (3, 4, 6, 7)
+VERTEX_COLUMNS = (3, 4, 6, 7)
 _VERTEX = "expected 'v x y z', optionally followed by a weight, a colour r g b or both"
 _TEXTURE_COLUMNS = (1, 2, 3)
 _TEXTURE = "expected 'vt u', 'vt u v' or 'vt u v w'"
@@ -61,8 +61,8 @@ def read_obj(path: str | Path) -> Mesh:
     faces = _Faces(found)
     tables: list[NDArray[np.float64]] = []
     steps: tuple[Callable[[], None], ...] = (
-        lambda: tables.append(_table(found.vertices, _VERTEX_COLUMNS, _VERTEX)),
-        lambda: tables.append(_table(found.texture, _TEXTURE_COLUMNS, _TEXTURE)),
+        lambda: tables.append(read_table(found.vertices, VERTEX_COLUMNS, _VERTEX)),
+        lambda: tables.append(read_table(found.texture, _TEXTURE_COLUMNS, _TEXTURE)),
         faces.read,
     )
     for read in steps:
@@ -81,7 +81,7 @@ def read_obj(path: str | Path) -> Mesh:
     return _mesh(path, found, vertices, texture, faces)
 
 
-def _table(rows: Rows, columns: Sequence[int], expected: str) -> NDArray[np.float64]:
+def read_table(rows: Rows, columns: Sequence[int], expected: str) -> NDArray[np.float64]:
     """(rows, widest) float64, padded with zeros."""
     bodies = rows.without_comments()
     widths = {len(body.split()) for body in bodies}
