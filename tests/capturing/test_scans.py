@@ -15,6 +15,7 @@ extra("embreex", "capture")
 cv2 = extra("cv2", "capture")
 
 from elastomorph.capturing.scans.scans import read_scan, require_one_head  # noqa: E402
+from elastomorph.io.obj.looks import with_looks  # noqa: E402
 
 
 def ball(rows: int = 12, radius: float = 1.0, middle=(0.0, 0.0, 0.0)) -> em.Mesh:
@@ -113,6 +114,59 @@ def test_colours_of_an_obj_are_those_of_its_image(tmp_path: Path) -> None:
     for place, colour in zip(places, shown, strict=True):
         assert colour.tolist() == ([255, 0, 0] if place[0] < 0.4 else [0, 255, 0])
     assert read_scan(tmp_path / "scan.obj", texture=False).skin is None
+
+
+SQUARE = "v 0 0 0 {}\nv 1 0 0 {}\nv 1 1 0 {}\nv 0 1 0 {}\nf 1 2 3\nf 1 3 4\n"
+RED, GREEN, BLUE = "1 0 0", "0 1 0", "0 0 1"
+
+
+def test_colours_of_vertices_are_mixed_between_them(tmp_path: Path) -> None:
+    (tmp_path / "scan.obj").write_text(SQUARE.format(RED, GREEN, BLUE, RED))
+    scan = read_scan(tmp_path / "scan.obj")
+    assert scan.skin is not None
+    at = np.array([[[0.5, 0.3, 0.2], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]])
+    shown = scan.skin.at(np.array([[0, 0, -1]]), at)[0]
+    # Of the first triangle, whichever way round it now is, the colour is that of the place.
+    corners = scan.surface.vertices[scan.surface.triangles[0]]
+    of = {(0, 0): [255, 0, 0], (1, 0): [0, 255, 0], (1, 1): [0, 0, 255]}
+    colours = np.array([of[int(x), int(y)] for x, y, _ in corners])
+    np.testing.assert_allclose(shown[0], at[0, 0] @ colours, atol=1)
+    np.testing.assert_array_equal(shown[1], colours[2])
+    np.testing.assert_array_equal(shown[2], 0)
+    kept = scan.only(np.array([False, True])).skin
+    assert kept is not None
+    np.testing.assert_array_equal(kept.corners, scan.skin.corners[1:])
+    assert read_scan(tmp_path / "scan.obj", texture=False).skin is None
+
+
+def test_an_image_comes_before_colours_of_vertices(tmp_path: Path) -> None:
+    """And these are shown where there is no image."""
+    text = coloured(tmp_path).read_text().replace("f 1/1 3/3", "usemtl bare\nf 1/1 3/3")
+    lines = [line + " 0 0 1" if line.startswith("v ") else line for line in text.splitlines()]
+    (tmp_path / "scan.obj").write_text("\n".join(lines))
+    scan = read_scan(tmp_path / "scan.obj")
+    assert scan.skin is not None
+    middle = np.full((1, 2, 3), 1 / 3)
+    shown = scan.skin.at(np.array([[0, 1]]), middle)[0]
+    assert shown[0, 2] == 0
+    assert shown[1].tolist() == [0, 0, 255]
+
+
+def test_one_colour_everywhere_is_none(tmp_path: Path) -> None:
+    """As programs write grey for every vertex, in which nothing can be followed."""
+    (tmp_path / "scan.obj").write_text(SQUARE.format(*["0.7 0.7 0.7"] * 4))
+    assert read_scan(tmp_path / "scan.obj").skin is None
+
+
+def test_colours_of_a_glb_are_those_of_its_image(tmp_path: Path) -> None:
+    dressed = with_looks(em.read(coloured(tmp_path)))
+    from_obj = read_scan(tmp_path / "scan.obj")
+    em.write(tmp_path / "scan.glb", em.Rig(dressed, {}))
+    from_glb = read_scan(tmp_path / "scan.glb")
+    at = np.array([[[0.1, 0.45, 0.45], [0.8, 0.1, 0.1], [0.2, 0.7, 0.1], [0.3, 0.3, 0.4]]])
+    triangles = np.array([[0, 0, 1, 1]])
+    shown = [scan.skin.at(triangles, at) for scan in (from_obj, from_glb) if scan.skin]
+    np.testing.assert_array_equal(*shown)
 
 
 def test_an_image_that_is_missing_is_told(tmp_path: Path) -> None:

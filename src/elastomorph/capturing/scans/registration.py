@@ -85,7 +85,7 @@ def register(
     own, marks = _prepared(template, landmarks)
     if neutral is None:
         return _first(own, _read(scan, texture, say), marks, say)[0]
-    person = _person(own, neutral, marks, texture, say)
+    person = neutral_person(own, neutral, marks, texture, say)
     found = _read(scan, texture, say)
     pose = _next(person, found, marks, person.elastic.rest, person.placing, say)[0]
     if pose.figures["correspondence"] != FOLLOWED:
@@ -146,7 +146,7 @@ def register_all(
     return {name: found[name] for name in named}
 
 
-def _person(face: Face, neutral: Source, marks: Marks, texture: bool, say: Say) -> Person:
+def neutral_person(face: Face, neutral: Source, marks: Marks, texture: bool, say: Say) -> Person:
     """The person of a neutral: one that was registered before, or a scan."""
     if not isinstance(neutral, str | Path):
         require_mesh(neutral, "the neutral")
