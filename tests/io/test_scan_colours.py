@@ -111,6 +111,13 @@ def test_colours_of_a_gltf_are_light_and_come_as_screens_show_them(tmp_path: Pat
     np.testing.assert_array_equal(found[mesh.vertices.max(axis=1) == 3], eighths[:, :3])
 
 
+@pytest.mark.parametrize("colours", [np.zeros((2, 3), np.uint8), np.zeros((3, 2), np.uint8)])
+def test_colours_that_fit_no_vertices_are_told(tmp_path: Path, colours: np.ndarray) -> None:
+    mesh = rig_as_stored(gltf(tmp_path, (np.eye(3), colours))).neutral
+    with pytest.raises(em.FormatError, match="the colours of mesh 0"):
+        vertex_colours(mesh)
+
+
 def test_meshes_without_colours_have_none(tmp_path: Path) -> None:
     assert vertex_colours(rig_as_stored(gltf(tmp_path, (np.eye(3), None))).neutral) is None
     assert vertex_colours(em.Mesh(np.eye(3), [[0, 1, 2]])) is None

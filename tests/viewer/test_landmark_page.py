@@ -289,6 +289,14 @@ def test_a_scan_has_the_colours_of_its_vertices(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found[:, :3], np.arange(1, 10).reshape(3, 3))
 
 
+def test_an_obj_has_them_too(tmp_path: Path) -> None:
+    (tmp_path / "scan.obj").write_text("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n")
+    (place,) = landmark_task([tmp_path / "scan.obj"]).places
+    assert isinstance(place.content, PackedSurface)
+    found = unpacked(place.content.content)[1]["colours"]
+    np.testing.assert_array_equal(found[:, :3], 255 * np.eye(3))
+
+
 def test_a_surface_is_packed_about_its_middle(tetrahedron: em.Mesh) -> None:
     far = tetrahedron.with_vertices(tetrahedron.vertices + 1e6)
     header, arrays = unpacked(pack_surface(far, edges=True).content)
