@@ -241,3 +241,8 @@ def test_where_the_disk_is_full_finished_stages_are_kept(tmp_path: Path) -> None
         "command again\n"
     )
     assert {file.name for file in tmp_path.iterdir()} == {".lock", "small.npz"}
+
+
+def test_code_that_is_not_there_has_no_version() -> None:
+    with pytest.raises(ModuleNotFoundError, match=r"geometry\.nothing"):
+        code_of("geometry.nothing")

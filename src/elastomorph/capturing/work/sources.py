@@ -34,6 +34,8 @@ def code_of(module: str) -> str:
     found: dict[str, bytes] = {}
     libraries = {"elastomorph"}
     _collect(module, found, libraries)
+    if not found:
+        raise ModuleNotFoundError(f"{_ROOM}.{module}")
     digest = blake2b(digest_size=16)
     for name in sorted(libraries):
         digest.update(f"{name} {_version(_LIBRARIES.get(name, name))} ".encode())

@@ -33,13 +33,13 @@ __all__ = ["MAKERS", "placed"]
 
 _APART = 0.03  # of the longer side: clicks farther from one point than this are of several
 _MODULES = {
-    "photographs": ("photographs",),
-    "cameras": ("cameras",),
-    "rig": ("fixed_rig",),
-    "placed": ("metric",),
-    "neutral": ("neutral", "confidence", "coverage"),
-    "frames": ("frames",),
-    "poses": ("tracking",),
+    "photographs": ("photographs.photographs",),
+    "cameras": ("cameras.cameras",),
+    "rig": ("cameras.fixed_rig",),
+    "placed": ("landmarks.metric",),
+    "neutral": ("neutral.neutral", "tracking.confidence", "cameras.coverage"),
+    "frames": ("cameras.frames",),
+    "poses": ("tracking.tracking",),
 }
 
 
