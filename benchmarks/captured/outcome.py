@@ -130,7 +130,7 @@ def read_bundle(folder: Path) -> tuple[Positions, float]:
     ``cameras.out`` and ``ordered_filenames.txt``: of each camera f k1 k2, R, t with Y = R X + t.
     """
     lines = (folder / "cameras.out").read_text().splitlines()[1:]
-    names = [Path(line).name for line in (folder / "ordered_filenames.txt").read_text().split()]
+    _, *names = (folder / "ordered_filenames.txt").read_text().split()  # their number comes first
     count = int(lines[0].split()[0])
     numbers = np.array(" ".join(lines[1 : 1 + 5 * count]).split(), dtype=float).reshape(count, 15)
     positions = {
