@@ -66,4 +66,4 @@ def photograph(
         0, noise, grey.shape
     )
     grey8 = np.clip(np.round(grey), 0, 255).astype(np.uint8)
-    return View(camera, np.repeat(grey8[..., None], 3, axis=2), grey8, None)
+    return View(camera, grey8, None)

@@ -5,14 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.camera import Camera, View
 from elastomorph.capturing.geometry.closest_fit import along_normals, robust, to_points
 from elastomorph.capturing.geometry.curved import curved
 from elastomorph.capturing.geometry.parts import Parts
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.typical_face import typical_face
 from elastomorph.capturing.neutral.stereo import offsets_from, pairs_of
-from elastomorph.capturing.photographs.crops import Crop
 from elastomorph.errors import CaptureError
 from needs import extra
 
@@ -40,7 +39,7 @@ def camera(x: float) -> Camera:
     return Camera(str(x), (300, 300), 400.0, centre, 0.0, rotation, -rotation @ position)
 
 
-def photograph(camera: Camera, height: float) -> Crop:
+def photograph(camera: Camera, height: float) -> View:
     """Of a plane with a pattern at a height."""
     rays = camera.directions()
     far = (height - camera.position[2]) / rays[..., 2]
@@ -50,7 +49,7 @@ def photograph(camera: Camera, height: float) -> Crop:
     for _ in range(40):
         a, b, c = random.uniform(-9, 9, 3)
         grey += 8 * np.sin(a * x + b * y + c)
-    return Crop(camera, np.clip(grey, 0, 255).astype(np.uint8), None)
+    return View(camera, np.clip(grey, 0, 255).astype(np.uint8), None)
 
 
 @pytest.mark.parametrize("height", [0.0, 0.04, -0.06])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.capturing.geometry.camera import Camera, View
+from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.draw.pictures import RGB, Image, colour_bytes
 from elastomorph.model.mesh import Mesh
@@ -30,7 +30,8 @@ _SHIFT = 4  # bits of a pixel that OpenCV draws lines to
 
 
 def over_photograph(
-    view: View,
+    photograph: Image,
+    camera: Camera,
     mesh: Mesh,
     *,
     colours: ArrayLike | None = None,
@@ -42,8 +43,10 @@ def over_photograph(
     """A photograph with the edges of a mesh over it.
 
     Args:
-        view: The photograph, without distortion.
-        mesh: In the frame of its camera's world.
+        photograph: (H, W, 3) uint8 without distortion, as from
+            `elastomorph.capturing.geometry.camera.open_colours`.
+        camera: That took it.
+        mesh: In the frame of the camera's world.
         colours: (V, 3) red, green, blue of each vertex from 0 to 1, as from
             `elastomorph.draw.heat_colours`; edges have the mean of their ends'.
         line: Colour of the lines where vertices have none.
@@ -56,11 +59,11 @@ def over_photograph(
     """
     import cv2
 
-    left, top, right, bottom = box or (0, 0, *view.camera.size)
-    picture = view.colour[top:bottom, left:right].copy()
-    starts, ends, edges = _seen_pieces(view.camera, mesh)
+    left, top, right, bottom = box or (0, 0, *camera.size)
+    picture = photograph[top:bottom, left:right].copy()
+    starts, ends, edges = _seen_pieces(camera, mesh)
     if strength is None:
-        strength = _strength(view.camera, mesh)
+        strength = _strength(camera, mesh)
     painted = np.broadcast_to((np.array(line) * 255).round().astype(np.uint8), (len(edges), 3))
     if colours is not None:
         ends_of = colour_bytes(colours, len(mesh.vertices))[mesh.edges[edges]].mean(axis=1)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.camera import Camera, View, open_view
+from elastomorph.capturing.geometry.camera import Camera, open_colours
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.draw.camera import Camera as Looking
@@ -95,25 +95,22 @@ def pose_picture(mesh: Registered, camera: Camera, photograph: Path) -> Pixels:
         FileError: The photograph cannot be read.
     """
     surface = Surface(mesh.vertices, mesh.faces.triangles())
-    view = _around(surface, camera, photograph)
+    own, picture = _around(surface, camera, photograph)
     lines = np.where(mesh.flagged[:, None], _FLAGGED_LINE, LINE)
-    over = over_photograph(view, mesh, colours=lines)
-    painted = _rendered(surface, view.camera, confidence_colours(mesh.confidence))
+    over = over_photograph(picture, own, mesh, colours=lines)
+    painted = _rendered(surface, own, confidence_colours(mesh.confidence))
     gap = np.full((len(painted), _GAP, 3), _PAPER, dtype=np.uint8)
-    return np.concatenate([view.colour, gap, over, gap, painted], axis=1)
+    return np.concatenate([picture, gap, over, gap, painted], axis=1)
 
 
-def _around(surface: Surface, camera: Camera, photograph: Path) -> View:
+def _around(surface: Surface, camera: Camera, photograph: Path) -> tuple[Camera, Pixels]:
     """The part of a photograph that shows a pose, made as small as it is shown."""
     _, top, _, bottom = box_of(camera, surface.vertices)
     scale = min(1.0, _HEIGHT / (bottom - top))
-    view = open_view(camera, photograph, scale=scale)
-    left, top, right, bottom = box_of(view.camera, surface.vertices)
-    part = replace(
-        view.camera, size=(right - left, bottom - top), centre=view.camera.centre - [left, top]
-    )
-    colour = np.ascontiguousarray(view.colour[top:bottom, left:right])
-    return View(part, colour, np.ascontiguousarray(view.grey[top:bottom, left:right]), None)
+    own, picture = open_colours(camera, photograph, scale=scale)
+    left, top, right, bottom = box_of(own, surface.vertices)
+    part = replace(own, size=(right - left, bottom - top), centre=own.centre - [left, top])
+    return part, np.ascontiguousarray(picture[top:bottom, left:right])
 
 
 def _rendered(surface: Surface, camera: Camera, colours: Points) -> Pixels:

@@ -114,19 +114,41 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A photograph without distortion.
+    """A photograph without distortion, or a part of one.
 
     Attributes:
-        camera: that took it; its `radial` is done with.
-        colour: (H, W, 3) uint8, red first.
+        camera: that took it, or would have taken the part; its `radial` is done with.
         grey: (H, W) uint8.
         mask: (H, W) what may be used; None: all of it.
     """
 
     camera: Camera
-    colour: NDArray[np.uint8]
     grey: NDArray[np.uint8]
     mask: NDArray[np.bool_] | None
+
+    def scaled(self, factor: float) -> View:
+        """The photograph made smaller by `factor`."""
+        import cv2
+
+        if factor == 1:
+            return self
+        camera, mask = self.camera.scaled(factor), self.mask
+        grey = _smaller(self.grey, factor)
+        if mask is not None:
+            small: Any = cv2.resize(
+                mask.astype(np.uint8), camera.size, interpolation=cv2.INTER_NEAREST
+            )
+            mask = np.asarray(small > 0)
+        return View(camera, grey, mask)
+
+    def usable(self, pixels: Points) -> NDArray[np.bool_]:
+        """(N,) whether (N, 2) pixels are where the mask, if there is one, leaves them."""
+        if self.mask is None:
+            return np.ones(len(pixels), dtype=bool)
+        last = np.array(self.mask.shape[::-1]) - 1
+        column, row = np.clip(np.round(pixels), 0, last).astype(int).T
+        found: NDArray[np.bool_] = self.mask[row, column] & self.camera.inside(pixels)
+        return found
 
 
 def open_view(camera: Camera, path: Path, *, scale: float = 1.0, mask: Path | None = None) -> View:
@@ -137,12 +159,26 @@ def open_view(camera: Camera, path: Path, *, scale: float = 1.0, mask: Path | No
     """
     import cv2
 
-    colour = _flat(camera, _pixels(path, cv2.IMREAD_COLOR_RGB, camera.size), scale)
+    flat, colours = open_colours(camera, path, scale=scale)
     inside = None
     if mask is not None:
         inside = _flat(camera, _pixels(mask, cv2.IMREAD_GRAYSCALE, camera.size), scale) > 127
-    grey: Any = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY)
-    return View(replace(camera.scaled(scale), radial=0.0), colour, grey, inside)
+    grey: Any = cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY)
+    return View(flat, grey, inside)
+
+
+def open_colours(
+    camera: Camera, path: Path, *, scale: float = 1.0
+) -> tuple[Camera, NDArray[np.uint8]]:
+    """The camera of what `open_view` reads, and (H, W, 3) its colours, red first.
+
+    Raises:
+        FormatError: the file is no photograph, or not of the camera's size.
+    """
+    import cv2
+
+    colours = _flat(camera, _pixels(path, cv2.IMREAD_COLOR_RGB, camera.size), scale)
+    return replace(camera.scaled(scale), radial=0.0), colours
 
 
 def _pixels(path: Path, kind: int, size: tuple[int, int]) -> NDArray[np.uint8]:
@@ -172,7 +208,11 @@ def _flat(camera: Camera, taken: NDArray[np.uint8], scale: float) -> NDArray[np.
     if camera.radial:
         lens = np.array([[focal, 0, x], [0, focal, y], [0, 0, 1]])
         pixels = cv2.undistort(pixels, lens, np.array([camera.radial, 0, 0, 0, 0]))
-    if scale != 1:
-        # Given the factor rather than the size, its rounding moves nothing.
-        pixels = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return np.asarray(pixels)
+    return np.asarray(pixels) if scale == 1 else _smaller(pixels, scale)
+
+
+def _smaller(pixels: Any, factor: float) -> NDArray[np.uint8]:
+    import cv2
+
+    # Given the factor rather than the size, its rounding moves nothing.
+    return np.asarray(cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA))

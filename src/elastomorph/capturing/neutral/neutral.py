@@ -24,7 +24,7 @@ from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.landmarks import fit_landmarks
 from elastomorph.capturing.landmarks.typical_face import typical_face
 from elastomorph.capturing.neutral.stereo import offsets_from, pairs_of
-from elastomorph.capturing.photographs.crops import Crop
+from elastomorph.capturing.photographs.crops import cropped, no_finer
 from elastomorph.errors import CaptureError
 
 __all__ = ["NeutralSurface", "Say", "neutral_surface"]
@@ -161,10 +161,9 @@ class _Neutral:
         self.deformation = Deformation(rest[self.parts.skin], self.parts.triangles)
         self.skin = rest[self.parts.skin]
         self.cloud = cloud[_near(cloud, rest, self.face)]
-        crops = [Crop.of(view, rest) for view in views]
-        self.crops = [
-            crop.finest(_ROUNDS[-1].density / self.face, self.middle) for crop in crops if crop
-        ]
+        finest = _ROUNDS[-1].density / self.face
+        crops = [cropped(view, rest) for view in views]
+        self.crops = [no_finer(crop, finest, self.middle) for crop in crops if crop is not None]
         if len(self.crops) < 2:
             raise CaptureError(
                 f"{len(self.crops)} of {len(views)} photographs show the face where its landmarks "
@@ -201,7 +200,7 @@ class _Neutral:
         for number, each in enumerate(_ROUNDS):
             self.say("the template to the photographs", number / len(_ROUNDS))
             density = each.density / self.face
-            crops = [crop.finest(density, self.middle) for crop in self.crops]
+            crops = [no_finer(crop, density, self.middle) for crop in self.crops]
             pixel = 1 / min(density, float(np.median([self._density(c.camera) for c in crops])))
             vertices = self.parts.carried(self.skin)
             whole = Surface(vertices, self.triangles)

@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.camera import Camera, View
 from elastomorph.capturing.geometry.curved import curved
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.photographs.crops import Crop
 
 Points = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -66,7 +65,7 @@ class _Seen:
         cosines: (V,) between their normals and the directions to the camera.
     """
 
-    crop: Crop
+    crop: View
     depth: Single
     visible: NDArray[np.bool_]
     cosines: Points
@@ -86,7 +85,7 @@ def pairs_of(cameras: Sequence[Camera], middle: Points, each: int) -> list[tuple
 
 
 def offsets_from(
-    crops: Sequence[Crop],
+    crops: Sequence[View],
     surface: Surface,
     chosen: NDArray[np.bool_],
     pairs: Sequence[tuple[int, int]],
@@ -123,7 +122,7 @@ def offsets_from(
 
 
 def _see(
-    crop: Crop, surface: Surface, fine: Surface, chosen: NDArray[np.bool_], tolerance: float
+    crop: View, surface: Surface, fine: Surface, chosen: NDArray[np.bool_], tolerance: float
 ) -> _Seen:
     hits = fine.cast(crop.camera.position, crop.camera.directions(_STEP))
     depth = np.where(hits.met, hits.depths, 0).astype(np.float32)
@@ -140,8 +139,7 @@ def _see(
     )
     if crop.mask is not None:
         mine = np.flatnonzero(visible)
-        pixels = np.rint(crop.camera.project(surface.vertices[mine])[0]).astype(int)
-        visible[mine] = crop.mask[pixels[:, 1], pixels[:, 0]]
+        visible[mine] = crop.usable(crop.camera.project(surface.vertices[mine])[0])
     return _Seen(crop, depth, visible, cosines)
 
 

@@ -78,4 +78,4 @@ def _plain(camera: Camera, longest: int) -> Camera:
 
 
 def _bytes(view: View) -> int:
-    return view.colour.nbytes + view.grey.nbytes + (0 if view.mask is None else view.mask.nbytes)
+    return view.grey.nbytes + (0 if view.mask is None else view.mask.nbytes)

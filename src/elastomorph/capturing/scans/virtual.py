@@ -63,8 +63,7 @@ def photographed(camera: Camera, surface: Surface, skin: Skin) -> View:
     hits = surface.seen(camera)
     colour = skin.at(hits.triangles, hits.weights)
     grey: Any = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY)
-    none = np.zeros((0, 0, 3), dtype=np.uint8)
-    return View(camera, none, grey, hits.met)
+    return View(camera, grey, hits.met)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,13 +38,13 @@ class Level:
 
     Attributes:
         surface: of the neutral.
-        views: its photographs at this size, without colour.
+        views: its photographs at this size.
         pixel: length on the surface that a pixel shows.
     """
 
     def __init__(self, surface: Surface, views: Sequence[View], scale: float) -> None:
         self.surface = surface
-        self.views = [resized(view, scale) for view in views]
+        self.views = [view.scaled(scale) for view in views]
         self.scale = scale
         middle = surface.vertices.mean(axis=0)
         self.pixel = float(
@@ -69,7 +67,7 @@ class Level:
         found = [self.looked(self.surface, view.camera) for view in self.views]
         visible = np.stack(
             [
-                each & masked(view, view.camera.project(self.surface.vertices)[0])
+                each & view.usable(view.camera.project(self.surface.vertices)[0])
                 for (each, _), view in zip(found, self.views, strict=True)
             ]
         )
@@ -126,8 +124,8 @@ class Reference:
         self, vertices: Points, triangles: NDArray[np.integer], views: Sequence[View]
     ) -> None:
         self.surface = Surface(vertices, triangles)
-        # Without colour; a sequence that reads photographs when asked is gone through once.
-        self.views = [resized(view, 1.0) for view in views]
+        # A sequence that reads photographs when asked is gone through once.
+        self.views = list(views)
         self._levels: dict[float, Level] = {}
 
     @cached_property
@@ -160,27 +158,3 @@ class Reference:
         if scale not in self._levels:
             self._levels[scale] = Level(self.surface, self.views, scale)
         return self._levels[scale]
-
-
-def resized(view: View, scale: float) -> View:
-    """A view with smaller pictures and without colour."""
-    import cv2
-
-    none = np.zeros((0, 0, 3), dtype=np.uint8)
-    if scale == 1:
-        return replace(view, colour=none)
-    grey: Any = cv2.resize(view.grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    mask: Any = view.mask
-    if mask is not None:
-        mask = cv2.resize(mask.astype(np.uint8), grey.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    return View(view.camera.scaled(scale), none, grey, None if mask is None else mask > 0)
-
-
-def masked(view: View, pixels: Points) -> NDArray[np.bool_]:
-    """(N,) whether (N, 2) pixels may be used."""
-    if view.mask is None:
-        return np.ones(len(pixels), dtype=bool)
-    last = np.array(view.mask.shape[::-1]) - 1
-    column, row = np.clip(np.round(pixels), 0, last).astype(int).T
-    found: NDArray[np.bool_] = view.mask[row, column] & view.camera.inside(pixels)
-    return found

@@ -38,7 +38,7 @@ from elastomorph.capturing.tracking.observations import (
     supported,
 )
 from elastomorph.capturing.tracking.patches import shifted
-from elastomorph.capturing.tracking.reference import PATCH_RADIUS, Level, Reference, masked, resized
+from elastomorph.capturing.tracking.reference import PATCH_RADIUS, Level, Reference
 from elastomorph.errors import CaptureError
 
 Points = NDArray[np.float64]
@@ -223,7 +223,7 @@ def _sizes(reference: Reference, views: Sequence[View]) -> dict[float, tuple[Lev
     small: list[list[View]] = [[] for _ in heads]
     for view in views:
         for scale, kept in zip(scales, small, strict=True):
-            kept.append(resized(view, scale))
+            kept.append(view.scaled(scale))
     return {
         head: (reference.level(scale), kept)
         for head, scale, kept in zip(heads, scales, small, strict=True)
@@ -270,7 +270,7 @@ def by_flow(
     offered = np.zeros(len(vertices))
     for number, view in enumerate(views):
         seen, cosines = level.looked(posed, view.camera)
-        seen &= masked(view, view.camera.project(vertices)[0])
+        seen &= view.usable(view.camera.project(vertices)[0])
         offered += seen & level.seen[0].any(axis=0)
         near = nearest_views(cameras, neutral.mean(axis=0), view.camera, vertices.mean(axis=0))
         taken = [(level.views[i], level.depths[i], level.seen[0][i]) for i in near[:sources]]
@@ -298,7 +298,7 @@ def by_patches(
         camera = view.camera
         seen, cosines = level.looked(posed, camera)
         pixels = camera.project(vertices)[0]
-        seen &= masked(view, pixels)
+        seen &= view.usable(pixels)
         way = camera.position - vertices
         way = np.einsum("nji,nj->ni", rotations, way / np.linalg.norm(way, axis=1, keepdims=True))
         alike = np.einsum("kni,ni->kn", level.ways, way)
