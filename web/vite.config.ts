@@ -1,17 +1,35 @@
 // The pages as one file each that asks the network for nothing: `npm run build` writes the viewer,
 // `npm run build:landmarks` the page where landmarks are placed, as the Python package ships them.
-import { defineConfig } from 'vite';
+import { defineConfig, type Plugin } from 'vite';
 import { viteSingleFile } from 'vite-plugin-singlefile';
+import { NOTICE } from './viewer/notice.ts';
 
 const here = (path: string) => decodeURIComponent(new URL(path, import.meta.url).pathname);
 
+/** What differs in `index.html`, and the folder of the package that a page is shipped in. */
+const PAGES = {
+  viewer: {
+    folder: 'page',
+    title: 'elastomorph',
+    about: 'Faces whose expressions move along curved, elastic paths',
+    notice: NOTICE,
+  },
+  landmarks: {
+    folder: 'landmarks_page',
+    title: 'Landmarks – elastomorph',
+    about: 'Points of a face, placed in photographs and on meshes',
+    notice: '',
+  },
+};
+
 export default defineConfig(({ mode }) => {
-  const landmarks = mode === 'landmarks';
+  const page = mode === 'landmarks' ? mode : 'viewer';
+  const { folder, ...words } = PAGES[page];
   return {
-    root: here(landmarks ? 'landmarks' : 'viewer'),
-    plugins: [viteSingleFile({ removeViteModuleLoader: true })],
+    root: here('.'),
+    plugins: [filled({ page, ...words }), shaders(), viteSingleFile({ removeViteModuleLoader: true })],
     build: {
-      outDir: here(`../src/elastomorph/viewer/${landmarks ? 'landmarks_page' : 'page'}`),
+      outDir: here(`../src/elastomorph/viewer/${folder}`),
       emptyOutDir: true,
       target: 'es2022',
       reportCompressedSize: false,
@@ -19,3 +37,24 @@ export default defineConfig(({ mode }) => {
     },
   };
 });
+
+/** Puts words into the one `index.html` of both pages. */
+function filled(words: Readonly<Record<string, string>>): Plugin {
+  const handler = (html: string) => html.replaceAll(/%(\w+)%/g, (_, name: string) => words[name]!);
+  return { name: 'filled', transformIndexHtml: { order: 'pre', handler } };
+}
+
+/** Ships shaders without what only people read: comments, indentation, ends of lines. */
+function shaders(): Plugin {
+  const compact = (glsl: string) => {
+    const lines = glsl.replaceAll(/\/\/.*/g, '').split('\n').map((line) => line.trim());
+    const own = lines.filter(Boolean).map((line) => (line.startsWith('#') ? `\n${line}\n` : line));
+    return own.join(' ').trim();
+  };
+  return {
+    name: 'shaders',
+    enforce: 'pre',
+    transform: (code) =>
+      code.replaceAll(/(\/\* glsl \*\/ `)([^`]*)(?=`)/g, (_, before, glsl) => before + compact(glsl)),
+  };
+}

@@ -1,7 +1,8 @@
 // Puts the page together: the picture, the points beside it, all photographs below it.
-import { element, setText } from '../viewer/interface/parts/element';
-import { keysDialog, listen } from '../viewer/interface/page/keys';
-import { createMessages } from '../viewer/interface/overlay/messages';
+import { element, setText } from '../shared/element';
+import { keysDialog, listen } from '../shared/keys';
+import { createMessages } from '../shared/messages';
+import { wordsOf } from '../shared/start';
 import { Desk } from './desk';
 import { keymap } from './keymap';
 import { createFace } from './panels/face';
@@ -140,7 +141,7 @@ export function start(root: HTMLElement, task: Task): void {
       viewing.small(current, strip);
       show();
     } catch (error) {
-      messages.tell(error instanceof Error ? error.message : String(error));
+      messages.tell(wordsOf(error));
     }
   }
 
@@ -222,9 +223,9 @@ export function start(root: HTMLElement, task: Task): void {
     event.preventDefault();
   });
 
-  const middle = element('section', { class: 'middle' }, stage.element, messages.element);
+  const frame = element('div', { class: 'stage' }, stage.element);
   const panel = element('aside', { class: 'panel', 'aria-label': 'Points' }, face.element, hints.element, hints.warning, list.element);
-  root.replaceChildren(header.element, middle, panel, strip.element, dialog);
+  root.replaceChildren(header.element, frame, messages.element, panel, strip.element, dialog);
   document.title = `${task.title} – landmarks`;
   show();
   void open().then(() => viewing.fill(places, strip));

@@ -1,5 +1,5 @@
 // The keys of the page.
-import type { Key } from '../viewer/interface/page/keys';
+import type { Key } from '../shared/keys';
 
 export interface Deeds {
   turnPage(by: number): void;

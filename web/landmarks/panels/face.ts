@@ -1,5 +1,5 @@
 // A drawing of a face with the points on it, as one looks at the subject.
-import { element } from '../../viewer/interface/parts/element';
+import { element } from '../../shared/element';
 
 const SVG = 'http://www.w3.org/2000/svg';
 

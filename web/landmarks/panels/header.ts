@@ -1,6 +1,6 @@
 // The line above the picture: what is done, back and on, and the end of it.
-import { element, setText } from '../../viewer/interface/parts/element';
-import { icon } from '../../viewer/interface/parts/icons';
+import { element, setText } from '../../shared/element';
+import { icon } from '../../shared/icons';
 
 export interface HeaderDeeds {
   undo(): void;
@@ -32,7 +32,7 @@ export function createHeader(title: string, saves: boolean, deeds: HeaderDeeds):
   const status = element('span', { class: 'saved', role: 'status' });
   const keep = button('Download the file', deeds.download, {}, 'Download');
   const end = saves ? button('Save, and end the command', deeds.finish, {}, 'Finish') : keep;
-  end.className = 'end';
+  end.className = 'primary';
   return {
     element: element(
       'header',

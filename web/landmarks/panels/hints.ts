@@ -1,5 +1,5 @@
 // What is asked for now, in a sentence or two, and a warning where left and right are exchanged.
-import { element, setText } from '../../viewer/interface/parts/element';
+import { element, setText } from '../../shared/element';
 import type { Desk } from '../desk';
 import type { Task } from '../types/task';
 import { readable } from './list';

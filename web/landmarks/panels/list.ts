@@ -1,6 +1,6 @@
 // The points by name: which is placed next, and in how many photographs each is.
-import { element, setAttribute, setText } from '../../viewer/interface/parts/element';
-import { icon } from '../../viewer/interface/parts/icons';
+import { element, setAttribute, setText } from '../../shared/element';
+import { icon } from '../../shared/icons';
 
 export interface Row {
   readonly name: string;

@@ -1,5 +1,5 @@
 // All photographs and surfaces in a row, small, with how many points each has.
-import { element, setAttribute, setText } from '../../viewer/interface/parts/element';
+import { element, setAttribute, setText } from '../../shared/element';
 import type { Place } from '../types/task';
 
 const HEIGHT = 62; // CSS pixels

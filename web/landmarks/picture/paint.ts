@@ -1,5 +1,5 @@
 // Draws a surface with WebGL: lit clay, its own colours or its texture, and its edges.
-import { LIGHT } from '../../viewer/stage/shaders/light';
+import { LIGHT } from '../../shared/light';
 import type { Mesh } from '../geometry/mesh';
 
 const VERTEX = /* glsl */ `#version 300 es

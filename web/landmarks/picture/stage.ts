@@ -1,5 +1,5 @@
 // The picture with everything over it, and a magnifier where the pointer is.
-import { element } from '../../viewer/interface/parts/element';
+import { element } from '../../shared/element';
 import type { Pixel } from '../types/task';
 import { drawCross, drawGuess, drawHover, drawLine, drawMark, type Shown } from './markers';
 import type { Pane, Spot } from './pane';

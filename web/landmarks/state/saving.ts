@@ -1,4 +1,5 @@
 // Sends what was placed to the command that waits for it, or lets people keep it as a file.
+import { wordsOf } from '../../shared/start';
 import type { LandmarkFile } from '../types/task';
 
 const PAUSE = 500; // milliseconds after the last change
@@ -81,7 +82,7 @@ export class Saving {
         'failed',
         lost
           ? 'Nothing is saved any more: the command that showed this page has ended. Download what you placed.'
-          : `It could not be saved: ${error instanceof Error ? error.message : String(error)}`,
+          : `It could not be saved: ${wordsOf(error)}`,
       );
       return false;
     }

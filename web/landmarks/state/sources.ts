@@ -1,5 +1,5 @@
 // Photographs and surfaces as bytes: from the server, or from the page itself.
-import { bytesOfBase64 } from '../../viewer/files/base64';
+import { bytesOfBase64 } from '../../shared/base64';
 import { meshOf, type Mesh } from '../geometry/mesh';
 import type { Place } from '../types/task';
 

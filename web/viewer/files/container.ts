@@ -1,5 +1,5 @@
 // Opens the container of a file: the JSON document and its bytes, or a sentence on what it is.
-import { bytesOfBase64 } from './base64';
+import { bytesOfBase64 } from '../../shared/base64';
 
 export interface GltfContent {
   readonly name: string; // of the file, for messages

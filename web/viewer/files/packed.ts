@@ -1,6 +1,6 @@
 // Long lists of whole numbers as elastomorph packs them into the JSON part of a file: differences
 // of neighbours, as 32-bit integers, compressed with zlib and written in base64.
-import { bytesOfBase64 } from './base64';
+import { bytesOfBase64 } from '../../shared/base64';
 
 /** The `count` whole numbers in a text, or null where it is no such text or holds others. */
 export async function unpacked(text: unknown, count: number): Promise<Int32Array | null> {

@@ -1,7 +1,7 @@
 // What Python put into the page, or beside it: a description in JSON and a GLB for each model.
 import type { Loop, Model, Scene } from '../types/model';
 import type { ViewState } from '../types/state';
-import { bytesOfBase64 } from './base64';
+import { bytesOfBase64 } from '../../shared/base64';
 import { isEntry, type Entry } from './document';
 import { openFile, type Known } from './open';
 

@@ -1,6 +1,6 @@
 // The name of each model over its part of the picture, in the colour of its orbits.
 import { colourOf, titleOf } from '../names/models';
-import { element } from '../parts/element';
+import { element } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
 
 export function createLabels({ scene }: Context): Part {

@@ -3,7 +3,7 @@ import { heatColours } from '../../stage/colours';
 import type { HeatReadout } from '../../types/stage';
 import { digits, lengthAndShare } from '../names/lengths';
 import { titleOf } from '../names/models';
-import { element, setAttribute, setText } from '../parts/element';
+import { element, setAttribute, setText } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
 import { picking } from '../state/picking';
 

@@ -2,7 +2,7 @@
 import type { Pick, Stage } from '../../types/stage';
 import type { ViewState } from '../../types/state';
 import { lengthAndShare } from '../names/lengths';
-import { element, setText } from '../parts/element';
+import { element, setText } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
 import { togglePicked } from '../state/picking';
 

@@ -1,6 +1,6 @@
 // The line between two models over one head, dragged or moved by keys.
 import { titleOf } from '../names/models';
-import { element } from '../parts/element';
+import { element } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
 
 const STEPS: Readonly<Record<string, number>> = {

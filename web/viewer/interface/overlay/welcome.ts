@@ -1,6 +1,6 @@
 // What a page without a face says.
-import { element } from '../parts/element';
-import { icon } from '../parts/icons';
+import { element } from '../../../shared/element';
+import { icon } from '../../../shared/icons';
 
 export function createWelcome(open: () => void): HTMLElement {
   const button = element('button', { type: 'button', class: 'primary' });

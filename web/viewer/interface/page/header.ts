@@ -1,7 +1,7 @@
 // The line above the picture: what is shown, from where, and what can be opened.
 import type { View } from '../../types/stage';
-import { element, setAttribute, setText } from '../parts/element';
-import { type Icon, icon } from '../parts/icons';
+import { element, setAttribute, setText } from '../../../shared/element';
+import { type Icon, icon } from '../../../shared/icons';
 import { VIEWS } from './keymap';
 
 export interface Header {

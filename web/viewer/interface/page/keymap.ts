@@ -3,7 +3,7 @@ import type { View } from '../../types/stage';
 import type { ViewState } from '../../types/state';
 import type { Context } from '../parts/part';
 import type { Player } from '../state/player';
-import type { Key } from './keys';
+import type { Key } from '../../../shared/keys';
 
 export const VIEWS: readonly (readonly [View, string])[] = [
   ['front', 'Front'],

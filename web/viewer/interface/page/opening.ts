@@ -1,7 +1,8 @@
 // Files people open or drop: added to the models there are, or shown in their place.
 import { openFile } from '../../files/open';
 import type { Model, Scene } from '../../types/model';
-import { element } from '../parts/element';
+import { element } from '../../../shared/element';
+import { wordsOf } from '../../../shared/start';
 
 export interface Opening {
   /** The hidden field behind the buttons, to be put on the page. */
@@ -41,7 +42,7 @@ async function openAll(files: readonly File[], receiver: Receiver): Promise<void
       const [scene, added] = joined(receiver.scene(), model);
       receiver.replace(scene, added);
     } catch (error) {
-      receiver.tell(error instanceof Error ? error.message : String(error));
+      receiver.tell(wordsOf(error));
     }
   }
   receiver.busy(null);

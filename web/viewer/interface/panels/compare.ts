@@ -3,7 +3,7 @@ import type { Model } from '../../types/model';
 import type { ViewState } from '../../types/state';
 import { colourOf, titleOf } from '../names/models';
 import { choice, scale, toggle } from '../parts/controls';
-import { element } from '../parts/element';
+import { element } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
 
 const ONE_MODEL = 'Open a second file with the same vertices to compare.';

@@ -1,7 +1,7 @@
 // How the face is drawn, and what the drawing costs.
 import type { Readout } from '../../types/stage';
 import { choice, toggle } from '../parts/controls';
-import { element, setText } from '../parts/element';
+import { element, setText } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
 
 export interface Display extends Part {

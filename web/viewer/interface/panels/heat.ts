@@ -3,7 +3,7 @@ import type { ViewState } from '../../types/state';
 import { lengthAndShare } from '../names/lengths';
 import { titleOf } from '../names/models';
 import { toggle } from '../parts/controls';
-import { element, freshId, setText } from '../parts/element';
+import { element, freshId, setText } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
 
 const HEAT_NEEDS_TWO = 'Open a second file with the same vertices to measure distances.';

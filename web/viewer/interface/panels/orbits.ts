@@ -1,7 +1,7 @@
 // The vertices whose ways are drawn as t runs from 0 to 1.
 import { toggle } from '../parts/controls';
-import { element, freshId, setText } from '../parts/element';
-import { icon } from '../parts/icons';
+import { element, freshId, setText } from '../../../shared/element';
+import { icon } from '../../../shared/icons';
 import type { Context, Part } from '../parts/part';
 import { picking } from '../state/picking';
 

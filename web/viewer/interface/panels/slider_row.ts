@@ -1,7 +1,7 @@
 // One slider: its name, the slider itself, its number, and a button back to zero.
-import { element, setAttribute } from '../parts/element';
+import { element, setAttribute } from '../../../shared/element';
 import { fill } from '../parts/controls';
-import { icon } from '../parts/icons';
+import { icon } from '../../../shared/icons';
 
 export interface SliderRow {
   readonly name: string;

@@ -4,8 +4,8 @@ import type { ViewState } from '../../types/state';
 import { sliderGroups } from '../names/order';
 import { twins } from '../names/pairs';
 import { toggle } from '../parts/controls';
-import { element, setText } from '../parts/element';
-import { icon } from '../parts/icons';
+import { element, setText } from '../../../shared/element';
+import { icon } from '../../../shared/icons';
 import type { Context, Part } from '../parts/part';
 import { type SliderRow, sliderRow } from './slider_row';
 

@@ -1,5 +1,5 @@
 // The panel: its tabs, and whether it is open.
-import { element, freshId, setAttribute } from '../parts/element';
+import { element, freshId, setAttribute } from '../../../shared/element';
 
 export interface Tab {
   readonly name: string;

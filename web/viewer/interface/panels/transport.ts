@@ -1,8 +1,8 @@
 // The bar under the picture: what plays, where it is, and how it goes on.
 import type { TimingName, ViewState } from '../../types/state';
 import { fill } from '../parts/controls';
-import { element, setAttribute, setText } from '../parts/element';
-import { icon } from '../parts/icons';
+import { element, setAttribute, setText } from '../../../shared/element';
+import { icon } from '../../../shared/icons';
 import type { Context, Part } from '../parts/part';
 import type { Player } from '../state/player';
 import { clipNamed, performances, span } from '../state/settling';

@@ -1,7 +1,7 @@
 // Labelled controls that show a field of the state and change it.
 import type { ViewState } from '../../types/state';
 import type { Store } from '../state/store';
-import { element, freshId, setAttribute, setText } from './element';
+import { element, freshId, setAttribute, setText } from '../../../shared/element';
 import type { Part } from './part';
 
 type FieldOf<T> = { [K in keyof ViewState]: ViewState[K] extends T ? K : never }[keyof ViewState];

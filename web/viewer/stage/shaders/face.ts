@@ -1,5 +1,5 @@
 // How a face looks: its parts in light, or the colours of distances.
-import { LIGHT } from './light';
+import { LIGHT } from '../../../shared/light';
 import { SHADOW } from './shadow';
 import { VERTEX_FETCH } from './vertices';
 

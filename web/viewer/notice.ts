@@ -1,4 +1,5 @@
-<!doctype html>
+/** What stands above the page: three.js asks for it. */
+export const NOTICE = `
 <!--
 The viewer of elastomorph (MIT licence). It contains parts of three.js:
 
@@ -23,20 +24,4 @@ AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
 LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
 OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN
 THE SOFTWARE.
--->
-<html lang="en">
-  <head>
-    <meta charset="utf-8" />
-    <meta name="viewport" content="width=device-width, initial-scale=1" />
-    <title>elastomorph</title>
-    <link rel="icon" href="data:," />
-    <meta name="color-scheme" content="light dark" />
-    <meta name="description" content="Faces whose expressions move along curved, elastic paths" />
-    <!-- elastomorph scene -->
-    <script type="module" src="./main.ts"></script>
-  </head>
-  <body>
-    <noscript>This viewer needs JavaScript.</noscript>
-    <main id="viewer"></main>
-  </body>
-</html>
+-->`;

@@ -1,6 +1,6 @@
 // What each key does, and the list of it.
-import { element } from '../parts/element';
-import { icon } from '../parts/icons';
+import { element } from './element';
+import { icon } from './icons';
 
 export interface Key {
   /** As `KeyboardEvent.key`. */

@@ -1,6 +1,6 @@
 // Problems, told until they have been read, and what the page is busy with.
-import { element, setText } from '../parts/element';
-import { icon } from '../parts/icons';
+import { element, setText } from './element';
+import { icon } from './icons';
 
 const MANY = 3; // messages at once
 
