@@ -50,7 +50,7 @@ def document(
 def require_page_path(path: str | Path) -> None:
     """Refuse early what could not be written after a long computation."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
-        raise FormatError(path, "a report is a web page; name it with the suffix .html")
+        raise FormatError(path, "this is a web page; name it with the suffix .html")
     if not Path(path).resolve().parent.is_dir():
         raise FileError(
             path, f"the folder {Path(path).parent} does not exist; create it first or name another"

@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 import base64
-import html
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from elastomorph.capturing.landmarks.landmarks import parse_landmarks, write_landmarks
-from elastomorph.errors import FileError, FormatError, ParameterError
+from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, size_of
 from elastomorph.viewer.landmark_task import LandmarkPlace, LandmarkTask
-from elastomorph.viewer.page import PLACE, alone_policy, served_policy
 from elastomorph.viewer.server import HTML, Resource, ViewerServer
+from elastomorph.viewer.shipped import (
+    alone_head,
+    built_page,
+    filled,
+    json_block,
+    require_web_page,
+    served_policy,
+)
 from elastomorph.viewer.surfaces import PackedSurface
 
 __all__ = ["serve_landmarks", "write_landmark_page"]
 
+_PAGE = "landmarks_page"
 _FINISHED = "finish"
 _MOST_IN_A_PAGE = 350_000_000  # bytes; as text they are a third more
 _ADDRESS = "landmarks.json"
@@ -55,7 +61,8 @@ def serve_landmarks(task: LandmarkTask, file: str | Path, port: int = 0) -> View
         resources[sources[-1]] = Resource(kind, loads)
         for address, image in zip(images[-1], own, strict=True):
             resources[address] = Resource(_image_kind(image), image)
-    page = _page(task, sources, images, {"save": _ADDRESS, "file": Path(file).name})
+    saving = {"save": _ADDRESS, "file": Path(file).name}
+    page = filled(built_page(_PAGE), _block(task, sources, images, saving))
     resources[""] = Resource(HTML, page.encode(), served_policy(page))
 
     def receive(content: bytes, words: str) -> bool:
@@ -80,8 +87,7 @@ def write_landmark_page(path: str | Path, task: LandmarkTask, file: str = _ADDRE
         ParameterError: The photographs are more than browsers open in a page.
         FileError: The page cannot be written, or was not built.
     """
-    if Path(path).suffix.lower() not in (".html", ".htm"):
-        raise FormatError(path, "this is a web page; name it with the suffix .html")
+    require_web_page(path)
     total = sum(size_of(each.content) for each in task.places if isinstance(each.content, Path))
     if total > _MOST_IN_A_PAGE:
         raise ParameterError(
@@ -94,10 +100,9 @@ def write_landmark_page(path: str | Path, task: LandmarkTask, file: str = _ADDRE
         [f"{source}-{image}" for image in range(len(own))]
         for source, (_, _, own) in zip(sources, parts, strict=True)
     ]
-    policy = html.escape(alone_policy(_shipped()))
-    meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}" />'
-    page = _page(task, sources, images, {"save": None, "file": file}, meta)
-    before, _, after = page.partition("</head>")
+    page = built_page(_PAGE)
+    block = _block(task, sources, images, {"save": None, "file": file})
+    before, _, after = filled(page, f"{alone_head(page)}\n{block}").partition("</head>")
     with replacing(path) as unfinished:
         unfinished.write(before.encode())
         # One after another: all photographs together may be more than there is memory.
@@ -134,35 +139,11 @@ def _image_kind(content: bytes) -> str:
     return "image/png" if content.startswith(b"\x89PNG") else "image/jpeg"
 
 
-def _page(
+def _block(
     task: LandmarkTask,
     sources: Sequence[str],
     images: Sequence[Sequence[str]],
-    saving: dict[str, str | None],
-    head: str = "",
+    saving: Mapping[str, str | None],
 ) -> str:
-    # Without < no text can end the element it stands in.
-    text = json.dumps({**task.document(sources, images), **saving}, allow_nan=False)
-    text = text.replace("<", "\\u003c")
-    block = f'{head}\n<script type="application/json" id="elastomorph-landmarks">{text}</script>'
-    page = _shipped()
-    if page.count(PLACE) != 1:
-        raise FileError(
-            "viewer/landmarks_page/index.html",
-            f"the page must have one line {PLACE}, found {page.count(PLACE)}; build it anew with "
-            "'npm run build:landmarks --prefix web'",
-        )
-    return page.replace(PLACE, block)
-
-
-def _shipped() -> str:
-    """The page as it comes with the package."""
-    place = files("elastomorph.viewer") / "landmarks_page" / "index.html"
-    try:
-        return place.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(
-            str(place),
-            "the page is not here; in a source checkout build it with 'npm ci --prefix web' and "
-            "'npm run build:landmarks --prefix web'",
-        ) from None
+    document = {**task.document(sources, images), **saving}
+    return json_block("elastomorph-landmarks", json.dumps(document, allow_nan=False))

@@ -20,8 +20,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 from elastomorph.errors import ElastomorphError, ParameterError
-from elastomorph.viewer.page import page_beside, report_policy, served_policy
+from elastomorph.viewer.page import page_beside
 from elastomorph.viewer.scene import Scene
+from elastomorph.viewer.shipped import report_policy, served_policy
 
 _LOOPBACK = "127.0.0.1"
 HTML = "text/html; charset=utf-8"
