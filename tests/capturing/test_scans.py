@@ -15,7 +15,7 @@ extra("embreex", "capture")
 cv2 = extra("cv2", "capture")
 
 from elastomorph.capturing.scans.scans import read_scan, require_one_head  # noqa: E402
-from elastomorph.io.obj.looks import with_looks  # noqa: E402
+from elastomorph.io.scan_colours import dressed  # noqa: E402
 
 
 def ball(rows: int = 12, radius: float = 1.0, middle=(0.0, 0.0, 0.0)) -> em.Mesh:
@@ -159,13 +159,31 @@ def test_one_colour_everywhere_is_none(tmp_path: Path) -> None:
 
 
 def test_colours_of_a_glb_are_those_of_its_image(tmp_path: Path) -> None:
-    dressed = with_looks(em.read(coloured(tmp_path)))
+    mesh = dressed(em.read(coloured(tmp_path)))
     from_obj = read_scan(tmp_path / "scan.obj")
-    em.write(tmp_path / "scan.glb", em.Rig(dressed, {}))
+    em.write(tmp_path / "scan.glb", em.Rig(mesh, {}))
     from_glb = read_scan(tmp_path / "scan.glb")
     at = np.array([[[0.1, 0.45, 0.45], [0.8, 0.1, 0.1], [0.2, 0.7, 0.1], [0.3, 0.3, 0.4]]])
     triangles = np.array([[0, 0, 1, 1]])
     shown = [scan.skin.at(triangles, at) for scan in (from_obj, from_glb) if scan.skin]
+    np.testing.assert_array_equal(*shown)
+
+
+def test_colours_of_a_ply_are_those_of_its_image(tmp_path: Path) -> None:
+    from_obj = read_scan(coloured(tmp_path))
+    corners = "0 0 1 0 1 1", "0 0 1 1 0 1"
+    (tmp_path / "scan.ply").write_text(
+        "ply\nformat ascii 1.0\ncomment TextureFile skin.png\nelement vertex 4\n"
+        "property float x\nproperty float y\nproperty float z\nelement face 2\n"
+        "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n"
+        f"0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 {corners[0]}\n3 0 2 3 6 {corners[1]}\n"
+    )
+    at = np.array([[[0.1, 0.45, 0.45], [0.8, 0.1, 0.1], [0.2, 0.7, 0.1], [0.3, 0.3, 0.4]]])
+    shown = [
+        scan.skin.at(np.array([[0, 0, 1, 1]]), at)
+        for scan in (from_obj, read_scan(tmp_path / "scan.ply"))
+        if scan.skin
+    ]
     np.testing.assert_array_equal(*shown)
 
 

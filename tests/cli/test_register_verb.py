@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from calls import status_of as run
 import elastomorph as em
 from elastomorph.capturing.scans import registration
 from elastomorph.capturing.work.registered import Registered
+from elastomorph.io.npz.confidence import read_confidence, write_confidence
 from elastomorph.samples import head
 
 
@@ -52,6 +54,42 @@ def test_it_writes_a_mesh_of_each_scan(folder: Path, capsys: pytest.CaptureFixtu
     assert options["scans"] == ["neutral.ply", "smile.ply"]
     assert (options["neutral"], options["texture"]) == ("smile", False)
     assert options["landmarks"] == Path("marks.json")
+
+
+def test_a_second_run_into_the_folder_keeps_what_the_first_left(folder: Path) -> None:
+    for scan in ("neutral.ply", "smile.ply", "smile.ply"):
+        assert run("register", scan, "--template", "built-in", "-o", "poses") == 0
+    assert set(read_confidence("poses/confidence.npz")) == {"neutral", "smile"}
+    measured = json.loads(Path("poses/register.json").read_text())["poses"]
+    assert list(measured) == ["neutral", "smile"]
+    Path("poses/neutral.obj").unlink()
+    assert run("register", "smile.ply", "--template", "built-in", "-o", "poses") == 0
+    assert set(read_confidence("poses/confidence.npz")) == {"smile"}
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda: write_confidence("poses/confidence.npz", {"smile": [1.0]}), "1 vertices for"),
+        (lambda: Path("poses/confidence.npz").write_bytes(b"PK"), "confidence.npz"),
+        (lambda: Path("poses/register.json").write_text("[]"), "register.json"),
+    ],
+)
+def test_a_folder_of_another_template_or_damaged_is_refused_before_any_work(
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    damage: Callable[[], object],
+    said: str,
+) -> None:
+    words = ("register", "smile.ply", "--template", "built-in", "-o", "poses")
+    assert run(*words) == 0
+    damage()
+    asked.clear()
+    before = {path: path.read_bytes() for path in Path("poses").iterdir()}
+    assert run(*words) == 1
+    assert said in capsys.readouterr().err
+    assert not asked
+    assert {path: path.read_bytes() for path in Path("poses").iterdir()} == before
 
 
 def test_machines_are_told_what_was_measured(

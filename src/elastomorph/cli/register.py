@@ -83,7 +83,7 @@ def register(
     from elastomorph.capturing.scans.registration import register_all
 
     inputs = [] if context.params["overwrite"] else [*scans, Path(template)]
-    require_place(output, [scan.stem for scan in scans], inputs)
+    require_place(output, [scan.stem for scan in scans], inputs, template)
     poses = register_all(
         scans, template, landmarks=landmarks, neutral=neutral, texture=texture, say=say
     )

@@ -10,7 +10,27 @@ from numpy.typing import NDArray
 from elastomorph.io.atomic import is_file
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["vertex_colours"]
+__all__ = ["dressed", "vertex_colours"]
+
+
+def dressed(mesh: Mesh) -> Mesh:
+    """A mesh with what its materials look like, as the file says that it was read from.
+
+    Where nothing is said there, or where it has looks already, it is returned as it is.
+
+    Raises:
+        FileError: The file cannot be read.
+        FormatError: It is damaged.
+    """
+    if mesh.appearance or mesh.source is None:
+        return mesh
+    if Path(mesh.source.path).suffix.lower() == ".ply":
+        from elastomorph.io.ply import with_ply_looks
+
+        return with_ply_looks(mesh)
+    from elastomorph.io.obj.looks import with_looks
+
+    return with_looks(mesh)
 
 
 def vertex_colours(mesh: Mesh) -> NDArray[np.uint8] | None:

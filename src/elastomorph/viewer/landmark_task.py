@@ -17,8 +17,7 @@ from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.capturing.work.template import read_template
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_folder
-from elastomorph.io.obj.looks import with_looks
-from elastomorph.io.scan_colours import vertex_colours
+from elastomorph.io.scan_colours import dressed, vertex_colours
 from elastomorph.model.mesh import Mesh
 from elastomorph.viewer.surfaces import PackedSurface, pack_surface
 
@@ -121,7 +120,7 @@ def landmark_task(
     known = known or Landmarks()
     places = [place for file in files for place in _of_file(Path(file), cameras or {})]
     if template is not None:
-        mesh = with_looks(read_template(template))
+        mesh = dressed(read_template(template))
         _require_vertices(known.vertices, mesh)
         if not known.vertices:
             found = known_landmarks(template, mesh)
@@ -165,7 +164,7 @@ def solved_cameras(working: str | Path) -> dict[str, tuple[Camera, ...]]:
 
 def _of_file(path: Path, cameras: Mapping[str, Sequence[Camera]]) -> list[LandmarkPlace]:
     if not is_folder(path):
-        mesh = with_looks(read_template(path))
+        mesh = dressed(read_template(path))
         content = pack_surface(mesh, edges=False, colours=vertex_colours(mesh))
         return [LandmarkPlace("scan", path.name, "", content)]
     poses = find_poses(path)

@@ -1,4 +1,7 @@
-"""The files of registered scans: all of them, or none."""
+"""The files of registered scans: all of them, or none.
+
+Poses that an earlier run left in the folder stay, with their confidence and what was measured.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,21 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.capturing.scans.face import read_face
 from elastomorph.capturing.work.registered import Registered
-from elastomorph.errors import FileError
-from elastomorph.io.atomic import is_folder, made_folder, replacing_path
-from elastomorph.io.npz.confidence import NAME, write_confidence
+from elastomorph.errors import FileError, FormatError
+from elastomorph.io.atomic import (
+    is_file,
+    is_folder,
+    made_folder,
+    read_bytes,
+    replacing_path,
+    unnoted,
+)
+from elastomorph.io.npz.confidence import NAME, read_confidence, write_confidence
 from elastomorph.io.registry import write
 
 __all__ = ["FIGURES", "described", "require_place", "write_registered"]
@@ -21,18 +35,24 @@ FIGURES = "register.json"
 _VERSION = 1
 
 
-def require_place(folder: str | Path, names: Iterable[str], inputs: Iterable[Path]) -> None:
+def require_place(
+    folder: str | Path, names: Iterable[str], inputs: Iterable[Path], template: str | Path
+) -> None:
     """Refuse a folder for poses before they are made, without making it.
 
     Args:
         folder: Where they are to be.
         names: Of the poses.
         inputs: Files that no pose is to be written over.
+        template: Whose vertices they are to have, as the poses of an earlier run there have.
 
     Raises:
         FileError: It is a file, cannot be written in, or a pose would be written over an input.
+        FormatError: What an earlier run left there is damaged, or of another template.
     """
     place = Path(folder)
+    if is_file(place / NAME):
+        _earlier(place, len(read_face(template).mesh.vertices))
     kept = list(inputs)
     for file in (place / f"{name}.obj" for name in names):
         if over := next((own for own in kept if _same(file, own)), None):
@@ -64,6 +84,7 @@ def write_registered(folder: str | Path, poses: Mapping[str, Registered]) -> lis
 
     Raises:
         FileError: A file cannot be written, or is one of those that were read.
+        FormatError: What an earlier run left there is damaged, or of another template.
     """
     there = is_folder(folder)
     place = made_folder(folder)
@@ -75,8 +96,12 @@ def write_registered(folder: str | Path, poses: Mapping[str, Registered]) -> lis
             ]
             for file, pose in zip(meshes, poses.values(), strict=True):
                 write(file, pose)
-            write_confidence(confidence, {name: own.confidence for name, own in poses.items()})
-            text = json.dumps(described(poses), indent=1, ensure_ascii=False, allow_nan=False)
+            known, measured = _earlier(place, len(next(iter(poses.values())).vertices))
+            known |= {name: own.confidence for name, own in poses.items()}
+            write_confidence(confidence, known)
+            facts = described(poses)
+            facts["poses"] = {**measured, **facts["poses"]}
+            text = json.dumps(facts, indent=1, ensure_ascii=False, allow_nan=False)
             figures.write_text(text + "\n", encoding="utf-8")
     except BaseException:
         if not there:
@@ -89,3 +114,31 @@ def write_registered(folder: str | Path, poses: Mapping[str, Registered]) -> lis
 def described(poses: Mapping[str, Registered]) -> dict[str, Any]:
     """What was measured of each pose, as in ``register.json``."""
     return {"version": _VERSION, "poses": {name: dict(own.figures) for name, own in poses.items()}}
+
+
+def _earlier(
+    place: Path, vertices: int
+) -> tuple[dict[str, NDArray[np.floating]], dict[str, dict[str, Any]]]:
+    """The confidence of the poses that are in a folder already, and what was measured of them."""
+    file, measured = place / NAME, dict[str, Any]()
+    confidence: dict[str, NDArray[np.floating]] = {}
+    with unnoted():  # what is added to is no input
+        if is_file(file):
+            confidence.update(read_confidence(file))
+    own = {name: values for name, values in confidence.items() if is_file(place / f"{name}.obj")}
+    if other := next((name for name, values in own.items() if len(values) != vertices), None):
+        raise FormatError(
+            file,
+            f"it has {len(own[other]):,} vertices for {other}, and the template has {vertices:,}:"
+            " name another folder",
+        )
+    if own and is_file(place / FIGURES):
+        try:
+            with unnoted():
+                measured = dict(json.loads(read_bytes(place / FIGURES))["poses"])
+        except (ValueError, KeyError, TypeError) as problem:
+            raise FormatError(
+                place / FIGURES,
+                "it is not what 'elastomorph register' writes: remove it, or name another folder",
+            ) from problem
+    return own, {name: facts for name, facts in measured.items() if name in own}

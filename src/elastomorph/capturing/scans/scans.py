@@ -18,10 +18,10 @@ from elastomorph.capturing.scans.correspondence import inside_out
 from elastomorph.capturing.scans.skin import Skin, skin_of
 from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError
 from elastomorph.io.atomic import require_name
-from elastomorph.io.obj.looks import library_of, with_looks
+from elastomorph.io.obj.looks import library_of
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read
 from elastomorph.io.rig_folder import rig_as_stored
-from elastomorph.io.scan_colours import vertex_colours
+from elastomorph.io.scan_colours import dressed, vertex_colours
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
@@ -147,8 +147,7 @@ def mesh_in(source: str | Path | Mesh) -> Mesh:
 
 def _skin(mesh: Mesh, corners: NDArray[np.integer], name: str) -> Skin | None:
     """The colours of a scan: its images, and where it shows none those of its vertices."""
-    dressed = mesh if mesh.appearance else with_looks(mesh)
-    skin = skin_of(dressed, corners, name, vertex_colours(mesh))
+    skin = skin_of(dressed(mesh), corners, name, vertex_colours(mesh))
     if skin is None and mesh.material_library and mesh.uv is not None and not library_of(mesh):
         warnings.warn(
             f"{mesh.name}: its materials ({mesh.material_library}) are not beside it, so it has no"

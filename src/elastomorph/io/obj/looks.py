@@ -14,12 +14,13 @@ import numpy as np
 
 from elastomorph.errors import FileError
 from elastomorph.io.atomic import read_bytes, size_of
+from elastomorph.io.images_beside import beside, image_beside
 from elastomorph.model.appearance import Material, Texture, Wrap
 from elastomorph.model.mesh import FaceLabels, Mesh
 
 __all__ = ["library_of", "with_looks"]
 
-_LARGEST_IMAGE, _LARGEST_LIBRARY = 512 << 20, 16 << 20
+_LARGEST_LIBRARY = 16 << 20
 _NUMBERS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2}  # numbers behind an option, at most
 _WORDS = ("-blendu", "-blendv", "-cc", "-clamp", "-boost", "-texres", "-bm", "-imfchan", "-type")
 
@@ -71,7 +72,7 @@ def library_of(mesh: Mesh) -> Path | None:
     if mesh.source is None or not mesh.material_library:
         return None
     folder, named = Path(mesh.source.path).parent, mesh.material_library
-    places = (_beside(folder, name) for name in dict.fromkeys((named, *named.split())))
+    places = (beside(folder, name) for name in dict.fromkeys((named, *named.split())))
     return next((place for place in places if place is not None), None)
 
 
@@ -132,7 +133,7 @@ def _texture(folder: Path, words: Sequence[str], images: dict[str, Texture]) -> 
             rest = rest[1:]
     name = " ".join(rest)
     if name not in images:
-        images[name] = _image(folder, name)
+        images[name] = image_beside(folder, name)
     image = images[name]
     sides: tuple[Wrap, Wrap] = ("clamp", "clamp") if wrap == "clamp" else ("repeat", "repeat")
     # Here coordinates count from the top of the image, in a library from its bottom.
@@ -145,35 +146,6 @@ def _texture(folder: Path, words: Sequence[str], images: dict[str, Texture]) -> 
         0.0,
         (scale[0], scale[1]),
     )
-
-
-def _image(folder: Path, name: str) -> Texture:
-    short = name.replace("\\", "/").rpartition("/")[2][:60]
-    place = _beside(folder, name)
-    if place is None:
-        return Texture(b"", short, "there is no such image in the folder of the mesh")
-    if size_of(place) > _LARGEST_IMAGE:
-        return Texture(b"", short, "it is larger than 512 MB")
-    try:
-        return Texture(read_bytes(place), short)
-    except FileError as problem:
-        return Texture(b"", short, str(problem))
-
-
-def _beside(folder: Path, name: str) -> Path | None:
-    """A file that a library or mesh names, in the folder of the mesh or a folder in it.
-
-    Programs also write where the file was on their machine: its last part is looked for then.
-    """
-    plain = name.strip().strip('"').replace("\\", "/")
-    for each in dict.fromkeys((plain, plain.rpartition("/")[2])):
-        try:
-            found = (folder / each).resolve()
-            if each and found.is_relative_to(folder.resolve()) and found.is_file():
-                return found
-        except (OSError, ValueError, RuntimeError):
-            continue
-    return None
 
 
 def _leading_numbers(words: Sequence[str]) -> list[float]:

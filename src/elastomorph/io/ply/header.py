@@ -52,12 +52,13 @@ class Element:
 
 
 class PlyHeader(NamedTuple):
-    """The header: byte order (a value of `ENCODINGS`), elements, and its bytes and lines."""
+    """The header: byte order (a value of `ENCODINGS`), elements, its bytes and lines, images."""
 
     order: str
     elements: list[Element]
     size: int
     lines: int
+    images: tuple[str, ...]
 
 
 def read_header(path: str | Path, content: bytes) -> PlyHeader:
@@ -67,18 +68,22 @@ def read_header(path: str | Path, content: bytes) -> PlyHeader:
         raise FormatError(path, "this is not a PLY file: it does not begin with the line 'ply'")
     order: str | None = None
     elements: list[Element] = []
+    images: list[str] = []
     line, position = 1, len(b"ply" + newline)
     while True:
         line += 1
         end = content.find(newline, position, _LONGEST_HEADER)
         if end < 0:
             raise FormatError(path, "the header has no line 'end_header'; the file was cut off")
-        words = content[position:end].decode("ascii", "backslashreplace").split()
+        row = content[position:end]
+        words = row.decode("ascii", "backslashreplace").split()
         position = end + len(newline)
         if words == ["end_header"]:
             break
         try:
             if not words or words[0] in ("comment", "obj_info"):
+                if words[:2] == ["comment", "TextureFile"]:
+                    images.append(row.decode("utf-8", "replace").split(None, 2)[-1].strip())
                 continue
             if words[0] == "format":
                 order = _order(words)
@@ -95,7 +100,7 @@ def read_header(path: str | Path, content: bytes) -> PlyHeader:
             raise FormatError(path, f"{expected}, found '{shown}'", line=line) from None
     if order is None:
         raise FormatError(path, "the header has no line 'format'")
-    return PlyHeader(order, elements, position, line)
+    return PlyHeader(order, elements, position, line, tuple(images))
 
 
 def _order(words: list[str]) -> str:
