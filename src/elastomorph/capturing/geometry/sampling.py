@@ -14,6 +14,14 @@ Single = NDArray[np.float32]
 _BLUR = 0.8
 
 
+def pixel_grid(width: int, height: int) -> tuple[Single, Single]:
+    """(H, W) the columns and (H, W) the rows of all pixels."""
+    columns, rows = np.meshgrid(
+        np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
+    )
+    return columns, rows
+
+
 def sampled(picture: NDArray[Any], pixels: Points) -> NDArray[Any]:
     """(N,) or (N, C) values of a picture at (N, 2) pixels."""
     import cv2

@@ -17,7 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera, View
+from elastomorph.capturing.geometry.comparing import correlation, flow_engine
 from elastomorph.capturing.geometry.curved import curved
+from elastomorph.capturing.geometry.sampling import pixel_grid, sampled
 from elastomorph.capturing.geometry.surface import Surface
 
 Points = NDArray[np.float64]
@@ -27,8 +29,8 @@ Single = NDArray[np.float32]
 _LEAST_ANGLE, _MOST_ANGLE = 4.0, 45.0
 # A vertex is looked at if it is turned away from the camera by less than about 78°.
 _LEAST_COSINE = 0.2
-# Pixels within which photographs are compared after the flow, and how well they have to correlate.
-_WINDOW, _LEAST_CORRELATION = 3.0, 0.6
+# How well photographs have to correlate after the flow.
+_LEAST_CORRELATION = 0.6
 # Pixels: the longest flow, and how far the rays of what was matched may pass each other.
 _LONGEST_FLOW, _WIDEST_GAP = 40.0, 1.5
 # Rays are sent through every second pixel; between them depths are interpolated.
@@ -36,7 +38,6 @@ _STEP = 2
 # Part of its depth by which a point that is hidden lies behind what hides it.
 _BEHIND = 0.003
 _FEWEST = 50
-_COLUMNS = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +104,7 @@ def offsets_from(
     """
     fine = curved(surface)
     seen = [_see(crop, surface, fine, chosen, tolerance) for crop in crops]
-    flow = _flow()
+    engine = flow_engine()
     found = []
     for first, group in groupby(sorted(pairs), key=lambda pair: pair[0]):
         reference = seen[first]
@@ -111,7 +112,7 @@ def offsets_from(
         for _, second in group:
             both = np.flatnonzero(reference.visible & seen[second].visible)
             if len(both) >= _FEWEST:
-                found.append(_compared(reference, seen[second], places, met, both, surface, flow))
+                found.append(_compared(reference, seen[second], places, met, both, surface, engine))
     if not found:
         return Offsets(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
     return Offsets(
@@ -149,7 +150,7 @@ def _places(seen: _Seen) -> tuple[Points, NDArray[np.bool_]]:
 
     camera = seen.crop.camera
     width, height = camera.size
-    x, y = (each / np.float32(_STEP) for each in _grid(width, height))
+    x, y = (each / np.float32(_STEP) for each in pixel_grid(width, height))
     # Beside the surface a depth lies between that of the surface and nothing, and is not used.
     depth: Any = cv2.remap(seen.depth, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     share: Any = cv2.remap(
@@ -167,7 +168,7 @@ def _compared(
     met: NDArray[np.bool_],
     some: NDArray[np.int64],
     surface: Surface,
-    flow: Any,
+    engine: Any,
 ) -> Offsets:
     """What one pair of photographs says of some vertices."""
     import cv2
@@ -176,17 +177,17 @@ def _compared(
     real = np.where(met, first.crop.grey, 0).astype(np.uint8)
     # Where the second camera sees nothing of it, the photograph itself stands in: nothing moves.
     drawn[met & ~known] = real[met & ~known]
-    moved: Any = flow.calc(real, drawn, None)
+    moved: Any = engine.calc(real, drawn, None)
     start = first.crop.camera.project(surface.vertices[some])[0]
-    step = _sampled(moved, start)
+    step = sampled(moved, start)
     width, height = first.crop.camera.size
-    x, y = _grid(width, height)
+    x, y = pixel_grid(width, height)
     again: Any = cv2.remap(drawn, x + moved[..., 0], y + moved[..., 1], cv2.INTER_LINEAR)
-    alike = _sampled(_correlation(real, again), start)[:, 0]
-    sure = _sampled(cv2.erode(known.astype(np.uint8), np.ones((7, 7))).astype(np.float32), start)
-    goal = _sampled(where, start + step)
+    alike = sampled(correlation(real, again), start)
+    sure = sampled(cv2.erode(known.astype(np.uint8), np.ones((7, 7))).astype(np.float32), start)
+    goal = sampled(where, start + step)
     found, gap = _crossing(first.crop.camera, start, second.crop.camera, goal)
-    good = (alike > _LEAST_CORRELATION) & (gap < _WIDEST_GAP) & (sure[:, 0] > 0.999)
+    good = (alike > _LEAST_CORRELATION) & (gap < _WIDEST_GAP) & (sure > 0.999)
     good &= np.abs(step).max(axis=1) < _LONGEST_FLOW
     some, found = some[good], found[good]
     offsets = np.einsum("ij,ij->i", found - surface.vertices[some], surface.normals[some])
@@ -229,46 +230,3 @@ def _sine(a: Camera, b: Camera, points: Points) -> Points:
     lengths = np.linalg.norm(to_a, axis=1) * np.linalg.norm(to_b, axis=1)
     sines: Points = np.linalg.norm(np.cross(to_a, to_b), axis=1) / lengths
     return sines
-
-
-def _flow() -> Any:
-    """Dense inverse search (Kroeger et al., ECCV 2016), to the pixel and refined."""
-    import cv2
-
-    library: Any = cv2
-    flow = library.DISOpticalFlow_create(library.DISOPTICAL_FLOW_PRESET_MEDIUM)
-    flow.setFinestScale(0)
-    flow.setVariationalRefinementIterations(3)
-    return flow
-
-
-def _correlation(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> Single:
-    """(H, W) how two photographs correlate around each pixel; noise alone is 0."""
-    import cv2
-
-    def mean(values: Any) -> Any:
-        return cv2.GaussianBlur(values, (0, 0), _WINDOW)
-
-    first, second = a.astype(np.float32), b.astype(np.float32)
-    middle, other = mean(first), mean(second)
-    spread = np.maximum(mean(first**2) - middle**2, 2) * np.maximum(mean(second**2) - other**2, 2)
-    found: Single = (mean(first * second) - middle * other) / np.sqrt(spread)
-    return found
-
-
-def _sampled(values: Any, pixels: Points) -> Points:
-    """(N, C) values (H, W) or (H, W, C) between pixels."""
-    import cv2
-
-    # OpenCV takes no more than 32,767 rows.
-    rows = -(-len(pixels) // _COLUMNS)
-    padded = np.zeros((rows * _COLUMNS, 2), dtype=np.float32)
-    padded[: len(pixels)] = pixels
-    x, y = padded.reshape(rows, _COLUMNS, 2).transpose(2, 0, 1).copy()
-    found: Any = cv2.remap(values, x, y, cv2.INTER_LINEAR)
-    return np.asarray(found, dtype=np.float64).reshape(rows * _COLUMNS, -1)[: len(pixels)]
-
-
-def _grid(width: int, height: int) -> tuple[Single, Single]:
-    x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
-    return x, y

@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera, View
-from elastomorph.capturing.geometry.sampling import sampled
+from elastomorph.capturing.geometry.comparing import correlation, flow_engine
+from elastomorph.capturing.geometry.sampling import pixel_grid, sampled
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.observations import Observations
 
 Points = NDArray[np.float64]
 Single = NDArray[np.float32]
+Picture = NDArray[np.uint8]
 
-# Pixels of the Gaussian in which neutral and pose are correlated.
-_WINDOW = 3.0
 # Side of the square around a pixel, and the part of it that has to be known.
 _BOX, _AROUND = 9, 0.85
 
@@ -36,12 +36,12 @@ class Warp:
         known: (H, W) where the neutral shows something.
     """
 
-    picture: NDArray[np.uint8]
+    picture: Picture
     known: NDArray[np.bool_]
 
 
 def warped(
-    places: Points, met: NDArray[np.bool_], target: NDArray[np.uint8], view: View, depth: Single
+    places: Points, met: NDArray[np.bool_], target: Picture, view: View, depth: Single
 ) -> Warp:
     """Carry a photograph of the neutral into one of the pose.
 
@@ -64,22 +64,6 @@ def warped(
     return Warp(np.where(known, picture, target), known)
 
 
-def correlated(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> Single:
-    """(H, W) correlation of two pictures around each pixel."""
-    import cv2
-
-    a, b = one.astype(np.float32), other.astype(np.float32)
-
-    def smooth(x: Any) -> Any:
-        return cv2.GaussianBlur(x, (0, 0), _WINDOW)
-
-    mean_a, mean_b = smooth(a), smooth(b)
-    own_a, own_b = smooth(a * a) - mean_a**2, smooth(b * b) - mean_b**2
-    product = smooth(a * b) - mean_a * mean_b
-    found = product / np.sqrt(np.maximum(own_a, 2) * np.maximum(own_b, 2))
-    return np.asarray(found, dtype=np.float32)
-
-
 def around(known: NDArray[np.bool_]) -> Single:
     """(H, W) which part of the surroundings of each pixel is known."""
     import cv2
@@ -88,33 +72,17 @@ def around(known: NDArray[np.bool_]) -> Single:
     return np.asarray(found)
 
 
-class Flow:
-    """Dense inverse search (Kroeger et al., ECCV 2016) with all that is asked of it here."""
+def flow_between(engine: Any, one: Picture, other: Picture) -> tuple[Single, Single, Single]:
+    """(H, W, 2) flow, (H, W) pixels by which the way back misses, and (H, W) correlation."""
+    import cv2
 
-    def __init__(self) -> None:
-        import cv2
-
-        module: Any = cv2
-        self._engine = module.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
-        self._engine.setFinestScale(0)
-        self._engine.setVariationalRefinementIterations(3)
-
-    def between(
-        self, one: NDArray[np.uint8], other: NDArray[np.uint8]
-    ) -> tuple[Single, Single, Single]:
-        """(H, W, 2) flow, (H, W) pixels by which the way back misses, and (H, W) correlation."""
-        import cv2
-
-        there: Any = self._engine.calc(one, other, None)
-        back: Any = self._engine.calc(other, one, None)
-        height, width = one.shape
-        columns, rows = np.meshgrid(
-            np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
-        )
-        x, y = columns + there[..., 0], rows + there[..., 1]
-        round_trip = np.linalg.norm(there + cv2.remap(back, x, y, cv2.INTER_LINEAR), axis=-1)
-        found: Any = cv2.remap(other, x, y, cv2.INTER_LINEAR)
-        return there, np.asarray(round_trip, dtype=np.float32), correlated(one, found)
+    there: Any = engine.calc(one, other, None)
+    back: Any = engine.calc(other, one, None)
+    columns, rows = pixel_grid(*one.shape[::-1])
+    x, y = columns + there[..., 0], rows + there[..., 1]
+    round_trip = np.linalg.norm(there + cv2.remap(back, x, y, cv2.INTER_LINEAR), axis=-1)
+    found: Any = cv2.remap(other, x, y, cv2.INTER_LINEAR)
+    return there, np.asarray(round_trip, dtype=np.float32), correlation(one, found)
 
 
 def cropped(camera: Camera, points: Points, margin: int = 24) -> tuple[slice, slice]:
@@ -169,12 +137,12 @@ def missed(
     hits = posed.cast(view.camera.position, view.camera.through(np.stack([x, y], axis=-1)))
     places = posed.at(hits, neutral)
     found = []
-    flow = Flow()
+    engine = flow_engine()
     pixels = view.camera.project(posed.vertices)[0]
     corner = np.array([columns.start, rows.start])
     for source, depth, known in sources:
         warp = warped(places, hits.met, target, source, depth)
-        there, back, alike = flow.between(warp.picture, target)
+        there, back, alike = flow_between(engine, warp.picture, target)
         both = np.flatnonzero(seen[0] & known)
         at = (pixels[both] - corner).astype(np.float32)
         maps = np.dstack([there, back, alike, around(warp.known)])
