@@ -1,4 +1,4 @@
-"""What draws a surface to points in space: robust closest points."""
+"""What draws a surface to points in space: robust closest points, and places that are known."""
 
 from __future__ import annotations
 
@@ -25,6 +25,16 @@ def along_normals(surface: Surface, weights: Points, offsets: Points) -> tuple[P
     quadratic = weights[:, None, None] * (normals[:, :, None] * normals[:, None, :])
     goal = np.einsum("ij,ij->i", surface.vertices, normals) + offsets
     return quadratic, normals * (weights * goal)[:, None]
+
+
+def to_places(
+    count: int, vertices: NDArray[np.integer], places: Points, weight: float
+) -> tuple[Points, Points]:
+    """Quadratic (V, 3, 3) and linear (V, 3) terms that draw some vertices to (K, 3) places."""
+    quadratic, linear = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    np.add.at(quadratic, vertices, weight * np.eye(3))
+    np.add.at(linear, vertices, weight * places)
+    return quadratic, linear
 
 
 def to_points(

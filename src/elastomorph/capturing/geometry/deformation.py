@@ -61,10 +61,11 @@ class Deformation:
         other.rest, other._curvature = rest, self._mean @ rest
         return other
 
-    def smoothed(self, values: Points) -> Points:
-        """(V, ...) values at the vertices, each the mean of itself and its neighbours."""
-        found: Points = self._smoothing @ values
-        return found
+    def smoothed(self, values: Points, rounds: int = 1) -> Points:
+        """(V, ...) values at the vertices, each made the mean of itself and its neighbours."""
+        for _ in range(rounds):
+            values = self._smoothing @ values
+        return values
 
     def rotations(self, vertices: Points, smoothing: int = 2) -> Points:
         """(V, 3, 3) rotations of the surroundings of each vertex from rest to (V, 3) vertices."""
@@ -75,9 +76,7 @@ class Deformation:
         total = np.zeros((len(vertices), 9))
         np.add.at(total, first, products)
         np.add.at(total, second, products)
-        for _ in range(smoothing):
-            total = self._smoothing @ total
-        left, _, right = np.linalg.svd(total.reshape(-1, 3, 3))
+        left, _, right = np.linalg.svd(self.smoothed(total, smoothing).reshape(-1, 3, 3))
         left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
         found: Points = left @ right
         return found

@@ -6,11 +6,10 @@ what they show lies behind glass, lids and lips: they are carried by the skin ar
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.capturing.geometry.similarity import fit_similarity
 from elastomorph.errors import CaptureError
@@ -29,6 +28,7 @@ class Parts:
     Attributes:
         rest: (V, 3) positions.
         skin: (S,) int64 vertices of the part that holds the landmarks.
+        place: (V,) int64 of each vertex in ``skin``; -1 for those of other parts.
         triangles: (T, 3) int64 of the skin, indices into ``skin``.
         solid: vertices of each closed part, an eye or a tooth, and (N,) the vertices, as indices
             into ``skin``, that carry it.
@@ -39,6 +39,7 @@ class Parts:
 
     rest: Points
     skin: NDArray[np.int64]
+    place: NDArray[np.int64]
     triangles: NDArray[np.int64]
     solid: tuple[tuple[NDArray[np.int64], NDArray[np.int64]], ...]
     loose: NDArray[np.int64]
@@ -46,8 +47,8 @@ class Parts:
     shares: Points
 
     @classmethod
-    def of(cls, rest: Points, triangles: NDArray[np.integer], landmarks: Sequence[int]) -> Parts:
-        """The parts of (V, 3) vertices and (T, 3) triangles; the skin holds the landmarks.
+    def of(cls, rest: Points, triangles: NDArray[np.integer], landmarks: ArrayLike) -> Parts:
+        """The parts of (V, 3) vertices and (T, 3) triangles; the skin holds (K,) the landmarks.
 
         Raises:
             CaptureError: Most landmarks are not on one part.
@@ -83,7 +84,7 @@ class Parts:
         shares = 1 / np.maximum(far, 1e-9 * np.ptp(rest)) ** 2
         shares /= shares.sum(axis=1, keepdims=True)
         near = np.asarray(beside, dtype=np.int64)
-        return cls(rest, skin, mine, tuple(solid), others, near, shares)
+        return cls(rest, skin, place, mine, tuple(solid), others, near, shares)
 
     def carried(self, skin: Points) -> Points:
         """(V, 3) all vertices, from (S, 3) those of the skin."""

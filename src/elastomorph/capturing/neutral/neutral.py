@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera, View
-from elastomorph.capturing.geometry.closest_fit import along_normals, robust, to_points
+from elastomorph.capturing.geometry.closest_fit import along_normals, robust, to_places, to_points
 from elastomorph.capturing.geometry.deformation import Deformation
 from elastomorph.capturing.geometry.parts import Parts
 from elastomorph.capturing.geometry.surface import Surface
@@ -128,7 +128,13 @@ def neutral_surface(
         CaptureError: Landmarks are too few or exchanged, they are on no face, or too few
             photographs show it.
     """
-    return _Neutral(views, cloud, template, triangles, landmarks, places, say).surface()
+    names = [name for name in landmarks if name in places]
+    typical_face({name: template[vertex] for name, vertex in landmarks.items()}, "the template")
+    marked = {name: template[landmarks[name]] for name in names}
+    rest = fit_landmarks(marked, places, "the photographs")(template)
+    marks = np.array([landmarks[name] for name in names])
+    goals = np.array([places[name] for name in names])
+    return _Neutral(views, cloud, rest, triangles, marks, goals, say).surface()
 
 
 class _Neutral:
@@ -138,24 +144,17 @@ class _Neutral:
         self,
         views: Sequence[View],
         cloud: Points,
-        template: Points,
+        rest: Points,
         triangles: NDArray[np.integer],
-        landmarks: Mapping[str, int],
-        places: Mapping[str, Points],
+        marks: NDArray[np.int64],
+        goals: Points,
         say: Say,
     ) -> None:
-        names = [name for name in landmarks if name in places]
-        typical_face({name: template[landmarks[name]] for name in landmarks}, "the template")
-        marked = {name: template[landmarks[name]] for name in names}
-        rest = fit_landmarks(marked, places, "the photographs")(template)
         self.say = say
         self.triangles = np.asarray(triangles, dtype=np.int64)
-        self.parts = Parts.of(rest, triangles, [landmarks[name] for name in names])
-        place = np.full(len(rest), -1)
-        place[self.parts.skin] = np.arange(len(self.parts.skin))
-        on_skin = [name for name in names if place[landmarks[name]] >= 0]
-        self.marks = place[[landmarks[name] for name in on_skin]]
-        self.goals = np.array([places[name] for name in on_skin])
+        self.parts = Parts.of(rest, self.triangles, marks)
+        on_skin = self.parts.place[marks] >= 0
+        self.marks, self.goals = self.parts.place[marks[on_skin]], goals[on_skin]
         self.middle = self.goals.mean(axis=0)
         self.face = float(np.sqrt(((self.goals - self.middle) ** 2).sum(axis=1).mean()))
         self.deformation = Deformation(rest[self.parts.skin], self.parts.triangles)
@@ -204,20 +203,16 @@ class _Neutral:
             pixel = 1 / min(density, float(np.median([self._density(c.camera) for c in crops])))
             vertices = self.parts.carried(self.skin)
             whole = Surface(vertices, self.triangles)
-            chosen = np.zeros(len(vertices), dtype=bool)
-            chosen[self.parts.skin] = True
-            found = offsets_from(crops, whole, chosen, pairs, _BEFORE * self.face)
-            place = np.full(len(vertices), -1)
-            place[self.parts.skin] = np.arange(len(self.parts.skin))
-            agreed = _agreed(
-                place[found.vertices], found.offsets, found.weights, len(self.skin), pixel
-            )
+            found = offsets_from(crops, whole, self.parts.place >= 0, pairs, _BEFORE * self.face)
+            own = self.parts.place[found.vertices]
+            agreed = _agreed(own, found.offsets, found.weights, len(self.skin), pixel)
             agreed.drop(np.abs(agreed.offsets) > each.reach * self.face)
-            own = self._own()
-            terms = along_normals(own, agreed.weights, agreed.offsets)
+            surface = self._own()
+            terms = along_normals(surface, agreed.weights, agreed.offsets)
             # Photographs tell more than single points, where they tell anything.
             rest = self._shown() & (agreed.counts == 0)
-            drawn = to_points(own, self.cloud, rest, width=0.01 * self.face, reach=0.1 * self.face)
+            width, reach = 0.01 * self.face, 0.1 * self.face
+            drawn = to_points(surface, self.cloud, rest, width=width, reach=reach)
             terms = _sum(terms, drawn, 0.3)
             terms = _sum(terms, self._landmarks(0.2))
             self._solve(terms, arap=_ARAP, bending=each.bending, rounds=3)
@@ -245,11 +240,7 @@ class _Neutral:
         return shown
 
     def _landmarks(self, weight: float) -> tuple[Points, Points]:
-        quadratic = np.zeros((len(self.skin), 3, 3))
-        linear = np.zeros((len(self.skin), 3))
-        np.add.at(quadratic, self.marks, weight * np.eye(3))
-        np.add.at(linear, self.marks, weight * self.goals)
-        return quadratic, linear
+        return to_places(len(self.skin), self.marks, self.goals, weight)
 
     def _solve(
         self, terms: tuple[Points, Points], *, arap: float, bending: float, rounds: int

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capturing.geometry.closest_fit import to_places
 from elastomorph.capturing.geometry.deformation import Deformation
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.scans.correspondence import Matches, ScanPoints, outer
@@ -70,11 +71,6 @@ class Held:
     vertices: NDArray[np.int64]
     places: Points
 
-    @classmethod
-    def none(cls) -> Held:
-        """Nothing is known."""
-        return cls(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
-
 
 class Elastic:
     """A template at rest, prepared to be drawn onto scans.
@@ -111,14 +107,6 @@ class Elastic:
         """The same template at rest elsewhere."""
         return Elastic(rest, self.triangles, self.size, self.outer)
 
-    def smoothed(self, values: Points, rounds: int) -> Points:
-        """(V,) values, averaged with those of the neighbours."""
-        joined = self.deformation.neighbours
-        degrees = 1 + np.asarray(joined.sum(axis=1))
-        for _ in range(rounds):
-            values = (values + joined @ values) / degrees
-        return values
-
     def normals(self, vertices: Points) -> Points:
         """(V, 3) at positions of the template."""
         return Surface(vertices, self.triangles).normals
@@ -127,7 +115,7 @@ class Elastic:
         """The template bent smoothly so that its landmarks are where they were found."""
         if not len(held.vertices):
             return vertices
-        quadratic, linear = self._energy(held, 100.0)
+        quadratic, linear = self._held(held, 100.0)
         return self.deformation.solve(vertices, quadratic, linear, arap=0.02, bending=5.0, rounds=4)
 
     def drawn(
@@ -162,7 +150,7 @@ class Elastic:
         found = self.matches(vertices, scan, stage.reach)
         weights = found.weights(stage.reach * self.size) * self.outer
         across = found.normals[:, :, None] * found.normals[:, None, :] + _ALONG * np.eye(3)
-        quadratic, linear = self._energy(held, hold * self._finer**2)
+        quadratic, linear = self._held(held, hold * self._finer**2)
         quadratic += weights[:, None, None] * across
         linear += weights[:, None] * np.einsum("nij,nj->ni", across, found.points)
         return self.deformation.solve(
@@ -174,10 +162,6 @@ class Elastic:
             rounds=2,
         )
 
-    def _energy(self, held: Held, weight: float) -> tuple[Points, Points]:
+    def _held(self, held: Held, weight: float) -> tuple[Points, Points]:
         """What landmarks add to the quadratic and the linear part."""
-        quadratic = np.zeros((len(self.rest), 3, 3))
-        linear = np.zeros((len(self.rest), 3))
-        np.add.at(quadratic, held.vertices, weight * np.eye(3))
-        np.add.at(linear, held.vertices, weight * held.places)
-        return quadratic, linear
+        return to_places(len(self.rest), held.vertices, held.places, weight)

@@ -84,7 +84,7 @@ def trusted(
     shown = elastic.outer & ~found.border & (found.cosines > _SAME) & (distance < _NEAR)
     unseen = _way(elastic, vertices, np.flatnonzero(shown)) / size
     across = np.where(shown, distance, _UNSEEN * unseen)
-    error = np.hypot(elastic.smoothed(across, 2), along)
+    error = np.hypot(elastic.deformation.smoothed(across, 2), along)
     return Trust(distance, found.cosines, shown, unseen, error, 1 / (1 + (error / _HALF) ** 2))
 
 
@@ -103,12 +103,12 @@ def slide(
     moved = np.linalg.norm(vertices - neutral, axis=1)
     if expected is not None:
         left = np.linalg.norm(vertices - expected, axis=1)
-        return elastic.smoothed(_BY_RIG * moved + _LEFT * left, 2) / elastic.size
+        return elastic.deformation.smoothed(_BY_RIG * moved + _LEFT * left, 2) / elastic.size
     far = np.full(len(vertices), np.inf)
     if len(held.vertices):
         far = _way(elastic, vertices, held.vertices) / elastic.size
     share = _AT_LANDMARK + (_SLIDE - _AT_LANDMARK) * (1 - np.exp(-((far / _HELPS) ** 2)))
-    return elastic.smoothed(share * moved, 2) / elastic.size
+    return elastic.deformation.smoothed(share * moved, 2) / elastic.size
 
 
 def _way(elastic: Elastic, vertices: Points, start: NDArray[np.integer]) -> Points:

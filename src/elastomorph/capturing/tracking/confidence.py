@@ -77,7 +77,7 @@ def stretched(deformation: Deformation, vertices: Points, radius: float) -> Poin
     count = len(vertices)
     total = np.bincount(both, np.concatenate([strain, strain]), count)
     mean = total / np.maximum(np.bincount(both, minlength=count), 1)
-    around = deformation.smoothed(deformation.smoothed(mean))
+    around = deformation.smoothed(mean, 2)
     found: Points = _STRETCHED * radius * np.maximum(around - _STRAIN, 0)
     return found
 
@@ -87,7 +87,7 @@ def beside(deformation: Deformation, touching: NDArray[np.bool_], radius: float)
 
     A patch beside the line where skin meets skin reaches to one side only.
     """
-    part = deformation.smoothed(deformation.smoothed(touching.astype(np.float64)))
+    part = deformation.smoothed(touching.astype(np.float64), 2)
     found: Points = _BESIDE * radius * np.clip(2 * part, 0, 1)
     return found
 
