@@ -100,9 +100,7 @@ def test_methods_that_know_the_recording_win_nothing() -> None:
     ]
     verdict = reach_verdict(lines, HEAD, informed=["through 1"])
     assert verdict.headline.startswith("cosine comes closest")
-    assert "through 1 (0.100 % of D) passed through frames of this very recording" in text_of(
-        verdict
-    )
+    assert "through 1 (0.100 % of D) knew frames of this very recording" in text_of(verdict)
 
 
 def test_without_times_only_paths_are_compared() -> None:

@@ -128,7 +128,7 @@ def test_who_knows_frames_of_the_recording_wins_nothing() -> None:
     lines = [LINEAR, line("cosine", 0.03, 0.02, 0.01), line("through 2", 0.001, 0.001, 0.001)]
     *said, told = conclusions(lines, ["through 2"])
     assert said == conclusions(lines[:2])
-    assert told.startswith("through 2 (0.100 % of D) passed through frames of this very recording")
+    assert told.startswith("through 2 (0.100 % of D) knew frames of this very recording")
     assert conclusions(lines[2:], ["through 2"]) == [told]
 
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from elastomorph.paths import Method
     from elastomorph.physics import Material
     from elastomorph.report import About
+    from elastomorph.rivals import Comparison
 
 __all__ = ["Asked", "compared", "confidence_for", "read_motion"]
 
@@ -76,6 +77,7 @@ class Asked:
     call: str
     pictures: bool
     say: Say
+    rivals: bool = False
 
     def methods(
         self, motion: MeshSequence, mask: Confidence | None = None
@@ -125,8 +127,8 @@ def compared(
     motion: MeshSequence,
     character: Settings | None,
     output: Path | None,
-) -> tuple[Evaluation, list[str]]:
-    """The comparison, and the files and the report that were asked for, written."""
+) -> tuple[Evaluation, list[str], Comparison | None]:
+    """The comparison, the files and the report that were asked for, written, and the rivals."""
     from elastomorph.character import settings_tables
     from elastomorph.evaluation import evaluate as compare
     from elastomorph.io.atomic import made_folder
@@ -136,6 +138,12 @@ def compared(
         made_folder(output)
     how: dict[str, Any] = {"confidence": asked.mask, "progress": asked.say}
     result = compare(motion, methods, asked.network, **how)
+    beside = None
+    if asked.rivals:
+        from elastomorph.rivals import RIVALS, with_rivals
+
+        beside = with_rivals(result, RIVALS, progress=asked.say)
+        result = beside.evaluation
     if character is not None:
         result = replace(result, settings=settings_tables(character))
     drawn, written = None, []
@@ -162,4 +170,4 @@ def compared(
         how = {"suggestions": found, "faces": drawn, "draw": asked.pictures, "say": asked.say}
         write_report(result, asked.report, asked.about(source, motion, methods), **how)
         written.append(str(asked.report))
-    return result, written
+    return result, written, beside

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from elastomorph.evaluation import Evaluation
     from elastomorph.evaluation.rigid_bodies import Rigidity
     from elastomorph.model.sequence import MeshSequence
+    from elastomorph.rivals import Comparison
 
 Truth = Annotated[
     str,
@@ -42,6 +43,13 @@ Methods = Annotated[
     typer.Option(
         help="linear, auto, rotation, beam:R[:closure], through:N[:law] (the best N frames as "
         "in-betweens), …; may be given repeatedly. Without it every method, ranked."
+    ),
+]
+Rivals = Annotated[
+    bool,
+    typer.Option(
+        help="Also what the literature compares with, and what each face costs: mass-spring, "
+        "elastic-solid, pde-surface, … (minutes)."
     ),
 ]
 Movements = Annotated[
@@ -90,6 +98,7 @@ def evaluate(
     unit: Unit = "",
     every: Every = False,
     method: Methods = None,
+    rivals: Rivals = False,
     movements: Movements = False,
     edge: Edge = None,
     rigid: Rigid = None,
@@ -109,12 +118,13 @@ def evaluate(
     Examples:
       elastomorph evaluate scan.####.obj --report report.html --unit cm
       elastomorph evaluate scan.####.obj -o out --method linear --method beam:2
+      elastomorph evaluate scan.####.obj --all --rivals
       elastomorph evaluate take.npz --curves markers.json --movements
     """
     from elastomorph.character.schema import MethodChoice
 
     named, every = method or [], every or not method
-    _require_use(movements, edge, rigid, output, report, unit)
+    _require_use(movements, edge, rigid, rivals, output, report, unit)
     said = MethodChoice.of(mass=mass, damping=damping, rigidity=stiff)
     if said and not every:
         _require_elastic(named)
@@ -127,35 +137,43 @@ def evaluate(
     material = (said if character is None else said.over(character.method)).material
     mask = confidence_for(truth, motion, confidence, least)
     call = command_line(context)
-    asked = Asked(named, every, material, network, mask, keep, report, unit, call, pictures, say)
+    wanted = (named, every, material, network, mask, keep, report, unit, call, pictures)
+    asked = Asked(*wanted, say, rivals)
     if movements:
         return _movements(asked, truth, motion, 0.05 if edge is None else edge)
-    result, written = compared(asked, truth, motion, character, output)
-    bodies = {}
-    if rigid is not None:
-        from elastomorph.evaluation import rigidity
-        from elastomorph.io.vertex_lists import read_region
-
-        body, times = read_region(rigid), motion.times[1:-1]
-        bodies = {each.label: rigidity(each.morph, body, times) for each in result.results}
+    result, written, beside = compared(asked, truth, motion, character, output)
+    bodies = {} if rigid is None else _rigidity(rigid, result)
     found = json.loads(result.to_json())
     if bodies:
         found["rigid"] = {label: asdict(body) for label, body in bodies.items()}
-    return Answer(found, lambda: _tell(result, motion, bodies, every, written))
+    if beside is not None:
+        found["rivals"] = beside.facts()
+    return Answer(found, lambda: _tell(result, motion, bodies, every, written, beside))
+
+
+def _rigidity(rigid: str, result: Evaluation) -> dict[str, Rigidity]:
+    """How each method treats vertices known to be rigid."""
+    from elastomorph.evaluation import rigidity
+    from elastomorph.io.vertex_lists import read_region
+
+    body, times = read_region(rigid), result.truth.times[1:-1]
+    return {each.label: rigidity(each.morph, body, times) for each in result.results}
 
 
 def _require_use(
     movements: bool,
     edge: float | None,
     rigid: str | None,
+    rivals: bool,
     output: Path | None,
     report: Path | None,
     unit: str,
 ) -> None:
     """Refuse options that would be passed over, and a page that could not be written."""
-    if movements and (rigid or output):
+    if movements and (rigid or output or rivals):
         raise ParameterError(
-            "--movements prints tables and writes reports only: leave --rigid and --output out"
+            "--movements prints tables and writes reports only: leave --rigid, --rivals and "
+            "--output out"
         )
     if edge is not None and not movements:
         raise ParameterError("--edge is for --movements: it says where they begin and end")
@@ -226,6 +244,7 @@ def _tell(
     bodies: dict[str, Rigidity],
     every: bool,
     written: list[str],
+    beside: Comparison | None,
 ) -> None:
     from rich.console import Console
 
@@ -239,6 +258,10 @@ def _tell(
     console.print(result.table())
     if every:
         for sentence in filter(None, (*rankings(summaries(result)), left_out(motion))):
+            console.print(sentence, highlight=False)
+    if beside is not None:
+        console.print(beside.cost_table())
+        for sentence in beside.sentences():
             console.print(sentence, highlight=False)
     if bodies:
         ends = next(iter(bodies.values())).ends

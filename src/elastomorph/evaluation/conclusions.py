@@ -26,8 +26,8 @@ def conclusions(lines: Sequence[MethodSummary], informed: Collection[str] = ()) 
     if found.informed:
         each = " and ".join(f"{line.label} ({_error(line.lme)} of D)" for line in found.informed)
         said.append(
-            f"{each} passed through frames of this very recording: what scanned in-betweens are "
-            "worth, not a win."
+            f"{each} knew frames of this very recording: what scanned in-betweens are worth, not a "
+            "win."
         )
     return said
 
@@ -284,7 +284,7 @@ def _informed(found: Outcome) -> str:
         return ""
     each = [f"{line.label} ({percent(getattr(line, found.error))})" for line in found.informed]
     return (
-        f"{listed(each)} passed through frames of this very recording, so their small errors are "
+        f"{listed(each)} knew frames of this very recording, so their small errors are "
         "what scanned in-betweens are worth, not a win over methods that know only the two ends."
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -90,18 +90,13 @@ def evaluate(
     if curves is None:
         curves = extract_curves(truth.mesh)
     require_curves_of(curves, len(truth.mesh.vertices), "the first frame")
-    along = CurveVertices.of(curves, len(truth.mesh.vertices))
-    if mask is not None:
-        require_some(mask, along)
+    yardstick = Yardstick.of(truth, curves, extent, mask)
     chosen = _labelled(methods, material, truth, curves, mask)
-    probe = ShapeProbe.of(truth.mesh, truth.target, curves.curve_of)
-    if extent is not None:
-        probe = replace(probe, diameter=extent)
     results, say = [], progress or (lambda _: None)
     for number, (label, method) in enumerate(chosen.items(), start=1):
         say(f"{label} ({number} of {len(chosen)})")
         path = _path(label, method, truth, curves)
-        results.append(_measure(label, path, truth, along, probe, mask))
+        results.append(yardstick.measure(label, path))
     return Evaluation(truth, curves, tuple(results), extent=extent, confidence=mask)
 
 
@@ -140,49 +135,68 @@ def confidence_of(
     return Confidence.of(given, truth, least)
 
 
-# Hundreds of small products: threads of BLAS would wait for each other after every one.
-@one_blas_thread()
-def _measure(
-    label: str,
-    morph: Morph,
-    truth: MeshSequence,
-    along: CurveVertices,
-    probe: ShapeProbe,
-    mask: Confidence | None,
-) -> MethodResult:
-    """Frame by frame, so that memory holds one in-between at a time."""
-    errors = np.empty((4, len(along.counts), len(truth)))
-    average, maximum, path_average, path_maximum = errors
-    counted = counted_of(mask)
-    path_times = free_timing(morph, truth, along, "lme", counted)
-    average_times = free_timing(morph, truth, along, "lae", counted)
-    worst, unmasked = Shape(), np.zeros(2)
-    each = zip(truth.times, path_times, average_times, strict=True)
-    for i, moments in enumerate(each):
-        own = None if counted is None else counted[i]
-        off = partial(curve_errors, captured=truth.frames[i], curves=along, diameter=probe.diameter)
-        positions = morph.at(float(moments[0]))
-        average[:, i], maximum[:, i] = off(positions, counted=own)
-        if own is not None:
-            every = [error.max() for error in off(positions)]
-            unmasked = np.maximum(unmasked, every)
-        worst = worst.worst(probe.at(morph, float(moments[0]), positions))
-        _, path_maximum[:, i] = off(morph.at(float(moments[1])), counted=own)
-        path_average[:, i], _ = off(morph.at(float(moments[2])), counted=own)
-    found = MethodResult(
-        label,
-        morph,
-        average,
-        maximum,
-        path_times,
-        average_times,
-        path_average,
-        path_maximum,
-        **asdict(worst),
-    )
-    if mask is None:
-        return found
-    return replace(found, unmasked_lae=float(unmasked[0]), unmasked_lme=float(unmasked[1]))
+@dataclass(frozen=True, eq=False)
+class Yardstick:
+    """What every path is held against: a motion, its curves, and which vertices count."""
+
+    truth: MeshSequence
+    along: CurveVertices
+    probe: ShapeProbe
+    mask: Confidence | None
+
+    @classmethod
+    def of(
+        cls,
+        truth: MeshSequence,
+        curves: CurveNetwork,
+        extent: float | None = None,
+        mask: Confidence | None = None,
+    ) -> Yardstick:
+        """Prepare for paths of one motion; D is its own extent by default."""
+        along = CurveVertices.of(curves, len(truth.mesh.vertices))
+        if mask is not None:
+            require_some(mask, along)
+        probe = ShapeProbe.of(truth.mesh, truth.target, curves.curve_of)
+        return cls(truth, along, probe if extent is None else replace(probe, diameter=extent), mask)
+
+    # Hundreds of small products: threads of BLAS would wait for each other after every one.
+    @one_blas_thread()
+    def measure(self, label: str, morph: Morph) -> MethodResult:
+        """Frame by frame, so that memory holds one in-between at a time."""
+        truth, along, diameter = self.truth, self.along, self.probe.diameter
+        errors = np.empty((4, len(along.counts), len(truth)))
+        average, maximum, path_average, path_maximum = errors
+        counted = counted_of(self.mask)
+        path_times = free_timing(morph, truth, along, "lme", counted)
+        average_times = free_timing(morph, truth, along, "lae", counted)
+        worst, unmasked = Shape(), np.zeros(2)
+        each = zip(truth.times, path_times, average_times, strict=True)
+        for i, moments in enumerate(each):
+            own = None if counted is None else counted[i]
+            off = partial(curve_errors, captured=truth.frames[i], curves=along, diameter=diameter)
+            positions = morph.at(float(moments[0]))
+            average[:, i], maximum[:, i] = off(positions, counted=own)
+            if own is not None:
+                every = [error.max() for error in off(positions)]
+                unmasked = np.maximum(unmasked, every)
+            worst = worst.worst(self.probe.at(morph, float(moments[0]), positions))
+            _, path_maximum[:, i] = off(morph.at(float(moments[1])), counted=own)
+            path_average[:, i], _ = off(morph.at(float(moments[2])), counted=own)
+        found = MethodResult(
+            label,
+            morph,
+            average,
+            maximum,
+            path_times,
+            average_times,
+            path_average,
+            path_maximum,
+            **asdict(worst),
+            informed=morph.method.startswith("through "),
+        )
+        if self.mask is None:
+            return found
+        return replace(found, unmasked_lae=float(unmasked[0]), unmasked_lme=float(unmasked[1]))
 
 
 def _labelled(

@@ -46,6 +46,7 @@ class MethodResult(CurveErrors):
         seam: Largest jump between two curves, over the frames; see `Shape`.
         flips: Polygons turned over in the worst frame.
         stretch: Largest ratio of edge lengths, over the frames.
+        informed: Whether it was given frames of the recording besides its ends.
         unmasked_lme: `lme` of all vertices, where the others leave out those of low confidence.
         unmasked_lae: `lae` of all vertices, likewise.
     """
@@ -61,6 +62,7 @@ class MethodResult(CurveErrors):
     seam: float
     flips: int
     stretch: float
+    informed: bool = False
     unmasked_lme: float | None = None
     unmasked_lae: float | None = None
 

@@ -82,7 +82,7 @@ def same(first: float, second: float) -> bool:
 
 def informed_methods(evaluation: Evaluation) -> list[str]:
     """The methods that were given frames of the recording besides its ends."""
-    return [r.label for r in evaluation.results if r.morph.method.startswith("through ")]
+    return [result.label for result in evaluation.results if result.informed]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,23 @@
+"""What the paper compares with, on the same faces and in the same table: comparison, not product.
+
+None of these is a method of a rig. Each is a file with its source, its parameters, and what is ours
+where the source leaves it open.
+"""
+
+from elastomorph.rivals.comparison import Comparison, Cost, with_rivals
+from elastomorph.rivals.deformation_gradients import DeformationGradients
+from elastomorph.rivals.rival import Rival
+from elastomorph.rivals.vertex_cubic import VertexCubic
+
+__all__ = [
+    "RIVALS",
+    "Comparison",
+    "Cost",
+    "DeformationGradients",
+    "Rival",
+    "VertexCubic",
+    "with_rivals",
+]
+
+RIVALS: tuple[Rival, ...] = (VertexCubic(), DeformationGradients())
+"""All of them as they are by default, in the order of a table."""

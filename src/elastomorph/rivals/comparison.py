@@ -1,0 +1,139 @@
+"""Rivals in the table of an evaluation: the same errors, and what each costs."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from elastomorph.errors import ElastomorphError, ElastomorphWarning
+from elastomorph.evaluation import Evaluation, MethodResult
+from elastomorph.evaluation.evaluation import Yardstick
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.paths import Method
+from elastomorph.paths.through import Through
+from elastomorph.rivals.own_method import OwnMethod
+from elastomorph.rivals.process import Run, run_apart
+from elastomorph.rivals.rival import Rival
+
+OWN = ("linear", "beam:2", "arc", "auto")
+"""The methods whose cost stands beside that of rivals."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What the faces of a rival cost, and how far it is from the shapes that it is given."""
+
+    label: str
+    source: str
+    first: float  # Seconds of processor time until the first face, preparation included
+    further: float  # Seconds for each further one
+    peak: int | None  # Bytes beyond what was loaded; None where the system does not tell
+    ends: float  # Largest distance from the known ends, as a fraction of D
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """An evaluation with rivals in it.
+
+    Attributes:
+        evaluation: The methods as before, and each rival that could be tried.
+        costs: What each cost, and our methods beside them.
+        left_out: Why, by the label of each rival that could not be tried.
+    """
+
+    evaluation: Evaluation
+    costs: tuple[Cost, ...]
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+    def cost_table(self) -> Table:
+        """The costs, to print with rich."""
+        table = Table(box=SIMPLE_HEAD, padding=0, pad_edge=False, title_justify="left")
+        table.title = (
+            "Seconds of processor time, one thread; memory beyond the recording; ends in % of D"
+        )
+        for header in ("", "first face", "each further", "MiB", "ends"):
+            table.add_column(header, justify="right" if header else "left", no_wrap=True)
+        for cost in self.costs:
+            table.add_row(cost.label, *cost_texts(cost))
+        return table
+
+    def sentences(self) -> list[str]:
+        """Who is left out, and why."""
+        return [f"{label} is left out: {why}." for label, why in self.left_out.items()]
+
+    def facts(self) -> dict[str, Any]:
+        """For machines."""
+        return {"costs": [asdict(cost) for cost in self.costs], "left_out": dict(self.left_out)}
+
+
+def cost_texts(cost: Cost) -> tuple[str, str, str, str]:
+    """Times of the first and of each further face, MiB, and % of D, as tables show them."""
+    peak = "unknown" if cost.peak is None else f"{cost.peak / 2**20:.0f}"
+    return _duration(cost.first), _duration(cost.further), peak, f"{100 * cost.ends:.3f}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds >= 1:
+        return f"{seconds:.1f} s"
+    return f"{1e3 * seconds:.{0 if seconds >= 0.01 else 1}f} ms"
+
+
+def with_rivals(
+    evaluation: Evaluation,
+    rivals: Iterable[Rival],
+    *,
+    own: Iterable[str] = OWN,
+    progress: Callable[[str], None] | None = None,
+) -> Comparison:
+    """Put rivals beside the methods of an evaluation, judged by the same frames.
+
+    Each runs in a process of its own. Between the times of the frames, which free timing looks at,
+    its path is the natural cubic spline through its faces.
+    """
+    truth, say = evaluation.truth, progress or (lambda _: None)
+    yardstick = Yardstick.of(truth, evaluation.curves, evaluation.extent, evaluation.confidence)
+    costs: list[Cost] = []
+    results: list[MethodResult] = []
+    left_out: dict[str, str] = {}
+    for rival in [*(OwnMethod(Method.parse(text)) for text in own), *rivals]:
+        try:
+            rival.require(truth.mesh)
+            say(rival.label)
+            made = run_apart(rival, truth, evaluation.curves)
+        except ElastomorphError as error:
+            left_out[rival.label] = str(error).rstrip(".")
+            continue
+        costs.append(_cost(rival, made, evaluation))
+        if not isinstance(rival, OwnMethod):
+            path = through_poses(truth.mesh, made.poses, truth.times, rival.label)
+            found = yardstick.measure(rival.label, path)
+            results.append(replace(found, informed=rival.informed))
+    judged = replace(evaluation, results=(*evaluation.results, *results))
+    return Comparison(judged, tuple(costs), left_out)
+
+
+def through_poses(
+    mesh: Mesh, poses: NDArray[np.float64], times: NDArray[np.float64], label: str
+) -> Morph:
+    """The natural cubic spline through (T, V, 3) faces, whose ends are the first and the last."""
+    shapes = [mesh.with_vertices(pose) for pose in poses]
+    inner = dict(zip(times[1:-1].tolist(), shapes[1:-1], strict=True))
+    with warnings.catch_warnings():
+        # A weight above 1 is no overshoot where every face is a sample of one path.
+        warnings.simplefilter("ignore", ElastomorphWarning)
+        morph = Through(inner, "spline").prepare(shapes[0])(shapes[-1])
+    return replace(morph, method=label)
+
+
+def _cost(rival: Rival, made: Run, evaluation: Evaluation) -> Cost:
+    off = made.poses[[0, -1]] - evaluation.truth.frames[[0, -1]]
+    ends = float(np.linalg.norm(off, axis=2).max()) / evaluation.diameter
+    return Cost(rival.label, rival.source, made.first, made.further, made.peak, ends)

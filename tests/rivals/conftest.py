@@ -1,0 +1,11 @@
+from __future__ import annotations
+
+import pytest
+from sheets import plate_of
+
+import elastomorph as em
+
+
+@pytest.fixture(scope="session")
+def sheet() -> em.Mesh:
+    return plate_of(6)
