@@ -29,7 +29,13 @@ from elastomorph.report.capture_pictures import (  # noqa: E402
     frontal,
     pose_picture,
 )
-from elastomorph.report.capture_tables import duration, vertex_groups  # noqa: E402
+from elastomorph.report.capture_tables import duration  # noqa: E402
+from elastomorph.report.capture_trust import (  # noqa: E402
+    Trust,
+    findings,
+    headline,
+    vertex_groups,
+)
 
 AXE = MODULES / "axe-core" / "axe.min.js"
 
@@ -62,14 +68,14 @@ def test_sections_are_in_the_order_of_the_work(root: Element) -> None:
         "Photograph by photograph",
         "Surface and correspondence",
         "Pose by pose",
-        "Vertices that are not to be trusted",
+        "What can be trusted",
         "How long it took",
     ]
     assert root.one("h1").text == "Ada"
 
 
 def test_photographs_and_why_some_are_rejected(root: Element) -> None:
-    rows = table_of(root, "One row a pose")
+    rows = table_of(root, "Photographs of each pose")
     assert rows[1] == ["rest", "2 of 3", "1,234", "0.375", "0.500 (1.jpg)"]
     assert rows[2][0] == "long & <b>"
     rejected = table_of(root, "Photographs that are not used")
@@ -107,20 +113,48 @@ def test_the_list_holds_all_that_are_flagged(captured: Captured, page: str) -> N
     listed = json.loads(b64decode(packed))
     assert listed["below"] == 0.5
     for pose, mesh in captured.poses.items():
-        assert listed["poses"][pose] == np.flatnonzero(mesh.confidence < 0.5).tolist()
-    assert len(listed["poses"]["long & <b>"]) > 20
+        found = sorted(listed["doubtful"][pose] + listed["unseen"][pose])
+        assert found == np.flatnonzero(mesh.confidence < 0.5).tolist()
+    assert len(listed["doubtful"]["long & <b>"]) > 20
 
 
-def test_flagged_vertices_are_counted_by_group(captured: Captured, root: Element) -> None:
-    rows = table_of(root, "Flagged vertices by pose")
-    flagged = captured.poses["long & <b>"].flagged
+def test_doubtful_vertices_are_counted_by_pose_and_by_group(
+    captured: Captured, root: Element
+) -> None:
+    """The nose that is flagged faces the cameras: it is doubtful, not unseen."""
+    doubtful = int(captured.poses["long & <b>"].flagged.sum())
     count = len(captured.poses["rest"].vertices)
-    assert rows[0] == ["Group", "Vertices", "rest", "long & <b>"]
-    assert rows[1] == ["all", f"{count:,}", "0", f"{flagged.sum():,}"]
-    parts = {row[0]: row[1:] for row in rows[2:]}
+    rows = table_of(root, "Vertices of each pose")
+    assert rows[0] == ["Pose", "Trusted", "Doubtful", "Seen by no camera", "Trusted of those seen"]
+    assert rows[1] == ["rest", f"{count:,}", "0", "0", "100.0\u00a0%"]
+    assert rows[2][:4] == ["long & <b>", f"{count - doubtful:,}", f"{doubtful:,}", "0"]
+    groups = table_of(root, "Doubtful vertices of each part")
+    assert groups[0] == ["Group", "Vertices", "rest", "long & <b>"]
+    parts = {row[0]: row[1:] for row in groups[1:]}
     assert set(parts) == {"face", "nose", "unnamed"}
     assert sum(int(cells[0].replace(",", "")) for cells in parts.values()) == count
-    assert sum(int(cells[2].replace(",", "")) for cells in parts.values()) == flagged.sum()
+    assert sum(int(cells[2].replace(",", "")) for cells in parts.values()) == doubtful
+
+
+def test_what_no_camera_saw_is_told_apart_from_what_is_doubtful(captured: Captured) -> None:
+    """Cameras stand before the ball: its back, flagged as its nose is, was seen by none."""
+    mesh, cameras = captured.poses["rest"], captured.cameras["rest"]
+    depth = mesh.vertices[:, 2]
+    flagged = Registered.of(mesh, mesh.vertices, np.where(np.abs(depth) > 0.9, 0.1, 0.8))
+    own = Trust.of(flagged, cameras)
+    assert (own.unseen, own.doubtful) == ((depth < -0.9).sum(), (depth > 0.9).sum())
+    assert own.trusted + own.unseen + own.doubtful == len(depth)
+    assert own.share == pytest.approx(1 - own.doubtful / (len(depth) - own.unseen))
+    both = {"a": own, "b": Trust(own.seen & False, own.seen)}
+    share = f"{np.floor(1000 * own.share) / 10:g}"
+    assert headline(both).replace("\u00a0", " ") == (
+        f"2 poses of {len(depth):,} vertices each. Of what the cameras saw, {share} to 100 % can "
+        "be trusted, least in a."
+    )
+    unseen, doubtful = findings({"a": own})
+    assert unseen.startswith("No camera saw ")
+    assert "doubtful although cameras saw them." in doubtful
+    assert findings({"b": both["b"]}) == []
 
 
 def test_groups_are_those_of_the_polygons() -> None:
@@ -280,7 +314,7 @@ def test_it_opens_from_disk_and_gives_the_list(
     with tab.expect_download() as download:
         tab.click("a[download]")
     assert download.value.suggested_filename == "flagged.json"
-    assert set(json.loads(Path(download.value.path()).read_text())["poses"]) == {
+    assert set(json.loads(Path(download.value.path()).read_text())["doubtful"]) == {
         "rest",
         "long & <b>",
     }

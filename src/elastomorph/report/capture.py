@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from colorsys import hsv_to_rgb
 from pathlib import Path
 
@@ -14,12 +14,11 @@ from elastomorph.model.mesh import Mesh
 from elastomorph.report.capture_pictures import Shown, camera_picture, frontal, pose_picture
 from elastomorph.report.capture_tables import (
     agreement,
-    flagged_section,
-    least_covered,
     photographs_section,
     size_words,
     times,
 )
+from elastomorph.report.capture_trust import Trust, findings, headline, trust_section
 from elastomorph.report.document import Section, document, require_page_path, write_page
 from elastomorph.report.facts import face_words
 
@@ -66,45 +65,44 @@ def capture_page(
     say: Callable[[str], None] = lambda _: None,
 ) -> str:
     """The page that `write_capture_report` writes; arguments and errors are the same."""
-    sections = [_captured(captured, unit, call)]
+    trust = {
+        pose: Trust.of(mesh, captured.cameras.get(pose, ()))
+        for pose, mesh in captured.poses.items()
+    }
+    sections = [_captured(captured, trust, unit, call)]
     neutral = captured.poses.get(captured.neutral)
     if any(captured.cameras.values()):
         say("drawing cameras")
         sections.append(_cameras(captured, neutral))
     sections += [photographs_section(captured.figures), agreement(captured.figures)]
     if captured.poses:
-        sections.append(_poses(captured, say))
-        sections.append(flagged_section(captured.poses))
+        sections.append(_poses(captured, trust, say))
+        sections.append(trust_section(captured.poses, trust))
     sections.append(times(captured.figures))
     taken = sum(map(len, captured.cameras.values()))
     found = counted(len(captured.poses), "pose") if captured.poses else "cameras alone"
     return document(name, f"{found} from {counted(taken, 'photograph')}", sections)
 
 
-def _captured(captured: Captured, unit: str, call: str) -> Section:
+def _captured(captured: Captured, trust: Mapping[str, Trust], unit: str, call: str) -> Section:
     """What there is, and in one sentence how much of it is to be trusted."""
     figures = captured.figures.get("poses", {})
     given = sum(own.get("photographs", 0) for own in figures.values())
     used = sum(map(len, captured.cameras.values()))
     facts = [("Photographs", f"{used:,} used of {given:,}")]
-    headline = f"{counted(used, 'camera')} found; no poses were asked for."
+    first, remarks = f"{counted(used, 'camera')} found; no poses were asked for.", []
     if captured.poses:
         neutral = captured.poses[captured.neutral]
-        worst, share = least_covered(captured.poses)
-        headline = (
-            f"{counted(len(captured.poses), 'pose')} with one topology; up to "
-            f"{100 * share:.1f}{SPACE}% of the vertices are not to be trusted, in {worst}."
-        )
+        first, remarks = headline(trust), findings(trust)
         facts += [
-            ("Neutral", captured.neutral),
-            ("Poses", f"{counted(len(captured.poses), 'pose')}: {', '.join(captured.poses)}"),
+            ("Poses", f"{', '.join(captured.poses)}; the neutral is {captured.neutral}"),
             ("Template", face_words(neutral)),
             ("Size", size_words(neutral.diameter, unit)),
         ]
-    remarks = [
+    remarks += [
         f"{pose}: {remark}" for pose, own in figures.items() for remark in own.get("remarks", [])
     ]
-    content = {"headline": headline, "remarks": remarks, "facts": facts, "call": call}
+    content = {"headline": first, "remarks": remarks, "facts": facts, "call": call}
     return Section("captured", "What was captured", content)
 
 
@@ -117,34 +115,40 @@ def _cameras(captured: Captured, head: Mesh | None) -> Section:
         hue = _FIRST + (_LAST - _FIRST) * share
         red, green, blue = (round(255 * own) for own in hsv_to_rgb(hue, 0.85, 0.78))
         colours[pose] = (red, green, blue)
-    focal = {pose: sorted({round(c.focal) for c in own}) for pose, own in every.items()}
+    words = {
+        pose: f"{counted(len(own), 'camera')}, focal length "
+        f"{_range(sorted({round(camera.focal) for camera in own}))}{SPACE}px"
+        for pose, own in every.items()
+    }
+    alike = len(set(words.values())) == 1 < len(words)
+    common = f" Every pose: {next(iter(words.values()))}." if alike else ""
     what = "the head of the neutral" if head is not None else "what they look at"
     picture = Shown(
         "Cameras around the head",
         camera_picture(every, colours, head),
         f"Three views of {counted(sum(map(len, every.values())), 'camera')} around {what}: from "
         "the front, from the side and from above.",
-        "From the front, from the side and from above; each pyramid is a photograph, its tip where "
-        "it was taken. Gaps in the ring, and nothing from below the chin, are where vertices are "
-        "flagged.",
+        "From the front, from the side and from above. Each pyramid is a photograph; its tip is "
+        "where it was taken. What no pyramid looks at, such as the skin under the chin where none "
+        f"is low enough, cannot be trusted.{common}",
     )
     poses = [
         {
             "name": pose,
             "colour": "#{:02x}{:02x}{:02x}".format(*colours[pose]),
-            "words": f"{counted(len(own), 'camera')}, focal length {_span(focal[pose])}{SPACE}px",
+            "words": "" if alike else words[pose],
         }
-        for pose, own in every.items()
+        for pose in every
     ]
     return Section("cameras", "Cameras", {"picture": picture, "poses": poses})
 
 
-def _span(values: list[int]) -> str:
+def _range(values: list[int]) -> str:
     low, high = values[0], values[-1]
     return f"{low:,}" if low == high else f"{low:,} to {high:,}"
 
 
-def _poses(captured: Captured, say: Callable[[str], None]) -> Section:
+def _poses(captured: Captured, trust: Mapping[str, Trust], say: Callable[[str], None]) -> Section:
     """Each pose through one of its cameras, with the template over it and its confidence."""
     pictures, left_out = [], []
     for pose, mesh in captured.poses.items():
@@ -159,16 +163,18 @@ def _poses(captured: Captured, say: Callable[[str], None]) -> Section:
             left_out.append(f"{pose} is not shown: its photograph cannot be opened any more")
             say(str(error))
             continue
-        share = f"{100 * float(mesh.flagged.mean()):.1f}{SPACE}%"
+        own = trust[pose]
+        counts = (
+            f"{own.trusted:,} vertices are trusted, {own.doubtful:,} doubtful although cameras saw "
+            f"them, {own.unseen:,} seen by no camera."
+        )
         pictures.append(
             Shown(
                 pose,
                 image,
                 f"{pose} in the photograph {camera.name}: as it was taken, with the edges of the "
-                f"template over it, and the mesh painted with its confidence; {share} of the "
-                "vertices are flagged.",
-                f"{camera.name}; {share} of all vertices are flagged, "
-                f"{counted(int(mesh.flagged.sum()), 'vertex', 'vertices')}.",
+                f"template over it, and the mesh painted with its confidence. {counts}",
+                f"Photograph {camera.name}. {counts}",
             )
         )
     content = {"pictures": pictures, "left_out": left_out, "least": f"{FLAGGED:g}"}

@@ -35,6 +35,7 @@ _QUALITY = 82
 _HEIGHT = 560  # of a pose in pixels
 _GAP = 8
 _FLAGGED_LINE = (1.0, 0.2, 0.15)
+_PYRAMID = 0.09  # height of that of a camera, of its distance from the head
 _SIDES = {"front": (0.0, 0.0), "side": (90.0, 0.0), "above": (0.0, 89.0)}
 
 
@@ -148,7 +149,7 @@ def camera_picture(
         turn = _upright(every, middle)
     reach = float(np.median([np.linalg.norm(c.position - middle) for c in every]))
     frusta = {
-        pose: np.array([(_frustum(c, 0.12 * reach) - middle) @ turn.T for c in own])
+        pose: np.array([(_frustum(c, _PYRAMID * reach) - middle) @ turn.T for c in own])
         for pose, own in cameras.items()
         if own
     }
@@ -164,7 +165,9 @@ def camera_picture(
         for pose, own in frusta.items():
             _draw_frusta(image, looking, own, colours[pose])
         views += [image, np.full((size[1], _GAP, 3), _PAPER, dtype=np.uint8)]
-    return np.concatenate(views[:-1], axis=1)
+    picture = np.concatenate(views[:-1], axis=1)
+    drawn = np.flatnonzero((picture < _PAPER).any(axis=(1, 2)))
+    return picture[max(0, drawn[0] - _GAP) : drawn[-1] + _GAP]
 
 
 def _blank(size: tuple[int, int]) -> Pixels:

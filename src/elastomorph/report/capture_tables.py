@@ -1,29 +1,21 @@
-"""The tables of the report of a capture: photographs, agreement, flagged vertices, time."""
+"""The tables of the report of a capture: photographs, agreement, time."""
 
 from __future__ import annotations
 
-import json
-from base64 import b64encode
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from elastomorph.capturing.work.registered import FLAGGED, Registered
-from elastomorph.evaluation.words import SPACE, counted, significant
-from elastomorph.model.mesh import Mesh
+from elastomorph.evaluation.words import SPACE, significant
 from elastomorph.report.document import Section
 
 __all__ = [
     "agreement",
     "duration",
-    "flagged_section",
-    "least_covered",
     "photographs_section",
     "size_words",
     "times",
-    "vertex_groups",
 ]
 
 Figures = Mapping[str, Any]
@@ -119,51 +111,6 @@ def _cell(name: str, value: Any) -> str:
     return f"{100 * value:.1f}{SPACE}%" if name in _SHARES else f"{100 * value:.3f}"
 
 
-def flagged_section(poses: Mapping[str, Registered]) -> Section:
-    """How many vertices of each polygon group are not to be trusted, and the list of them."""
-    first = next(iter(poses.values()))
-    groups = vertex_groups(first)
-    every = {name: int(chosen.sum()) for name, chosen in groups.items()}
-    rows = []
-    for name, chosen in groups.items():
-        counts = [int((pose.flagged & chosen).sum()) for pose in poses.values()]
-        rows.append((name, max(counts), [f"{every[name]:,}", *(f"{own:,}" for own in counts)]))
-    rows.sort(key=lambda row: -row[1])
-    total = [f"{int(pose.flagged.sum()):,}" for pose in poses.values()]
-    count = len(first.vertices)
-    table = [("all", [f"{count:,}", *total]), *((name, cells) for name, _, cells in rows)]
-    listed = {
-        "version": 1,
-        "below": FLAGGED,
-        "poses": {name: np.flatnonzero(pose.flagged).tolist() for name, pose in poses.items()},
-    }
-    text = json.dumps(listed, separators=(",", ":"), ensure_ascii=False)
-    content = {
-        "heads": ["Material" if first.groups is None else "Group", "Vertices", *poses],
-        "rows": table if len(groups) > 1 else table[:1],
-        "least": f"{FLAGGED:g}",
-        "link": f"data:application/json;base64,{b64encode(text.encode()).decode('ascii')}",
-        "words": counted(sum(int(p.flagged.sum()) for p in poses.values()), "entry", "entries"),
-    }
-    return Section("flagged", "Vertices that are not to be trusted", content)
-
-
-def vertex_groups(mesh: Mesh) -> dict[str, NDArray[np.bool_]]:
-    """(V,) which vertices each group of a mesh has, or each material where there are no groups.
-
-    A vertex of several is of the first; those of none are unnamed.
-    """
-    labels = mesh.groups if mesh.groups is not None else mesh.materials
-    if labels is None:
-        return {"whole mesh": np.ones(len(mesh.vertices), dtype=bool)}
-    group = np.full(len(mesh.vertices), len(labels.names))
-    of_corner = labels.of_face[mesh.faces.corner_faces]
-    named = of_corner >= 0
-    np.minimum.at(group, mesh.faces.indices[named], of_corner[named])
-    names = [*labels.names, "unnamed"]
-    return {name: group == k for k, name in enumerate(names) if (group == k).any()}
-
-
 def times(figures: Figures) -> Section:
     """How long each stage took, whenever it was made."""
     seconds: Mapping[str, float] = figures.get("seconds", {})
@@ -198,10 +145,3 @@ def size_words(diameter: float, unit: str) -> str:
         f"D = {significant(diameter)} {unit or 'units'}, the distance of the two vertices of the "
         "neutral that are farthest apart"
     )
-
-
-def least_covered(poses: Mapping[str, Registered]) -> tuple[str, float]:
-    """The pose with the largest share of flagged vertices, and that share."""
-    shares = {name: float(pose.flagged.mean()) for name, pose in poses.items()}
-    worst = max(shares, key=lambda name: shares[name])
-    return worst, shares[worst]
