@@ -23,6 +23,7 @@ from elastomorph.capturing.work.makers import Makers, Placed, Posed
 from elastomorph.capturing.work.outcome import captured_by
 from elastomorph.capturing.work.packing import content_digest, packed
 from elastomorph.capturing.work.request import requested
+from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.capturing.work.work import Work
 
 POSES = ("a", "neutral", "b", "c")
@@ -61,12 +62,15 @@ def numbers(*of: object) -> np.random.Generator:
 
 
 @dataclass
-class Counted:
+class Counted(Makers):
     """Makers that note what they are asked for."""
 
     calls: list[str]
     before: Callable[[str], None] = lambda stage: None
     versions: dict[str, str] | None = None
+
+    def code(self, stage: str) -> str:
+        return (self.versions or {}).get(stage, "1")
 
     def note(self, stage: str) -> None:
         self.before(stage)
@@ -137,29 +141,14 @@ class Counted:
     def reference(self, shape: Any, neutral: Any, views: Any) -> Any:
         return neutral
 
-    def pose(self, reference: Any, before: Any, pairs: Any, views: Any, say: Any) -> Posed:
+    def pose(self, reference: Any, before: Any, matches: Any, views: Any, say: Any) -> Posed:
         self.note("poses")
         say("tracking", 0.5)
-        return self._found(before, numbers(reference, before, pairs, views.cameras))
+        return self._found(before, numbers(reference, before, matches, views.cameras))
 
     def _found(self, vertices: Any, random: np.random.Generator) -> Posed:
         count = len(vertices)
         return Posed(vertices + 0.1 * random.random((count, 3)), random.random(count))
-
-    @property
-    def makers(self) -> Makers:
-        return Makers(
-            self.photographs,
-            self.cameras,
-            self.rig,
-            self.in_rig,
-            self.placed,
-            self.neutral,
-            self.framed,
-            self.reference,
-            self.pose,
-            lambda stage: (self.versions or {}).get(stage, "1"),
-        )
 
 
 def run(photos: Path, output: Path, counted: Counted, **options: Any) -> Captured:
@@ -174,8 +163,8 @@ def run(photos: Path, output: Path, counted: Counted, **options: Any) -> Capture
     }
     shape = options.pop("template", template())
     request = requested(photos, shape, output=output, **given | options)
-    with Work(request, counted.makers, lambda _: None) as work:
-        captured = captured_by(work)
+    with WorkingFolder(request.working) as working:
+        captured = captured_by(Work(request, counted, working, lambda _: None))
         write_captured(request.output, captured)
     return captured
 

@@ -22,10 +22,10 @@ from small_captures import COUNT, Counted, landmarks, template, write_photograph
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> Counted:
     """Stages that take no time stand for the real ones."""
-    from elastomorph.capturing.work import steps
+    from elastomorph.capturing.work import makers
 
     counted = Counted([])
-    monkeypatch.setattr(steps, "MAKERS", counted.makers)
+    monkeypatch.setattr(makers, "Makers", lambda: counted)
     return counted
 
 

@@ -62,14 +62,14 @@ def views(incomplete: str) -> list[str]:
 
 def goals(incomplete: str) -> list[str]:
     """What a capture may stop after."""
-    from elastomorph.capturing.work.goals import TO
+    from elastomorph.capturing.work import TO
 
     return _beginning(TO, incomplete)
 
 
 def rigs_of_cameras(incomplete: str) -> list[str]:
     """How the cameras of a capture stand."""
-    from elastomorph.capturing.work.goals import RIGS
+    from elastomorph.capturing.work import RIGS
 
     return _beginning(RIGS, incomplete)
 

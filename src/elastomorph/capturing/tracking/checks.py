@@ -7,7 +7,7 @@ places in space were found without the mesh.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,42 +15,13 @@ from numpy.typing import NDArray
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.matches import Matches, consistent
 
-if TYPE_CHECKING:
-    from elastomorph.capturing.work.work import Work
-
-__all__ = ["agreement_of", "skin_agreement", "surface_agreement"]
+__all__ = ["skin_agreement", "surface_agreement"]
 
 Points = NDArray[np.float64]
 
 _NEAR = 0.02
 """Of the extent: points farther off are of hair, clothes or the background."""
 _FEWEST = 20
-_OFTEN = 4  # photographs in which a vertex is well seen
-
-
-def agreement_of(work: Work, pose: str) -> dict[str, Any]:
-    """What is measured of a pose of a capture, ``surface`` and ``correspondence``, where it can be.
-
-    Lengths are parts of the diameter of the template. ``seen`` is the share of its vertices that
-    were found in four photographs or more.
-    """
-    template, neutral = work.template, work.request.neutral
-    extent = template.mesh.diameter
-    still = Surface(work.neutral().read().vertices, template.triangles)
-    moved, skin = still, dict[str, Any]()
-    if pose != neutral:
-        found = work.tracked(pose).read()
-        moved = Surface(found.vertices, template.triangles)
-        ours, theirs = work.framed(pose).read().pairs.T
-        points = work.in_frame(neutral).points[ours], work.in_frame(pose).points[theirs]
-        skin = skin_agreement(still, moved, Matches(*points), extent)
-        if "views" in found.measured:
-            skin["seen"] = float((found.measured["views"] >= _OFTEN).mean())
-    measured = {
-        "surface": surface_agreement(work.in_frame(pose).points, moved, extent),
-        "correspondence": skin,
-    }
-    return {kind: own for kind, own in measured.items() if own}
 
 
 def surface_agreement(points: Points, surface: Surface, extent: float) -> dict[str, Any]:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from elastomorph.capturing.landmarks.landmarks import Landmarks
 from elastomorph.capturing.work.captured import Captured, write_captured
@@ -67,19 +66,25 @@ def capture(
         ParameterError: An argument cannot be meant.
         MissingExtraError: The extra ``capture`` is not installed.
     """
-    known: dict[str, Any] = {
-        "neutral": neutral,
-        "landmarks": landmarks,
-        "distance": distance,
-        "masks": masks,
-    }
-    request = requested(photos, template, output=output, rig=rig, to=to, working=working, **known)
+    request = requested(
+        photos,
+        template,
+        output=output,
+        neutral=neutral,
+        landmarks=landmarks,
+        distance=distance,
+        rig=rig,
+        masks=masks,
+        to=to,
+        working=working,
+    )
+    from elastomorph.capturing.work.makers import Makers
     from elastomorph.capturing.work.outcome import captured_by
-    from elastomorph.capturing.work.steps import MAKERS
+    from elastomorph.capturing.work.stages import WorkingFolder
     from elastomorph.capturing.work.work import Work
 
-    with Work(request, MAKERS, say) as work:
-        captured = captured_by(work)
+    with WorkingFolder(request.working) as folder:
+        captured = captured_by(Work(request, Makers(), folder, say))
         say(f"writing {request.output}")
         write_captured(request.output, captured)
     return captured

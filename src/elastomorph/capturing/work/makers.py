@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,20 +10,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.cameras.frames import Frame
+from elastomorph.capturing.cameras.coverage import missing_cameras
+from elastomorph.capturing.cameras.fixed_rig import same_cameras
+from elastomorph.capturing.cameras.frames import Frame, brought, near_still, still_vertices
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.landmarks.landmarks import Landmarks
-from elastomorph.capturing.photographs.photographs import Photographs
+from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.landmarks.landmarks import Landmarks, triangulated
+from elastomorph.capturing.landmarks.metric import fit_to_scale
+from elastomorph.capturing.neutral.neutral import neutral_surface
+from elastomorph.capturing.photographs.photographs import Photographs, examine
 from elastomorph.capturing.photographs.views import Views
+from elastomorph.capturing.tracking.confidence import confidences, expected_errors
+from elastomorph.capturing.tracking.matches import Matches
+from elastomorph.capturing.tracking.reference import Reference
+from elastomorph.capturing.tracking.tracking import follow
+from elastomorph.capturing.work.apart import done_apart
 from elastomorph.capturing.work.progress import StageSay
+from elastomorph.capturing.work.sources import code_of
 from elastomorph.capturing.work.template import Template
+from elastomorph.errors import CaptureError
 
-__all__ = ["Makers", "Pairs", "Placed", "Posed"]
+__all__ = ["Makers", "Placed", "Posed"]
 
 Points = NDArray[np.float64]
-Pairs = tuple[Points, Points]
-"""(P, 3) points of the neutral and (P, 3) of a pose that look the same, in the neutral's frame."""
+
+_APART = 0.03  # of the longer side: clicks farther from one point than this are of several
+# The room of code whose work a stage is.
+_ROOMS = {
+    "photographs": "photographs",
+    "cameras": "cameras",
+    "rig": "cameras",
+    "placed": "landmarks",
+    "neutral": "neutral",
+    "frames": "cameras",
+    "poses": "tracking",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,37 +82,127 @@ class Posed:
     figures: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
 class Makers:
-    """What makes the result of each stage; the last argument of each is told how far it is.
+    """What makes the result of each stage, by the functions of the rooms below this one."""
 
-    Attributes:
-        photographs: Pose, its files and masks by file → those of use.
-        cameras: Photographs of a pose, and the neutral's cameras if they are known → its cameras.
-        rig: Photographs of all poses, by cameras that stay, the name of the neutral → its cameras.
-        in_rig: Photographs of all poses or two, name of the neutral and of the pose, what ``rig``
-            made → the cameras of the pose.
-        placed: The neutral's cameras, template, landmarks, name of the neutral → how they are
-            brought together.
-        neutral: Template, how it was placed, the neutral's cameras in its frame, landmarks, views
-            → surface.
-        framed: The neutral's cameras in the frame of the template, those of a pose, its name, the
-            neutral's surface, the template and its landmarks, whether the cameras stayed → how the
-            pose is brought to the neutral.
-        reference: Template, surface of the neutral, its views → what poses are tracked from; made
-            once for all of them.
-        pose: That, the vertices of the pose before, the points of the neutral and of the pose that
-            look the same, its views → the tracked pose.
-        code: Name of a stage → the version of its code.
-    """
+    def code(self, stage: str) -> str:
+        """The version of the code of a kind of stage."""
+        return code_of(_ROOMS[stage])
 
-    photographs: Callable[[str, Sequence[Path], Mapping[Path, Path]], Photographs]
-    cameras: Callable[[Photographs, SolvedPose | None, StageSay], SolvedPose]
-    rig: Callable[[Mapping[str, Photographs], str, StageSay], SolvedPose]
-    in_rig: Callable[[Mapping[str, Photographs], str, str, SolvedPose, StageSay], SolvedPose]
-    placed: Callable[[SolvedPose, Template, Landmarks, str], Placed]
-    neutral: Callable[[Template, Placed, SolvedPose, Landmarks, Views, StageSay], Posed]
-    framed: Callable[[SolvedPose, SolvedPose, str, Posed, Template, Landmarks, bool], Frame]
-    reference: Callable[[Template, Posed, Views], Any]
-    pose: Callable[[Any, Points, Pairs, Views, StageSay], Posed]
-    code: Callable[[str], str]
+    def photographs(
+        self, pose: str, files: Sequence[Path], masks: Mapping[Path, Path]
+    ) -> Photographs:
+        """Those of use of a pose's files, with masks by file."""
+        return examine(pose, files, masks=masks)
+
+    def cameras(
+        self, photographs: Photographs, like: SolvedPose | None, say: StageSay
+    ) -> SolvedPose:
+        """The cameras of a pose; by those of the neutral, if they are known."""
+        given = {"photographs": photographs, "like": like}
+        found: SolvedPose = done_apart("cameras.cameras.solve_pose", given, say)
+        return found
+
+    def rig(self, poses: Mapping[str, Photographs], neutral: str, say: StageSay) -> SolvedPose:
+        """The cameras that stay, by the photographs of all poses."""
+        given = {"poses": poses, "neutral": neutral}
+        found: SolvedPose = done_apart("cameras.fixed_rig.solve_rig", given, say)
+        return found
+
+    def in_rig(
+        self,
+        poses: Mapping[str, Photographs],
+        neutral: str,
+        pose: str,
+        rig: SolvedPose,
+        say: StageSay,
+    ) -> SolvedPose:
+        """The cameras of a pose that are those of a rig, by photographs of it and the neutral."""
+        same = same_cameras(poses, neutral)[pose]
+        given = {"photographs": poses[pose], "rig": rig, "same": same}
+        found: SolvedPose = done_apart("cameras.fixed_rig.solve_in_rig", given, say)
+        return found
+
+    def placed(
+        self, solved: SolvedPose, template: Template, landmarks: Landmarks, pose: str
+    ) -> Placed:
+        """The neutral brought to the template by landmarks in its photographs, or to its true size.
+
+        Raises:
+            CaptureError: Too few of them, or some of them elsewhere than the others say.
+        """
+        cameras = {camera.name: camera for camera in solved.cameras}
+        points, residuals = triangulated(landmarks.photographs.get(pose, {}), cameras)
+        longest = max(max(camera.size) for camera in solved.cameras)
+        worst = max(residuals, key=lambda name: residuals[name], default="")
+        if worst and residuals[worst] > _APART * longest:
+            raise CaptureError(
+                f"pose {pose!r}: the clicks of {worst} are {residuals[worst]:.0f} px from any one "
+                "point; look at them with 'elastomorph landmarks' and place them again"
+            )
+        vertices = template.work.vertices
+        on_template = {name: vertices[own] for name, own in landmarks.vertices.items()}
+        similarity = fit_to_scale(on_template, points, landmarks.distances, f"pose {pose!r}")
+        found = {name: similarity(point) for name, point in points.items()}
+        return Placed(similarity, found, residuals, {"scale": similarity.scale})
+
+    def neutral(
+        self,
+        template: Template,
+        where: Placed,
+        solved: SolvedPose,
+        landmarks: Landmarks,
+        views: Views,
+        say: StageSay,
+    ) -> Posed:
+        """The template on the neutral's surface; its cameras in the frame of the template."""
+        found = neutral_surface(
+            views,
+            solved.points,
+            template.work.vertices,
+            template.triangles,
+            landmarks.vertices,
+            where.points,
+            say=say,
+        )
+        surface = Surface(found.vertices, template.triangles)
+        extent = template.work.with_vertices(found.vertices).diameter
+        spread = found.spread / np.sqrt(np.maximum(found.covered, 1))
+        confidence = confidences(expected_errors(surface, spread, extent), extent)
+        measured = {"covered": found.covered, "spread": found.spread}
+        places = {name: found.vertices[own] for name, own in landmarks.vertices.items()}
+        lacking = missing_cameras(surface, views.cameras, places)
+        remarks = [] if lacking is None else [lacking]
+        return Posed(found.vertices, confidence, measured, {"remarks": remarks})
+
+    def framed(
+        self,
+        neutral: SolvedPose,
+        solved: SolvedPose,
+        name: str,
+        surface: Posed,
+        template: Template,
+        landmarks: Landmarks,
+        stayed: bool,
+    ) -> Frame:
+        """How a pose is brought to the neutral, whose cameras are in the frame of the template."""
+        still = still_vertices(template.work.vertices, landmarks.vertices)
+        near = near_still(neutral.points, surface.vertices, still)
+        return brought(neutral, solved, name, still=near, rigid=stayed)
+
+    def reference(self, template: Template, neutral: Posed, views: Views) -> Reference:
+        """What all poses are tracked from."""
+        return Reference(neutral.vertices, template.triangles, views)
+
+    def pose(
+        self,
+        reference: Reference,
+        before: Points,
+        matches: Matches,
+        views: Views,
+        say: StageSay,
+    ) -> Posed:
+        """The neutral moved into a pose, begun at the vertices of the pose before."""
+        found = follow(reference, views, start=before, matches=matches, say=say)
+        measured = {"views": found.views, "spread": found.spread}
+        return Posed(found.vertices, found.confidence, measured)

@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from elastomorph.capturing.tracking.checks import agreement_of
+from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.tracking.checks import skin_agreement, surface_agreement
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.capturing.work.work import Work
 
 __all__ = ["captured_by"]
+
+_OFTEN = 4  # photographs in which a vertex is well seen
 
 
 def captured_by(work: Work) -> Captured:
@@ -50,8 +53,28 @@ def _registered(work: Work, pose: str) -> Registered:
     confidence = np.minimum(found.confidence, work.neutral().read().confidence)
     confidence = np.clip(confidence, 0, 1)[place].astype(np.float32)
     figures = {"flagged": float((confidence < FLAGGED).mean()), **found.figures}
-    figures |= agreement_of(work, pose)
+    figures |= _agreement(work, pose)
     return Registered.of(work.template.mesh, found.vertices[place], confidence, figures)
+
+
+def _agreement(work: Work, pose: str) -> dict[str, Any]:
+    """What is measured of a pose, ``surface`` and ``correspondence``, where it can be.
+
+    Lengths are parts of the diameter of the template. ``seen`` is the share of its vertices that
+    were found in four photographs or more.
+    """
+    extent, triangles = work.template.mesh.diameter, work.template.triangles
+    still = Surface(work.neutral().read().vertices, triangles)
+    moved, skin = still, dict[str, Any]()
+    if pose != work.request.neutral:
+        found = work.tracked(pose).read()
+        moved = Surface(found.vertices, triangles)
+        skin = skin_agreement(still, moved, work.matches(pose), extent)
+        if "views" in found.measured:
+            skin["seen"] = float((found.measured["views"] >= _OFTEN).mean())
+    surface = surface_agreement(work.in_frame(pose).points, moved, extent)
+    measured = {"surface": surface, "correspondence": skin}
+    return {kind: own for kind, own in measured.items() if own}
 
 
 def _figures(work: Work, poses: Mapping[str, Registered]) -> dict[str, Any]:

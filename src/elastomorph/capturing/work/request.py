@@ -13,7 +13,7 @@ from tempfile import TemporaryFile
 from elastomorph.capturing.landmarks.distance import distance_of, require_clicked
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Distance, Landmarks, read_landmarks
 from elastomorph.capturing.photographs.photographs import find_masks, find_poses
-from elastomorph.capturing.work.goals import RIGS, TO, Goal, RigOfCameras
+from elastomorph.capturing.work import RIGS, TO
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError, FileError, MissingExtraError, ParameterError
 from elastomorph.io.atomic import made_folder
@@ -45,8 +45,8 @@ class Request:
         landmarks: On the template and in photographs of the neutral.
         output: Folder of the result.
         working: Folder of what stages leave.
-        rig: Whether cameras stand elsewhere for each pose or stay.
-        to: What is made.
+        rig: Of ``RIGS``: whether cameras stand elsewhere for each pose or stay.
+        to: Of ``TO``: what is made.
     """
 
     poses: Mapping[str, tuple[Path, ...]]
@@ -56,8 +56,8 @@ class Request:
     landmarks: Landmarks
     output: Path
     working: Path
-    rig: RigOfCameras
-    to: Goal
+    rig: str
+    to: str
 
     @property
     def chain(self) -> dict[str, str]:
@@ -124,8 +124,8 @@ def requested(
         landmarks=points,
         output=place,
         working=own,
-        rig="fixed" if rig == "fixed" else "walking",
-        to="cameras" if to == "cameras" else "neutral" if to == "neutral" else "poses",
+        rig=rig,
+        to=to,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 from functools import cache
 from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
@@ -10,54 +9,39 @@ from pathlib import Path
 
 __all__ = ["code_of"]
 
-_ROOM = "elastomorph.capturing"
 _FOLDER = Path(__file__).parents[1]
-_LIBRARIES = {
-    "cv2": "opencv-python-headless",
-    "embreex": "embreex",
-    "numpy": "numpy",
-    "pycolmap": "pycolmap",
-    "scipy": "scipy",
-}
+_MAKERS = _FOLDER / "work" / "makers.py"
+# Each imports nothing of those behind it, as pyproject.toml has it too.
+_ROOMS = ("geometry", "landmarks", "photographs", "cameras", "tracking", "neutral")
+_LIBRARIES = (
+    "elastomorph",
+    "embreex",
+    "numpy",
+    "opencv-python-headless",
+    "pillow",
+    "pycolmap",
+    "scipy",
+)
 
 
 @cache
-def code_of(module: str) -> str:
-    """A digest of a module of this room, of those of the room that it imports, and of libraries.
+def code_of(room: str) -> str:
+    """A digest of a room of code, of those that it may import, and of the libraries' versions.
 
-    A change of one stage makes that stage anew and no other; the rest of the package is named by
-    its version.
+    What hands the rooms their arguments counts to each; the rest of the package is named by its
+    version.
 
     Args:
-        module: Its name below the room, as "tracking.flow".
+        room: Name of its folder, as "tracking".
     """
-    found: dict[str, bytes] = {}
-    libraries = {"elastomorph"}
-    _collect(module, found, libraries)
-    if not found:
-        raise ModuleNotFoundError(f"{_ROOM}.{module}")
     digest = blake2b(digest_size=16)
-    for name in sorted(libraries):
-        digest.update(f"{name} {_version(_LIBRARIES.get(name, name))} ".encode())
-    for name, content in sorted(found.items()):
-        digest.update(name.encode() + content)
+    for library in _LIBRARIES:
+        digest.update(f"{library} {_version(library)} ".encode())
+    rooms = _ROOMS[: _ROOMS.index(room) + 1]
+    files = [file for each in rooms for file in sorted((_FOLDER / each).glob("*.py"))]
+    for file in (_MAKERS, *files):
+        digest.update(f"{file.parent.name}/{file.name} ".encode() + file.read_bytes())
     return digest.hexdigest()
-
-
-def _collect(module: str, found: dict[str, bytes], libraries: set[str]) -> None:
-    """Add a module and what it imports, also within functions."""
-    file = _FOLDER.joinpath(*module.split(".")).with_suffix(".py")
-    if module in found or not file.is_file():
-        return
-    found[module] = file.read_bytes()
-    for node in ast.walk(ast.parse(found[module])):
-        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        if isinstance(node, ast.ImportFrom) and node.module:
-            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-        for name in names:
-            libraries.update({name.partition(".")[0]} & _LIBRARIES.keys())
-            if name.startswith(f"{_ROOM}."):
-                _collect(name.removeprefix(f"{_ROOM}."), found, libraries)
 
 
 def _version(package: str) -> str:

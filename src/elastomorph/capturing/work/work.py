@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from elastomorph.capturing.cameras.frames import Frame
@@ -14,6 +13,7 @@ from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.photographs.photographs import Photographs
 from elastomorph.capturing.photographs.views import Views
+from elastomorph.capturing.tracking.matches import Matches
 from elastomorph.capturing.work.makers import Makers, Placed, Posed
 from elastomorph.capturing.work.progress import Progress, StageSay
 from elastomorph.capturing.work.request import Request
@@ -26,29 +26,21 @@ __all__ = ["Work"]
 
 
 class Work:
-    """A capture at work; used with ``with``, which locks its working folder."""
+    """A capture at work in a folder that is its own meanwhile."""
 
-    def __init__(self, request: Request, makers: Makers, say: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        request: Request,
+        makers: Makers,
+        working: WorkingFolder,
+        say: Callable[[str], None],
+    ) -> None:
         self.request = request
         self.makers = makers
-        self.working = WorkingFolder(request.working)
+        self.working = working
         self.progress = Progress(say, _expected(request))
         self._made: dict[str, Made[Any]] = {}
         self._photographs: dict[str, Photographs] = {}
-
-    def __enter__(self) -> Work:
-        """Lock the working folder."""
-        self.working.__enter__()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Unlock it."""
-        self.working.__exit__(kind, error, trace)
 
     def photographs(self, pose: str) -> Photographs:
         """Those of use of a pose."""
@@ -198,6 +190,12 @@ class Work:
 
         return self._stage(f"frames/{pose}", depends, made)
 
+    def matches(self, pose: str) -> Matches:
+        """Points of the neutral and of a pose that look the same, in the frame of the template."""
+        ours, theirs = self.framed(pose).read().pairs.T
+        neutral = self.in_frame(self.request.neutral)
+        return Matches(neutral.points[ours], self.in_frame(pose).points[theirs])
+
     def tracked(self, pose: str) -> Made[Posed]:
         """The neutral moved into a pose."""
         neutral, before = self.request.neutral, self.request.chain[pose]
@@ -213,12 +211,9 @@ class Work:
 
         def made(say: StageSay) -> Posed:
             say(f"{pose}: opening photographs", 0.0)
-            frame = self.framed(pose).read()
-            ours, theirs = frame.pairs.T
-            pairs = self.in_frame(neutral).points[ours], self.in_frame(pose).points[theirs]
-            vertices = start.read().vertices
+            vertices, matches = start.read().vertices, self.matches(pose)
             return self.makers.pose(
-                self._reference, vertices, pairs, self.views(pose), _naming(pose, say)
+                self._reference, vertices, matches, self.views(pose), _naming(pose, say)
             )
 
         return self._stage(f"poses/{pose}", depends, made)
