@@ -18,11 +18,12 @@ from scipy import sparse
 from scipy.interpolate import interp1d
 
 import elastomorph as em
+from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.model.mesh import part_of
 from elastomorph.model.polygons import Polygons
 from elastomorph.samples import head, recorded_motion, shapes
 from photographs import skin
-from photographs.clicks import both_sides, ict, ict_lip_line
+from photographs.clicks import ict_lip_line
 from photographs.rendering import Surface
 from photographs.subdivision import refined
 
@@ -175,7 +176,7 @@ def _ict(seed: int) -> Subject:
         of_template=np.arange(_ICT_FACE),
         surface=surface,
         refine=sparse.csr_array(sparse.eye_array(len(neutral.vertices))),
-        landmarks={name: v for name, v in ict(folder).items() if v < _ICT_FACE},
+        landmarks=known_landmarks(folder, neutral),
         lip_line=ict_lip_line(folder),
         aim=(0.0, -1.5, 1.0),
         distance=57.0,
@@ -217,7 +218,7 @@ def _built_in(seed: int) -> Subject:
         of_template=own,
         surface=surface,
         refine=refine,
-        landmarks=both_sides(original.vertices),
+        landmarks=known_landmarks("built-in", original),
         lip_line=_between(original, "lips", "mouth"),
         aim=(0.0, -2.5, 1.0),
         distance=46.0,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import completion
+from elastomorph.cli.options import NeutralPose, PosesFolder
 from elastomorph.cli.output import Say, command_line, plain_table
 from elastomorph.cli.verb import Answer, verb
 
@@ -31,14 +32,6 @@ Template = Annotated[
         "needed for cameras."
     ),
 ]
-Output = Annotated[
-    Path,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Folder for a mesh of each pose, their confidence and what was measured.",
-    ),
-]
 LandmarksFile = Annotated[
     Path | None,
     typer.Option(
@@ -52,13 +45,6 @@ Distance = Annotated[
         metavar="A,B=LENGTH",
         help="How far two clicked points are apart, landmarks or ends of a ruler, in the unit of "
         "the template, for the poses to have the subject's size and not the template's.",
-    ),
-]
-Neutral = Annotated[
-    str | None,
-    typer.Option(
-        help="The pose that is the neutral. Default: the one with 'neutral' in its name, or the "
-        "first."
     ),
 ]
 RigOfCameras = Annotated[
@@ -100,11 +86,11 @@ Report = Annotated[
 def capture(
     context: typer.Context,
     photos: Photos,
-    output: Output,
+    output: PosesFolder,
     template: Template = None,
     landmarks: LandmarksFile = None,
     distance: Distance = None,
-    neutral: Neutral = None,
+    neutral: NeutralPose = None,
     rig: RigOfCameras = "walking",
     masks: Masks = None,
     to: To = "poses",

@@ -67,6 +67,21 @@ SettingsFile = Annotated[
         help="Settings of a character (TOML). Default: elastomorph.toml in the folder of the rig.",
     ),
 ]
+PosesFolder = Annotated[
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Folder for a mesh of each pose, their confidence and what was measured.",
+    ),
+]
+NeutralPose = Annotated[
+    str | None,
+    typer.Option(
+        help="The pose that is the neutral. Default: the one with 'neutral' in its name, or the "
+        "first."
+    ),
+]
 
 
 def settings_of(

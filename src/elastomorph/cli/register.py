@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from elastomorph.cli.options import NeutralPose, PosesFolder
 from elastomorph.cli.output import Say, plain_table
 from elastomorph.cli.verb import Answer, verb
 
@@ -30,26 +31,11 @@ Template = Annotated[
         ".fbx, .npz, a folder of meshes; 'built-in' for ours."
     ),
 ]
-Output = Annotated[
-    Path,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Folder for a mesh of each pose, their confidence and what was measured.",
-    ),
-]
 LandmarksFile = Annotated[
     Path | None,
     typer.Option(
         help="Points of the face on the template and on scans, as 'elastomorph landmarks' saves "
         "them. Later scans need none."
-    ),
-]
-Neutral = Annotated[
-    str | None,
-    typer.Option(
-        help="The scan that is the neutral. Default: the one with 'neutral' in its name, or the "
-        "first."
     ),
 ]
 Texture = Annotated[
@@ -62,9 +48,9 @@ def register(
     context: typer.Context,
     scans: Scans,
     template: Template,
-    output: Output,
+    output: PosesFolder,
     landmarks: LandmarksFile = None,
-    neutral: Neutral = None,
+    neutral: NeutralPose = None,
     texture: Texture = True,
     *,
     say: Say,
