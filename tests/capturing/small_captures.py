@@ -136,7 +136,7 @@ class Counted(Makers):
         random = numbers(neutral, solved, face, dict(points.vertices), name, str(stayed))
         similarity = Similarity(1.0, np.eye(3), random.random(3))
         pairs = random.integers(5, size=(4, 2))
-        return Frame(similarity, pairs, pairs[:, 0] > 1, random.random(), 1.0)
+        return Frame(similarity, pairs, pairs[:, 0] > 1, random.random())
 
     def reference(self, shape: Any, neutral: Any, views: Any) -> Any:
         return neutral

@@ -130,7 +130,7 @@ def test_a_file_with_the_vertices_of_the_template_is_the_neutral_itself(tmp_path
     em.write(tmp_path / "neutral.obj", rig().neutral.with_vertices(1.1 * posed()))
     person = neutral_person(face, tmp_path / "neutral.obj", Marks({}, {}, ""), True, [].append)
     np.testing.assert_array_equal(person.elastic.rest[face.place], 1.1 * posed())
-    assert person.neutral is None
+    assert person.shown is None
 
 
 def test_what_is_no_neutral_is_told(scans: list[Path], tmp_path: Path) -> None:

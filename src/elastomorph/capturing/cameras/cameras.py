@@ -137,9 +137,7 @@ class _Finder:
         names = [photograph.name for photograph in self.taken]
         shots = Shots(names, [each.places for each in chosen], self.lens_of)
         self.say("finding cameras", 0.6)
-        found, _ = found_cameras(
-            shots, self.starts, pairs, folder, lambda text: self.say(text, 0.6)
-        )
+        found = found_cameras(shots, self.starts, pairs, folder, lambda text: self.say(text, 0.6))
         return None if found is None else found_late(found, chosen, features, shots)
 
     def exact(self, rough: Sparse, folder: Path, rejected: dict[str, str]) -> Sparse:

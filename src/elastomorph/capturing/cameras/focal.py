@@ -45,8 +45,8 @@ def found_cameras(
     pairs: Pairs,
     folder: Path,
     say: Callable[[str], None],
-) -> tuple[Sparse | None, Pairs]:
-    """The cameras that most photographs agree on, and the matches that were verified.
+) -> Sparse | None:
+    """The cameras that most photographs agree on; None where none are found.
 
     Args:
         shots: The photographs.
@@ -63,14 +63,14 @@ def found_cameras(
     if known:
         best = mapped(shots, lenses, geometries, folder, fixed=fixed)
         if fixed or (best is not None and best.found >= _ENOUGH * len(shots.names)):
-            return best, kept
+            return best
     for ratio in _LADDER:
         say(f"trying a focal length of {ratio:g} times the longer side")
         # What EXIF says did not do, where it said anything.
         lenses = [Start(start.size, None, start.lens).as_lens(ratio) for start in starts]
         _, again = verified(shots, lenses, kept, known=True)
         best = _better(best, mapped(shots, lenses, again, folder))
-    return best, kept
+    return best
 
 
 def _better(one: Sparse | None, other: Sparse | None) -> Sparse | None:

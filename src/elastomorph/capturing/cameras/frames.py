@@ -41,14 +41,12 @@ class Frame:
         pairs: (M, 2) points of the neutral and of the pose that look the same.
         agreeing: (M,) which of them it was fitted to.
         rms: Root mean square distance of those, in the neutral's unit.
-        size: Of the neutral's cloud, in its unit.
     """
 
     similarity: Similarity
     pairs: NDArray[np.int64]
     agreeing: NDArray[np.bool_]
     rms: float
-    size: float
 
 
 def paired(
@@ -105,7 +103,7 @@ def brought(
     used = np.zeros(len(pairs), dtype=bool)
     used[which[weights > 0]] = True
     off = np.linalg.norm(found(source) - goal, axis=1)[weights > 0]
-    return Frame(found, pairs, used, float(np.sqrt(np.mean(off**2))), size)
+    return Frame(found, pairs, used, float(np.sqrt(np.mean(off**2))))
 
 
 def still_vertices(

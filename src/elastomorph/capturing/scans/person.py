@@ -11,7 +11,6 @@ from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.scans.face import Face
 from elastomorph.capturing.scans.nonrigid import Elastic
-from elastomorph.capturing.scans.placing import Placed
 from elastomorph.capturing.scans.virtual import Shown
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
@@ -27,16 +26,13 @@ class Person:
         face: the template.
         elastic: at rest at the person's own neutral.
         expressions: of the template's rig, on this person.
-        neutral: the scan that it was made from, where it belongs; None where only its result is
-            known.
-        placing: what brought that scan there.
+        placing: what brought the scan that it was made from to its place, if it is known.
         shown: what of it can be followed, if its scan has colours.
     """
 
     face: Face
     elastic: Elastic
     expressions: Expressions | None
-    neutral: Placed | None
     placing: Similarity | None
     shown: Shown | None = None
 
@@ -52,7 +48,7 @@ def known_person(face: Face, neutral: Mesh) -> Person:
     placing = None
     if isinstance(neutral, Registered) and (known := neutral.figures.get("placing")):
         placing = Similarity(known["scale"], np.array(known["rotation"]), np.array(known["shift"]))
-    return Person(face, elastic.with_rest(neutral.vertices[face.first]), expressions, None, placing)
+    return Person(face, elastic.with_rest(neutral.vertices[face.first]), expressions, placing)
 
 
 def wanted_at(elastic: Elastic, expressions: Expressions | None) -> Points:

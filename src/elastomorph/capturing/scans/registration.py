@@ -84,9 +84,9 @@ def register(
     """
     own, marks = _prepared(template, landmarks)
     if neutral is None:
-        return _first(own, _read(scan, texture, say), marks, say)[0]
+        return _first(own, read_scan(scan, texture=texture), marks, say)[0]
     person = neutral_person(own, neutral, marks, texture, say)
-    found = _read(scan, texture, say)
+    found = read_scan(scan, texture=texture)
     pose = _next(person, found, marks, person.elastic.rest, person.placing, say)[0]
     if pose.figures["correspondence"] != FOLLOWED:
         _warn_of_paths([str(scan) if not isinstance(scan, Mesh) else scan.name])
@@ -127,14 +127,15 @@ def register_all(
     first = _which(list(named), neutral)
     own, marks = _prepared(template, landmarks)
     say(f"{first}: reading")
-    neutral_pose, person = _first(own, _read(named[first], texture, say), marks, say)
+    neutral_pose, person = _first(own, read_scan(named[first], texture=texture), marks, say)
     found = {first: neutral_pose}
     expected, before = person.elastic.rest, person.placing
     for name, scan in named.items():
         if name == first:
             continue
         say(f"{name}: reading ({len(found) + 1} of {len(named)})")
-        found[name], before = _next(person, _read(scan, texture, say), marks, expected, before, say)
+        shown = read_scan(scan, texture=texture)
+        found[name], before = _next(person, shown, marks, expected, before, say)
         expected = found[name].vertices[own.first]
     blind = [
         name
@@ -155,7 +156,7 @@ def neutral_person(face: Face, neutral: Source, marks: Marks, texture: bool, say
     if alike or isinstance(mesh, Registered):
         return known_person(face, mesh)
     say(f"{mesh.name}: reading")
-    return _first(face, _read(mesh, texture, say), marks, say)[1]
+    return _first(face, read_scan(mesh, texture=texture), marks, say)[1]
 
 
 def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, Person]:
@@ -174,7 +175,7 @@ def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, 
     own = elastic.with_rest(vertices)
     say(f"{scan.name}: looking at its colours")
     shown = shown_neutral(own, placed, wanted_at(own, expressions))
-    person = Person(face, own, expressions, placed, placed.similarity, shown)
+    person = Person(face, own, expressions, placed.similarity, shown)
     return _registered(person, vertices, trust, placed, THE_TEMPLATE, {}), person
 
 
@@ -285,10 +286,6 @@ def _prepared(
             " 'elastomorph landmarks --template'",
         )
     return face, marks
-
-
-def _read(source: Source, texture: bool, say: Say) -> Scan:
-    return read_scan(source, texture=texture)
 
 
 def _named(scans: Sequence[Source] | Mapping[str, Source]) -> dict[str, Source]:
