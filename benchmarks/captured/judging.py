@@ -139,12 +139,20 @@ class Judge:
         return own & (self.material.distances < _OFF * self.extent)
 
     @cached_property
+    def before(self) -> Chosen:
+        """(N,) in front of the corners of the jaw."""
+        jaw = [v for name, v in self.truth.landmarks.items() if name.endswith("jaw")]
+        return self.points[:, 2] > self.rest[jaw, 2].mean()
+
+    @cached_property
+    def above(self) -> Chosen:
+        """(N,) above 1 cm below the chin."""
+        return self.points[:, 1] > self.rest[self.truth.landmarks["chin"], 1] - 1
+
+    @cached_property
     def front(self) -> Chosen:
         """(N,) of the skin, the face without ears and neck."""
-        jaw = [v for name, v in self.truth.landmarks.items() if name.endswith("jaw")]
-        behind = self.rest[jaw, 2].mean()
-        low = self.rest[self.truth.landmarks["chin"], 1] - 1
-        return self.skin & (self.points[:, 2] > behind) & (self.points[:, 1] > low)
+        return self.skin & self.before & self.above
 
     @cached_property
     def lips(self) -> Chosen:
@@ -158,9 +166,7 @@ class Judge:
         lower, chin = (self.rest[self.truth.landmarks[k], 1] for k in ("lower_lip", "chin"))
         down = self.normals(self.first)[:, 1] < -np.sin(np.radians(50))
         height = self.points[:, 1]
-        jaw = [v for name, v in self.truth.landmarks.items() if name.endswith("jaw")]
-        before = self.points[:, 2] > self.rest[jaw, 2].mean()
-        return self.skin & down & before & (height < lower) & (height > chin - 3) & ~self.lips
+        return self.skin & down & self.before & (height < lower) & (height > chin - 3) & ~self.lips
 
     def regions(self, pose: str) -> dict[str, Chosen]:
         """(N,) members of each region in a pose."""
@@ -185,11 +191,8 @@ class Judge:
 
         Here every vertex counts, however far it is.
         """
-        jaw = [v for name, v in self.truth.landmarks.items() if name.endswith("jaw")]
-        low = self.rest[self.truth.landmarks["chin"], 1] - 1
         skin = self.truth.materials[self.material.triangles] == _SKIN
-        place = (self.points[:, 2] > self.rest[jaw, 2].mean()) & (self.points[:, 1] > low)
-        chosen = skin & place & (self.neutral_views >= 2)
+        chosen = skin & self.before & self.above & (self.neutral_views >= 2)
         return Spread.of(100 * self.material.distances[chosen] / self.extent)
 
     def pose(self, pose: str, vertices: Points) -> dict[str, Spread]:

@@ -50,6 +50,9 @@ _BUILT_IN_KINDS = {
     **dict.fromkeys(("pupil_L", "pupil_R"), skin.PUPIL),
     "teeth": skin.TEETH,
 }
+# On the jaw, nearer to the ears than its corners: the front that results are judged by ends there.
+_ICT_JAW = {"right_jaw": 1052, "left_jaw": 3272}
+_BUILT_IN_JAW = {"right_jaw": 2840, "left_jaw": 738}
 _FACE_GROUPS = ("skin", "brows", "lashes", "lids", "nostrils", "lips", "mouth")
 _IRIS, _PUPIL = 0.92, 0.985  # cosines from the axis of an eye whose iris is painted on
 
@@ -176,7 +179,7 @@ def _ict(seed: int) -> Subject:
         of_template=np.arange(_ICT_FACE),
         surface=surface,
         refine=sparse.csr_array(sparse.eye_array(len(neutral.vertices))),
-        landmarks=known_landmarks(folder, neutral),
+        landmarks=known_landmarks(folder, neutral) | _ICT_JAW,
         lip_line=ict_lip_line(folder),
         aim=(0.0, -1.5, 1.0),
         distance=57.0,
@@ -218,7 +221,7 @@ def _built_in(seed: int) -> Subject:
         of_template=own,
         surface=surface,
         refine=refine,
-        landmarks=known_landmarks("built-in", original),
+        landmarks=known_landmarks("built-in", original) | _BUILT_IN_JAW,
         lip_line=_between(original, "lips", "mouth"),
         aim=(0.0, -2.5, 1.0),
         distance=46.0,
