@@ -17,8 +17,8 @@ export interface Key {
 export function listen(keys: readonly Key[], picture: HTMLElement): void {
   addEventListener('keydown', (event) => {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (document.querySelector('dialog[open]')) return; // nothing happens behind it
     const target = event.target instanceof Element ? event.target : null;
-    if (target?.closest('dialog')) return;
     const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (takes(target, pressed)) return;
     const key = keys.find((one) => one.keys.includes(pressed));
@@ -59,6 +59,12 @@ export function keysDialog(keys: readonly Key[]): HTMLDialogElement {
     list,
   );
   close.addEventListener('click', () => dialog.close());
+  // Browsers close it a moment after Escape, and a key that is pressed meanwhile would be lost.
+  dialog.addEventListener('keydown', (event) => {
+    if (event.key !== 'Escape') return;
+    event.preventDefault();
+    dialog.close();
+  });
   dialog.addEventListener('click', (event) => {
     if (event.target === dialog) dialog.close(); // the backdrop
   });
