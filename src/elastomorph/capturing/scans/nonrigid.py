@@ -57,6 +57,8 @@ FOLLOW = (
 )
 # To what the rig's own expressions leave over.
 FINISH = (Stage(5.0, 0.005, 0.017, 5), Stage(1.5, 0.0015, 0.01, 5))
+# To vertices that were followed, as stiff beside them; no point of a scan counts.
+_COMPLETED = Stage(0.5, 0.002, 0.0, 6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +141,24 @@ class Elastic:
             for _ in range(stage.steps):
                 vertices = self._step(vertices, scan, stage, held, hold)
         return vertices
+
+    def completed(self, vertices: Points, weights: Points) -> Points:
+        """The template at rest, bent to where some of its vertices were found.
+
+        What was not found lies as the face at rest lets it, whatever it was begun from.
+
+        Args:
+            vertices: (V, 3).
+            weights: (V,) of those that were found, beside those of points of a scan; else 0.
+        """
+        return self.deformation.solve(
+            vertices,
+            weights[:, None, None] * np.eye(3),
+            weights[:, None] * vertices,
+            arap=_COMPLETED.arap * self._finer**2,
+            bending=_COMPLETED.bending * self._finer**4,
+            rounds=_COMPLETED.steps,
+        )
 
     def matches(self, vertices: Points, scan: ScanPoints, reach: float) -> Matches:
         """The points of a scan that belong to the vertices; the reach is a part of the extent."""

@@ -43,6 +43,8 @@ THE_TEMPLATE, BY_SURFACE, BY_LANDMARKS, BY_RIG, FOLLOWED = (
 # Confidence of vertices by which the head is held still, the fewest, and how far they are off, in
 # parts of the extent, from rough to fine.
 _SURE, _ENOUGH, _STILL = 0.9, 100, (0.01, 0.003, 0.001)
+# Confidence from which on a vertex that was followed is known.
+_KNOWN = 0.5
 # A face of which the scan shows less than this was not found in it.
 _SHOWN = 0.3
 
@@ -224,19 +226,22 @@ def _tracked(
 ) -> Registered:
     """The pose by the skin's colours."""
     elastic, skin = person.elastic, person.elastic.outer
-    trust = trusted(elastic, tracked.vertices, placed.points, np.zeros(len(skin)))
+    # What was not followed well is bent from the neutral, not from where the surface drew it.
+    known = np.where(tracked.confidence > _KNOWN, tracked.confidence, 0.0)
+    vertices = elastic.completed(tracked.vertices, known**2)
+    trust = trusted(elastic, vertices, placed.points, np.zeros(len(skin)))
     # Vertices that were followed tell more exactly than surfaces what of the head is still.
     sure = skin & (tracked.confidence > _SURE)
     still = Similarity.identity()
     if np.count_nonzero(sure) > _ENOUGH:
         reaches = tuple(part * elastic.size for part in _STILL)
-        still = robust_rigid(tracked.vertices[sure], elastic.rest[sure], reaches)
+        still = robust_rigid(vertices[sure], elastic.rest[sure], reaches)
     spread = tracked.spread[skin & np.isfinite(tracked.spread)]
     figures["views_median"] = float(np.median(tracked.views[skin]))
     figures["spread_mean"] = 100 * float(spread.mean()) / elastic.size if len(spread) else None
     both = replace(trust, confidence=np.minimum(trust.confidence, tracked.confidence))
     placed = replace(placed, similarity=placed.similarity.then(still))
-    return _registered(person, still(tracked.vertices), both, placed, FOLLOWED, figures)
+    return _registered(person, still(vertices), both, placed, FOLLOWED, figures)
 
 
 def _registered(
