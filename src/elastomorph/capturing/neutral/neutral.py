@@ -23,6 +23,7 @@ from elastomorph.capturing.geometry.parts import Parts
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.landmarks import fit_landmarks
 from elastomorph.capturing.landmarks.typical_face import typical_face
+from elastomorph.capturing.neutral.lip_line import Lips
 from elastomorph.capturing.neutral.stereo import offsets_from, pairs_of
 from elastomorph.capturing.photographs.crops import cropped, no_finer
 from elastomorph.errors import CaptureError
@@ -159,6 +160,7 @@ class _Neutral:
         self.face = float(np.sqrt(((self.goals - self.middle) ** 2).sum(axis=1).mean()))
         self.deformation = Deformation(rest[self.parts.skin], self.parts.triangles)
         self.skin = rest[self.parts.skin]
+        self.lips = Lips.of(Surface(rest, self.triangles), {n: landmarks[n] for n in names})
         self.cloud = cloud[_near(cloud, rest, self.face)]
         finest = _ROUNDS[-1].density / self.face
         crops = [cropped(view, rest) for view in views]
@@ -215,6 +217,8 @@ class _Neutral:
             drawn = to_points(surface, self.cloud, rest, width=width, reach=reach)
             terms = _sum(terms, drawn, 0.3)
             terms = _sum(terms, self._landmarks(0.2))
+            if self.lips is not None:
+                terms = _sum(terms, self._ends_of_lips(self.lips, crops, whole))
             self._solve(terms, arap=_ARAP, bending=each.bending, rounds=3)
         return agreed.counts, agreed.spread
 
@@ -241,6 +245,16 @@ class _Neutral:
 
     def _landmarks(self, weight: float) -> tuple[Points, Points]:
         return to_places(len(self.skin), self.marks, self.goals, weight)
+
+    def _ends_of_lips(
+        self, lips: Lips, crops: Sequence[Crop], whole: Surface
+    ) -> tuple[Points, Points]:
+        up, higher, weights = lips.moved(crops, whole)
+        higher, weights = higher[self.parts.skin], weights[self.parts.skin]
+        return (
+            weights[:, None, None] * np.outer(up, up),
+            (weights * (self.skin @ up + higher))[:, None] * up,
+        )
 
     def _solve(
         self, terms: tuple[Points, Points], *, arap: float, bending: float, rounds: int
