@@ -9,6 +9,7 @@ from spotted import FOCAL, OFF, SIZE, cameras, centres_off, egg, finder, seen, t
 import elastomorph.capturing.cameras.cameras as module
 from elastomorph.capturing.cameras.cameras import solve_pose
 from elastomorph.capturing.cameras.features import Features
+from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.errors import CaptureError
 from needs import extra
 
@@ -27,6 +28,14 @@ def shown(monkeypatch):
         monkeypatch.setattr(module, "find_features", finder({pose: views}))
 
     return show
+
+
+@pytest.fixture(scope="module")
+def solved() -> SolvedPose:
+    """Cameras by what they show."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "find_features", finder({"neutral": VIEWS}))
+        return solve_pose(taken(CAMERAS))
 
 
 def test_cameras_and_their_lens_are_found(shown, capfd):
@@ -52,17 +61,15 @@ def test_cameras_and_their_lens_are_found(shown, capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_points_look_as_they_do_in_photographs(shown):
-    shown(VIEWS)
-    found = solve_pose(taken(CAMERAS))
+def test_points_look_as_they_do_in_photographs(solved):
     looks = EGG.looks / np.linalg.norm(EGG.looks, axis=1, keepdims=True)
-    assert np.percentile((found.descriptors @ looks.T.astype(np.float32)).max(axis=1), 2) > 0.98
+    assert np.percentile((solved.descriptors @ looks.T.astype(np.float32)).max(axis=1), 2) > 0.98
 
 
-def test_the_same_photographs_give_the_same_cameras(shown):
+def test_the_same_photographs_give_the_same_cameras(shown, solved):
     shown(VIEWS)
-    one, other = (solve_pose(taken(CAMERAS)) for _ in range(2))
-    for first, second in zip(one.cameras, other.cameras, strict=True):
+    again = solve_pose(taken(CAMERAS))
+    for first, second in zip(solved.cameras, again.cameras, strict=True):
         np.testing.assert_allclose(first.position, second.position, rtol=0, atol=1e-6)
 
 
@@ -75,14 +82,12 @@ def test_a_focal_length_that_is_missing_or_wrong_is_found(shown, focal):
     assert any("was not followed" in remark for remark in found.remarks) == (focal is not None)
 
 
-def test_a_lens_that_is_known_is_kept(shown):
-    shown(VIEWS)
-    before = solve_pose(taken(CAMERAS))
+def test_a_lens_that_is_known_is_kept(shown, solved):
     other = [replace(camera, name=camera.name) for camera in cameras(9, seed=5)]
     shown({c.name: seen(c, EGG, 40 + k) for k, c in enumerate(other)}, "smile")
-    found = solve_pose(taken(other, "smile", focal=None), like=before)
-    assert {camera.focal for camera in found.cameras} == {before.cameras[0].focal}
-    np.testing.assert_array_equal(found.cameras[0].centre, before.cameras[0].centre)
+    found = solve_pose(taken(other, "smile", focal=None), like=solved)
+    assert {camera.focal for camera in found.cameras} == {solved.cameras[0].focal}
+    np.testing.assert_array_equal(found.cameras[0].centre, solved.cameras[0].centre)
     assert centres_off(found.cameras, other) < 0.04
 
 
