@@ -97,13 +97,18 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def files(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An own copy of them to work in; nothing waits for a browser, and nothing opens one."""
+    """An own copy of them to work in; nothing waits for a browser, and nothing opens one.
+
+    Pictures that nobody looks at are of one sample a pixel, and clips of few frames.
+    """
     folder = tmp_path / "work"
     shutil.copytree(samples, folder)
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setattr("elastomorph.viewer.server.ViewerServer.wait", lambda server: None)
     monkeypatch.setattr("webbrowser.open", lambda address: True)
+    monkeypatch.setattr("elastomorph.draw.stage.LARGE", 0)
+    monkeypatch.setattr("elastomorph.cli.render._SWING_FRAMES", 6)
     return folder
 
 
