@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
+from elastomorph.rivals.curve_problem import CurveProblem
+from elastomorph.rivals.finite_difference import integrate
 from elastomorph.samples import expressions, head
 from measuring import best_seconds, data_folder
-from newmark import CurveProblem, integrate
 
 ACCURACY = 1e-3
 

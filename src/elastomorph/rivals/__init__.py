@@ -6,6 +6,8 @@ where the source leaves it open.
 
 from elastomorph.rivals.comparison import Comparison, Cost, with_rivals
 from elastomorph.rivals.deformation_gradients import DeformationGradients
+from elastomorph.rivals.finite_difference import FiniteDifference
+from elastomorph.rivals.finite_element import FiniteElement
 from elastomorph.rivals.rival import Rival
 from elastomorph.rivals.vertex_cubic import VertexCubic
 
@@ -14,10 +16,17 @@ __all__ = [
     "Comparison",
     "Cost",
     "DeformationGradients",
+    "FiniteDifference",
+    "FiniteElement",
     "Rival",
     "VertexCubic",
     "with_rivals",
 ]
 
-RIVALS: tuple[Rival, ...] = (VertexCubic(), DeformationGradients())
+RIVALS: tuple[Rival, ...] = (
+    VertexCubic(),
+    FiniteDifference(),
+    FiniteElement(),
+    DeformationGradients(),
+)
 """All of them as they are by default, in the order of a table."""

@@ -37,13 +37,10 @@ class Rival(ABC):
     @property
     def label(self) -> str:
         """The name, and the options that are not the usual ones."""
-        values = {each.name: getattr(self, each.name) for each in fields(self)}
-        own = [
-            f"{each.name}={values[each.name]}"
-            for each in fields(self)
-            if values[each.name] != each.default
-        ]
-        return " ".join([self.name, *own])
+        usual = type(self)()
+        named = [each.name for each in fields(self)]
+        own = [name for name in named if getattr(self, name) != getattr(usual, name)]
+        return " ".join([self.name, *(f"{name}={getattr(self, name)}" for name in own)])
 
     def require(self, mesh: Mesh) -> None:
         """Raise what stands in the way of trying it on a mesh at all.
