@@ -8,6 +8,7 @@ from elastomorph.rivals.comparison import Comparison, Cost, with_rivals
 from elastomorph.rivals.deformation_gradients import DeformationGradients
 from elastomorph.rivals.finite_difference import FiniteDifference
 from elastomorph.rivals.finite_element import FiniteElement
+from elastomorph.rivals.mass_spring import MassSpring
 from elastomorph.rivals.rival import Rival
 from elastomorph.rivals.vertex_cubic import VertexCubic
 
@@ -18,6 +19,7 @@ __all__ = [
     "DeformationGradients",
     "FiniteDifference",
     "FiniteElement",
+    "MassSpring",
     "Rival",
     "VertexCubic",
     "with_rivals",
@@ -28,5 +30,6 @@ RIVALS: tuple[Rival, ...] = (
     FiniteDifference(),
     FiniteElement(),
     DeformationGradients(),
+    MassSpring(),
 )
 """All of them as they are by default, in the order of a table."""
