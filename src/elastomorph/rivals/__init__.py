@@ -9,6 +9,7 @@ from elastomorph.rivals.deformation_gradients import DeformationGradients
 from elastomorph.rivals.finite_difference import FiniteDifference
 from elastomorph.rivals.finite_element import FiniteElement
 from elastomorph.rivals.mass_spring import MassSpring
+from elastomorph.rivals.pde_surface import PdeSurface
 from elastomorph.rivals.rival import Rival
 from elastomorph.rivals.vertex_cubic import VertexCubic
 
@@ -20,6 +21,7 @@ __all__ = [
     "FiniteDifference",
     "FiniteElement",
     "MassSpring",
+    "PdeSurface",
     "Rival",
     "VertexCubic",
     "with_rivals",
@@ -31,5 +33,6 @@ RIVALS: tuple[Rival, ...] = (
     FiniteElement(),
     DeformationGradients(),
     MassSpring(),
+    PdeSurface(),
 )
 """All of them as they are by default, in the order of a table."""
