@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from painted import grid, photograph, ring
 
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.camera import Camera, View
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.neutral.lip_line import Lips
-from elastomorph.capturing.photographs.crops import Crop
+from elastomorph.capturing.photographs.crops import cropped
 from needs import extra
 
 extra("cv2", "capture")
@@ -55,11 +55,11 @@ def skin(places: np.ndarray) -> np.ndarray:
     return np.full(places.shape[:-1], 140.0)
 
 
-def crops(cameras: list[Camera], colour) -> list[Crop]:
+def crops(cameras: list[Camera], colour) -> list[View]:
     vertices, triangles = grid(5, curve=0.0)
     flat = Surface(vertices, triangles)
     views = [photograph(camera, flat, vertices, colour, seed=n) for n, camera in enumerate(cameras)]
-    found = [Crop.of(view, vertices) for view in views]
+    found = [cropped(view, vertices) for view in views]
     return [crop for crop in found if crop]
 
 

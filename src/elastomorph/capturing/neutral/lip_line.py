@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capturing.geometry.camera import View
 from elastomorph.capturing.geometry.sampling import sampled
 from elastomorph.capturing.geometry.surface import Hits, Surface
-from elastomorph.capturing.photographs.crops import Crop
 
 __all__ = ["Lips"]
 
@@ -96,7 +96,7 @@ class Lips:
         above, below = dijkstra(whole.ways, directed=False, indices=corners[2:])
         return cls(corners, np.isfinite(above) * np.where(above < below, 1, -1))
 
-    def moved(self, crops: Sequence[Crop], whole: Surface) -> tuple[Points, Points, Points]:
+    def moved(self, crops: Sequence[View], whole: Surface) -> tuple[Points, Points, Points]:
         """How photographs move the ends of the lips.
 
         Args:
@@ -139,7 +139,7 @@ class _Frame:
         return cls(right, left, up, np.cross(across, up), width)
 
 
-def _seen(crop: Crop, whole: Surface, side: Rows, frame: _Frame) -> list[_Ends]:
+def _seen(crop: View, whole: Surface, side: Rows, frame: _Frame) -> list[_Ends]:
     """Where one photograph shows that the upper and the lower lip end, if it shows the mouth."""
     grid, step, pixels = _grid(crop, frame)
     if grid is None:
@@ -180,7 +180,7 @@ def _ends(
     return _Ends(corners, weights, np.full(len(higher), upper), along, higher)
 
 
-def _grid(crop: Crop, frame: _Frame) -> tuple[Points | None, float, float]:
+def _grid(crop: View, frame: _Frame) -> tuple[Points | None, float, float]:
     """(N, H, 2) pixels across the mouth, from low to high; of a step, and of a width upwards."""
     camera = crop.camera
     middle = (frame.right + frame.left) / 2

@@ -133,9 +133,9 @@ def neutral_surface(
     typical_face({name: template[vertex] for name, vertex in landmarks.items()}, "the template")
     marked = {name: template[landmarks[name]] for name in names}
     rest = fit_landmarks(marked, places, "the photographs")(template)
-    marks = np.array([landmarks[name] for name in names])
+    vertices = {name: landmarks[name] for name in names}
     goals = np.array([places[name] for name in names])
-    return _Neutral(views, cloud, rest, triangles, marks, goals, say).surface()
+    return _Neutral(views, cloud, rest, triangles, vertices, goals, say).surface()
 
 
 class _Neutral:
@@ -147,11 +147,12 @@ class _Neutral:
         cloud: Points,
         rest: Points,
         triangles: NDArray[np.integer],
-        marks: NDArray[np.int64],
+        landmarks: Mapping[str, int],
         goals: Points,
         say: Say,
     ) -> None:
         self.say = say
+        marks = np.array(list(landmarks.values()))
         self.triangles = np.asarray(triangles, dtype=np.int64)
         self.parts = Parts.of(rest, self.triangles, marks)
         on_skin = self.parts.place[marks] >= 0
@@ -160,7 +161,7 @@ class _Neutral:
         self.face = float(np.sqrt(((self.goals - self.middle) ** 2).sum(axis=1).mean()))
         self.deformation = Deformation(rest[self.parts.skin], self.parts.triangles)
         self.skin = rest[self.parts.skin]
-        self.lips = Lips.of(Surface(rest, self.triangles), {n: landmarks[n] for n in names})
+        self.lips = Lips.of(Surface(rest, self.triangles), landmarks)
         self.cloud = cloud[_near(cloud, rest, self.face)]
         finest = _ROUNDS[-1].density / self.face
         crops = [cropped(view, rest) for view in views]
@@ -247,7 +248,7 @@ class _Neutral:
         return to_places(len(self.skin), self.marks, self.goals, weight)
 
     def _ends_of_lips(
-        self, lips: Lips, crops: Sequence[Crop], whole: Surface
+        self, lips: Lips, crops: Sequence[View], whole: Surface
     ) -> tuple[Points, Points]:
         up, higher, weights = lips.moved(crops, whole)
         higher, weights = higher[self.parts.skin], weights[self.parts.skin]
