@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import NDArray
 
+from elastomorph.capturing.geometry.surface import edges_of
 from elastomorph.model.geometry import component_of
 
 Points = NDArray[np.float64]
@@ -37,8 +38,7 @@ class Deformation:
 
     def __init__(self, rest: Points, triangles: NDArray[np.integer]) -> None:
         count = len(rest)
-        sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-        edges = np.unique(np.sort(sides, axis=1), axis=0)
+        edges = edges_of(triangles)
         self.rest = rest
         self.edges = np.concatenate([edges, _ties(rest, edges)])
         first, second = self.edges.T

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.capturing.geometry.similarity import fit_similarity
+from elastomorph.capturing.geometry.surface import sides_of
 from elastomorph.errors import CaptureError
 from elastomorph.model.geometry import component_of
 
@@ -56,7 +57,7 @@ class Parts:
         from scipy.spatial import cKDTree
 
         triangles = np.asarray(triangles, dtype=np.int64)
-        sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+        sides = sides_of(triangles)
         part = component_of(len(rest), sides)
         votes = np.bincount(part[np.asarray(landmarks, dtype=np.int64)], minlength=part.max() + 1)
         chosen = int(votes.argmax())

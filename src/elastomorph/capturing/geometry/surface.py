@@ -87,12 +87,11 @@ class Surface:
     @cached_property
     def ways(self) -> Any:
         """(V, V) sparse: the lengths of the edges, for ways along the surface."""
-        faces, count = self.triangles, len(self.vertices)
-        ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-        ends = np.unique(np.sort(ends, axis=1), axis=0)
-        lengths = np.linalg.norm(self.vertices[ends[:, 0]] - self.vertices[ends[:, 1]], axis=1)
+        first, second = edges_of(self.triangles).T
+        count = len(self.vertices)
+        lengths = np.linalg.norm(self.vertices[first] - self.vertices[second], axis=1)
         lengths = np.maximum(lengths, np.finfo(float).tiny)
-        return sparse.coo_array((lengths, tuple(ends.T)), shape=(count, count)).tocsr()
+        return sparse.coo_array((lengths, (first, second)), shape=(count, count)).tocsr()
 
     def at(self, where: Hits | Closest, values: Points) -> Points:
         """(..., K) values (V, K) at the vertices, between them at points of the surface.
@@ -217,6 +216,17 @@ class Surface:
             mine = np.flatnonzero(sizes == size)
             trees.append((cKDTree(middles[mine]), mine, float(radii[mine].max())))
         return trees
+
+
+def sides_of(triangles: Triangles) -> NDArray[np.int64]:
+    """(3 T, 2) vertices at the ends of the sides of (T, 3) triangles."""
+    sides = [triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]
+    return np.concatenate(sides).astype(np.int64)
+
+
+def edges_of(triangles: Triangles) -> NDArray[np.int64]:
+    """(E, 2) vertices at the ends of the edges of (T, 3) triangles, the smaller first."""
+    return np.unique(np.sort(sides_of(triangles), axis=1), axis=0)
 
 
 def closest_weights(points: Points, corners: Points) -> Points:

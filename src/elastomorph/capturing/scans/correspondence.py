@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry.surface import Surface, sides_of
 
 Points = NDArray[np.float64]
 
@@ -159,8 +159,7 @@ def _within(surface: Surface, spacing: float) -> list[tuple[Points, NDArray[np.i
 
 def border_vertices(count: int, triangles: NDArray[np.integer]) -> NDArray[np.bool_]:
     """(V,) which vertices are on an edge of a single triangle."""
-    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    low, high = ends.min(axis=1).astype(np.int64), ends.max(axis=1).astype(np.int64)
+    low, high = np.sort(sides_of(triangles), axis=1).T
     edges, times = np.unique(low * count + high, return_counts=True)
     found: NDArray[np.bool_] = np.zeros(count, dtype=bool)
     found[np.concatenate(np.divmod(edges[times == 1], count))] = True

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.scans.correspondence import ScanPoints
 from elastomorph.capturing.scans.nonrigid import Elastic, Held
+from elastomorph.capturing.tracking.confidence import confidences
 
 Points = NDArray[np.float64]
 
@@ -28,8 +29,6 @@ _UNSEEN = 0.12
 _SLIDE, _AT_LANDMARK, _BY_RIG, _LEFT = 0.3, 0.06, 0.05, 0.3
 # How far a landmark helps, in parts of the extent.
 _HELPS = 0.06
-# The error at which half of the confidence is gone, in parts of the extent.
-_HALF = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +84,7 @@ def trusted(
     unseen = _way(elastic, vertices, np.flatnonzero(shown)) / size
     across = np.where(shown, distance, _UNSEEN * unseen)
     error = np.hypot(elastic.deformation.smoothed(across, 2), along)
-    return Trust(distance, found.cosines, shown, unseen, error, 1 / (1 + (error / _HALF) ** 2))
+    return Trust(distance, found.cosines, shown, unseen, error, confidences(error, 1.0))
 
 
 def slide(

@@ -34,8 +34,8 @@ from elastomorph.capturing.tracking.observations import (
 
 Points = NDArray[np.float64]
 
-# Of D: the error at which a vertex is as likely trusted as not.
-FLAGGED = 0.005
+# Of D: the error at which half of the confidence is gone.
+_HALF = 0.005
 # Error that filling in adds for each length of the way from the nearest vertex that was found.
 _FILLED = 0.3
 # Strain that patches follow without harm, and the part of their radius that each more costs.
@@ -112,6 +112,6 @@ def expected_errors(neutral: Surface, spread: Points, extent: float) -> Points:
 
 def confidences(errors: Points, extent: float) -> Points:
     """(V,) in [0, 1] from expected errors; 0.5 at 0.5 % of D, the extent."""
-    ratio = np.minimum(errors / (FLAGGED * extent), 1e6)
+    ratio = np.minimum(errors / (_HALF * extent), 1e6)
     found: Points = 1 / (1 + ratio**2)
     return found
