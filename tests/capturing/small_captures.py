@@ -91,11 +91,10 @@ class Counted(Makers):
         say("finding cameras", 0.5)
         return self._solved(photographs, *([] if like is None else [like]))
 
-    def rig(self, poses: Any, neutral: str, say: Any) -> SolvedPose:
+    def rig(self, poses: Any, neutral: str, say: Any) -> dict[str, SolvedPose]:
         self.note("rig")
-        return self._solved(
-            poses[neutral], *([p.digest for p in own.taken] for own in poses.values())
-        )
+        of = ([p.digest for p in own.taken] for own in poses.values())
+        return {neutral: self._solved(poses[neutral], *of)}
 
     def in_rig(self, poses: Any, neutral: str, pose: str, rig: SolvedPose, say: Any) -> SolvedPose:
         self.note(f"cameras/{pose}")

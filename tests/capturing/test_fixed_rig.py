@@ -52,13 +52,15 @@ def test_several_poses_say_more_of_cameras_than_one(views):
     same = same_cameras(poses, "neutral")
     alone = solve_pose(poses["neutral"])
     parts = []
-    rig = solve_rig(poses, "neutral", say=lambda text, part: parts.append(part))
+    found = solve_rig(poses, "neutral", say=lambda text, part: parts.append(part))
+    rig = found["neutral"]
     assert (np.diff(parts) > -1e-9).all()
     assert len(rig.cameras) == len(CAMERAS)
     assert centres_off(rig.cameras, CAMERAS) < 0.8 * centres_off(alone.cameras, CAMERAS)
     assert len(rig.points) == pytest.approx(len(alone.points), rel=0.05)
     assert not any("own" in remark for remark in rig.remarks)
     solved = solve_in_rig(poses["a"], rig, same["a"])
+    np.testing.assert_allclose(found["a"].points, solved.points, atol=1e-6)
     for one, other in zip(solved.cameras, rig.cameras, strict=True):
         assert one.name == other.name
         np.testing.assert_allclose(one.position, other.position, atol=1e-9)
@@ -70,13 +72,13 @@ def test_several_poses_say_more_of_cameras_than_one(views):
 
 def _in_rig(rig, turn: np.ndarray) -> np.ndarray:
     """A turn of the true world as the rig's own frame has it."""
-    world = CAMERAS[0].rotation.T @ rig.camera(CAMERAS[0].name).rotation
+    world = CAMERAS[0].rotation.T @ rig.cameras[0].rotation
     return world.T @ turn @ world
 
 
 def test_a_camera_that_was_moved_is_left_out(views):
     poses = photographs()
-    rig = solve_rig({pose: poses[pose] for pose in ("neutral", "b")}, "neutral")
+    rig = solve_rig({pose: poses[pose] for pose in ("neutral", "b")}, "neutral")["neutral"]
     moved = replace(CAMERAS[4], translation=CAMERAS[4].translation + np.array([0.6, 0.4, 0.0]))
     views["a"]["04.jpg"] = seen(moved, POSES["a"], 9)
     solved = solve_in_rig(poses["a"], rig, same_cameras(poses, "neutral")["a"])
@@ -95,7 +97,7 @@ def test_lenses_that_differ_are_told_apart(views):
     each = [replace(c, focal=c.focal * (1 + 0.01 * random.normal())) for c in CAMERAS]
     for number, (pose, shape) in enumerate(POSES.items()):
         views[pose].update({c.name: seen(c, shape, 50 * number + k) for k, c in enumerate(each)})
-    rig = solve_rig(photographs(), "neutral")
+    rig = solve_rig(photographs(), "neutral")["neutral"]
     assert "each camera has a lens of its own" in rig.remarks
     focals = np.array([camera.focal for camera in rig.cameras])
     true = np.array([camera.focal for camera in each])

@@ -25,7 +25,7 @@ from elastomorph.capturing.cameras.matching import Pairs, compared, neighbours, 
 from elastomorph.capturing.cameras.reconstruction import refined
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.cameras.sparse import Shots, Sparse
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError
 
@@ -77,13 +77,17 @@ def same_cameras(poses: Mapping[str, Photographs], neutral: str) -> dict[str, di
 
 def solve_rig(
     poses: Mapping[str, Photographs], neutral: str, *, say: Say = lambda text, part: None
-) -> SolvedPose:
+) -> dict[str, SolvedPose]:
     """The neutral's cameras, solved from several poses together, and the neutral's points.
 
     Args:
         poses: Photographs by pose, by `examine`.
         neutral: Name of the neutral.
         say: Called with what is being done and the part of it that is done.
+
+    Returns:
+        The neutral, and each pose that helped to solve it, as `solve_in_rig` has that: the
+        features of its photographs are at hand.
 
     Raises:
         CaptureError: Too few cameras are found, or names do not tell which is which.
@@ -95,27 +99,31 @@ def solve_rig(
     chosen = [neutral, *others[step - 1 :: step]]
     slots = [camera.name for camera in first.cameras]
     union = _Union(slots, [first.lenses[name] for name in slots])
+    features = {neutral: [known[slot] for slot in slots]}
     with TemporaryDirectory(prefix="elastomorph-") as place:
         for number, pose in enumerate(chosen):
-            said = _part(say, 0.4 + 0.4 * number / len(chosen), 0.4 / len(chosen))
-            features = [known[slot] for slot in slots]
+            said = _part(say, 0.4 + 0.3 * number / len(chosen), 0.3 / len(chosen))
             if pose != neutral:
-                features = _features(_in_slots(poses[pose], same[pose], slots), said)
-            union.add(features, _matches(first.cameras, slots, features, Path(place)))
-        say("adjusting the rig", 0.8)
+                features[pose] = _features(_in_slots(poses[pose], same[pose], slots), said)
+            union.add(features[pose], _matches(first.cameras, slots, features[pose], Path(place)))
+        say("adjusting the rig", 0.7)
         sparse = union.adjusted(first.cameras, Path(place))
     cameras = tuple(camera for camera in sparse.cameras if camera is not None)
     points, descriptors = cloud(union.of_first(sparse), union.first)
-    errors = reprojection(sparse, union.shots)
-    remarks = (*first.remarks, *union.remarks)
-    return replace(
+    rig = replace(
         first,
         cameras=cameras,
         points=points,
         descriptors=descriptors,
-        reprojection=errors,
-        remarks=remarks,
+        reprojection=reprojection(sparse, union.shots),
+        remarks=(*first.remarks, *union.remarks),
     )
+    found = {neutral: rig}
+    for number, pose in enumerate(chosen[1:]):
+        share = 0.2 / (len(chosen) - 1)
+        said = _part(say, 0.8 + number * share, share)
+        found[pose] = _before_rig(poses[pose], features[pose], rig, same[pose], said)
+    return found
 
 
 def solve_in_rig(
@@ -137,8 +145,20 @@ def solve_in_rig(
         CaptureError: The photographs do not agree with the cameras.
     """
     slots = [camera.name for camera in rig.cameras]
+    features = _features(_in_slots(photographs, same, slots), _part(say, 0.0, 0.8))
+    return _before_rig(photographs, features, rig, same, _part(say, 0.8, 0.2))
+
+
+def _before_rig(
+    photographs: Photographs,
+    features: Sequence[Features],
+    rig: SolvedPose,
+    same: Mapping[str, str],
+    say: Say,
+) -> SolvedPose:
+    """A pose before cameras that are known, from the features of its photographs by camera."""
+    slots = [camera.name for camera in rig.cameras]
     by_slot = _in_slots(photographs, same, slots)
-    features = _features(by_slot, say)
     rejected = dict(photographs.rejected)
     for photograph in photographs.taken:
         if same.get(photograph.name) not in slots:
@@ -154,7 +174,7 @@ def solve_in_rig(
     with TemporaryDirectory(prefix="elastomorph-") as place:
         pairs = _matches(cameras, names, features, Path(place))
         for last in (False, True):
-            say("triangulating", 0.9 if last else 0.8)
+            say("triangulating", 0.5 if last else 0.0)
             left = {k for k, camera in enumerate(cameras) if camera is not None}
             if len(left) < max(3, _LARGEST_SHARE * len(photographs.taken)):
                 raise CaptureError(_moved(photographs, len(left)))
@@ -271,12 +291,9 @@ def _matches(
 
 def looked_at(cameras: Sequence[Camera | None]) -> NDArray[np.float64]:
     """The point nearest to the axes of all cameras, (3,)."""
-    across, pull = np.zeros((3, 3)), np.zeros(3)
-    for camera in cameras:
-        if camera is not None:
-            off = np.eye(3) - np.outer(camera.rotation[2], camera.rotation[2])
-            across, pull = across + off, pull + off @ camera.position
-    return np.asarray(np.linalg.lstsq(across, pull, rcond=None)[0], dtype=np.float64)
+    known = [camera for camera in cameras if camera is not None]
+    places = np.array([camera.position for camera in known])
+    return nearest_to_lines(places, np.array([camera.rotation[2] for camera in known]))
 
 
 def _in_slots(
@@ -291,7 +308,7 @@ def _features(by_slot: Mapping[str, Photograph | None], say: Say) -> list[Featur
     """Features of the photograph of each camera, none where there is no photograph."""
     taken = [photograph for photograph in by_slot.values() if photograph is not None]
     text = f"features of {len(taken)} photographs"
-    found = iter(find_features(taken, done=lambda done: say(text, 0.6 * done / len(taken))))
+    found = iter(find_features(taken, done=lambda done: say(text, done / len(taken))))
     none = Features(
         np.zeros((0, 2)), np.zeros((0, 4), dtype=np.float32), np.zeros((0, 128), dtype=np.uint8)
     )

@@ -112,6 +112,13 @@ class Camera:
         )
 
 
+def nearest_to_lines(places: Points, ways: Points) -> Points:
+    """(3,) the point nearest to lines through (N, 3) places along (N, 3) ways of length 1."""
+    off = np.eye(3) - ways[:, :, None] * ways[:, None, :]
+    pulls = np.einsum("nij,nj->i", off, places)
+    return np.asarray(np.linalg.lstsq(off.sum(axis=0), pulls, rcond=None)[0], dtype=np.float64)
+
+
 @dataclass(frozen=True, eq=False)
 class View:
     """A photograph without distortion, or a part of one.

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
 from elastomorph.capturing.geometry.similarity import Similarity, fit_similarity
 from elastomorph.errors import CaptureError, FormatError
 from elastomorph.io.atomic import read_bytes, replacing
@@ -155,13 +155,9 @@ def triangulated(
     for name, seen in rays.items():
         if len(seen) < 2:
             continue
-        across, pull = np.zeros((3, 3)), np.zeros(3)
-        for camera, pixel in seen:
-            along = camera.through(pixel)
-            along /= np.linalg.norm(along)
-            off = np.eye(3) - np.outer(along, along)
-            across, pull = across + off, pull + off @ camera.position
-        points[name] = np.linalg.solve(across, pull).astype(np.float64)
+        ways = np.array([camera.through(pixel) for camera, pixel in seen])
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        points[name] = nearest_to_lines(np.array([camera.position for camera, _ in seen]), ways)
         squares = [((camera.project(points[name])[0] - pixel) ** 2).sum() for camera, pixel in seen]
         residuals[name] = float(np.sqrt(np.mean(squares)))
     return points, residuals

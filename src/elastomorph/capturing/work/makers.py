@@ -103,10 +103,12 @@ class Makers:
         found: SolvedPose = done_apart("cameras.cameras.solve_pose", given, say)
         return found
 
-    def rig(self, poses: Mapping[str, Photographs], neutral: str, say: StageSay) -> SolvedPose:
-        """The cameras that stay, by the photographs of all poses."""
+    def rig(
+        self, poses: Mapping[str, Photographs], neutral: str, say: StageSay
+    ) -> Mapping[str, SolvedPose]:
+        """The cameras that stay, of the neutral and of the poses that helped to solve them."""
         given = {"poses": poses, "neutral": neutral}
-        found: SolvedPose = done_apart("cameras.fixed_rig.solve_rig", given, say)
+        found: Mapping[str, SolvedPose] = done_apart("cameras.fixed_rig.solve_rig", given, say)
         return found
 
     def in_rig(

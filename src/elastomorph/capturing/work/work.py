@@ -92,16 +92,22 @@ class Work:
     def _of_rig(self, pose: str) -> Made[SolvedPose]:
         """Those of a pose, by cameras that were found from several poses together."""
         poses, neutral = self.request.poses, self.request.neutral
-        whole: Made[SolvedPose] = self._stage(
+        whole: Made[Mapping[str, SolvedPose]] = self._stage(
             "rig",
             {each: self._digest_of_photographs(each) for each in poses} | {"neutral": neutral},
             lambda say: self.makers.rig(
                 {each: self.photographs(each) for each in poses}, neutral, _naming("rig", say)
             ),
         )
-        if pose == neutral:
-            return self._stage(f"cameras/{pose}", {"rig": whole.digest}, lambda say: whole.read())
         both = (neutral, pose)
+
+        def made(say: StageSay) -> SolvedPose:
+            known = whole.read()
+            if pose in known:
+                return known[pose]
+            shown = {each: self.photographs(each) for each in both}
+            return self.makers.in_rig(shown, neutral, pose, known[neutral], _naming(pose, say))
+
         return self._stage(
             f"cameras/{pose}",
             {
@@ -109,13 +115,7 @@ class Work:
                 "both": [self._digest_of_photographs(each) for each in both],
                 "code": self.makers.code("rig"),
             },
-            lambda say: self.makers.in_rig(
-                {each: self.photographs(each) for each in both},
-                neutral,
-                pose,
-                whole.read(),
-                _naming(pose, say),
-            ),
+            made,
         )
 
     def placed(self) -> Made[Placed]:
