@@ -7,7 +7,7 @@ the surface were right: the optical flow between them says how far each vertex i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,33 +17,53 @@ from elastomorph.capturing.geometry.camera import Camera, View
 from elastomorph.capturing.geometry.comparing import correlation, flow_engine
 from elastomorph.capturing.geometry.sampling import pixel_grid, sampled
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.tracking.observations import Observations
+from elastomorph.capturing.tracking.observations import Observations, supported
+from elastomorph.capturing.tracking.reference import Level
 
 Points = NDArray[np.float64]
 Single = NDArray[np.float32]
 Picture = NDArray[np.uint8]
 
+# Photographs of the neutral that each of the pose is compared with.
+_SOURCES = 2
+# Correlation below which nothing is believed, and pixels by which the way back may miss.
+_ALIKE, _BACK = 0.5, 0.7
+# Photographs that have to show a vertex to be believed, and part of those that look at it.
+_FEWEST, _SUPPORT = 3, 0.4
 # Side of the square around a pixel, and the part of it that has to be known.
 _BOX, _AROUND = 9, 0.85
 
 
-@dataclass(frozen=True, eq=False)
-class Warp:
-    """A photograph of the neutral as the pose's camera would have taken it.
+def by_flow(level: Level, views: Sequence[View], vertices: Points) -> Observations:
+    """What optical flow from some photographs of the neutral into each of the pose shows.
 
-    Attributes:
-        picture: (H, W) uint8; the pose's own photograph where the neutral shows nothing.
-        known: (H, W) where the neutral shows something.
+    Args:
+        level: the neutral and its photographs.
+        views: photographs of the pose, of the same size.
+        vertices: (V, 3) of the pose as assumed so far.
     """
+    neutral = level.surface.vertices
+    posed = Surface(vertices, level.surface.triangles)
+    cameras = [view.camera for view in level.views]
+    found = []
+    offered = np.zeros(len(vertices))
+    for number, view in enumerate(views):
+        seen, cosines = level.looked(posed, view.camera)
+        seen &= view.usable(view.camera.project(vertices)[0])
+        offered += seen & level.seen[0].any(axis=0)
+        near = _nearest(cameras, neutral.mean(axis=0), view.camera, vertices.mean(axis=0))
+        taken = [(level.views[i], level.depths[i], level.seen[0][i]) for i in near[:_SOURCES]]
+        found += _missed(number, view, posed, neutral, taken, (seen, cosines))
+    fewest = np.maximum(_FEWEST, _SUPPORT * offered)
+    return supported(Observations.join(found), len(vertices), fewest)
 
-    picture: Picture
-    known: NDArray[np.bool_]
 
-
-def warped(
+def _warped(
     places: Points, met: NDArray[np.bool_], target: Picture, view: View, depth: Single
-) -> Warp:
-    """Carry a photograph of the neutral into one of the pose.
+) -> tuple[Picture, NDArray[np.bool_]]:
+    """A photograph of the neutral as the pose's camera would have taken it, and where it shows it.
+
+    Where the neutral shows nothing the pose's own photograph stands in: nothing moves there.
 
     Args:
         places: (H, W, 3) where on the neutral lies what each pixel of the pose's photograph sees.
@@ -61,10 +81,10 @@ def warped(
     coarse = ((where + 0.5) / np.float32(step) - 0.5).astype(np.float32)
     front: Any = cv2.remap(depth, coarse[..., 0], coarse[..., 1], cv2.INTER_NEAREST, borderValue=-1)
     known = met & view.camera.inside(pixels, 1) & (depths < front * 1.004)
-    return Warp(np.where(known, picture, target), known)
+    return np.where(known, picture, target), known
 
 
-def around(known: NDArray[np.bool_]) -> Single:
+def _around(known: NDArray[np.bool_]) -> Single:
     """(H, W) which part of the surroundings of each pixel is known."""
     import cv2
 
@@ -72,7 +92,7 @@ def around(known: NDArray[np.bool_]) -> Single:
     return np.asarray(found)
 
 
-def flow_between(engine: Any, one: Picture, other: Picture) -> tuple[Single, Single, Single]:
+def _flow_between(engine: Any, one: Picture, other: Picture) -> tuple[Single, Single, Single]:
     """(H, W, 2) flow, (H, W) pixels by which the way back misses, and (H, W) correlation."""
     import cv2
 
@@ -85,7 +105,7 @@ def flow_between(engine: Any, one: Picture, other: Picture) -> tuple[Single, Sin
     return there, np.asarray(round_trip, dtype=np.float32), correlation(one, found)
 
 
-def cropped(camera: Camera, points: Points, margin: int = 24) -> tuple[slice, slice]:
+def _cropped(camera: Camera, points: Points, margin: int = 24) -> tuple[slice, slice]:
     """The rows and columns of a photograph that hold the points, and a margin."""
     pixels, depths = camera.project(points)
     pixels = pixels[depths > 0]
@@ -98,9 +118,7 @@ def cropped(camera: Camera, points: Points, margin: int = 24) -> tuple[slice, sl
     )
 
 
-def nearest_views(
-    neutral: list[Camera], middle: Points, camera: Camera, around: Points
-) -> list[int]:
+def _nearest(neutral: list[Camera], middle: Points, camera: Camera, around: Points) -> list[int]:
     """Cameras of the neutral by how alike they look at it as another camera looks at the pose."""
     wanted = camera.position - around
     ways = np.array([each.position - middle for each in neutral])
@@ -108,14 +126,13 @@ def nearest_views(
     return [int(i) for i in np.argsort(-cosines, kind="stable")]
 
 
-def missed(
+def _missed(
     number: int,
     view: View,
     posed: Surface,
     neutral: Points,
     sources: list[tuple[View, Single, NDArray[np.bool_]]],
     seen: tuple[NDArray[np.bool_], Points],
-    least: tuple[float, float],
 ) -> list[Observations]:
     """Where one photograph of a pose shows the vertices, by each of some neutral photographs.
 
@@ -126,10 +143,8 @@ def missed(
         neutral: (V, 3) the neutral's vertices.
         sources: neutral views, their depths and (V,) which vertices they see.
         seen: (V,) which vertices the photograph sees, and their cosines.
-        least: correlation below which nothing is believed, and pixels by which the way back may
-            miss.
     """
-    rows, columns = cropped(view.camera, posed.vertices)
+    rows, columns = _cropped(view.camera, posed.vertices)
     target = np.ascontiguousarray(view.grey[rows, columns])
     if min(target.shape) < 32:
         return []
@@ -141,13 +156,13 @@ def missed(
     pixels = view.camera.project(posed.vertices)[0]
     corner = np.array([columns.start, rows.start])
     for source, depth, known in sources:
-        warp = warped(places, hits.met, target, source, depth)
-        there, back, alike = flow_between(engine, warp.picture, target)
+        picture, shown = _warped(places, hits.met, target, source, depth)
+        there, back, alike = _flow_between(engine, picture, target)
         both = np.flatnonzero(seen[0] & known)
         at = (pixels[both] - corner).astype(np.float32)
-        maps = np.dstack([there, back, alike, around(warp.known)])
+        maps = np.dstack([there, back, alike, _around(shown)])
         values = sampled(maps, at)
-        good = (values[:, 3] > least[0]) & (values[:, 2] < least[1]) & (values[:, 4] > _AROUND)
+        good = (values[:, 3] > _ALIKE) & (values[:, 2] < _BACK) & (values[:, 4] > _AROUND)
         both, values = both[good], values[good]
         weight = values[:, 3] * seen[1][both]
         found.append(

@@ -28,7 +28,7 @@ from elastomorph.capturing.tracking.confidence import (
     spreads,
     stretched,
 )
-from elastomorph.capturing.tracking.flow import missed, nearest_views
+from elastomorph.capturing.tracking.flow import by_flow
 from elastomorph.capturing.tracking.lips import folded
 from elastomorph.capturing.tracking.matches import Matches
 from elastomorph.capturing.tracking.observations import (
@@ -44,9 +44,9 @@ from elastomorph.errors import CaptureError
 Points = NDArray[np.float64]
 Say = Callable[[str, float], None]
 
-# Pixels that D is long at, and correlation that is asked for, in each turn.
-_FLOWS = ((330.0, 2), (330.0, 2), (330.0, 2), (650.0, 2))
-_FLOW_LEAST, _FLOW_ROBUST = (0.5, 0.7), 4.0
+# Pixels that D is long at in each turn of flow, and residual from which on it counts less.
+_FLOWS, _FLOW_ROBUST = (330.0, 330.0, 330.0, 650.0), 4.0
+# Of patches also the correlation that is asked for.
 _PATCHES = (
     (650.0, 0.5, 6.0),
     (650.0, 0.5, 5.0),
@@ -57,8 +57,8 @@ _PATCHES = (
 # Stiffness beside observations of one pixel² (flow) and of their own spread (patches).
 _FLOW_STIFFNESS = (0.02, 0.2)
 _PATCH_STIFFNESS = (0.1, 0.5)
-# Photographs that have to show a vertex to be believed: part of those that look at it; number.
-_FLOW_SUPPORT, _PATCH_SUPPORT = 0.4, 2
+# Photographs that have to show a patch to be believed.
+_PATCH_SUPPORT = 2
 # Weight of a match beside observations, and its reach in pixels.
 _ANCHORED, _ANCHOR_REACH = 1.0, 2.0
 # Fewest photographs with which a pose can be followed, and part of the skin that has to be found.
@@ -153,19 +153,12 @@ class _Turns:
             CaptureError: the photographs hardly show the skin of the neutral.
         """
         deformation = self.reference.deformation.around(vertices)
-        for turn, (head, sources) in enumerate(_FLOWS):
+        for turn, head in enumerate(_FLOWS):
             self.say(turn)
             level, small = self.sizes[head]
-            self.seen = by_flow(level, small, vertices, _FLOW_LEAST, sources)
-            vertices = settled(
-                deformation,
-                level,
-                small,
-                vertices,
-                self.seen,
-                _FLOW_ROBUST,
-                _FLOW_STIFFNESS,
-                self.anchors,
+            self.seen = by_flow(level, small, vertices)
+            vertices = self._settled(
+                deformation, head, vertices, _FLOW_ROBUST, stiffness=_FLOW_STIFFNESS, steps=2
             )
         known = int(np.count_nonzero(level.seen[0].any(axis=0)))
         part = len(np.unique(self.seen.vertices)) / max(1, known)
@@ -186,7 +179,7 @@ class _Turns:
             self.say(turn)
             level, small = self.sizes[head]
             turned = self.reference.deformation.rotations(vertices)
-            self.seen = by_patches(level, small, vertices, turned, least)
+            self.seen = _by_patches(level, small, vertices, turned, least)
             vertices = self._patches(deformation, head, vertices, robust)
         turned = self.reference.deformation.rotations(vertices)
         over = folded(surface, vertices, turned)
@@ -200,25 +193,44 @@ class _Turns:
     def _patches(
         self, deformation: Deformation, head: float, vertices: Points, robust: float
     ) -> Points:
-        level, small = self.sizes[head]
-        mixing = level.patches.mixing
-        stiffness = _PATCH_STIFFNESS
-        return settled(
-            deformation,
-            level,
-            small,
-            vertices,
-            self.seen,
-            robust,
-            stiffness,
-            self.anchors,
-            mixing,
+        mixing = self.sizes[head][0].patches.mixing
+        return self._settled(
+            deformation, head, vertices, robust, stiffness=_PATCH_STIFFNESS, steps=1, mixing=mixing
         )
+
+    def _settled(
+        self,
+        deformation: Deformation,
+        head: float,
+        vertices: Points,
+        robust: float,
+        *,
+        stiffness: tuple[float, float],
+        steps: int,
+        mixing: Any = None,
+    ) -> Points:
+        """(V, 3) where the vertices are after some steps towards what was seen."""
+        level, small = self.sizes[head]
+        cameras = [view.camera for view in small]
+        for _ in range(steps):
+            quadratic, linear = normal_equations(
+                cameras, vertices, self.seen, unit=level.pixel, robust=robust, mixing=mixing
+            )
+            held, pull = self.anchors.equations(vertices, _ANCHORED, _ANCHOR_REACH * level.pixel)
+            vertices = deformation.solve(
+                vertices,
+                quadratic + held,
+                linear + pull,
+                arap=stiffness[0],
+                bending=stiffness[1],
+                rounds=2,
+            )
+        return vertices
 
 
 def _sizes(reference: Reference, views: Sequence[View]) -> dict[float, tuple[Level, list[View]]]:
     """For each length of D: the neutral, and the photographs of the pose, at that size."""
-    heads = sorted({head for head, *_ in (*_FLOWS, *_PATCHES)})
+    heads = sorted({*_FLOWS, *(head for head, *_ in _PATCHES)})
     scales = reference.scales(heads)
     small: list[list[View]] = [[] for _ in heads]
     for view in views:
@@ -230,56 +242,7 @@ def _sizes(reference: Reference, views: Sequence[View]) -> dict[float, tuple[Lev
     }
 
 
-def settled(
-    deformation: Deformation,
-    level: Level,
-    views: Sequence[View],
-    vertices: Points,
-    seen: Observations,
-    robust: float,
-    stiffness: tuple[float, float],
-    anchors: Anchors,
-    mixing: Any = None,
-) -> Points:
-    """(V, 3) where the vertices are after a step or two towards what was seen."""
-    cameras = [view.camera for view in views]
-    for _ in range(2 if mixing is None else 1):
-        quadratic, linear = normal_equations(
-            cameras, vertices, seen, unit=level.pixel, robust=robust, mixing=mixing
-        )
-        held, pull = anchors.equations(vertices, _ANCHORED, _ANCHOR_REACH * level.pixel)
-        vertices = deformation.solve(
-            vertices,
-            quadratic + held,
-            linear + pull,
-            arap=stiffness[0],
-            bending=stiffness[1],
-            rounds=2,
-        )
-    return vertices
-
-
-def by_flow(
-    level: Level, views: Sequence[View], vertices: Points, least: tuple[float, float], sources: int
-) -> Observations:
-    """What optical flow from some photographs of the neutral into each of the pose shows."""
-    neutral = level.surface.vertices
-    posed = Surface(vertices, level.surface.triangles)
-    cameras = [view.camera for view in level.views]
-    found = []
-    offered = np.zeros(len(vertices))
-    for number, view in enumerate(views):
-        seen, cosines = level.looked(posed, view.camera)
-        seen &= view.usable(view.camera.project(vertices)[0])
-        offered += seen & level.seen[0].any(axis=0)
-        near = nearest_views(cameras, neutral.mean(axis=0), view.camera, vertices.mean(axis=0))
-        taken = [(level.views[i], level.depths[i], level.seen[0][i]) for i in near[:sources]]
-        found += missed(number, view, posed, neutral, taken, (seen, cosines), least)
-    fewest = np.maximum(_FEWEST_VIEWS, _FLOW_SUPPORT * offered)
-    return supported(Observations.join(found), len(vertices), fewest)
-
-
-def by_patches(
+def _by_patches(
     level: Level, views: Sequence[View], vertices: Points, rotations: Points, least: float
 ) -> Observations:
     """What patches of the neutral found in each photograph of the pose show.
