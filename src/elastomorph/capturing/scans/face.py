@@ -13,12 +13,8 @@ from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.scans.correspondence import outer
 from elastomorph.capturing.scans.expressions import Expressions
-from elastomorph.capturing.work.template import require_door
+from elastomorph.capturing.work.template import mesh_or_rig
 from elastomorph.errors import CaptureError, FormatError
-from elastomorph.io.atomic import is_folder, require_name
-from elastomorph.io.npz.members import open_npz
-from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, known_suffixes, read
-from elastomorph.io.rig_folder import rig_as_stored
 from elastomorph.model.geometry import component_of, moved_extent
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.surface import triangulate
@@ -82,7 +78,7 @@ def read_face(source: str | Path | Mesh | Rig) -> Face:
         FileError: It is missing or cannot be read.
         CaptureError: It has no surface.
     """
-    given = source if isinstance(source, Mesh | Rig) else _read(source)
+    given = source if isinstance(source, Mesh | Rig) else mesh_or_rig(source)
     mesh = given.neutral if isinstance(given, Rig) else given
     deltas = (
         {name: morph.delta for name, morph in given.morphs.items()}
@@ -113,20 +109,6 @@ def read_face(source: str | Path | Mesh | Rig) -> Face:
         expressions,
         known_landmarks(known, mesh),
     )
-
-
-def _read(source: str | Path) -> Mesh | Rig:
-    """A mesh from a file of one mesh, else a rig."""
-    require_name(source)
-    require_door(source)
-    suffix = Path(source).suffix.lower()
-    if str(source) == BUILT_IN or is_folder(source) or suffix not in known_suffixes(MESH_FORMATS):
-        return rig_as_stored(source)
-    if suffix == ".npz":
-        with open_npz(source) as members:
-            if "rig_version" in members.names:
-                return rig_as_stored(source)
-    return read(source)
 
 
 def _skin(surface: Surface) -> NDArray[np.bool_]:

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.scans.correspondence import inside_out
 from elastomorph.capturing.scans.skin import Skin, skin_of
+from elastomorph.capturing.work.template import KNOWN, read_template
 from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError
 from elastomorph.io.atomic import require_name
 from elastomorph.io.obj.looks import library_of
-from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes, read
-from elastomorph.io.rig_folder import rig_as_stored
 from elastomorph.io.scan_colours import dressed, vertex_colours
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh
@@ -134,15 +133,10 @@ def mesh_in(source: str | Path | Mesh) -> Mesh:
     """
     if isinstance(source, Mesh):
         return source
-    path = source
-    require_name(path)
-    suffix = Path(path).suffix.lower()
-    if suffix in known_suffixes(MESH_FORMATS):
-        return read(path)
-    if suffix in known_suffixes(RIG_FORMATS):
-        return rig_as_stored(path).neutral
-    known = ", ".join(dict.fromkeys(known_suffixes(MESH_FORMATS) + known_suffixes(RIG_FORMATS)))
-    raise FormatError(path, f"a scan is a file with one of the suffixes {known}")
+    require_name(source)
+    if Path(source).suffix.lower() not in KNOWN:
+        raise FormatError(source, f"a scan is a file with one of the suffixes {', '.join(KNOWN)}")
+    return read_template(source)
 
 
 def _skin(mesh: Mesh, corners: NDArray[np.integer], name: str) -> Skin | None:

@@ -11,14 +11,18 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.errors import CaptureError, FormatError
-from elastomorph.io.atomic import is_folder
+from elastomorph.io.atomic import is_folder, require_name
 from elastomorph.io.npz.members import open_npz
 from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_suffixes, read
 from elastomorph.io.rig_folder import find_neutral, rig_as_stored
 from elastomorph.model.mesh import Mesh
+from elastomorph.rig import Rig
 from elastomorph.rig.welding import Welding
 
-__all__ = ["Template", "read_template", "require_door"]
+__all__ = ["KNOWN", "Template", "mesh_or_rig", "read_template"]
+
+KNOWN = tuple(dict.fromkeys([*known_suffixes(MESH_FORMATS), *known_suffixes(RIG_FORMATS)]))
+"""Suffixes of all files that hold a mesh or a rig."""
 
 _FEWEST = 100
 
@@ -99,27 +103,28 @@ def read_template(named: Mesh | str | Path) -> Mesh:
         return named
     if str(named) != BUILT_IN and is_folder(named):
         return read(find_neutral(named))
-    require_door(named)
-    suffix = Path(named).suffix.lower()
-    if suffix in known_suffixes(MESH_FORMATS) and not (suffix == ".npz" and _holds_rig(named)):
-        return read(named)
-    return rig_as_stored(named).neutral
+    found = mesh_or_rig(named)
+    return found if isinstance(found, Mesh) else found.neutral
 
 
-def require_door(named: str | Path) -> None:
-    """Refuse a name that is of no template: neither ``built-in``, a folder, nor of a known suffix.
+def mesh_or_rig(named: str | Path) -> Mesh | Rig:
+    """The mesh in a file of one mesh, else the rig that is ``built-in``, in a file or a folder.
 
     Raises:
-        FormatError: And which are known.
+        FileError: There is no such file or folder, or it cannot be read.
+        FormatError: Its suffix is unknown, or its content is not what the format allows.
     """
-    known = dict.fromkeys([*known_suffixes(MESH_FORMATS), *known_suffixes(RIG_FORMATS)])
+    require_name(named)
     suffix = Path(named).suffix.lower()
-    if str(named) == BUILT_IN or is_folder(named) or suffix in known:
-        return
-    found = f"unknown suffix '{suffix}'" if suffix else "there is no such folder"
-    raise FormatError(
-        named, f"{found}; expected 'built-in', a folder, or one of {', '.join(known)}"
-    )
+    whole = str(named) == BUILT_IN or is_folder(named)
+    if not whole and suffix not in KNOWN:
+        found = f"unknown suffix '{suffix}'" if suffix else "there is no such folder"
+        raise FormatError(
+            named, f"{found}; expected 'built-in', a folder, or one of {', '.join(KNOWN)}"
+        )
+    if whole or suffix not in known_suffixes(MESH_FORMATS):
+        return rig_as_stored(named)
+    return rig_as_stored(named) if suffix == ".npz" and _holds_rig(named) else read(named)
 
 
 def _holds_rig(path: str | Path) -> bool:
