@@ -141,6 +141,7 @@ export function start(root: HTMLElement, task: Task): void {
       viewing.small(current, strip);
       show();
     } catch (error) {
+      if (opened === place.key) opened = ''; // whoever asks for it again has it tried again
       messages.tell(wordsOf(error));
     }
   }

@@ -80,7 +80,7 @@ export class Viewing {
   /** Remembers from where the picture in view is looked at, and gives its memory back. */
   private keep(): void {
     const { place, surface } = this;
-    const view = surface ? surface.looks : this.photographs.looked;
+    const view = surface ? surface.looked : this.photographs.looked;
     if (place && view) this.looked.set(place.key, view);
     else if (place) this.looked.delete(place.key);
     surface?.dispose();

@@ -120,6 +120,25 @@ def test_it_turns_with_what_is_taken_hold_of(visit: Visit, tmp_path: Path) -> No
         assert (np.abs(pixels(page) - before)[inner].max(axis=-1) > 24).mean() < 1e-3
 
 
+def test_it_is_found_again_as_it_was_left(visit: Visit, tmp_path: Path) -> None:
+    """Whether or not somebody has moved it."""
+    for name in ("one.obj", "two.obj"):
+        em.write(tmp_path / name, roof())
+    task = landmark_task([tmp_path / "one.obj", tmp_path / "two.obj"])
+    with serve_landmarks(task, tmp_path / "landmarks.json") as server:
+        page = visit.blank(server.address, size=(1100, 760))
+        for moves in ("", "+++"):
+            opened(page, "one.obj")
+            for key in moves:
+                page.keyboard.press(key)
+            before = pixels(page)
+            page.keyboard.press("]")
+            opened(page, "two.obj")
+            page.keyboard.press("[")
+            opened(page, "one.obj")
+            assert (np.abs(pixels(page) - before).max(axis=-1) > 24).mean() < 1e-3
+
+
 def test_the_built_in_head_needs_no_clicks(visit: Visit, tmp_path: Path) -> None:
     with serve_landmarks(landmark_task(template="built-in"), tmp_path / "landmarks.json") as server:
         page = visit.blank(server.address, size=(1100, 760))

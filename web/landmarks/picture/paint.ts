@@ -43,11 +43,13 @@ void main() {
   }
 }`;
 
-/** Turn, and where the middle of the surface is in the picture, in CSS pixels and pixels a unit. */
+/** How a surface is looked at, whatever the size of the picture. */
 export interface SurfaceView {
   readonly turn: readonly number[]; // row by row
-  readonly scale: number;
-  readonly x: number;
+  /** Whether all of it is to be in the picture, as long as nobody has moved it. */
+  readonly fits: boolean;
+  readonly scale: number; // CSS pixels a unit
+  readonly x: number; // CSS pixels from the middle of the picture to the origin
   readonly y: number;
 }
 
@@ -111,7 +113,7 @@ export class Painter {
     gl.useProgram(program);
     gl.uniformMatrix3fv(at('turn'), true, view.turn);
     const [a, b] = [2 / width, 2 / height];
-    gl.uniform4f(at('frame'), a * view.x - 1, 1 - b * view.y, a * view.scale, b * view.scale);
+    gl.uniform4f(at('frame'), a * view.x, -b * view.y, a * view.scale, b * view.scale);
     gl.uniform1f(at('depth'), this.depth);
     gl.uniform1f(at('lift'), 0);
     gl.bindVertexArray(this.faces);

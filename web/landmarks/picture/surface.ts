@@ -7,17 +7,17 @@ import type { Pane, Spot } from './pane';
 const MARGIN = 0.9;
 const NEAR = 8; // times the picture from which a surface needs no magnifier
 const TURN = Math.PI / 500; // a CSS pixel
+const FRONT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
 const QUICK = 2_000_000; // triangles that are tested within a frame
 const NEARER = 1e-3; // of the size: what lies on the surface is not behind it
 
 export class SurfacePane implements Pane {
   readonly canvas = document.createElement('canvas');
   private readonly painter: Painter;
-  private view: SurfaceView = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: 1, x: 0, y: 0 };
+  private view: SurfaceView = { turn: FRONT, fits: true, scale: 1, x: 0, y: 0 };
   private width = 1;
   private height = 1;
   private ratio = 1;
-  private looked = false;
   private grabbed: Point | null = null;
   private readonly seen = new Map<string, boolean>();
   private readonly size: number;
@@ -36,7 +36,7 @@ export class SurfacePane implements Pane {
   ) {
     this.painter = new Painter(this.canvas, mesh, images);
     this.edges = snaps;
-    if (view) [this.view, this.looked] = [view, true];
+    if (view) this.view = view;
     this.size = Math.hypot(...mesh.high.map((value, i) => value - mesh.low[i]!)) || 1;
   }
 
@@ -49,16 +49,13 @@ export class SurfacePane implements Pane {
   }
 
   resize(width: number, height: number, ratio: number): void {
-    const { x, y } = this.view;
-    this.view = { ...this.view, x: x + (width - this.width) / 2, y: y + (height - this.height) / 2 };
     Object.assign(this, { width, height, ratio });
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);
-    if (!this.looked) this.fit();
+    if (this.view.fits) this.fit();
   }
 
   fit(): void {
-    this.looked = true;
     const { low, high } = this.mesh;
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
       this.turned([i & 1 ? low[0] : high[0], i & 2 ? low[1] : high[1], i & 4 ? low[2] : high[2]]),
@@ -70,15 +67,16 @@ export class SurfacePane implements Pane {
       MARGIN * Math.min(this.width / (right - left || 1), this.height / (top - bottom || 1));
     this.view = {
       ...this.view,
+      fits: true,
       scale,
-      x: this.width / 2 - (scale * (left + right)) / 2,
-      y: this.height / 2 + (scale * (bottom + top)) / 2,
+      x: (-scale * (left + right)) / 2,
+      y: (scale * (bottom + top)) / 2,
     };
   }
 
   /** From the front again. */
   actual(): void {
-    this.turnTo([1, 0, 0, 0, 1, 0, 0, 0, 1]);
+    this.turnTo(FRONT);
     this.fit();
   }
 
@@ -87,10 +85,12 @@ export class SurfacePane implements Pane {
     const most = (60 * Math.max(this.width, this.height)) / this.size;
     const scale = Math.min(Math.max(view.scale * factor, most / 300), most);
     const share = scale / view.scale;
-    this.view = { ...view, scale, x: x - share * (x - view.x), y: y - share * (y - view.y) };
+    const [right, down] = this.fromMiddle(x, y);
+    const [x1, y1] = [right - share * (right - view.x), down - share * (down - view.y)];
+    this.view = { ...view, fits: false, scale, x: x1, y: y1 };
   }
 
-  get looks(): SurfaceView {
+  get looked(): SurfaceView {
     return this.view;
   }
 
@@ -105,7 +105,7 @@ export class SurfacePane implements Pane {
 
   drag(dx: number, dy: number, move: boolean): void {
     if (move) {
-      this.view = { ...this.view, x: this.view.x + dx, y: this.view.y + dy };
+      this.view = { ...this.view, fits: false, x: this.view.x + dx, y: this.view.y + dy };
       return;
     }
     const middle = this.mesh.low.map((value, i) => (value + this.mesh.high[i]!) / 2);
@@ -113,7 +113,7 @@ export class SurfacePane implements Pane {
     const [x, y] = this.screen(pivot);
     this.turnTo(multiplied(rotation(TURN * dx, TURN * dy), this.view.turn));
     const [u, v] = this.screen(pivot);
-    this.view = { ...this.view, x: this.view.x + x - u, y: this.view.y + y - v };
+    this.view = { ...this.view, fits: false, x: this.view.x + x - u, y: this.view.y + y - v };
   }
 
   spot(mark: Mark): Spot | null {
@@ -149,8 +149,8 @@ export class SurfacePane implements Pane {
 
   magnify(context: CanvasRenderingContext2D, x: number, y: number, size: number): void {
     const { view } = this;
-    const place = (from: number, to: number) => size / 2 - 4 * (from - to);
-    const nearer = { ...view, scale: 4 * view.scale, x: place(x, view.x), y: place(y, view.y) };
+    const [right, down] = this.fromMiddle(x, y);
+    const nearer = { ...view, scale: 4 * view.scale, x: 4 * (view.x - right), y: 4 * (view.y - down) };
     this.painter.draw(nearer, size, size, this.ratio, this);
     const side = Math.round(size * this.ratio);
     context.drawImage(this.canvas, 0, this.canvas.height - side, side, side, 0, 0, side, side);
@@ -175,8 +175,9 @@ export class SurfacePane implements Pane {
   }
 
   private met(x: number, y: number) {
-    const { scale, x: left, y: top } = this.view;
-    const q: Point = [(x - left) / scale, (top - y) / scale, 2 * this.size];
+    const { view } = this;
+    const [right, down] = this.fromMiddle(x, y);
+    const q: Point = [(right - view.x) / view.scale, (view.y - down) / view.scale, 2 * this.size];
     return cast(this.mesh, this.back(q), this.back([0, 0, -1]));
   }
 
@@ -197,9 +198,14 @@ export class SurfacePane implements Pane {
     this.seen.clear();
   }
 
+  private fromMiddle(x: number, y: number): readonly [number, number] {
+    return [x - this.width / 2, y - this.height / 2];
+  }
+
   private screen(p: Point): [number, number] {
     const [x, y] = this.turned(p);
-    return [this.view.x + this.view.scale * x, this.view.y - this.view.scale * y];
+    const { view, width, height } = this;
+    return [width / 2 + view.x + view.scale * x, height / 2 + view.y - view.scale * y];
   }
 
   private turned(p: Point): Point {
