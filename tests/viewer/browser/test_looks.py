@@ -11,7 +11,19 @@ import pytest
 from faces import Faces
 from pictures import picture, skin
 from views import CALM, VIEWS, close_all
-from visiting import DESK, FRAME, NARROW, PHONE, Visit, empty_page, settled, state, update, wait
+from visiting import (
+    COARSE,
+    DESK,
+    FRAME,
+    NARROW,
+    PHONE,
+    Visit,
+    empty_page,
+    settled,
+    state,
+    update,
+    wait,
+)
 
 from elastomorph.viewer import serve
 from needs import MODULES, NO_NODE
@@ -53,7 +65,7 @@ def written(page: Page | Frame) -> None:
 def test_every_view(
     visit: Visit, faces: Faces, keep: Callable[[Page, str], None], size: str
 ) -> None:
-    page = visit(faces.together, size=EVERY_SIZE[size])
+    page = visit(faces.together, size=EVERY_SIZE[size], **COARSE)
     # Where there is no room for more, the theme changes nothing but colours seen elsewhere.
     themes = ["light", "dark"] if size in SIZES else ["light"]
     wrong = []

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from faces import Faces, distances
-from visiting import Visit, positions, settled, state, update
+from visiting import COARSE, Visit, positions, settled, state, update
 
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
@@ -27,7 +27,7 @@ def assert_posed(page: Page, faces: Faces) -> None:
 
 
 def test_by_keys(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     slider(page, "jawOpen").focus()
     for _ in range(7):
         page.keyboard.press("ArrowRight")
@@ -44,7 +44,7 @@ def test_by_keys(visit: Visit, faces: Faces) -> None:
 
 def test_by_the_mouse(visit: Visit, faces: Faces) -> None:
     """Several sliders are dragged one after another, and all of them count."""
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     for name, share in (("jawOpen", 0.7), ("mouthSmile_L", 0.4), ("eyeBlink_L", 0.9)):
         slider(page, name).scroll_into_view_if_needed()
         box = slider(page, name).bounding_box()
@@ -62,7 +62,7 @@ def test_by_the_mouse(visit: Visit, faces: Faces) -> None:
 
 
 def test_by_numbers_beyond_one(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     page.get_by_role("checkbox", name="Beyond 1").check()
     for name, weight in (("jawOpen", "1.35"), ("mouthFunnel", "-0.4")):
         page.get_by_role("spinbutton", name=f"{name}, value").fill(weight)
@@ -76,13 +76,13 @@ def test_by_numbers_beyond_one(visit: Visit, faces: Faces) -> None:
 
 def test_between_zero_and_one_by_numbers(visit: Visit, faces: Faces) -> None:
     """Without leave to go beyond, a number is brought back to the end of the slider."""
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     page.get_by_role("spinbutton", name="jawOpen, value").fill("3")
     assert state(page)["weights"] == {"jawOpen": 1}
 
 
 def test_master_t_by_keys(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     update(page, weights={"jawOpen": 0.8, "mouthSmile_L": 0.5}, t=1)
     time = page.get_by_role("slider", name="Master time t")
     time.focus()
@@ -95,7 +95,7 @@ def test_master_t_by_keys(visit: Visit, faces: Faces) -> None:
 
 
 def test_search(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     search = page.get_by_role("searchbox", name="Search sliders")
     search.fill("smile r")
     assert _visible(page) == ["mouthSmile_R"]
@@ -109,7 +109,7 @@ def test_search(visit: Visit, faces: Faces) -> None:
 
 
 def test_only_the_active_ones(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     update(page, weights={"jawOpen": 0.2, "eyeBlink_R": 0.1})
     page.get_by_role("checkbox", name="Active only").check()
     assert sorted(_visible(page)) == ["eyeBlink_R", "jawOpen"]
@@ -117,7 +117,7 @@ def test_only_the_active_ones(visit: Visit, faces: Faces) -> None:
 
 def test_groups(visit: Visit, faces: Faces) -> None:
     """Those of the file come first, then parts of the face; each opens and closes."""
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     headings = page.locator(".group h2").all_inner_texts()
     names = [heading.split("\n")[0].strip() for heading in headings]
     assert names == ["Lids", "Brows", "Jaw", "Mouth", "Other"]
@@ -133,7 +133,7 @@ def test_groups(visit: Visit, faces: Faces) -> None:
 
 
 def test_mirror(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     page.get_by_role("switch", name="Mirror").check()
     slider(page, "mouthSmile_L").focus()
     for _ in range(3):
@@ -149,7 +149,7 @@ def test_mirror(visit: Visit, faces: Faces) -> None:
 
 
 def test_back_to_zero(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     update(page, weights={"jawOpen": 0.2, "eyeBlink_R": 0.1})
     page.get_by_role("button", name="jawOpen to 0").click()
     assert state(page)["weights"] == {"eyeBlink_R": 0.1}
@@ -163,7 +163,7 @@ def test_back_to_zero(visit: Visit, faces: Faces) -> None:
 
 def test_a_slider_wakes_a_face_at_rest(visit: Visit, faces: Faces) -> None:
     """At t = 0 nothing would move: whoever moves a slider wants to see it move."""
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     update(page, t=0)
     slider(page, "jawOpen").press("End")
     assert state(page)["t"] == 1

@@ -27,6 +27,8 @@ NARROW = (320, 640)
 WINDOW = (1010, 640)
 # Where only numbers are read.
 SMALL = (420, 320)
+# Options where nobody looks at the picture: a quarter of its pixels, and everything else in place.
+COARSE = {} if os.environ.get("ELASTOMORPH_SCREENSHOTS") else {"device_scale_factor": 0.5}
 
 
 class Visit:
