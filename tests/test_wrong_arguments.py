@@ -125,6 +125,13 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("fit None", lambda: EM.fit(None), "motion"),
     ("fit a mesh", lambda: EM.fit([MESH]), "must be a MeshSequence"),
     ("fit along", lambda: EM.fit(MOTION, "curves"), "must be a CurveNetwork"),
+    ("learn None", lambda: EM.learn(None), "motion must be a MeshSequence"),
+    ("learn a name", lambda: EM.learn("nowhere.####.obj"), r"nowhere\.####\.obj"),
+    ("learn bends", lambda: EM.learn(MOTION, "two"), "bends must be a whole number"),
+    ("learn too many", lambda: EM.learn(MOTION, 2), "2 bends need a frame each"),
+    ("learn knots", lambda: EM.learn(MOTION, knots=-1), "knots must be a whole number"),
+    ("learn along", lambda: EM.learn(MOTION, curves="all"), "must be a CurveNetwork"),
+    ("learn trusting", lambda: EM.learn(MOTION, confidence=[1]), "confidence of a motion needs"),
     ("read None", lambda: EM.read(None), "a file is named by a text"),
     ("read a mesh", lambda: EM.read(MESH), "a file is named by a text"),
     ("read a rig", lambda: EM.read("head.glb"), r"em\.read_rig reads it"),
@@ -171,7 +178,7 @@ def test_is_an_error_of_ours(call: Callable[[], object], message: str) -> None:
 
 def test_every_public_call_is_in_the_table() -> None:
     """All but those that only results and errors are made with."""
-    made_elsewhere = {"BendReport", "Captured", "Evaluation", "Suggestion", "Fit"}
+    made_elsewhere = {"BendReport", "Captured", "Evaluation", "Suggestion", "Fit", "Learned"}
     words = " ".join(
         call.__code__.co_names[1] for _, call, _ in CALLS if len(call.__code__.co_names) > 1
     )

@@ -34,7 +34,9 @@ if TYPE_CHECKING:
     from elastomorph.evaluation import evaluate as evaluate
     from elastomorph.evaluation import suggest_inbetweens as suggest_inbetweens
     from elastomorph.fitting import Fit as Fit
+    from elastomorph.fitting import Learned as Learned
     from elastomorph.fitting.fit import fit as fit
+    from elastomorph.fitting.learning import learn as learn
     from elastomorph.io.registry import read as read
     from elastomorph.io.registry import write as write
     from elastomorph.io.rig_folder import read_rig as read_rig
@@ -63,8 +65,9 @@ _HOMES = {
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
     "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
-    "fitting": ("Fit",),
+    "fitting": ("Fit", "Learned"),
     "fitting.fit": ("fit",),
+    "fitting.learning": ("learn",),
     "io.registry": ("read", "write"),
     "io.rig_folder": ("read_rig",),
     "io.sequences": ("read_sequence", "write_sequence"),

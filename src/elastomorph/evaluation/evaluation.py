@@ -86,7 +86,7 @@ def evaluate(
             one label; the confidence does not fit, or no vertex counts.
         ResonanceError: A material is singular for its load.
     """
-    truth, mask = _judged_by(truth, confidence, least_confidence)
+    truth, mask = recorded_motion(truth, confidence, least_confidence)
     if curves is None:
         curves = extract_curves(truth.mesh)
     require_curves_of(curves, len(truth.mesh.vertices), "the first frame")
@@ -100,7 +100,7 @@ def evaluate(
     return Evaluation(truth, curves, tuple(results), extent=extent, confidence=mask)
 
 
-def _judged_by(
+def recorded_motion(
     truth: MeshSequence | str | Path, confidence: ConfidenceLike | None, least: float
 ) -> tuple[MeshSequence, Confidence | None]:
     """The motion, read where it is named by its files, and which of its vertices count."""

@@ -1,0 +1,254 @@
+"""Curves and shapes that follow recorded frames, the worst place of them most of all.
+
+What frames are off the straight path, R_t (N, 3) at time t, is to be a sum of products
+
+    R_t ≈ α(t) F + Σ_k b_k(t) D_k
+
+with the given shape F = Δ, or without, K shapes D_k that are free, and curves α and b_k that are
+cubic splines, zero at both ends. Least squares have a closed form: on the splines, F is projected
+out, and the D_k are singular vectors. From there the sum of the p-th powers of the errors, p rising
+to 64, is made small by reweighted least squares (Lawson, 1961), shapes and curves in turn: first of
+all vertices, then more and more of the worst. Errors are those of Eq. 35: of each vertex, and of
+each curve of the face in the mean.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.blas_threads import one_blas_thread
+from elastomorph.model.bend_curve import BendCurve
+
+__all__ = ["Observed", "PathFit", "Splines", "fitted", "worst_mended"]
+
+Floats = NDArray[np.float64]
+
+_ROUNDS = (
+    *((2, 2), (3, 3), (4, 4), (6, 6), (8, 6), (12, 8)),
+    *((16, 8), (24, 8), (32, 8), (48, 8), (64, 8)),
+)
+_GOING_ON = ((32, 8), (64, 8))
+_MENDING = ((4, 3), (16, 4), (64, 5))
+"""Exponents p, and how many steps with each: of a path, of one that is close, of a vertex."""
+_LEAST = 1e-2  # Errors below this part of the largest weigh like it
+_RIDGE = 1e-10
+_TINY = float(np.finfo(np.float64).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class Splines:
+    """Cubic splines that are zero at t = 0 and t = 1, on knots with equally many frames between."""
+
+    knots: Floats  # Those of B-splines, the ends repeated
+    degree: int
+    values: Floats  # (T, M) of each of M splines at each time
+
+    @classmethod
+    def at(cls, times: Floats, knots: int) -> Splines:
+        """Splines on as many inner knots, fewer where there are too few (T,) rising times.
+
+        There are no more splines than times within (0, 1), if there is one.
+        """
+        from scipy.interpolate import BSpline
+
+        inner = np.unique(times[(times > 0) & (times < 1)])
+        degree = min(3, len(inner) + 1)
+        count = min(knots, len(inner) + 1 - degree)
+        every = np.concatenate([[0.0], inner, [1.0]])
+        places = np.linspace(0, len(every) - 1, count + 2)[1:-1]
+        middle = np.interp(places, np.arange(len(every)), every)
+        ends = np.ones(degree + 1)
+        own = np.concatenate([0 * ends, middle, ends])
+        design = BSpline.design_matrix(np.clip(times, 0.0, 1.0), own, degree)
+        return cls(own, degree, np.asarray(design.toarray()[:, 1:-1]))
+
+    def curve(self, weights: Floats) -> BendCurve:
+        """The curve of (M,) weights of the splines."""
+        from scipy.interpolate import PPoly
+
+        spline = (self.knots, np.concatenate([[0.0], weights, [0.0]]), self.degree)
+        pieces = slice(self.degree, len(self.knots) - self.degree - 1)
+        rows = np.asarray(PPoly.from_spline(spline).c)[::-1, pieces].T
+        return BendCurve(self.knots[self.degree : len(self.knots) - self.degree], rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """What the path is fitted to; lengths are fractions of D."""
+
+    offsets: Floats  # (T, 3, N) how far each frame is off the straight path
+    fixed: Floats | None  # (3, N) the shape F
+    counted: Floats | None  # (T, N) 1 where a vertex counts in a frame, else 0; all by default
+    means: Any  # (C, N) sparse, takes the mean over each curve of the face
+
+    @cached_property
+    def straight(self) -> Floats:
+        """(T, N) distances of the frames from the straight path."""
+        distances: Floats = np.sqrt(np.einsum("txn,txn->tn", self.offsets, self.offsets))
+        return distances if self.counted is None else distances * self.counted
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest error of the straight path."""
+        return float(self.straight.max(initial=_TINY))
+
+    @cached_property
+    def average(self) -> float:
+        """The largest mean error of a curve on the straight path."""
+        return float(self._means(self.straight).max(initial=_TINY))
+
+    def part(self, vertices: NDArray[np.int64]) -> Observed:
+        """Some of the vertices, without the means over curves."""
+        fixed = None if self.fixed is None else self.fixed[:, vertices]
+        counted = None if self.counted is None else self.counted[:, vertices]
+        return Observed(self.offsets[:, :, vertices], fixed, counted, None)
+
+    def errors(self, curves: Floats, shapes: Floats) -> Floats:
+        """(T, N) distances from the path of (T, S) curves and (S, 3, N) shapes."""
+        count = len(self.offsets)
+        left = curves @ shapes.reshape(len(shapes), -1)
+        left -= self.offsets.reshape(count, -1)
+        np.square(left, out=left)
+        distances: Floats = np.sqrt(left.reshape(count, 3, -1).sum(axis=1))
+        return distances if self.counted is None else distances * self.counted
+
+    def score(self, errors: Floats) -> float:
+        """The largest error, of a vertex or the mean of a curve, as a part of the straight one."""
+        largest = errors.max(initial=0.0) / self.largest
+        return float(max(largest, self._means(errors).max(initial=0.0) / self.average))
+
+    def _means(self, errors: Floats) -> Floats:
+        """(T, C) means over the curves of (T, N) errors."""
+        return np.asarray((self.means @ errors.T).T)
+
+    def weights(self, errors: Floats, power: float, score: float) -> Floats:
+        """(T, N) weights of squares with which least squares go down the sum of p-th powers."""
+        largest, average = score * self.largest, score * self.average
+        means = self._means(errors) / average
+        low = _LEAST * largest
+        weights = (np.maximum(errors, low) / largest) ** (power - 2) / largest**2
+        pulls = self.means.T @ (np.maximum(means, _LEAST) ** (power - 1)).T / average
+        weights += pulls.T / np.maximum(errors, low)
+        weights /= weights.mean()
+        return weights if self.counted is None else weights * self.counted
+
+
+@dataclass(frozen=True, eq=False)
+class PathFit:
+    """Curves and shapes found."""
+
+    weights: Floats  # (M, S) of the splines in each curve; the first is α where there is an F
+    shapes: Floats  # (S, 3, N), F first where there is one
+    score: float  # The largest error, of a vertex or a mean, as a part of the straight path's
+    largest: float  # The largest error of a vertex
+
+
+# Many products of moderate size: threads of BLAS would wait for each other after every one.
+@one_blas_thread()
+def fitted(seen: Observed, splines: Splines, count: int, start: PathFit | None = None) -> PathFit:
+    """The path with so many free shapes; it goes on from another one where given."""
+    basis = splines.values
+    if start is None:
+        own = _least_squares(seen, basis, count)
+        shapes = shapes_for(seen, basis @ own)
+    else:
+        own, shapes = start.weights, start.shapes
+    best = PathFit(own, shapes, np.inf, np.inf)
+    for power, steps in _ROUNDS if start is None else _GOING_ON:
+        for _ in range(steps):
+            errors = seen.errors(basis @ own, shapes)
+            score = seen.score(errors)
+            if score < best.score:
+                best = PathFit(own, shapes, score, float(errors.max(initial=0.0)))
+            weights = seen.weights(errors, power, score)
+            found = _curves_for(seen, basis, shapes_for(seen, basis @ own, weights), weights)
+            better = shapes_for(seen, basis @ found, weights)
+            part = 1.0 / (power - 1)  # Newton's step; all of the way diverges
+            own = own + part * (found - own)
+            shapes = shapes + part * (better - shapes)
+    return best
+
+
+def _least_squares(seen: Observed, basis: Floats, count: int) -> Floats:
+    """(M, S) spline weights of the least sum of squares of all frames and vertices."""
+    orthogonal, triangle = np.linalg.qr(basis)
+    rows = orthogonal.T @ seen.offsets.reshape(len(basis), -1)
+    own = []
+    if seen.fixed is not None:
+        unit = seen.fixed.ravel() / np.linalg.norm(seen.fixed)
+        along = rows @ unit
+        rows = rows - np.outer(along, unit)
+        own.append(along / np.linalg.norm(seen.fixed))
+    # The eigenvectors of a small matrix are the singular vectors of a long one.
+    _, vectors = np.linalg.eigh(rows @ rows.T)
+    own += list(vectors[:, ::-1].T[:count])
+    return np.linalg.solve(triangle, np.stack(own, axis=1))
+
+
+def shapes_for(seen: Observed, curves: Floats, weights: Floats | None = None) -> Floats:
+    """(S, 3, N) the shapes that fit (T, S) curves best, F first; squares weigh (T, N)."""
+    offsets, fixed = seen.offsets, seen.fixed
+    count, size = len(offsets), offsets.shape[2]
+    weights = seen.counted if weights is None else weights
+    first = int(fixed is not None)
+    free = curves[:, first:]
+    number = free.shape[1]
+    if not number:
+        return np.zeros((0, 3, size)) if fixed is None else fixed[None]
+    weighted = offsets if weights is None else weights[:, None] * offsets
+    wanted = (free.T @ weighted.reshape(count, -1)).reshape(number, 3, size)
+    even = np.ones((count, 1)) if weights is None else weights
+    squares = (free[:, :, None] * free[:, None]).reshape(count, -1)
+    grams = (even.T @ squares).reshape(-1, number, number)
+    if fixed is not None:
+        crossed = (free * curves[:, :1]).T @ even
+        wanted -= crossed[:, None] * fixed
+    ridge = _RIDGE * np.trace(grams, axis1=1, axis2=2) + _TINY
+    grams += ridge[:, None, None] * np.eye(number)
+    found: Floats = np.asarray(np.linalg.solve(grams, wanted.transpose(2, 0, 1)), dtype=np.float64)
+    found = found.transpose(1, 2, 0)
+    return found if fixed is None else np.concatenate([fixed[None], found])
+
+
+def _curves_for(seen: Observed, basis: Floats, shapes: Floats, weights: Floats) -> Floats:
+    """(M, S) the spline weights that fit (S, 3, N) shapes best; squares weigh (T, N)."""
+    number, count = len(shapes), len(basis)
+    products = np.einsum("ixn,jxn->ijn", shapes, shapes).reshape(number * number, -1)
+    grams = (weights @ products.T).reshape(count, number, number)
+    weighted = (weights[:, None] * seen.offsets).reshape(count, -1)
+    wanted = weighted @ shapes.reshape(number, -1).T
+    system = np.einsum("ta,tij,tb->aibj", basis, grams, basis, optimize=True)
+    size = basis.shape[1] * number
+    system = system.reshape(size, size)
+    scale = np.sqrt(np.diag(system)) + _TINY
+    system = system / scale / scale[:, None] + _RIDGE * np.eye(size)
+    found = np.linalg.solve(system, (basis.T @ wanted).ravel() / scale) / scale
+    return found.reshape(-1, number)
+
+
+def worst_mended(seen: Observed, curves: Floats, allowed: float) -> tuple[Floats, Floats]:
+    """(S, 3, N) shapes for (T, S) curves, and (N,) the largest error each vertex is left with.
+
+    Least squares; where that leaves more than what is allowed, the largest error is made small.
+    """
+    shapes = shapes_for(seen, curves)
+    errors = seen.errors(curves, shapes)
+    worst = errors.max(axis=0)
+    bad = np.flatnonzero(worst > allowed)
+    part = seen.part(bad)
+    now, errors = shapes[:, :, bad], errors[:, bad]
+    for power, steps in _MENDING if len(bad) else ():
+        for _ in range(steps):
+            high = errors.max(axis=0)
+            weights = np.maximum(errors / high, _LEAST) ** (power - 2)
+            now = now + (shapes_for(part, curves, weights) - now) / (power - 1)
+            errors = part.errors(curves, now)
+            better = errors.max(axis=0) < worst[bad]
+            shapes[:, :, bad[better]] = now[:, :, better]
+            worst[bad[better]] = errors.max(axis=0)[better]
+    return shapes, worst

@@ -1,0 +1,149 @@
+"""Recordings as what a path is fitted to: how far their frames are off straight lines.
+
+The curves of a path are fitted to a sample of the vertices: those farthest from the straight lines,
+and others spread evenly. Then every vertex is given the shapes that go best with these curves.
+Vertices are looked at in blocks, so that long recordings of dense meshes need little memory beside
+their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.evaluation.curve_errors import CurveVertices
+from elastomorph.fitting.path_fit import (
+    Observed,
+    PathFit,
+    Splines,
+    fitted,
+    worst_mended,
+)
+from elastomorph.model.sequence import MeshSequence
+
+__all__ = ["Recordings", "path_through"]
+
+Floats = NDArray[np.float64]
+Vertices = NDArray[np.int64] | slice
+
+# So many vertices times frames are fitted at once, and looked at at once.
+_SAMPLE, _BLOCK = 150_000, 600_000
+_LEAST_SAMPLE = 256
+# Vertices that turn out worse than the sample by this join it, so often at most.
+_WORSE, _MORE_ROUNDS = 1.02, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Recordings:
+    """One recording or several, each with its ends and the moments of its frames on the path."""
+
+    takes: Sequence[MeshSequence]
+    moments: Sequence[Floats]  # (T,) of each, from 0 to 1
+    along: CurveVertices
+    counted: NDArray[np.bool_] | None = None  # (T, V) of all frames together
+    paced: bool = True  # Whether Δ has a curve of its own; for one recording only
+
+    @property
+    def diameter(self) -> float:
+        """D of the first recording, in the unit of the vertices."""
+        return self.takes[0].mesh.diameter
+
+    @property
+    def vertex_count(self) -> int:
+        """V."""
+        return len(self.takes[0].mesh.vertices)
+
+    @property
+    def times(self) -> Floats:
+        """(T,) the moments of all frames together."""
+        return np.concatenate(self.moments)
+
+    def observed(self, vertices: Vertices) -> Observed:
+        """What some vertices do, in fractions of D."""
+        offsets = np.concatenate(
+            [
+                _offsets(take, moments, vertices, self.diameter)
+                for take, moments in zip(self.takes, self.moments, strict=True)
+            ]
+        )
+        frames = self.takes[0].frames
+        delta = (frames[-1, vertices] - frames[0, vertices]).T / self.diameter
+        counted = None if self.counted is None else self.counted[:, vertices].astype(np.float64)
+        means = _means(self.along, self.vertex_count)[:, vertices]
+        sizes = np.asarray(means.sum(axis=1)).ravel()
+        some = sizes > 0
+        means = means[some].multiply(1 / sizes[some, None]).tocsr()
+        return Observed(offsets, delta if self.paced else None, counted, means)
+
+    def blocks(self) -> Iterator[NDArray[np.int64]]:
+        """All vertices, some at a time."""
+        step = max(1, _BLOCK // len(self.times))
+        for start in range(0, self.vertex_count, step):
+            yield np.arange(start, min(start + step, self.vertex_count))
+
+    def sample(self) -> NDArray[np.int64]:
+        """Vertices of curves to fit to: all, or those farthest from straight and some others."""
+        known = np.unique(self.along.indices)
+        room = max(_LEAST_SAMPLE, _SAMPLE // len(self.times))
+        if room >= len(known):
+            return known
+        blocks = [self.observed(own).straight.max(axis=0) for own in self.blocks()]
+        order = np.argsort(-np.concatenate(blocks)[known], kind="stable")
+        farthest, others = known[order[: room // 2]], np.sort(known[order[room // 2 :]])
+        evenly = np.linspace(0, len(others) - 1, room - len(farthest)).astype(np.int64)
+        return np.union1d(farthest, others[evenly])
+
+
+def path_through(recordings: Recordings, splines: Splines, count: int) -> PathFit:
+    """The path of so many free shapes, over all vertices, that follows all recordings best."""
+    sample = recordings.sample()
+    start: PathFit | None = None
+    for _ in range(_MORE_ROUNDS + 1):
+        fit = fitted(recordings.observed(sample), splines, count, start)
+        if len(sample) == recordings.vertex_count:
+            return fit
+        whole, worst = _to_all(recordings, splines, fit, sample)
+        worse = np.flatnonzero(worst > _WORSE * fit.largest)
+        unseen = np.setdiff1d(np.intersect1d(worse, recordings.along.indices), sample)
+        if not len(unseen):
+            break
+        worst_first = unseen[np.argsort(-worst[unseen], kind="stable")]
+        sample = np.union1d(sample, worst_first[:_LEAST_SAMPLE])
+        start = replace(whole, shapes=whole.shapes[:, :, sample])
+    return whole
+
+
+def _to_all(
+    recordings: Recordings, splines: Splines, fit: PathFit, sample: NDArray[np.int64]
+) -> tuple[PathFit, Floats]:
+    """The path with shapes for all vertices, and (V,) the largest error of each."""
+    shapes = np.empty((len(fit.shapes), 3, recordings.vertex_count))
+    worst = np.empty(recordings.vertex_count)
+    curves = splines.values @ fit.weights
+    for own in recordings.blocks():
+        seen = recordings.observed(own)
+        shapes[:, :, own], worst[own] = worst_mended(seen, curves, fit.largest)
+    shapes[:, :, sample] = fit.shapes
+    return PathFit(fit.weights, shapes, fit.score, fit.largest), worst
+
+
+def _offsets(take: MeshSequence, moments: Floats, vertices: Vertices, diameter: float) -> Floats:
+    """(T, 3, N) how far frames are off the straight line at their moments."""
+    part = take.frames[:, vertices].transpose(0, 2, 1) / diameter
+    first, last = part[0].copy(), part[-1].copy()
+    part -= first + moments[:, None, None] * (last - first)
+    part[[0, -1]] = 0.0
+    return part
+
+
+def _means(along: CurveVertices, vertex_count: int) -> Any:
+    """(C, V) sparse ones where a vertex is on a curve."""
+    from scipy.sparse import csr_array
+
+    bounds = np.append(along.starts, len(along.indices))
+    ones = np.ones(len(along.indices))
+    return csr_array((ones, along.indices, bounds), shape=(len(along.counts), vertex_count))

@@ -1,0 +1,162 @@
+"""Paths learned from movements whose paths are known, and from recorded ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import elastomorph as em
+from elastomorph.curves import CurveNetwork
+from elastomorph.evaluation.movements import find_movements
+from elastomorph.fitting.path_fit import Observed, Splines, fitted
+from elastomorph.io.npz.mesh import read_marker_take
+from elastomorph.io.vertex_lists import read_curves
+
+CURVES = Path(__file__).parents[2] / "benchmarks" / "animface_curves.json"
+TIMES = np.linspace(0, 1, 41)
+
+
+def movement(network: CurveNetwork, bends: int, *, noise: float = 0.0) -> em.MeshSequence:
+    """A path with a pace of its own and so many bends, on 29 points at random."""
+    random = np.random.default_rng(3)
+    shapes = random.normal(size=(2 + bends, network.vertex_count, 3))
+    pace = TIMES**2 * (3 - 2 * TIMES)
+    laws = [4 * TIMES * (1 - TIMES), TIMES * (1 - TIMES) * (1 - 2 * TIMES) * 6][:bends]
+    frames = shapes[0] + np.tensordot(
+        np.stack([0.5 * pace, *(0.2 * b for b in laws)], 1), shapes[1:], 1
+    )
+    frames[1:-1] += noise * random.normal(size=frames[1:-1].shape)
+    return em.MeshSequence(em.Mesh(shapes[0]), frames, TIMES)
+
+
+@pytest.mark.parametrize("bends", [0, 1, 2])
+def test_a_path_of_so_many_bends_is_found_again(network: CurveNetwork, bends: int) -> None:
+    """To rounding: pace and bends are cubic splines themselves."""
+    take = movement(network, bends)
+    found = em.learn(take, bends, curves=network)
+    assert len(found.bends) == bends + 1  # and the curve of Δ
+    np.testing.assert_allclose(found.at(TIMES), take.frames, atol=1e-9)
+    assert found.gain > 1e6
+
+
+def test_ends_are_those_of_the_recording_to_the_last_bit(network: CurveNetwork) -> None:
+    take = movement(network, 2, noise=0.01)
+    found = em.learn(take, 1, curves=network)
+    np.testing.assert_array_equal(found.at([0.0, 1.0]), take.frames[[0, -1]])
+    assert found.bends[-1].tobytes() == found.delta.tobytes()
+
+
+def test_more_bends_leave_smaller_errors(network: CurveNetwork) -> None:
+    take = movement(network, 2, noise=0.02)
+    found = [em.learn(take, bends, curves=network) for bends in range(3)]
+    errors = [each.errors.lme for each in found]
+    assert sorted(errors, reverse=True) == errors
+    assert errors[0] < found[0].straight.lme
+
+
+def test_the_largest_error_is_smaller_than_that_of_least_squares(network: CurveNetwork) -> None:
+    take = movement(network, 2, noise=0.02)
+    offsets = (
+        take.frames - take.frames[0] - TIMES[:, None, None] * (take.frames[-1] - take.frames[0])
+    )
+    from scipy.sparse import csr_array
+
+    seen = Observed(offsets.transpose(0, 2, 1), None, None, csr_array(np.eye(offsets.shape[1])))
+    splines = Splines.at(TIMES, 7)
+    first, rows = np.linalg.qr(splines.values)[0], offsets.reshape(len(TIMES), -1)
+    inside = first @ (first.T @ rows)
+    left, sizes, right = np.linalg.svd(inside, full_matrices=False)
+    squares = (left[:, :2] * sizes[:2]) @ right[:2] - rows
+    largest = np.linalg.norm(squares.reshape(offsets.shape), axis=2).max()
+    assert fitted(seen, splines, 2).largest < 0.85 * largest
+
+
+def test_errors_are_those_that_evaluate_finds(network: CurveNetwork) -> None:
+    take = movement(network, 2, noise=0.02)
+    found = em.learn(take, 1, curves=network)
+    linear, learned = em.evaluate(take, {"linear": "linear", "own": found}, network).results
+    for measure in ("lme", "lae", "mean_lme", "mean_lae"):
+        assert getattr(found.errors, measure) == pytest.approx(getattr(learned, measure))
+        assert getattr(found.straight, measure) == pytest.approx(getattr(linear, measure))
+
+
+def test_what_is_straight_already_stays_so(network: CurveNetwork) -> None:
+    """A path that nothing can make better never becomes worse."""
+    ends = movement(network, 0).frames[[0, -1]]
+    line = ends[0] + TIMES[:, None, None] * (ends[1] - ends[0])
+    found = em.learn(em.MeshSequence(em.Mesh(line[0]), line, TIMES), 2, curves=network)
+    assert found.errors.lme <= found.straight.lme < 1e-12
+
+
+@pytest.mark.parametrize("frames", [2, 3, 4, 5, 6])
+def test_few_frames_are_passed_through(network: CurveNetwork, frames: int) -> None:
+    whole = movement(network, 2)
+    pick = np.linspace(0, 40, frames).astype(int)
+    take = em.MeshSequence(whole.mesh, whole.frames[pick], TIMES[pick])
+    found = em.learn(take, frames - 2, curves=network)
+    np.testing.assert_allclose(found.at(take.times), take.frames, atol=1e-6)
+
+
+def test_dense_meshes_are_learned_from_a_sample(
+    network: CurveNetwork, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Curves from some vertices, shapes for all: nearly as good as all at once."""
+    from elastomorph.fitting import recordings
+
+    take = movement(network, 2, noise=0.02)
+    whole = em.learn(take, 1, curves=network).errors.lme
+    monkeypatch.setattr(recordings, "_LEAST_SAMPLE", 8)
+    monkeypatch.setattr(recordings, "_SAMPLE", 8 * len(TIMES))
+    monkeypatch.setattr(recordings, "_BLOCK", 5 * len(TIMES))
+    assert em.learn(take, 1, curves=network).errors.lme < 1.15 * whole
+
+
+def test_what_is_not_trusted_does_not_count(network: CurveNetwork) -> None:
+    """A vertex that was lost for some frames changes nothing where it is masked."""
+    take = movement(network, 1)
+    frames, sure = np.array(take.frames), np.ones(take.frames.shape[:2])
+    frames[10:14, 5] += 3.0
+    sure[10:14, 5] = 0.0
+    torn = em.MeshSequence(take.mesh, frames, TIMES)
+    found = em.learn(torn, 1, curves=network, confidence=sure)
+    np.testing.assert_allclose(found.at(TIMES), take.frames, atol=1e-6)
+    assert em.learn(torn, 1, curves=network).errors.lme > 100 * found.errors.lme
+
+
+def test_a_recording_that_comes_back_is_refused(network: CurveNetwork) -> None:
+    take = movement(network, 1)
+    both = np.concatenate([take.frames, take.frames[-2::-1]])
+    with pytest.raises(
+        em.MeshError, match=r"farthest from its first frame at frame 40, and ends at 0%"
+    ):
+        em.learn(em.MeshSequence(take.mesh, both))
+    with pytest.raises(em.MeshError, match="does not move"):
+        em.learn(em.MeshSequence(take.mesh, np.stack([take.frames[0]] * 4)))
+
+
+def test_more_bends_than_frames_or_knots_are_refused(network: CurveNetwork) -> None:
+    take = movement(network, 1)
+    with pytest.raises(em.ParameterError, match="41 frames has 39: ask for 39 or fewer"):
+        em.learn(take, 40)
+    with pytest.raises(em.ParameterError, match="3 knots tell 5 bends apart"):
+        em.learn(take, 6, knots=3)
+
+
+@pytest.mark.realdata
+def test_recorded_movements_are_never_worse_than_straight(data_dir: Path) -> None:
+    """Of two takes of real faces, whole movements; the goal in the mean."""
+    pairs = []
+    for name in ("jaw", "eyebrows"):
+        take = read_marker_take(data_dir / "animface" / f"{name}.npz")
+        network = CurveNetwork(read_curves(CURVES, 41, take.names), 41)
+        for move in find_movements(take.motion.frames, edge=0.0):
+            part = take.motion.part(move.start, move.stop)
+            found = em.learn(part, 1, curves=network)
+            pairs.append(
+                (found.straight.lme, found.straight.lae, found.errors.lme, found.errors.lae)
+            )
+    straight, learned = np.array(pairs)[:, :2], np.array(pairs)[:, 2:]
+    assert (learned < straight).all()
+    assert (straight.mean(axis=0) > (4.0, 4.2) * learned.mean(axis=0)).all()
