@@ -18,13 +18,11 @@ from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
-from elastomorph.capturing.work.captured import Captured, write_captured
+from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.makers import Makers, Placed, Posed
-from elastomorph.capturing.work.outcome import captured_by
+from elastomorph.capturing.work.outcome import made
 from elastomorph.capturing.work.packing import content_digest, packed
 from elastomorph.capturing.work.request import requested
-from elastomorph.capturing.work.stages import WorkingFolder
-from elastomorph.capturing.work.work import Work
 
 POSES = ("a", "neutral", "b", "c")
 COUNT = 6
@@ -162,10 +160,7 @@ def run(photos: Path, output: Path, counted: Counted, **options: Any) -> Capture
     }
     shape = options.pop("template", template())
     request = requested(photos, shape, output=output, **given | options)
-    with WorkingFolder(request.working) as working:
-        captured = captured_by(Work(request, counted, working, lambda _: None))
-        write_captured(request.output, captured)
-    return captured
+    return made(request, counted, lambda _: None)
 
 
 def slow(stage: str) -> None:

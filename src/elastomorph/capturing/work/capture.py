@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from elastomorph.capturing.landmarks.landmarks import Landmarks
-from elastomorph.capturing.work.captured import Captured, write_captured
+from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.request import requested
 from elastomorph.model.mesh import Mesh
 
@@ -79,12 +79,6 @@ def capture(
         working=working,
     )
     from elastomorph.capturing.work.makers import Makers
-    from elastomorph.capturing.work.outcome import captured_by
-    from elastomorph.capturing.work.stages import WorkingFolder
-    from elastomorph.capturing.work.work import Work
+    from elastomorph.capturing.work.outcome import made
 
-    with WorkingFolder(request.working) as folder:
-        captured = captured_by(Work(request, Makers(), folder, say))
-        say(f"writing {request.output}")
-        write_captured(request.output, captured)
-    return captured
+    return made(request, Makers(), say)

@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.checks import skin_agreement, surface_agreement
-from elastomorph.capturing.work.captured import Captured
+from elastomorph.capturing.work.captured import Captured, write_captured
+from elastomorph.capturing.work.makers import Makers
 from elastomorph.capturing.work.registered import FLAGGED, Registered
+from elastomorph.capturing.work.request import Request
+from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.capturing.work.work import Work
 
-__all__ = ["captured_by"]
+__all__ = ["made"]
 
 _OFTEN = 4  # photographs in which a vertex is well seen
 
 
-def captured_by(work: Work) -> Captured:
-    """All that was asked for, made where it is not there."""
+def made(request: Request, makers: Makers, say: Callable[[str], None]) -> Captured:
+    """All that was asked for, made where it is not there, and written."""
+    with WorkingFolder(request.working) as folder:
+        captured = _captured_by(Work(request, makers, folder, say))
+        say(f"writing {request.output}")
+        write_captured(request.output, captured)
+    return captured
+
+
+def _captured_by(work: Work) -> Captured:
     request = work.request
     # What is cheap and may be wrong comes first, for all poses.
     for pose in request.poses:
