@@ -1,15 +1,14 @@
 """A rig of cameras that stay where they are: solved once, from the features of several poses.
 
-The photograph of the same name or number in each pose is from the same camera. Cameras are found
-from the neutral; then features of several poses are put together, camera by camera, matched only
-within a pose, and everything is adjusted at once: the cameras are the same, and see more. A pose is
-then only triangulated. Rough points come from its strongest features, of which only those near
-each other's epipolar lines are matched; they guide the matching of all others.
+Cameras are found from the neutral; then features of several poses are put together, camera by
+camera, matched only within a pose, and everything is adjusted at once: the cameras are the same,
+and see more. A pose is then only triangulated. Rough points come from its strongest features, of
+which only those near each other's epipolar lines are matched; they guide the matching of all
+others.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +21,7 @@ from elastomorph.capturing.cameras.cameras import Say, found_and_solved
 from elastomorph.capturing.cameras.exact import cloud, farthest_off, matched, misfits, reprojection
 from elastomorph.capturing.cameras.features import Features, find_features
 from elastomorph.capturing.cameras.matching import Pairs, compared, neighbours, off_lines, strongest
+from elastomorph.capturing.cameras.names import LARGEST_SHARE, same_cameras
 from elastomorph.capturing.cameras.reconstruction import refined
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.cameras.sparse import Shots, Sparse
@@ -29,50 +29,13 @@ from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError
 
-__all__ = ["same_cameras", "solve_in_rig", "solve_rig"]
+__all__ = ["solve_in_rig", "solve_rig"]
 
 _STRONGEST = 1500
 _MOST_POSES = 4  # more add little to what these say of the cameras
-_LARGEST_SHARE = 0.5
 _OFF_LINE = 0.002  # focal lengths; rough points are only to guide
 _OWN_LENSES = 0.985  # error with a lens a camera against one lens for all, to keep the former
 _OWN_FROM = 500  # points that each camera must see for a lens of its own
-
-
-def same_cameras(poses: Mapping[str, Photographs], neutral: str) -> dict[str, dict[str, str]]:
-    """Which photograph of the neutral is from the same camera: pose → photograph → that one's name.
-
-    Args:
-        poses: Photographs by pose.
-        neutral: Name of the neutral.
-
-    Raises:
-        CaptureError: Photographs of a pose are not named or numbered as those of the neutral.
-    """
-    found = {}
-    for key in (_stem, _number):
-        named = {key(photograph): photograph.name for photograph in poses[neutral].taken}
-        found = {
-            pose: {
-                photograph.name: named[key(photograph)]
-                for photograph in photographs.taken
-                if key(photograph) in named
-            }
-            for pose, photographs in poses.items()
-        }
-        if len(named) == len(poses[neutral].taken) and all(
-            len(set(same.values())) == len(same) >= _LARGEST_SHARE * len(poses[pose].taken)
-            for pose, same in found.items()
-        ):
-            return found
-    for pose, photographs in poses.items():
-        if len(found[pose]) < _LARGEST_SHARE * len(photographs.taken):
-            raise CaptureError(
-                f"pose '{pose}': its photographs are not named or numbered as those of "
-                f"'{neutral}' ({photographs.taken[0].name}, {poses[neutral].taken[0].name}), so "
-                "which camera took which is not known; name them alike, or leave out --rig fixed"
-            )
-    raise CaptureError("photographs of one pose have the same number; give each camera its own")
 
 
 def solve_rig(
@@ -176,7 +139,7 @@ def _before_rig(
         for last in (False, True):
             say("triangulating", 0.5 if last else 0.0)
             left = {k for k, camera in enumerate(cameras) if camera is not None}
-            if len(left) < max(3, _LARGEST_SHARE * len(photographs.taken)):
+            if len(left) < max(3, LARGEST_SHARE * len(photographs.taken)):
                 raise CaptureError(_moved(photographs, len(left)))
             pairs = {pair: found for pair, found in pairs.items() if left.issuperset(pair)}
             sparse = refined(shots, cameras, pairs, Path(place), free="points", within=within)
@@ -317,12 +280,3 @@ def _features(by_slot: Mapping[str, Photograph | None], say: Say) -> list[Featur
 
 def _part(say: Say, start: float, share: float) -> Say:
     return lambda text, part: say(text, start + share * part)
-
-
-def _stem(photograph: Photograph) -> str:
-    return photograph.path.stem.lower()
-
-
-def _number(photograph: Photograph) -> str:
-    numbers = re.findall(r"\d+", photograph.path.stem)
-    return numbers[-1].lstrip("0") if numbers else photograph.path.stem.lower()

@@ -102,6 +102,10 @@ class Camera:
             centre=(self.centre + 0.5) * factor - 0.5,
         )
 
+    def without_distortion(self, factor: float) -> Camera:
+        """The camera of the photograph without distortion, made smaller by `factor`."""
+        return replace(self.scaled(factor), radial=0.0)
+
     def moved(self, similarity: Similarity) -> Camera:
         """The camera that sees a world moved by a similarity as this one sees it now."""
         rotation = self.rotation @ similarity.rotation.T
@@ -185,7 +189,7 @@ def open_colours(
     import cv2
 
     colours = _flat(camera, _pixels(path, cv2.IMREAD_COLOR_RGB, camera.size), scale)
-    return replace(camera.scaled(scale), radial=0.0), colours
+    return camera.without_distortion(scale), colours
 
 
 def _pixels(path: Path, kind: int, size: tuple[int, int]) -> NDArray[np.uint8]:

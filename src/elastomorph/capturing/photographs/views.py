@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import overload
 
@@ -58,9 +57,8 @@ class Views(Sequence[View]):
         number = range(len(self))[index]
         if number not in self._open:
             camera = self._cameras[number]
-            scale = min(1.0, self._longest / max(camera.size))
-            mask = self._masks.get(camera.name)
-            view = open_view(camera, self._paths[camera.name], scale=scale, mask=mask)
+            path, mask = self._paths[camera.name], self._masks.get(camera.name)
+            view = open_view(camera, path, scale=self._scale(camera), mask=mask)
             self._open[number] = view
             while len(self._open) > 1 and sum(map(_bytes, self._open.values())) > _MOST_BYTES:
                 self._open.popitem(last=False)
@@ -70,11 +68,10 @@ class Views(Sequence[View]):
     @property
     def cameras(self) -> tuple[Camera, ...]:
         """The cameras of the photographs as they are opened: without distortion, at their size."""
-        return tuple(_plain(camera, self._longest) for camera in self._cameras)
+        return tuple(camera.without_distortion(self._scale(camera)) for camera in self._cameras)
 
-
-def _plain(camera: Camera, longest: int) -> Camera:
-    return replace(camera.scaled(min(1.0, longest / max(camera.size))), radial=0.0)
+    def _scale(self, camera: Camera) -> float:
+        return min(1.0, self._longest / max(camera.size))
 
 
 def _bytes(view: View) -> int:

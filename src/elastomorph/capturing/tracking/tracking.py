@@ -37,8 +37,8 @@ from elastomorph.capturing.tracking.observations import (
     photographs,
     supported,
 )
-from elastomorph.capturing.tracking.patches import shifted
 from elastomorph.capturing.tracking.reference import PATCH_RADIUS, Level, Reference
+from elastomorph.capturing.tracking.shifts import shifted
 from elastomorph.errors import CaptureError
 
 Points = NDArray[np.float64]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.coverage import missing_cameras
-from elastomorph.capturing.cameras.fixed_rig import same_cameras
 from elastomorph.capturing.cameras.frames import Frame, brought, near_still, still_vertices
+from elastomorph.capturing.cameras.names import same_cameras
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.geometry.surface import Surface
