@@ -10,6 +10,7 @@ import { createHeader } from './panels/header';
 import { createHints } from './panels/hints';
 import { createList, readable } from './panels/list';
 import { createStrip } from './panels/strip';
+import { rounded } from './picture/pane';
 import { PictureStage, type Over } from './picture/stage';
 import { fileOf } from './state/document';
 import { Guesses } from './state/guesses';
@@ -177,9 +178,12 @@ export function start(root: HTMLElement, task: Task): void {
     placeGuess() {
       const { place, active, history } = desk;
       const pixel = active === null ? null : guesses.of(place, active, history.marks).pixel;
-      if (pixel) desk.put({ at: pixel.map((value) => Math.round(100 * value) / 100) });
+      if (pixel) desk.put({ at: pixel.map(rounded) });
     },
     remove: () => desk.remove(desk.active),
+    undo: () => desk.undo(),
+    redo: () => desk.redo(),
+    save: () => (task.save === null ? saving.download(task.file) : void saving.save()),
     arrow(dx, dy) {
       const { active, own } = desk;
       const mark = active === null ? undefined : own[active];
@@ -214,15 +218,6 @@ export function start(root: HTMLElement, task: Task): void {
   });
   const dialog = keysDialog(keys);
   listen(keys, stage.element);
-  addEventListener('keydown', (event) => {
-    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
-    const key = event.key.toLowerCase();
-    if (key === 's') void (task.save === null ? saving.download(task.file) : saving.save());
-    else if (key === 'y' || (key === 'z' && event.shiftKey)) desk.redo();
-    else if (key === 'z') desk.undo();
-    else return;
-    event.preventDefault();
-  });
 
   const frame = element('div', { class: 'stage' }, stage.element);
   const panel = element('aside', { class: 'panel', 'aria-label': 'Points' }, face.element, hints.element, hints.warning, list.element);

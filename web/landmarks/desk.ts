@@ -16,11 +16,8 @@ export class Desk {
   constructor(readonly task: Task) {
     this.history = new MarkHistory(marksOf(task));
     // The first place where something is left to do.
-    const lacks = task.places.map((_, number) => {
-      this.current = number;
-      return this.missing(null) !== null;
-    });
-    this.current = Math.max(0, lacks.indexOf(true));
+    const lacking = task.places.findIndex((place) => this.missing(null, place) !== null);
+    this.current = Math.max(0, lacking);
     this.active = this.missing(null);
   }
 
@@ -44,12 +41,9 @@ export class Desk {
     return same.filter((one) => this.history.of(one.key)[name]).length;
   }
 
-  /** How many photographs of this pose there are to place a point in; 1 on a surface. */
+  /** In how many photographs a point is asked for here. */
   get asked(): number {
-    const { kind, pose } = this.place;
-    if (kind !== 'photograph') return 1;
-    const all = this.task.places.filter((one) => one.kind === kind && one.pose === pose).length;
-    return Math.min(this.task.asked, all);
+    return this.askedOf(this.place);
   }
 
   go(number: number): void {
@@ -124,6 +118,13 @@ export class Desk {
     this.tell(true);
   }
 
+  /** How many photographs of a pose there are to place a point in; 1 on a surface. */
+  private askedOf({ kind, pose }: Place): number {
+    if (kind !== 'photograph') return 1;
+    const all = this.task.places.filter((one) => one.kind === kind && one.pose === pose).length;
+    return Math.min(this.task.asked, all);
+  }
+
   private tell(placed: boolean): void {
     for (const one of this.heard) one(placed);
   }
@@ -136,10 +137,11 @@ export class Desk {
   }
 
   /** The next point that is not here, and not yet in as many photographs as are asked for. */
-  private missing(after: string | null): string | null {
+  private missing(after: string | null, place: Place = this.place): string | null {
     const { names } = this.task;
     const from = after === null ? 0 : names.indexOf(after) + 1;
     const row = [...names.slice(from), ...names.slice(0, from)];
-    return row.find((name) => !this.own[name] && this.count(name) < this.asked) ?? null;
+    const [own, asked] = [this.history.of(place.key), this.askedOf(place)];
+    return row.find((name) => !own[name] && this.count(name, place) < asked) ?? null;
   }
 }

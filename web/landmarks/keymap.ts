@@ -8,6 +8,9 @@ export interface Deeds {
   place(): void;
   placeGuess(): void;
   remove(): void;
+  undo(): void;
+  redo(): void;
+  save(): void;
   arrow(dx: number, dy: number): void;
   zoom(factor: number): void;
   fit(): void;
@@ -61,7 +64,14 @@ export function keymap(deeds: Deeds): Key[] {
       words: 'Remove the point from this picture',
       run: () => deeds.remove(),
     },
-    { keys: [], caps: ['Ctrl', 'Z'], words: 'Undo; with Shift, redo', run: () => {} },
+    {
+      keys: ['z', 'y'],
+      caps: ['Ctrl', 'Z'],
+      words: 'Undo; with Shift, redo',
+      ctrl: true,
+      run: (key, shift) => (key === 'y' || shift ? deeds.redo() : deeds.undo()),
+    },
+    { keys: ['s'], caps: ['Ctrl', 'S'], words: 'Save now', ctrl: true, run: () => deeds.save() },
     {
       keys: ['+', '=', '-'],
       caps: ['+', '−'],

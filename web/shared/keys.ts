@@ -10,21 +10,24 @@ export interface Key {
   readonly words: string;
   /** Only while the picture has the focus. */
   readonly inPicture?: boolean;
-  run(key: string): void;
+  /** Together with Ctrl, or ⌘. */
+  readonly ctrl?: boolean;
+  run(key: string, shift: boolean): void;
 }
 
 /** Runs the keys of the page, but none while somebody types or a control needs the key itself. */
 export function listen(keys: readonly Key[], picture: HTMLElement): void {
   addEventListener('keydown', (event) => {
-    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.defaultPrevented || event.altKey) return;
     if (document.querySelector('dialog[open]')) return; // nothing happens behind it
     const target = event.target instanceof Element ? event.target : null;
     const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (takes(target, pressed)) return;
-    const key = keys.find((one) => one.keys.includes(pressed));
+    const ctrl = event.ctrlKey || event.metaKey;
+    const key = keys.find((one) => one.keys.includes(pressed) && (one.ctrl ?? false) === ctrl);
     if (!key || (key.inPicture && !picture.contains(target))) return;
     event.preventDefault();
-    key.run(pressed);
+    key.run(pressed, event.shiftKey);
   });
 }
 

@@ -61,7 +61,7 @@ export function createFace(names: readonly string[], choose: (name: string) => v
       'div',
       { class: 'drawing' },
       element('span', { class: 'side' }, 'subject’s right'),
-      drawing as unknown as HTMLElement,
+      drawing,
       element('span', { class: 'side' }, 'subject’s left'),
     ),
     show(active, done) {

@@ -16,6 +16,8 @@ export interface PointList {
   show(rows: readonly Row[], active: string | null): void;
 }
 
+const RESIDUAL = 'Distance from where all photographs together put the point';
+
 /** A name as people read it. */
 export function readable(name: string): string {
   const words = name.replaceAll('_', ' ');
@@ -31,7 +33,7 @@ export function createList(
   const rows = names.map((name) => {
     const dots = Array.from({ length: asked }, () => element('i'));
     const count = element('span', { class: 'count', 'aria-hidden': 'true' }, ...dots);
-    const residual = element('span', { class: 'residual' });
+    const residual = element('span', { class: 'residual', title: RESIDUAL });
     const said = element('span', { class: 'said' });
     const button = element(
       'button',
@@ -65,7 +67,6 @@ export function createList(
         row.bin.hidden = !here;
         row.dots.forEach((dot, k) => setAttribute(dot, 'class', k < count && 'full'));
         setText(row.residual, residual === null ? '' : `${residual.toFixed(1)} px`);
-        row.residual.title = 'Distance from where all photographs together put the point';
         setText(
           row.said,
           asked > 0 ? `, in ${count} of ${asked} photographs${here ? ', placed here' : ''}` : here ? ', placed' : '',

@@ -59,10 +59,6 @@ export class PhotographPane implements Pane {
     return this.view && !this.fits ? { ...this.view } : null;
   }
 
-  get size(): readonly [number, number] | null {
-    return this.shown && [this.shown.full.width, this.shown.full.height];
-  }
-
   resize(width: number, height: number, ratio: number): void {
     const middle = this.view && this.pixel(this.width / 2, this.height / 2);
     Object.assign(this, { width, height, ratio });
@@ -133,7 +129,7 @@ export class PhotographPane implements Pane {
     const { context, view, shown } = this;
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    if (view && shown) this.paint(context, shown, view, this.ratio, 0, 0, this.width, this.height);
+    if (view && shown) this.paint(context, shown, view, this.width, this.height);
   }
 
   magnify(context: CanvasRenderingContext2D, x: number, y: number, size: number): void {
@@ -142,26 +138,24 @@ export class PhotographPane implements Pane {
     const share = scale / this.view.scale;
     const half = size / 2;
     const view = { scale, x: half - share * (x - this.view.x), y: half - share * (y - this.view.y) };
-    this.paint(context, this.shown, view, this.ratio, 0, 0, size, size);
+    this.paint(context, this.shown, view, size, size);
   }
 
-  /** Draws what of the photograph falls into a box of the picture. */
+  /** Draws what of the photograph is in a picture so wide and high. */
   private paint(
     context: CanvasRenderingContext2D,
     { full, reduced }: Decoded,
     { scale, x, y }: PhotographView,
-    ratio: number,
-    left: number,
-    top: number,
-    right: number,
-    bottom: number,
+    width: number,
+    height: number,
   ): void {
+    const { ratio } = this;
     const source = scale * ratio <= reduced.width / full.width ? reduced : full;
     const share = full.width / source.width;
     const tall = full.height / source.height;
     // The part that is seen, and a pixel around it.
-    const [x0, y0] = [(left - x) / scale / share - 1, (top - y) / scale / tall - 1];
-    const [x1, y1] = [(right - x) / scale / share + 1, (bottom - y) / scale / tall + 1];
+    const [x0, y0] = [-x / scale / share - 1, -y / scale / tall - 1];
+    const [x1, y1] = [(width - x) / scale / share + 1, (height - y) / scale / tall + 1];
     const [a, b] = [Math.max(0, Math.floor(x0)), Math.max(0, Math.floor(y0))];
     const [c, d] = [Math.min(source.width, Math.ceil(x1)), Math.min(source.height, Math.ceil(y1))];
     if (c <= a || d <= b) return;

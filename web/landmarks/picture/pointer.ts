@@ -8,7 +8,7 @@ export interface Hand {
   /** A mark is about to be dragged. */
   take(name: string): void;
   moveMark(name: string, x: number, y: number): void;
-  drop(name: string): void;
+  drop(): void;
   grab(x: number, y: number): void;
   drag(dx: number, dy: number, move: boolean): void;
   release(): void;
@@ -31,7 +31,7 @@ export function listenTo(element: HTMLElement, hand: Hand): void {
     return [event.clientX - box.left, event.clientY - box.top];
   };
   element.addEventListener('pointerdown', (event) => {
-    if (event.button === 1 || !element.isConnected) event.preventDefault();
+    if (event.button === 1) event.preventDefault(); // no scrolling by the wheel's button
     const [x, y] = place(event);
     element.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, [x, y]);
@@ -74,7 +74,7 @@ export function listenTo(element: HTMLElement, hand: Hand): void {
     const [x, y] = place(event);
     if (fingers.size > 0) return;
     if (mark === null) hand.release();
-    else if (slipped) hand.drop(mark);
+    else if (slipped) hand.drop();
     if (event.type === 'pointerup' && !slipped && start) hand.click(x, y, mark);
     [start, mark, slipped] = [null, null, false];
     hand.hover(event.pointerType === 'mouse' ? [x, y] : null);

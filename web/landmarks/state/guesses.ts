@@ -58,9 +58,8 @@ export class Guesses {
     if (this.known.marks !== marks) this.known = { marks, points: new Map() };
     const { points } = this.known;
     const key = `${pose}/${name}`;
-    const found = points.get(key) ?? triangulated(this.sights(pose, name, marks));
-    points.set(key, found);
-    return found;
+    if (!points.has(key)) points.set(key, triangulated(this.sights(pose, name, marks)));
+    return points.get(key) ?? null;
   }
 
   private sights(pose: string, name: string, marks: Marks, without = ''): Sight[] {

@@ -8,11 +8,6 @@ interface Step {
   readonly word: string | null;
 }
 
-export interface Where {
-  readonly marks: Marks;
-  readonly place: string;
-}
-
 export class MarkHistory {
   private past: Step[] = [];
   private future: Step[] = [];

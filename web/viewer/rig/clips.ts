@@ -1,11 +1,6 @@
 // Recorded performances, between their keys.
 import type { Clip } from '../types/model';
 
-/** Seconds from the start of the recording to its last key. */
-export function clipSeconds(clip: Clip): number {
-  return clip.times.at(-1) ?? 0;
-}
-
 /** The weight of each slider of a clip at a moment; before and after it the first and last. */
 export function clipWeights(clip: Clip, seconds: number): Record<string, number> {
   const { times, tracks } = clip;

@@ -31,11 +31,6 @@ export function driveOf(models: readonly Model[], state: ViewState): Drive {
   return { weights: state.weights, t: state.t };
 }
 
-/** The weight of each slider in the picture, before the master time. */
-export function shownWeights(models: readonly Model[], state: ViewState): Weights {
-  return driveOf(models, state).weights;
-}
-
 /** The morph targets that move something, at one time of the given sliders. */
 export function activeTargets({ bender }: Model, { weights, t }: Drive): ActiveTarget[] {
   const values = bender.values(weights).map((weight) => t * weight);

@@ -16,8 +16,6 @@ const LAWS: Readonly<Record<TimingName, TimingLaw>> = {
   blink: (t) => minimumJerk(t < CLOSING ? t / CLOSING : Math.min((1 - t) / (1 - CLOSING), 1)),
 };
 
-export const timingNames = Object.keys(LAWS) as readonly TimingName[];
-
 /** The time law of a name; before its clip it holds its first value, after it the last. */
 export function timingLaw(name: TimingName): TimingLaw {
   const law = LAWS[name];

@@ -2,11 +2,6 @@
 import { Vector3, type PerspectiveCamera } from 'three';
 import type { Model } from '../types/model';
 
-export interface Hit {
-  readonly vertex: number;
-  readonly distance: number; // from the eye
-}
-
 /**
  * The corner nearest to the ray of the first triangle that it meets.
  *
