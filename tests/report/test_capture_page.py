@@ -126,7 +126,7 @@ def test_doubtful_vertices_are_counted_by_pose_and_by_group(
     count = len(captured.poses["rest"].vertices)
     rows = table_of(root, "Vertices of each pose")
     assert rows[0] == ["Pose", "Trusted", "Doubtful", "Seen by no camera", "Trusted of those seen"]
-    assert rows[1] == ["rest", f"{count:,}", "0", "0", "100.0\u00a0%"]
+    assert rows[1] == ["rest", f"{count:,}", "0", "0", "100\u00a0%"]
     assert rows[2][:4] == ["long & <b>", f"{count - doubtful:,}", f"{doubtful:,}", "0"]
     groups = table_of(root, "Doubtful vertices of each part")
     assert groups[0] == ["Group", "Vertices", "rest", "long & <b>"]

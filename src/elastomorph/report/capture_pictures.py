@@ -18,7 +18,7 @@ from elastomorph.capturing.geometry.camera import Camera, open_colours
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.draw.camera import Camera as Looking
-from elastomorph.draw.over_photographs import LINE, box_of, over_photograph
+from elastomorph.draw.over_photographs import box_of, over_photograph
 from elastomorph.model.mesh import Mesh
 from elastomorph.report.images import Picture
 
@@ -34,7 +34,8 @@ _PAPER = 255
 _QUALITY = 82
 _HEIGHT = 560  # of a pose in pixels
 _GAP = 8
-_FLAGGED_LINE = (1.0, 0.2, 0.15)
+# White: a packed picture keeps colours in coarse blocks, and coloured lines would tint the skin.
+_LINE, _FLAGGED_LINE = (1.0, 1.0, 1.0), (1.0, 0.2, 0.15)
 _PYRAMID = 0.09  # height of that of a camera, of its distance from the head
 _SIDES = {"front": (0.0, 0.0), "side": (90.0, 0.0), "above": (0.0, 89.0)}
 
@@ -97,7 +98,7 @@ def pose_picture(mesh: Registered, camera: Camera, photograph: Path) -> Pixels:
     """
     surface = Surface(mesh.vertices, mesh.faces.triangles())
     own, picture = _around(surface, camera, photograph)
-    lines = np.where(mesh.flagged[:, None], _FLAGGED_LINE, LINE)
+    lines = np.where(mesh.flagged[:, None], _FLAGGED_LINE, _LINE)
     over = over_photograph(picture, own, mesh, colours=lines)
     painted = _rendered(surface, own, confidence_colours(mesh.confidence))
     gap = np.full((len(painted), _GAP, 3), _PAPER, dtype=np.uint8)

@@ -102,7 +102,7 @@ def trust_section(poses: Mapping[str, Registered], trust: Mapping[str, Trust]) -
                 f"{own.trusted:,}",
                 f"{own.doubtful:,}",
                 f"{own.unseen:,}",
-                f"{100 * own.share:.1f}{SPACE}%",
+                f"{_percent(own.share)}{SPACE}%",
             ],
         )
         for pose, own in trust.items()

@@ -26,8 +26,6 @@ from elastomorph.viewer.shipped import report_policy, served_policy
 
 _LOOPBACK = "127.0.0.1"
 HTML = "text/html; charset=utf-8"
-
-
 _MOST_RECEIVED = 8 << 20
 _WITH_NOTHING = "default-src 'none'"
 
