@@ -138,7 +138,7 @@ export function start(root: HTMLElement, task: Task): void {
       if (!pane) return;
       const { surface } = viewing;
       desk.pointOf = surface && ((vertex) => surface.point(vertex));
-      stage.show(pane, `${place.name}: click to place points`);
+      stage.show(pane, `${place.name}: click to place points, or press Enter for one in the middle`);
       viewing.small(current, strip);
       show();
     } catch (error) {

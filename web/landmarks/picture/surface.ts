@@ -9,7 +9,7 @@ const NEAR = 8; // times the picture from which a surface needs no magnifier
 const TURN = Math.PI / 500; // a CSS pixel
 const FRONT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
 const QUICK = 2_000_000; // triangles that are tested within a frame
-const NEARER = 1e-3; // of the size: what lies on the surface is not behind it
+const NEARER = 0.01; // of the size: a corner of the eye is not hidden by lashes before it
 
 export class SurfacePane implements Pane {
   readonly canvas = document.createElement('canvas');
