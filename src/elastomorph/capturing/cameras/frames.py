@@ -4,7 +4,9 @@ Each pose is solved in a frame and a unit of its own. Points of two poses that l
 paired; a similarity is what most pairs agree on, among those of the forehead, the temples and the
 upper nose where these are known, for cheeks, lips and jaw move and a neck turns. It is then fitted
 again to pairs weighted by how well they agree (Tukey's biweight), with a width from the pairs
-themselves: w = (1 - (r/c)²)² within c = 4.7 times the spread of r, none beyond.
+themselves: w = (1 - (r/c)²)² within c = 4.7 times the spread of r, none beyond. Skin that moves by
+less than points are off, a brow beside a forehead, is told by those around it that move alike: a
+pair has a second such weight, by the median of what it and its neighbours are off.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ _STILL_NEAR = 0.015  # of the size of the template
 _FEWEST_STILL, _FEWEST = 20, 12
 _LEAST_SHARE = 0.08
 _WIDTH, _ROUNDS = 4.685, 20
+_AROUND = 16  # pairs that are looked at together
 _SCALES_APART = 4.0
 _CHUNK = 2000
 
@@ -184,14 +187,22 @@ def _fitted(
 ) -> tuple[Similarity, NDArray[np.float64]]:
     """The similarity fitted again and again, and the weights (N,) of the pairs in the last."""
     weights = np.ones(len(source))
+    near = cKDTree(goal).query(goal, k=min(_AROUND, len(goal)))[1]
     for _ in range(_ROUNDS):
-        off = np.linalg.norm(found(source) - goal, axis=1)
-        # Of a distance in space with normal errors the median is 1.54 times their spread.
-        spread = float(np.median(off[off < widest])) / 1.54
-        width = min(_WIDTH * max(spread, 1e-12 * widest), widest)
-        weights = np.where(off < width, (1.0 - np.minimum(off / width, 1.0) ** 2) ** 2, 0.0)
+        off = found(source) - goal
+        weights = _biweight(off, widest) * _biweight(np.median(off[near], axis=1), widest)
         found = fit_similarity(source, goal, weights, rigid=rigid)
     return found, weights
+
+
+def _biweight(off: NDArray[np.float64], widest: float) -> NDArray[np.float64]:
+    """(N,) Tukey's weights of (N, 3) distances, none beyond `widest`."""
+    far = np.linalg.norm(off, axis=1)
+    # Of a distance in space with normal errors the median is 1.54 times their spread.
+    spread = float(np.median(far[far < widest])) / 1.54
+    width = min(_WIDTH * max(spread, 1e-12 * widest), widest)
+    found: NDArray[np.float64] = (1.0 - np.minimum(far / width, 1.0) ** 2) ** 2
+    return found
 
 
 def _no_match(name: str, pairs: int, agree: int) -> str:
