@@ -125,6 +125,77 @@ def test_what_is_not_trusted_does_not_count(network: CurveNetwork) -> None:
     assert em.learn(torn, 1, curves=network).errors.lme > 100 * found.errors.lme
 
 
+def test_scanned_shapes_are_recorded_frames(network: CurveNetwork) -> None:
+    """Each bend is a multiple of what one frame is off the straight path."""
+    take = movement(network, 2, noise=0.01)
+    found = em.learn(take, 2, shapes="scanned", curves=network)
+    ends = take.frames[[0, -1]]
+    off = take.frames - ends[0] - TIMES[:, None, None] * (ends[1] - ends[0])
+    rows = off[1:-1].reshape(len(off) - 2, -1)
+    for bend in found.bends[:2]:
+        alike = rows @ bend.ravel() / np.linalg.norm(rows, axis=1) / np.linalg.norm(bend)
+        assert np.abs(alike).max() == pytest.approx(1.0)
+    free = em.learn(take, 2, curves=network)
+    assert free.errors.lme < found.errors.lme < 0.5 * found.straight.lme
+
+
+def test_a_path_apart_from_its_timing(network: CurveNetwork) -> None:
+    """The recording played at another pace teaches the same path and another timing."""
+    shapes = np.random.default_rng(5).normal(size=(3, network.vertex_count, 3))
+    shapes[2] -= shapes[1] * (shapes[2] * shapes[1]).sum() / (shapes[1] ** 2).sum()
+
+    def played(pace: np.ndarray) -> em.MeshSequence:
+        weights = np.stack([pace, 0.4 * pace * (1 - pace)], axis=1)
+        frames = shapes[0] + np.tensordot(weights, shapes[1:], 1)
+        return em.MeshSequence(em.Mesh(shapes[0]), frames, TIMES)
+
+    late = TIMES**2 * (3 - 2 * TIMES)
+    found = em.learn(played(late), 1, timing="even", curves=network)
+    other = em.learn(played(TIMES), 1, timing="even", curves=network)
+    assert len(found.bends) == 1  # Δ has no curve
+    np.testing.assert_allclose(found.timing.at(TIMES), late, atol=0.01)
+    np.testing.assert_allclose(other.timing.at(TIMES), TIMES, atol=0.01)
+    size = np.abs(found.at(TIMES) - found.neutral.vertices).max()
+    np.testing.assert_allclose(found.at(TIMES), other.at(TIMES), atol=0.003 * size)
+    assert found.errors.lme < 0.02 * found.straight.lme
+
+
+def repetitions(network: CurveNetwork, *, alike: bool) -> list[em.MeshSequence]:
+    """Three movements with ends and paces of their own, and one bend, the same or not."""
+    random = np.random.default_rng(8)
+    shapes = random.normal(size=(3, network.vertex_count, 3))
+    takes = []
+    for power in (1.0, 1.5, 2.0):
+        start = shapes[0] + 0.05 * random.normal(size=shapes[0].shape)
+        way = shapes[1] + 0.05 * random.normal(size=shapes[0].shape)
+        bend = shapes[2] if alike else random.normal(size=shapes[0].shape)
+        pace = TIMES**power
+        weights = np.stack([pace, pace * (1 - pace)], axis=1)
+        frames = start + np.tensordot(weights, np.stack([way, bend]), 1)
+        takes.append(em.MeshSequence(em.Mesh(start), frames, TIMES))
+    return takes
+
+
+def test_what_repetitions_share_carries_over(network: CurveNetwork) -> None:
+    found = em.learn(repetitions(network, alike=True), 1, curves=network)
+    assert len(found.repetitions) == 3
+    assert found.carried is not None
+    assert found.carried > 4
+    assert found.conclusion.startswith("It carries over: ")
+    assert "worse than the straight line on 0 of 3" in found.conclusion
+    np.testing.assert_allclose(found.repetitions[2].timing.at(TIMES), TIMES**2, atol=0.08)
+
+
+def test_what_they_do_not_share_does_not(network: CurveNetwork) -> None:
+    found = em.learn(repetitions(network, alike=False), 1, curves=network)
+    assert found.carried is not None
+    assert found.carried < 1.1
+    assert found.conclusion.startswith("It does not carry over: ")
+    assert "only another one can tell" in em.learn(movement(network, 1), curves=network).conclusion
+    for one in found.repetitions:
+        assert one.errors.lme <= one.straight.lme
+
+
 def test_a_recording_that_comes_back_is_refused(network: CurveNetwork) -> None:
     take = movement(network, 1)
     both = np.concatenate([take.frames, take.frames[-2::-1]])
@@ -139,7 +210,7 @@ def test_a_recording_that_comes_back_is_refused(network: CurveNetwork) -> None:
 def test_more_bends_than_frames_or_knots_are_refused(network: CurveNetwork) -> None:
     take = movement(network, 1)
     with pytest.raises(em.ParameterError, match="41 frames has 39: ask for 39 or fewer"):
-        em.learn(take, 40)
+        em.learn(take, 40, knots=50)
     with pytest.raises(em.ParameterError, match="3 knots tell 5 bends apart"):
         em.learn(take, 6, knots=3)
 

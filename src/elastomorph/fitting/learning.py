@@ -2,42 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
-from elastomorph.errors import MeshError, ParameterError
+from elastomorph.errors import MeshError, ParameterError, TopologyError
 from elastomorph.evaluation.confidence import LEAST, ConfidenceLike, counted_of, require_some
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.evaluation import recorded_motion
-from elastomorph.fitting.learned import Learned, PathErrors
-from elastomorph.fitting.path_fit import PathFit, Splines
+from elastomorph.fitting.learned import Learned, bent
+from elastomorph.fitting.path_fit import Splines
 from elastomorph.fitting.recordings import Recordings, path_through
-from elastomorph.model.bend_curve import BendCurve
+from elastomorph.fitting.repetitions import Wanted, learned_evenly
+from elastomorph.fitting.takes import Take
+from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["KNOTS", "learn"]
+__all__ = ["KNOTS", "SHAPES", "TIMINGS", "learn"]
 
-Floats = NDArray[np.float64]
+Recorded = MeshSequence | str | Path
 
 KNOTS = 7
+SHAPES = ("free", "scanned")
+TIMINGS = ("recorded", "even")
 _MOST_KNOTS = 64
-# Bends are scaled by these until no error is larger than that of the straight line.
-_PARTS = (1.0, 0.5, 0.25, 0.0)
 # What ends nearer to its first frame than this part of its largest distance from it comes back.
 _BACK = 0.25
 
 
 def learn(
-    recording: MeshSequence | str | Path,
+    recording: Recorded | Sequence[Recorded],
     bends: int = 1,
     *,
-    curves: CurveNetwork | None = None,
+    shapes: str = "free",
+    timing: str = "recorded",
     knots: int = KNOTS,
+    curves: CurveNetwork | None = None,
     confidence: ConfidenceLike | None = None,
     least_confidence: float = LEAST,
     progress: Callable[[str], None] | None = None,
@@ -46,82 +50,99 @@ def learn(
 
         V(t) = V₀ + a(t)·Δ + Σ_k b_k(t)·D_k
 
-    over all frames. V₀ is the first frame and Δ the way to the last, both exact; the shapes D_k are
-    free, and the curves cubic splines, a from 0 to 1, b_k zero at both ends. What is made small is
-    the largest error of a vertex in any frame, and the largest mean error of a curve of the face,
-    both as parts of those of the straight line; neither is ever larger than that. a(t) - t is the
-    curve of the last bend, Δ itself, which costs no further target where a format can play it on Δ.
+    over all frames. V₀ is the first frame and Δ the way to the last, both exact; the curves are
+    cubic splines, a from 0 to 1, b_k zero at both ends. What is made small is the largest error of
+    a vertex in any frame, and the largest mean error of a curve of the face, both as parts of those
+    of the straight line; neither is ever larger than that. a(t) - t is the curve of the last bend,
+    Δ itself, which costs no further target where a format can play it on Δ.
+
+    Of several recordings, repetitions of a movement, one path is learned: they share the D_k, and
+    keep ends and timing of their own. Each is also left out once, to see if the path carries over.
 
     Args:
-        recording: The movement, from the neutral to the target. Or what `read_sequence` reads it
-            from, such as ``scan.####.obj``.
-        bends: How many free shapes D_k, from 0 on; each needs a frame between the ends.
-        curves: The curves that errors are means over; found by `extract_curves` by default. All
-            vertices together are one on a mesh without polygons.
+        recording: The movement, from the neutral to the target, or what `read_sequence` reads it
+            from, such as ``scan.####.obj``; or several, of one mesh.
+        bends: How many shapes D_k, from 0 on; each needs a frame between the ends.
+        shapes: ``free``, or ``scanned``: the D_k are what recorded frames are off the straight
+            path, so that each belongs to a scan.
+        timing: ``recorded``: the path has the timing of the recording in it. ``even``: it goes on
+            at an even pace, a(t) = t, and the timing is beside it; so it is of several recordings.
         knots: How many times the pieces of the curves meet at, from 0 on, with equally many frames
             between them; fewer where there are too few frames.
-        confidence: How far vertices are to be trusted, as `evaluate` takes it.
+        curves: The curves that errors are means over; found by `extract_curves` by default. All
+            vertices together are one on a mesh without polygons.
+        confidence: How far vertices are to be trusted, as `evaluate` takes it, of one recording.
         least_confidence: The confidence from which on a vertex counts; 0 lets all of them count.
         progress: Called with what is being done.
 
     Returns:
-        The path, a `Morph` with its errors.
+        The path, a `Morph` with its errors. It leads between the ends of the first recording.
 
     Raises:
         FileError: A recording or confidence named by its files cannot be read.
-        ParameterError: A setting is out of its range, or there are fewer frames than bends need.
-        MeshError: The recording comes back to where it starts, or its first frame is at one place.
+        ParameterError: A setting is out of its range, or frames are too few.
+        TopologyError: Recordings are of different meshes.
+        MeshError: A recording comes back to where it starts, or its first frame is at one place.
         CurveError: The curves belong to another mesh.
     """
-    take, mask = recorded_motion(recording, confidence, least_confidence)
-    _require_settings(bends, knots, len(take))
-    _require_way(take)
-    along = _along(take, curves)
-    if mask is not None:
-        require_some(mask, along)
-    none = np.zeros((0, *take.mesh.vertices.shape))
-    bare = Learned(take.neutral, take.target, none, (), method=f"learned {bends}")
-    recordings = Recordings([take], [take.times], along, counted_of(mask))
-    return _fitted(bare, recordings, bends, knots, progress or (lambda _: None))
+    _require_settings(bends, shapes, timing, knots)
+    takes = _takes(recording, curves, confidence, least_confidence)
+    for take in takes:
+        _require_frames(take.motion, bends)
+        _require_way(take.motion)
+    wanted = Wanted(bends, knots, shapes == "scanned")
+    say = progress or (lambda _: None)
+    even = timing == "even" or len(takes) > 1
+    path = learned_evenly(takes, wanted, say) if even else _as_recorded(takes[0], wanted, say)
+    return replace(path, method=f"learned {bends}")
 
 
-def _fitted(
-    bare: Learned, recordings: Recordings, bends: int, knots: int, say: Callable[[str], None]
-) -> Learned:
-    """A straight path, bent to follow what was recorded wherever that makes no error larger."""
-    (take,) = recordings.takes
-    seen = (take, take.times, recordings.along, recordings.counted)
-    straight = PathErrors.of(bare, *seen)
-    if len(take) == 2:
-        return replace(bare, errors=straight, straight=straight)
+def _takes(
+    recording: Recorded | Sequence[Recorded],
+    curves: CurveNetwork | None,
+    confidence: ConfidenceLike | None,
+    least: float,
+) -> list[Take]:
+    """What was recorded, along the same curves."""
+    several = isinstance(recording, Sequence) and not isinstance(recording, str)
+    given: list[Any] = list(recording) if several else [recording]  # type: ignore[arg-type]
+    if not given:
+        raise ParameterError("there is nothing to learn from: give at least one recording")
+    if confidence is not None and len(given) > 1:
+        raise ParameterError(
+            "'confidence' is of one recording; several named by their files have it beside them"
+        )
+    takes: list[Take] = []
+    for number, each in enumerate(given, start=1):
+        motion, mask = recorded_motion(each, confidence, least)
+        try:
+            require_same_topology((takes[0].motion if takes else motion).mesh, motion.mesh)
+        except TopologyError as error:
+            raise TopologyError(
+                f"recording {number} is of another mesh than the first: {error}"
+            ) from error
+        along = takes[0].along if takes else _along(motion, curves)
+        if mask is not None:
+            require_some(mask, along)
+        takes.append(Take(motion, along, counted_of(mask)))
+    return takes
+
+
+def _as_recorded(take: Take, wanted: Wanted, say: Callable[[str], None]) -> Learned:
+    """The path with the timing of the recording in it."""
+    times = take.motion.times
+    straight = take.errors(take.line, times)
     say("fitting")
-    splines = Splines.at(recordings.times, knots)
-    fit = path_through(recordings, splines, bends)
+    recordings = Recordings([take.motion], [times], take.along, take.counted)
+    splines = Splines.at(times, wanted.knots)
+    fit = path_through(recordings, splines, wanted.bends, recorded=wanted.recorded)
     say("measuring")
-    for part in _PARTS:
-        morph = _bent(bare, fit, splines, part)
-        errors = PathErrors.of(morph, *seen)
-        if errors.never_above(straight):
+    for part in wanted.parts:
+        path = bent(take.line, fit, splines, part)
+        errors = take.errors(path, times)
+        if errors.part_of(straight) <= 1.0:
             break
-    return replace(morph, errors=errors, straight=straight)
-
-
-def _bent(bare: Learned, fit: PathFit, splines: Splines, part: float) -> Learned:
-    """A straight path with a part of the bends, each as large as it moves vertices; Δ the last."""
-    fields: list[Floats] = []
-    laws: list[BendCurve] = []
-    size = bare.neutral.diameter
-    for weights, shape in zip(fit.weights.T[1:], fit.shapes[1:], strict=True):
-        peak = splines.curve(weights).peak[1]
-        if peak and part and shape.any():
-            fields.append(shape.T * (part * peak * size))
-            laws.append(splines.curve(weights / peak))
-    pace = part * fit.weights[:, 0]
-    if pace.any():
-        fields.append(bare.delta)
-        laws.append(splines.curve(pace))
-    stacked = np.array(fields).reshape(-1, *bare.delta.shape)
-    return replace(bare, bends=stacked, bend_curves=tuple(laws))
+    return replace(path, errors=errors, straight=straight)
 
 
 def _along(recording: MeshSequence, curves: CurveNetwork | None) -> CurveVertices:
@@ -135,22 +156,28 @@ def _along(recording: MeshSequence, curves: CurveNetwork | None) -> CurveVertice
     return CurveVertices.of(network, count)
 
 
-def _require_settings(bends: int, knots: int, frames: int) -> None:
+def _require_settings(bends: int, shapes: str, timing: str, knots: int) -> None:
+    for name, text, known in (("shapes", shapes, SHAPES), ("timing", timing, TIMINGS)):
+        if text not in known:
+            raise ParameterError(f"{name} must be {' or '.join(known)}, found {text!r}")
     for name, value, most in (("bends", bends, np.inf), ("knots", knots, _MOST_KNOTS)):
         whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
         if not whole or not 0 <= value <= most:
             bound = "of 0 or more" if most == np.inf else f"from 0 to {most}"
             raise ParameterError(f"{name} must be a whole number {bound}, found {value!r}")
-    inner = frames - 2
-    if bends > inner:
-        raise ParameterError(
-            f"{bends} bends need a frame each between the ends, but this recording of {frames} "
-            f"frames has {inner}: ask for {inner} or fewer"
-        )
     if bends > knots + 2:
         raise ParameterError(
             f"curves with {knots} knots tell {knots + 2} bends apart, {bends} were asked for: "
             f"give {bends - 2} knots or more"
+        )
+
+
+def _require_frames(take: MeshSequence, bends: int) -> None:
+    inner = len(take) - 2
+    if bends > inner:
+        raise ParameterError(
+            f"{bends} bends need a frame each between the ends, but this recording of {len(take)} "
+            f"frames has {inner}: ask for {inner} or fewer"
         )
 
 

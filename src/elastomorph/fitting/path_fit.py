@@ -108,6 +108,11 @@ class Observed:
         counted = None if self.counted is None else self.counted[:, vertices]
         return Observed(self.offsets[:, :, vertices], fixed, counted, None)
 
+    def recorded(self, frames: list[int]) -> Floats:
+        """(S, 3, N) the offsets of some frames as shapes, F first."""
+        offsets = self.offsets[frames]
+        return offsets if self.fixed is None else np.concatenate([self.fixed[None], offsets])
+
     def errors(self, curves: Floats, shapes: Floats) -> Floats:
         """(T, N) distances from the path of (T, S) curves and (S, 3, N) shapes."""
         count = len(self.offsets)
@@ -146,31 +151,42 @@ class PathFit:
     shapes: Floats  # (S, 3, N), F first where there is one
     score: float  # The largest error, of a vertex or a mean, as a part of the straight path's
     largest: float  # The largest error of a vertex
+    paced: bool  # Whether the first is F
 
 
 # Many products of moderate size: threads of BLAS would wait for each other after every one.
 @one_blas_thread()
-def fitted(seen: Observed, splines: Splines, count: int, start: PathFit | None = None) -> PathFit:
-    """The path with so many free shapes; it goes on from another one where given."""
-    basis = splines.values
-    if start is None:
+def fitted(
+    seen: Observed,
+    splines: Splines,
+    count: int,
+    start: PathFit | None = None,
+    shapes: Floats | None = None,
+) -> PathFit:
+    """The path with so many free shapes, or with (S, 3, N) shapes given; goes on from another."""
+    basis, free = splines.values, shapes is None
+    if start is not None:
+        own, now = start.weights, start.shapes
+    elif shapes is None:
         own = _least_squares(seen, basis, count)
-        shapes = shapes_for(seen, basis @ own)
+        now = shapes_for(seen, basis @ own)
     else:
-        own, shapes = start.weights, start.shapes
-    best = PathFit(own, shapes, np.inf, np.inf)
+        own, now = _curves_for(seen, basis, shapes, np.ones(seen.straight.shape)), shapes
+    best = PathFit(own, now, np.inf, np.inf, seen.fixed is not None)
     for power, steps in _ROUNDS if start is None else _GOING_ON:
+        part = 1.0 / (power - 1)  # Newton's step; all of the way diverges
         for _ in range(steps):
-            errors = seen.errors(basis @ own, shapes)
+            errors = seen.errors(basis @ own, now)
             score = seen.score(errors)
             if score < best.score:
-                best = PathFit(own, shapes, score, float(errors.max(initial=0.0)))
+                largest = float(errors.max(initial=0.0))
+                best = PathFit(own, now, score, largest, best.paced)
             weights = seen.weights(errors, power, score)
-            found = _curves_for(seen, basis, shapes_for(seen, basis @ own, weights), weights)
-            better = shapes_for(seen, basis @ found, weights)
-            part = 1.0 / (power - 1)  # Newton's step; all of the way diverges
+            ahead = shapes_for(seen, basis @ own, weights) if free else now
+            found = _curves_for(seen, basis, ahead, weights)
+            if free:
+                now = now + part * (shapes_for(seen, basis @ found, weights) - now)
             own = own + part * (found - own)
-            shapes = shapes + part * (better - shapes)
     return best
 
 

@@ -23,6 +23,7 @@ from elastomorph.fitting.path_fit import (
     fitted,
     worst_mended,
 )
+from elastomorph.fitting.recorded_shapes import best_recorded
 from elastomorph.model.sequence import MeshSequence
 
 __all__ = ["Recordings", "path_through"]
@@ -98,23 +99,40 @@ class Recordings:
         return np.union1d(farthest, others[evenly])
 
 
-def path_through(recordings: Recordings, splines: Splines, count: int) -> PathFit:
-    """The path of so many free shapes, over all vertices, that follows all recordings best."""
+def path_through(
+    recordings: Recordings, splines: Splines, count: int, *, recorded: bool = False
+) -> PathFit:
+    """The path of so many shapes, over all vertices, that follows all recordings best."""
+    if not splines.values.shape[1]:  # nothing was recorded between the ends
+        none = np.zeros((0, 3, recordings.vertex_count))
+        return PathFit(np.zeros((0, 0)), none, 0.0, 0.0, paced=False)
     sample = recordings.sample()
-    start: PathFit | None = None
-    for _ in range(_MORE_ROUNDS + 1):
-        fit = fitted(recordings.observed(sample), splines, count, start)
+    seen = recordings.observed(sample)
+    if recorded:
+        return _of_frames(recordings, splines, seen, best_recorded(seen, splines, count))
+    fit = fitted(seen, splines, count)
+    for more in range(_MORE_ROUNDS + 1):
         if len(sample) == recordings.vertex_count:
             return fit
         whole, worst = _to_all(recordings, splines, fit, sample)
         worse = np.flatnonzero(worst > _WORSE * fit.largest)
         unseen = np.setdiff1d(np.intersect1d(worse, recordings.along.indices), sample)
-        if not len(unseen):
+        if not len(unseen) or more == _MORE_ROUNDS:
             break
         worst_first = unseen[np.argsort(-worst[unseen], kind="stable")]
         sample = np.union1d(sample, worst_first[:_LEAST_SAMPLE])
         start = replace(whole, shapes=whole.shapes[:, :, sample])
+        fit = fitted(recordings.observed(sample), splines, count, start)
     return whole
+
+
+def _of_frames(
+    recordings: Recordings, splines: Splines, seen: Observed, frames: list[int]
+) -> PathFit:
+    """The path whose shapes are the offsets of some frames."""
+    fit = fitted(seen, splines, len(frames), shapes=seen.recorded(frames))
+    every = [recordings.observed(own).recorded(frames) for own in recordings.blocks()]
+    return replace(fit, shapes=np.concatenate(every, axis=2))
 
 
 def _to_all(
@@ -128,7 +146,7 @@ def _to_all(
         seen = recordings.observed(own)
         shapes[:, :, own], worst[own] = worst_mended(seen, curves, fit.largest)
     shapes[:, :, sample] = fit.shapes
-    return PathFit(fit.weights, shapes, fit.score, fit.largest), worst
+    return replace(fit, shapes=shapes), worst
 
 
 def _offsets(take: MeshSequence, moments: Floats, vertices: Vertices, diameter: float) -> Floats:

@@ -1,0 +1,107 @@
+"""Paths apart from their timing, learned from one recording or from several repetitions.
+
+A path says where a face goes, a timing when. Where the two are told apart, each recorded frame has
+its own moment s of the path, in order:
+
+    V_r(s) = V₀_r + s·Δ_r + Σ_k b_k(s)·D_k
+
+Repetitions r share the bends; ends and moments are their own. The moments begin where the straight
+line is nearest to the frames, and become those at which the path is closest to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.fitting.learned import Learned, PathErrors, Repetition, bent
+from elastomorph.fitting.path_fit import Splines
+from elastomorph.fitting.recordings import Recordings, path_through
+from elastomorph.fitting.takes import Take, counted_together
+from elastomorph.rig.timing import Timing, from_keys
+
+__all__ = ["Wanted", "learned_evenly", "timing_through"]
+
+Floats = NDArray[np.float64]
+
+_ROUNDS = 2
+# How far the keys of a timing may leave the moments between them.
+_CLOSE = 0.005
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What paths are made of."""
+
+    bends: int
+    knots: int
+    recorded: bool  # Whether bends are recorded frames
+    parts: tuple[float, ...] = (1.0, 0.5, 0.25, 0.0)
+    """Bends are scaled by these until no error is larger than that of the straight line."""
+
+
+def learned_evenly(takes: Sequence[Take], wanted: Wanted, say: Callable[[str], None]) -> Learned:
+    """The path between the ends of the first recording, with the timing of each beside it."""
+    say("fitting")
+    limits = [take.closest(take.line)[0] for take in takes]
+    path = _path(takes, wanted, limits)
+    found = [take.closest(path) for take in takes]
+    laws = [
+        timing_through(take.motion.times, moments)
+        for take, (_, moments) in zip(takes, found, strict=True)
+    ]
+    path = replace(
+        path,
+        errors=PathErrors.joined([errors for errors, _ in found]),
+        straight=PathErrors.joined(limits),
+        timing=laws[0],
+    )
+    if len(takes) == 1:
+        return path
+    repetitions = []
+    for number, (take, law) in enumerate(zip(takes, laws, strict=True)):
+        say(f"leaving out recording {number + 1} of {len(takes)}")
+        rest = [k for k in range(len(takes)) if k != number]
+        other = _path([takes[k] for k in rest], wanted, [limits[k] for k in rest])
+        carried, _ = take.closest(other)
+        repetitions.append(Repetition(law, found[number][0], limits[number], carried))
+    return replace(path, repetitions=tuple(repetitions))
+
+
+def _path(takes: Sequence[Take], wanted: Wanted, limits: Sequence[PathErrors]) -> Learned:
+    """The path for all recordings, on none worse than the straight line."""
+    moments = [take.nearest for take in takes]
+    best, least = takes[0].line, 1.0
+    for _ in range(_ROUNDS):
+        together = Recordings(
+            [take.motion for take in takes], moments, takes[0].along, counted_together(takes), False
+        )
+        splines = Splines.at(together.times, wanted.knots)
+        count = min(wanted.bends, splines.values.shape[1])
+        fit = path_through(together, splines, count, recorded=wanted.recorded)
+        for part in wanted.parts:
+            path = bent(takes[0].line, fit, splines, part)
+            found = [take.closest(path) for take in takes]
+            parts = [
+                errors.part_of(limit) for (errors, _), limit in zip(found, limits, strict=True)
+            ]
+            if max(parts) <= 1.0:
+                break
+        moments = [each for _, each in found]
+        if max(parts) < least:
+            best, least = path, max(parts)
+    return best
+
+
+def timing_through(times: Floats, moments: Floats) -> Timing:
+    """A timing with few keys through the (T,) moments at which a path is at (T,) times."""
+    keys = [0, len(times) - 1]
+    while True:
+        law = from_keys([(float(times[k]), float(moments[k])) for k in sorted(keys)])
+        away = np.abs(law.at(times) - moments)
+        if away.max() <= _CLOSE:
+            return law
+        keys.append(int(away.argmax()))
