@@ -15,6 +15,8 @@ __all__ = ["Nearest", "Similar", "closest", "similarity", "to_segments", "views_
 Points = NDArray[np.float64]
 _CANDIDATES = 40  # triangles whose middles are nearest; the closest point lies in one of them
 _BLOCK = 4096
+# Of the angle between normal and camera; how far behind the surface a point still counts, in cm.
+_LEAST_COSINE, _BEHIND = 0.2, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +119,6 @@ def views_of(
     vertices: Points,
     triangles: NDArray[np.integer],
     cameras: list[tuple[Points, Points]],
-    least_cosine: float = 0.2,
-    behind: float = 0.05,
 ) -> NDArray[np.int64]:
     """(N,) how many photographs show each point of a surface.
 
@@ -128,8 +128,6 @@ def views_of(
         vertices: (V, 3) of it.
         triangles: (T, 3) of it.
         cameras: Position (3,) of each, and whether points (N, 3) fall into its photograph.
-        least_cosine: Of the angle to the normal; flatter ones are not counted.
-        behind: How far behind the surface a point still counts, in units of the world.
     """
     rays = EmbreeScene()
     TriangleMesh(rays, vertices.astype(np.float32), triangles.astype(np.int32))
@@ -140,6 +138,6 @@ def views_of(
         ways /= distances[:, None]
         start = np.ascontiguousarray(np.broadcast_to(position, ways.shape), dtype=np.float32)
         first = rays.run(start, ways.astype(np.float32), query="DISTANCE")
-        facing = -np.einsum("na,na->n", ways, normals) > least_cosine
-        count += facing & (first > distances - behind) & np.asarray(within, dtype=bool)
+        facing = -np.einsum("na,na->n", ways, normals) > _LEAST_COSINE
+        count += facing & (first > distances - _BEHIND) & np.asarray(within, dtype=bool)
     return count

@@ -13,6 +13,7 @@ from photographs.rendering import Scene
 
 __all__ = ["clicked", "ict_lip_line"]
 
+_NOISE = 3.0  # standard deviation of a click, in pixels of a photograph 2000 high
 _LEAST_COSINE, _BEHIND = 0.2, 0.3  # of the angle to the surface; cm
 
 
@@ -29,7 +30,6 @@ def clicked(
     files: tuple[str, ...],
     landmarks: dict[str, int],
     random: np.random.Generator,
-    noise: float = 3.0,
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """Clicks in three photographs in which a landmark is seen well.
 
@@ -39,7 +39,6 @@ def clicked(
         files: Their photographs.
         landmarks: Vertices of its surface, by name.
         random: Source of how far a click is off.
-        noise: Standard deviation of that, in pixels of a photograph 2000 high.
 
     Returns:
         Photograph → landmark → (x, y) in pixels.
@@ -52,6 +51,6 @@ def clicked(
         seen = [shot for shot in order if cosines[shot, column] > _LEAST_COSINE]
         for shot in seen[:6:2] if len(seen) > 4 else seen[:3]:
             pixel = shots[shot].project(scene.vertices[vertex])
-            pixel = pixel + noise * shots[shot].lens.size[1] / 2000 * random.normal(size=2)
+            pixel = pixel + _NOISE * shots[shot].lens.size[1] / 2000 * random.normal(size=2)
             found.setdefault(files[shot], {})[name] = (float(pixel[0]), float(pixel[1]))
     return found

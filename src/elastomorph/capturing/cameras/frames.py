@@ -52,14 +52,12 @@ class Frame:
     rms: float
 
 
-def paired(
-    one: NDArray[np.float32], other: NDArray[np.float32], ratio: float = _RATIO
-) -> NDArray[np.int64]:
+def paired(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.int64]:
     """Which of (N, K) and (M, K) unit descriptors are each other's nearest and distinct, (P, 2)."""
     if len(one) < 2 or len(other) < 2:
         return np.zeros((0, 2), dtype=np.int64)
-    there, good_there = _nearest(one, other, ratio)
-    back, good_back = _nearest(other, one, ratio)
+    there, good_there = _nearest(one, other)
+    back, good_back = _nearest(other, one)
     rows = np.arange(len(one))
     both = (back[there] == rows) & good_there & good_back[there]
     return np.stack([rows[both], there[both]], axis=1)
@@ -160,7 +158,7 @@ def cloud_size(points: NDArray[np.float64]) -> float:
 
 
 def _nearest(
-    one: NDArray[np.float32], other: NDArray[np.float32], ratio: float
+    one: NDArray[np.float32], other: NDArray[np.float32]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Of each descriptor the nearest other one, and whether it is distinct from the second."""
     found = np.zeros(len(one), dtype=np.int64)
@@ -173,7 +171,7 @@ def _nearest(
         nearest = np.sqrt(np.maximum(2.0 - 2.0 * alike[rows, best], 0.0))
         alike[rows, best] = -1.0
         second = np.sqrt(np.maximum(2.0 - 2.0 * alike.max(axis=1), 0.0))
-        found[part], good[part] = best, nearest < ratio * second
+        found[part], good[part] = best, nearest < _RATIO * second
     return found, good
 
 

@@ -11,6 +11,9 @@ from elastomorph.errors import CaptureError
 
 Points = NDArray[np.float64]
 
+# Triples of pairs that are tried to find the similarity that most pairs agree with.
+_TRIALS = 3000
+
 
 @dataclass(frozen=True, eq=False)
 class Similarity:
@@ -89,8 +92,6 @@ def agreeing(
     tolerance: float,
     *,
     rigid: bool = False,
-    trials: int = 3000,
-    seed: int = 0,
 ) -> tuple[Similarity, NDArray[np.bool_]]:
     """The similarity that most pairs agree with (RANSAC), refitted to those.
 
@@ -99,8 +100,6 @@ def agreeing(
         goal: (N, 3) points; many pairs may be wrong.
         tolerance: distance at which a pair agrees, in the units of the goal.
         rigid: keep the scale at 1.
-        trials: triples of pairs that are tried.
-        seed: of their choice.
 
     Returns:
         The similarity and (N,) which pairs agree.
@@ -108,9 +107,9 @@ def agreeing(
     Raises:
         CaptureError: fewer than three pairs agree with any similarity.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     best: NDArray[np.bool_] = np.zeros(len(source), dtype=bool)
-    for _ in range(trials if len(source) >= 3 else 0):
+    for _ in range(_TRIALS if len(source) >= 3 else 0):
         few = random.choice(len(source), 3, replace=False)
         try:
             found = fit_similarity(source[few], goal[few], rigid=rigid)

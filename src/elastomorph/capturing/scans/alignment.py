@@ -29,6 +29,8 @@ _COVERED, _SAME = 0.02, 0.8
 # Covered part of a face from which on it was found, and what others, turned otherwise, may cover
 # beside it.
 _FOUND, _OTHERS = 0.3, 0.75
+# Guesses that are followed to the end.
+_TRIED = 16
 # Sizes that are tried, beside that at which scan and face are equally large.
 _SIZES = (1.0, 0.75, 0.55)
 
@@ -171,7 +173,7 @@ def _turns() -> list[Points]:
     return found
 
 
-def _different(tried: list[Laid], count: int = 16) -> list[Similarity]:
+def _different(tried: list[Laid]) -> list[Similarity]:
     """The best of those that differ, and of each turn the best of every size."""
     found: list[Similarity] = []
     for each in tried:
@@ -180,7 +182,7 @@ def _different(tried: list[Laid], count: int = 16) -> list[Similarity]:
             _differ(own, other) or abs(np.log(own.scale / other.scale)) > 0.1 for other in found
         ):
             found.append(own)
-    return found[:count]
+    return found[:_TRIED]
 
 
 def _differ(one: Similarity, other: Similarity) -> bool:

@@ -30,6 +30,8 @@ _SOURCES = 2
 _ALIKE, _BACK = 0.5, 0.7
 # Photographs that have to show a vertex to be believed, and part of those that look at it.
 _FEWEST, _SUPPORT = 3, 0.4
+# Pixels around the head that are kept of a photograph.
+_MARGIN = 24
 # Side of the square around a pixel, and the part of it that has to be known.
 _BOX, _AROUND = 9, 0.85
 
@@ -105,14 +107,14 @@ def _flow_between(engine: Any, one: Picture, other: Picture) -> tuple[Single, Si
     return there, np.asarray(round_trip, dtype=np.float32), correlation(one, found)
 
 
-def _cropped(camera: Camera, points: Points, margin: int = 24) -> tuple[slice, slice]:
+def _cropped(camera: Camera, points: Points) -> tuple[slice, slice]:
     """The rows and columns of a photograph that hold the points, and a margin."""
     pixels, depths = camera.project(points)
     pixels = pixels[depths > 0]
     if not len(pixels):
         return slice(0, 0), slice(0, 0)
-    low = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - margin, 0)
-    high = np.minimum(np.ceil(pixels.max(axis=0)).astype(int) + margin, camera.size)
+    low = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - _MARGIN, 0)
+    high = np.minimum(np.ceil(pixels.max(axis=0)).astype(int) + _MARGIN, camera.size)
     return slice(int(low[1]), int(max(high[1], low[1]))), slice(
         int(low[0]), int(max(high[0], low[0]))
     )
