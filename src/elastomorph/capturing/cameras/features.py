@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capturing.geometry.table import Table
 from elastomorph.capturing.photographs.photographs import Photograph
 from elastomorph.capturing.photographs.pixels import read_mask, read_upright
 from elastomorph.errors import MissingExtraError
@@ -29,7 +30,7 @@ _AT_ONCE = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Features:
+class Features(Table):
     """What was found in one photograph.
 
     Attributes:
@@ -41,9 +42,6 @@ class Features:
     places: NDArray[np.float64]
     shapes: NDArray[np.float32]
     descriptors: NDArray[np.uint8]
-
-    def __len__(self) -> int:
-        return len(self.places)
 
     @property
     def sizes(self) -> NDArray[np.float64]:
@@ -58,10 +56,6 @@ class Features:
         found = self.descriptors.astype(np.float32)
         length = np.linalg.norm(found, axis=1, keepdims=True)
         return np.asarray(found / np.maximum(length, 1e-9), dtype=np.float32)
-
-    def chosen(self, which: NDArray[Any]) -> Features:
-        """Some of them."""
-        return Features(self.places[which], self.shapes[which], self.descriptors[which])
 
 
 @contextmanager

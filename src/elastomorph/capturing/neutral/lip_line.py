@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from elastomorph.capturing.geometry.camera import View
 from elastomorph.capturing.geometry.sampling import sampled
 from elastomorph.capturing.geometry.surface import Hits, Surface
+from elastomorph.capturing.geometry.table import Table
 
 __all__ = ["Lips"]
 
@@ -46,7 +47,7 @@ _NEAR, _AGREE, _FEWEST = 0.05, 0.03, 3
 
 
 @dataclass(frozen=True, eq=False)
-class _Ends:
+class _Ends(Table):
     """Where photographs show that lips end.
 
     Attributes:
@@ -62,14 +63,6 @@ class _Ends:
     upper: NDArray[np.bool_]
     along: Points
     higher: Points
-
-    @classmethod
-    def join(cls, parts: Sequence[_Ends]) -> _Ends:
-        names = list(cls.__annotations__)
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-    def chosen(self, which: NDArray[np.bool_]) -> _Ends:
-        return _Ends(*(getattr(self, name)[which] for name in type(self).__annotations__))
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from elastomorph.capturing.geometry.comparing import correlation, flow_engine
 from elastomorph.capturing.geometry.curved import curved
 from elastomorph.capturing.geometry.sampling import pixel_grid, sampled
 from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.geometry.table import Table
 
 Points = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -41,7 +42,7 @@ _FEWEST = 50
 
 
 @dataclass(frozen=True, eq=False)
-class Offsets:
+class Offsets(Table):
     """How far a surface is off, as single pairs of photographs show it.
 
     Attributes:
@@ -113,13 +114,8 @@ def offsets_from(
             both = np.flatnonzero(reference.visible & seen[second].visible)
             if len(both) >= _FEWEST:
                 found.append(_compared(reference, seen[second], places, met, both, surface, engine))
-    if not found:
-        return Offsets(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
-    return Offsets(
-        np.concatenate([each.vertices for each in found]),
-        np.concatenate([each.offsets for each in found]),
-        np.concatenate([each.weights for each in found]),
-    )
+    none = Offsets(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
+    return Offsets.join([none, *found])
 
 
 def _see(

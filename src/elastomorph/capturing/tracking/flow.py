@@ -57,7 +57,7 @@ def by_flow(level: Level, views: Sequence[View], vertices: Points) -> Observatio
         taken = [(level.views[i], level.depths[i], level.seen[0][i]) for i in near[:_SOURCES]]
         found += _missed(number, view, posed, neutral, taken, (seen, cosines))
     fewest = np.maximum(_FEWEST, _SUPPORT * offered)
-    return supported(Observations.join(found), len(vertices), fewest)
+    return supported(Observations.join([Observations.none(), *found]), len(vertices), fewest)
 
 
 def _warped(

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capturing.geometry.table import Table
+
 Points = NDArray[np.float64]
 
 # Neighbours that a match is compared with, and how far off their middle it may be in units of
@@ -15,7 +17,7 @@ _NEIGHBOURS, _OUTLIER, _SLACK = 10, 5.0, 0.006
 
 
 @dataclass(frozen=True, eq=False)
-class Matches:
+class Matches(Table):
     """Points of the neutral's skin and where the same skin is in a pose.
 
     Attributes:
@@ -25,13 +27,6 @@ class Matches:
 
     neutral: Points
     pose: Points
-
-    def __len__(self) -> int:
-        return len(self.neutral)
-
-    def chosen(self, which: NDArray[np.bool_]) -> Matches:
-        """Some of them."""
-        return Matches(self.neutral[which], self.pose[which])
 
 
 def consistent(matches: Matches, expected: Points, extent: float) -> NDArray[np.bool_]:

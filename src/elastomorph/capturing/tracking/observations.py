@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.table import Table
 
 Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Observations:
+class Observations(Table):
     """Where photographs of a pose show vertices.
 
     Attributes:
@@ -37,17 +38,6 @@ class Observations:
         """Nothing seen."""
         no = np.zeros(0, dtype=np.int64)
         return cls(no, no, np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0))
-
-    @classmethod
-    def join(cls, parts: Sequence[Observations]) -> Observations:
-        """All of several."""
-        names = [field.name for field in fields(cls)]
-        every = [cls.none(), *parts]
-        return cls(*(np.concatenate([getattr(part, name) for part in every]) for name in names))
-
-    def chosen(self, which: NDArray[np.bool_]) -> Observations:
-        """Some of them."""
-        return Observations(*(getattr(self, field.name)[which] for field in fields(self)))
 
 
 def photographs(seen: Observations, count: int) -> NDArray[np.int64]:

@@ -290,4 +290,6 @@ def _by_patches(
                 got.likeness[good],
             )
         )
-    return supported(Observations.join(found), len(vertices), _PATCH_SUPPORT)
+    return supported(
+        Observations.join([Observations.none(), *found]), len(vertices), _PATCH_SUPPORT
+    )
