@@ -2,7 +2,6 @@
 // `npm run build:landmarks` the page where landmarks are placed, as the Python package ships them.
 import { defineConfig, type Plugin } from 'vite';
 import { viteSingleFile } from 'vite-plugin-singlefile';
-import { NOTICE } from './viewer/notice.ts';
 
 const here = (path: string) => decodeURIComponent(new URL(path, import.meta.url).pathname);
 
@@ -12,13 +11,11 @@ const PAGES = {
     folder: 'page',
     title: 'elastomorph',
     about: 'Faces whose expressions move along curved, elastic paths',
-    notice: NOTICE,
   },
   landmarks: {
     folder: 'landmarks_page',
     title: 'Landmarks – elastomorph',
     about: 'Points of a face, placed in photographs and on meshes',
-    notice: '',
   },
 };
 
@@ -38,10 +35,21 @@ export default defineConfig(({ mode }) => {
   };
 });
 
-/** Puts words into the one `index.html` of both pages. */
+/** Puts words into the one `index.html` of both pages, and above the viewer the licence of three.js. */
 function filled(words: Readonly<Record<string, string>>): Plugin {
-  const handler = (html: string) => html.replaceAll(/%(\w+)%/g, (_, name: string) => words[name]!);
-  return { name: 'filled', transformIndexHtml: { order: 'pre', handler } };
+  let notice = '';
+  const handler = (html: string) =>
+    html.replaceAll(/%(\w+)%/g, (_, name: string) => ({ notice, ...words })[name]!);
+  return {
+    name: 'filled',
+    async buildStart() {
+      if (words['page'] !== 'viewer') return;
+      const licence = await this.fs.readFile(here('node_modules/three/LICENSE'), { encoding: 'utf8' });
+      const contains = 'The viewer of elastomorph (MIT licence). It contains parts of three.js:';
+      notice = `\n<!--\n${contains}\n\n${licence.trim()}\n-->`;
+    },
+    transformIndexHtml: { order: 'pre', handler },
+  };
 }
 
 /** Ships shaders without what only people read: comments, indentation, ends of lines. */

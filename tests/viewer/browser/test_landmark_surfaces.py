@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,12 +59,19 @@ def frame(page: Page) -> tuple[float, float, float]:
     return box["x"] + columns[0], box["y"] + rows[-1] + 1, scale
 
 
-def test_the_vertex_that_is_nearest(visit: Visit, tmp_path: Path) -> None:
-    em.write(tmp_path / "roof.obj", roof())
-    task = landmark_task(template=tmp_path / "roof.obj")
-    with serve_landmarks(task, tmp_path / "landmarks.json") as server:
+@contextmanager
+def roof_page(visit: Visit, folder: Path) -> Iterator[Page]:
+    """The page with the roof as its template."""
+    em.write(folder / "roof.obj", roof())
+    task = landmark_task(template=folder / "roof.obj")
+    with serve_landmarks(task, folder / "landmarks.json") as server:
         page = visit.blank(server.address, size=(1100, 760))
         opened(page, "roof.obj")
+        yield page
+
+
+def test_the_vertex_that_is_nearest(visit: Visit, tmp_path: Path) -> None:
+    with roof_page(visit, tmp_path) as page:
         left, bottom, scale = frame(page)
         rng = np.random.default_rng(5)
         expected = dict(zip(NAMES, rng.permutation(5 * SIDE).tolist(), strict=False))
@@ -98,11 +107,7 @@ def test_a_point_of_a_scan(visit: Visit, tmp_path: Path) -> None:
 
 def test_it_turns_with_what_is_taken_hold_of(visit: Visit, tmp_path: Path) -> None:
     """A vertex that is dragged stays under the pointer, while all else goes round it."""
-    em.write(tmp_path / "roof.obj", roof())
-    task = landmark_task(template=tmp_path / "roof.obj")
-    with serve_landmarks(task, tmp_path / "landmarks.json") as server:
-        page = visit.blank(server.address, size=(1100, 760))
-        opened(page, "roof.obj")
+    with roof_page(visit, tmp_path) as page:
         left, bottom, scale = frame(page)
         before = pixels(page)
         x, y = left + scale, bottom - 2 * scale  # of the vertex at (1, 2)
