@@ -24,6 +24,7 @@ cv2 = extra("cv2", "capture")
 
 from elastomorph.report.capture import capture_page, write_capture_report  # noqa: E402
 from elastomorph.report.capture_pictures import (  # noqa: E402
+    beside,
     camera_picture,
     confidence_colours,
     frontal,
@@ -219,6 +220,12 @@ def test_the_camera_in_front_is_chosen(captured: Captured) -> None:
     side = Registered.of(mesh, mesh.vertices, (mesh.vertices[:, 0] < -0.5).astype(float))
     assert frontal(cameras, front).name == "1.jpg"
     assert frontal(cameras, side).name == "0.jpg"
+
+
+def test_other_poses_are_shown_from_the_same_side(captured: Captured) -> None:
+    pose = captured.poses["long & <b>"]
+    for front in captured.cameras["rest"]:
+        assert beside(front, captured.cameras["long & <b>"], pose).name == front.name
 
 
 def test_cameras_are_drawn_around_the_head_where_they_stand() -> None:

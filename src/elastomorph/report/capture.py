@@ -6,12 +6,19 @@ from collections.abc import Callable, Mapping
 from colorsys import hsv_to_rgb
 from pathlib import Path
 
+from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.registered import FLAGGED
 from elastomorph.errors import FileError
 from elastomorph.evaluation.words import SPACE, counted
 from elastomorph.model.mesh import Mesh
-from elastomorph.report.capture_pictures import Shown, camera_picture, frontal, pose_picture
+from elastomorph.report.capture_pictures import (
+    Shown,
+    beside,
+    camera_picture,
+    frontal,
+    pose_picture,
+)
 from elastomorph.report.capture_tables import (
     agreement,
     photographs_section,
@@ -148,17 +155,26 @@ def _range(values: list[int]) -> str:
     return f"{low:,}" if low == high else f"{low:,} to {high:,}"
 
 
+def _one_of_each(captured: Captured) -> dict[str, Camera]:
+    """A camera of each pose, all from about the same side, so that poses can be compared."""
+    seen = {pose: captured.cameras.get(pose, ()) for pose in captured.poses}
+    seen = {pose: cameras for pose, cameras in seen.items() if cameras}
+    if not seen:
+        return {}
+    first = captured.neutral if captured.neutral in seen else next(iter(seen))
+    front = frontal(seen[first], captured.poses[first])
+    return {pose: beside(front, own, captured.poses[pose]) for pose, own in seen.items()}
+
+
 def _poses(captured: Captured, trust: Mapping[str, Trust], say: Callable[[str], None]) -> Section:
     """Each pose through one of its cameras, with the template over it and its confidence."""
     pictures, left_out = [], []
-    for pose, mesh in captured.poses.items():
+    for pose, camera in _one_of_each(captured).items():
         say(f"drawing {pose}")
-        cameras = captured.cameras.get(pose, ())
-        if not cameras:
-            continue
-        camera = frontal(cameras, mesh)
         try:
-            image = pose_picture(mesh, camera, captured.photographs[pose][camera.name])
+            image = pose_picture(
+                captured.poses[pose], camera, captured.photographs[pose][camera.name]
+            )
         except FileError as error:  # a report without one of its pictures is better than none
             left_out.append(f"{pose} is not shown: its photograph cannot be opened any more")
             say(str(error))

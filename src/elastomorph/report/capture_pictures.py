@@ -22,7 +22,7 @@ from elastomorph.draw.over_photographs import box_of, over_photograph
 from elastomorph.model.mesh import Mesh
 from elastomorph.report.images import Picture
 
-__all__ = ["Shown", "camera_picture", "confidence_colours", "frontal", "pose_picture"]
+__all__ = ["Shown", "beside", "camera_picture", "confidence_colours", "frontal", "pose_picture"]
 
 Points = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
@@ -80,6 +80,18 @@ def frontal(cameras: Sequence[Camera], mesh: Registered) -> Camera:
         return float((np.maximum(cosines, 0) * mesh.confidence).sum())
 
     return max(cameras, key=faced)
+
+
+def beside(front: Camera, cameras: Sequence[Camera], mesh: Registered) -> Camera:
+    """The camera that sees the mesh most nearly from where another one did."""
+    middle = mesh.vertices.mean(axis=0)
+
+    def direction(camera: Camera) -> Points:
+        away = camera.position - middle
+        found: Points = away / np.linalg.norm(away)
+        return found
+
+    return max(cameras, key=lambda camera: float(direction(camera) @ direction(front)))
 
 
 def pose_picture(mesh: Registered, camera: Camera, photograph: Path) -> Pixels:
