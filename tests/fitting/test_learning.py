@@ -63,7 +63,13 @@ def test_the_largest_error_is_smaller_than_that_of_least_squares(network: CurveN
     )
     from scipy.sparse import csr_array
 
-    seen = Observed(offsets.transpose(0, 2, 1), None, None, csr_array(np.eye(offsets.shape[1])))
+    seen = Observed(
+        offsets.transpose(0, 2, 1),
+        None,
+        None,
+        csr_array(np.eye(offsets.shape[1])),
+        np.ones((41, 1)),
+    )
     splines = Splines.at(TIMES, 7)
     first, rows = np.linalg.qr(splines.values)[0], offsets.reshape(len(TIMES), -1)
     inside = first @ (first.T @ rows)
@@ -153,8 +159,8 @@ def test_a_path_apart_from_its_timing(network: CurveNetwork) -> None:
     found = em.learn(played(late), 1, timing="even", curves=network)
     other = em.learn(played(TIMES), 1, timing="even", curves=network)
     assert len(found.bends) == 1  # Δ has no curve
-    np.testing.assert_allclose(found.timing.at(TIMES), late, atol=0.01)
-    np.testing.assert_allclose(other.timing.at(TIMES), TIMES, atol=0.01)
+    np.testing.assert_allclose(found.timing.at(TIMES), late, atol=0.02)
+    np.testing.assert_allclose(other.timing.at(TIMES), TIMES, atol=0.02)
     size = np.abs(found.at(TIMES) - found.neutral.vertices).max()
     np.testing.assert_allclose(found.at(TIMES), other.at(TIMES), atol=0.003 * size)
     assert found.errors.lme < 0.02 * found.straight.lme

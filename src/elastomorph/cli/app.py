@@ -32,6 +32,7 @@ VERBS = {
     "interpolate": "Interpolate between two known shapes, by any method.",
     "evaluate": "Judge methods by recorded frames.",
     "fit": "Estimate material and load common to recorded motions.",
+    "learn": "Learn the path of a recorded movement.",
     "blend": "Blend expressions.",
     "bend": "Bend the paths of a character in its own file.",
     "unbend": "Take the bends out of a character again.",

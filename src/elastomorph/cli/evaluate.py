@@ -66,21 +66,6 @@ Rigid = Annotated[
 Pictures = Annotated[
     bool, typer.Option(help="Draw graphs and faces into the output folder and the report.")
 ]
-ConfidenceFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--confidence",
-        help="How far each vertex is to be trusted, to leave out the others: confidence.npz as "
-        "'capture' and 'register' write it. One in the folder of the frames is found by itself.",
-    ),
-]
-Least = Annotated[
-    float | None,
-    typer.Option(
-        "--least-confidence",
-        help="From which confidence on a vertex counts; 0.5 by default, 0 lets all count.",
-    ),
-]
 Mass = Annotated[float | None, typer.Option(help="m of the material, above 0; 1 by default.")]
 Damping = Annotated[float | None, typer.Option(help="c of the material, above 0; 1 by default.")]
 Stiffness = Annotated[
@@ -102,8 +87,8 @@ def evaluate(
     movements: Movements = False,
     edge: Edge = None,
     rigid: Rigid = None,
-    confidence: ConfidenceFile = None,
-    least: Least = None,
+    confidence: options.ConfidenceFile = None,
+    least: options.LeastConfidence = None,
     mass: Mass = None,
     damping: Damping = None,
     stiff: Stiffness = None,

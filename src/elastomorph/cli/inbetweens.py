@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.output import Say, plain_table
+from elastomorph.cli.output import Say, plain_table, times_smaller
 from elastomorph.cli.verb import Answer, verb
 
 if TYPE_CHECKING:
@@ -130,16 +130,10 @@ def _table(suggestions: Sequence[Suggestion]) -> Table:
     for each in suggestions:
         errors = (each.lme, each.lae, each.mean_lme, each.mean_lae)
         lme, lae, mean_lme, mean_lae = (f"{100 * error:.3f}" for error in errors)
-        ratio = _times_smaller(linear.lme, each.lme) if each.frames else ""
+        ratio = times_smaller(linear.lme, each.lme) if each.frames else ""
         where = ", ".join(
             f"{name} ({time:.3f})" for name, time in zip(each.names, each.times, strict=True)
         )
         number = str(len(each.frames)) + ("" if each.certain else "~")
         table.add_row(number, lme, ratio, lae, mean_lme, mean_lae, each.law, Text(where))
     return table
-
-
-def _times_smaller(before: float, after: float) -> str:
-    if before > 1000 * after:  # what is left is rounding, or nothing
-        return "> 1000" if before > 0 else ""
-    return f"{before / after:.2f}" if after > 0 else ""

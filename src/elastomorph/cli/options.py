@@ -83,6 +83,22 @@ NeutralPose = Annotated[
     ),
 ]
 
+ConfidenceFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--confidence",
+        help="How far each vertex is to be trusted, to leave out the others: confidence.npz as "
+        "'capture' and 'register' write it. One in the folder of the frames is found by itself.",
+    ),
+]
+LeastConfidence = Annotated[
+    float | None,
+    typer.Option(
+        "--least-confidence",
+        help="From which confidence on a vertex counts; 0.5 by default, 0 lets all count.",
+    ),
+]
+
 
 def settings_of(
     rig: Path | None, file: Path | None, choice: MethodChoice | str | None = None

@@ -102,6 +102,13 @@ def plain_table(words: Sequence[str], columns: Sequence[str], **options: Any) ->
     return table
 
 
+def times_smaller(before: float, after: float) -> str:
+    """How many times smaller an error became, for a table."""
+    if before > 1000 * after:  # what is left is rounding, or nothing
+        return "> 1000" if before > 0 else ""
+    return f"{before / after:.2f}" if after > 0 else ""
+
+
 def command_line(context: typer.Context) -> str:
     """The command that is running, as it was given, with files by their names alone.
 

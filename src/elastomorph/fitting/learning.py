@@ -42,7 +42,7 @@ def learn(
     timing: str = "recorded",
     knots: int = KNOTS,
     curves: CurveNetwork | None = None,
-    confidence: ConfidenceLike | None = None,
+    confidence: ConfidenceLike | Sequence[ConfidenceLike | None] | None = None,
     least_confidence: float = LEAST,
     progress: Callable[[str], None] | None = None,
 ) -> Learned:
@@ -56,8 +56,8 @@ def learn(
     of the straight line; neither is ever larger than that. a(t) - t is the curve of the last bend,
     Δ itself, which costs no further target where a format can play it on Δ.
 
-    Of several recordings, repetitions of a movement, one path is learned: they share the D_k, and
-    keep ends and timing of their own. Each is also left out once, to see if the path carries over.
+    Several recordings are repetitions: they share the D_k and keep ends and timing of their own.
+    Each is also left out once, to see if the path carries over.
 
     Args:
         recording: The movement, from the neutral to the target, or what `read_sequence` reads it
@@ -71,7 +71,8 @@ def learn(
             between them; fewer where there are too few frames.
         curves: The curves that errors are means over; found by `extract_curves` by default. All
             vertices together are one on a mesh without polygons.
-        confidence: How far vertices are to be trusted, as `evaluate` takes it, of one recording.
+        confidence: How far vertices are to be trusted, as `evaluate` takes it; of several
+            recordings a list.
         least_confidence: The confidence from which on a vertex counts; 0 lets all of them count.
         progress: Called with what is being done.
 
@@ -80,9 +81,9 @@ def learn(
 
     Raises:
         FileError: A recording or confidence named by its files cannot be read.
-        ParameterError: A setting is out of its range, or frames are too few.
+        ParameterError: A setting is out of its range, or there are too few frames.
         TopologyError: Recordings are of different meshes.
-        MeshError: A recording comes back to where it starts, or its first frame is at one place.
+        MeshError: A recording comes back to its start, or starts at one place.
         CurveError: The curves belong to another mesh.
     """
     _require_settings(bends, shapes, timing, knots)
@@ -100,7 +101,7 @@ def learn(
 def _takes(
     recording: Recorded | Sequence[Recorded],
     curves: CurveNetwork | None,
-    confidence: ConfidenceLike | None,
+    confidence: ConfidenceLike | Sequence[ConfidenceLike | None] | None,
     least: float,
 ) -> list[Take]:
     """What was recorded, along the same curves."""
@@ -108,13 +109,16 @@ def _takes(
     given: list[Any] = list(recording) if several else [recording]  # type: ignore[arg-type]
     if not given:
         raise ParameterError("there is nothing to learn from: give at least one recording")
-    if confidence is not None and len(given) > 1:
+    trusted: list[Any] = list(confidence) if several and confidence is not None else [confidence]  # type: ignore[arg-type]
+    if len(trusted) == 1:
+        trusted *= len(given) if confidence is None else 1
+    if len(trusted) != len(given):
         raise ParameterError(
-            "'confidence' is of one recording; several named by their files have it beside them"
+            f"'confidence' of {len(given)} recordings must be as many, found {len(trusted)}"
         )
     takes: list[Take] = []
-    for number, each in enumerate(given, start=1):
-        motion, mask = recorded_motion(each, confidence, least)
+    for number, (each, sure) in enumerate(zip(given, trusted, strict=True), start=1):
+        motion, mask = recorded_motion(each, sure, least)
         try:
             require_same_topology((takes[0].motion if takes else motion).mesh, motion.mesh)
         except TopologyError as error:
@@ -198,6 +202,6 @@ def _require_way(take: MeshSequence) -> None:
                 f"and ends at {away[-1] / away[farthest]:.0%} of that distance"
             )
         raise MeshError(
-            f"the recording {way}; a path leads from a neutral to a target, so give a part that "
-            "ends at the apex of one movement"
+            f"the recording {way}; a path leads from a neutral to a target, so choose a part "
+            "that ends at the apex of one movement, as with part(start, stop) or --frames"
         )

@@ -37,6 +37,7 @@ _MENDING = ((4, 3), (16, 4), (64, 5))
 """Exponents p, and how many steps with each: of a path, of one that is close, of a vertex."""
 _LEAST = 1e-2  # Errors below this part of the largest weigh like it
 _RIDGE = 1e-10
+_NOTHING = 1e-12
 _TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -85,12 +86,19 @@ class Observed:
     fixed: Floats | None  # (3, N) the shape F
     counted: Floats | None  # (T, N) 1 where a vertex counts in a frame, else 0; all by default
     means: Any  # (C, N) sparse, takes the mean over each curve of the face
+    unit: Floats  # (T, 1) what errors of each frame are counted in
 
     @cached_property
     def straight(self) -> Floats:
         """(T, N) distances of the frames from the straight path."""
         distances: Floats = np.sqrt(np.einsum("txn,txn->tn", self.offsets, self.offsets))
+        distances /= self.unit
         return distances if self.counted is None else distances * self.counted
+
+    @cached_property
+    def even(self) -> Floats:
+        """(T, 1 or N) weights of squares at which all errors count alike."""
+        return self.unit**-2 if self.counted is None else self.counted * self.unit**-2
 
     @cached_property
     def largest(self) -> float:
@@ -106,7 +114,7 @@ class Observed:
         """Some of the vertices, without the means over curves."""
         fixed = None if self.fixed is None else self.fixed[:, vertices]
         counted = None if self.counted is None else self.counted[:, vertices]
-        return Observed(self.offsets[:, :, vertices], fixed, counted, None)
+        return Observed(self.offsets[:, :, vertices], fixed, counted, None, self.unit)
 
     def recorded(self, frames: list[int]) -> Floats:
         """(S, 3, N) the offsets of some frames as shapes, F first."""
@@ -120,6 +128,7 @@ class Observed:
         left -= self.offsets.reshape(count, -1)
         np.square(left, out=left)
         distances: Floats = np.sqrt(left.reshape(count, 3, -1).sum(axis=1))
+        distances /= self.unit
         return distances if self.counted is None else distances * self.counted
 
     def score(self, errors: Floats) -> float:
@@ -140,7 +149,8 @@ class Observed:
         pulls = self.means.T @ (np.maximum(means, _LEAST) ** (power - 1)).T / average
         weights += pulls.T / np.maximum(errors, low)
         weights /= weights.mean()
-        return weights if self.counted is None else weights * self.counted
+        weights *= self.even
+        return weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +181,10 @@ def fitted(
         own = _least_squares(seen, basis, count)
         now = shapes_for(seen, basis @ own)
     else:
-        own, now = _curves_for(seen, basis, shapes, np.ones(seen.straight.shape)), shapes
+        own, now = (
+            _curves_for(seen, basis, shapes, seen.even * np.ones(seen.straight.shape)),
+            shapes,
+        )
     best = PathFit(own, now, np.inf, np.inf, seen.fixed is not None)
     for power, steps in _ROUNDS if start is None else _GOING_ON:
         part = 1.0 / (power - 1)  # Newton's step; all of the way diverges
@@ -192,8 +205,8 @@ def fitted(
 
 def _least_squares(seen: Observed, basis: Floats, count: int) -> Floats:
     """(M, S) spline weights of the least sum of squares of all frames and vertices."""
-    orthogonal, triangle = np.linalg.qr(basis)
-    rows = orthogonal.T @ seen.offsets.reshape(len(basis), -1)
+    orthogonal, triangle = np.linalg.qr(basis / seen.unit)
+    rows = orthogonal.T @ (seen.offsets.reshape(len(basis), -1) / seen.unit)
     own = []
     if seen.fixed is not None:
         unit = seen.fixed.ravel() / np.linalg.norm(seen.fixed)
@@ -210,19 +223,18 @@ def shapes_for(seen: Observed, curves: Floats, weights: Floats | None = None) ->
     """(S, 3, N) the shapes that fit (T, S) curves best, F first; squares weigh (T, N)."""
     offsets, fixed = seen.offsets, seen.fixed
     count, size = len(offsets), offsets.shape[2]
-    weights = seen.counted if weights is None else weights
+    weights = seen.even if weights is None else weights
     first = int(fixed is not None)
     free = curves[:, first:]
     number = free.shape[1]
     if not number:
         return np.zeros((0, 3, size)) if fixed is None else fixed[None]
-    weighted = offsets if weights is None else weights[:, None] * offsets
+    weighted = weights[:, None] * offsets
     wanted = (free.T @ weighted.reshape(count, -1)).reshape(number, 3, size)
-    even = np.ones((count, 1)) if weights is None else weights
     squares = (free[:, :, None] * free[:, None]).reshape(count, -1)
-    grams = (even.T @ squares).reshape(-1, number, number)
+    grams = (weights.T @ squares).reshape(-1, number, number)
     if fixed is not None:
-        crossed = (free * curves[:, :1]).T @ even
+        crossed = (free * curves[:, :1]).T @ weights
         wanted -= crossed[:, None] * fixed
     ridge = _RIDGE * np.trace(grams, axis1=1, axis2=2) + _TINY
     grams += ridge[:, None, None] * np.eye(number)
@@ -241,9 +253,10 @@ def _curves_for(seen: Observed, basis: Floats, shapes: Floats, weights: Floats) 
     system = np.einsum("ta,tij,tb->aibj", basis, grams, basis, optimize=True)
     size = basis.shape[1] * number
     system = system.reshape(size, size)
-    scale = np.sqrt(np.diag(system)) + _TINY
+    scale = np.sqrt(np.diag(system))
+    scale = np.maximum(scale, _NOTHING * scale.max()) + _TINY
     system = system / scale / scale[:, None] + _RIDGE * np.eye(size)
-    found = np.linalg.solve(system, (basis.T @ wanted).ravel() / scale) / scale
+    found: Floats = np.linalg.solve(system, (basis.T @ wanted).ravel() / scale) / scale
     return found.reshape(-1, number)
 
 
@@ -261,7 +274,7 @@ def worst_mended(seen: Observed, curves: Floats, allowed: float) -> tuple[Floats
     for power, steps in _MENDING if len(bad) else ():
         for _ in range(steps):
             high = errors.max(axis=0)
-            weights = np.maximum(errors / high, _LEAST) ** (power - 2)
+            weights = np.maximum(errors / high, _LEAST) ** (power - 2) * part.even
             now = now + (shapes_for(part, curves, weights) - now) / (power - 1)
             errors = part.errors(curves, now)
             better = errors.max(axis=0) < worst[bad]

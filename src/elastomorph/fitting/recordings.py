@@ -47,6 +47,7 @@ class Recordings:
     along: CurveVertices
     counted: NDArray[np.bool_] | None = None  # (T, V) of all frames together
     paced: bool = True  # Whether Δ has a curve of its own; for one recording only
+    units: Sequence[float] = (1.0,)  # What the errors of each are counted in
 
     @property
     def diameter(self) -> float:
@@ -73,12 +74,13 @@ class Recordings:
         )
         frames = self.takes[0].frames
         delta = (frames[-1, vertices] - frames[0, vertices]).T / self.diameter
+        unit = np.repeat(self.units, [len(take) for take in self.takes])[:, None]
         counted = None if self.counted is None else self.counted[:, vertices].astype(np.float64)
         means = _means(self.along, self.vertex_count)[:, vertices]
         sizes = np.asarray(means.sum(axis=1)).ravel()
         some = sizes > 0
         means = means[some].multiply(1 / sizes[some, None]).tocsr()
-        return Observed(offsets, delta if self.paced else None, counted, means)
+        return Observed(offsets, delta if self.paced else None, counted, means, unit)
 
     def blocks(self) -> Iterator[NDArray[np.int64]]:
         """All vertices, some at a time."""

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 _ROUNDS = 2
 # How far the keys of a timing may leave the moments between them.
-_CLOSE = 0.005
+_CLOSE, _DIGITS = 0.01, 4
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,11 @@ def _path(takes: Sequence[Take], wanted: Wanted, limits: Sequence[PathErrors]) -
     """The path for all recordings, on none worse than the straight line."""
     moments = [take.nearest for take in takes]
     best, least = takes[0].line, 1.0
+    # Each recording counts alike, however large its movement is.
+    units = [limit.lme or 1.0 for limit in limits]
     for _ in range(_ROUNDS):
-        together = Recordings(
-            [take.motion for take in takes], moments, takes[0].along, counted_together(takes), False
-        )
+        motions, counted = [take.motion for take in takes], counted_together(takes)
+        together = Recordings(motions, moments, takes[0].along, counted, False, units)
         splines = Splines.at(together.times, wanted.knots)
         count = min(wanted.bends, splines.values.shape[1])
         fit = path_through(together, splines, count, recorded=wanted.recorded)
@@ -100,8 +101,9 @@ def timing_through(times: Floats, moments: Floats) -> Timing:
     """A timing with few keys through the (T,) moments at which a path is at (T,) times."""
     keys = [0, len(times) - 1]
     while True:
-        law = from_keys([(float(times[k]), float(moments[k])) for k in sorted(keys)])
+        pairs = [(float(times[k]), float(moments[k])) for k in sorted(keys)]
+        law = from_keys([(round(t, _DIGITS), round(moment, _DIGITS)) for t, moment in pairs])
         away = np.abs(law.at(times) - moments)
-        if away.max() <= _CLOSE:
+        if away.max() <= _CLOSE or len(keys) == len(times):
             return law
         keys.append(int(away.argmax()))

@@ -1,0 +1,100 @@
+"""``elastomorph learn``, from files to a rig, text and JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calls import printed_by
+from calls import status_of as run
+from small_files import sheet
+
+import elastomorph as em
+
+TIMES = np.linspace(0, 1, 13)
+
+
+@pytest.fixture
+def take(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> em.MeshSequence:
+    """A sheet that starts late and bends on its way, as take.####.obj and take.npz."""
+    monkeypatch.chdir(tmp_path)
+    neutral = sheet()
+    way = np.sin(neutral.vertices)
+    bend = np.cos(neutral.vertices[:, [1, 2, 0]])
+    pace = TIMES**2 * (3 - 2 * TIMES)
+    frames = neutral.vertices + np.tensordot(
+        np.stack([0.4 * pace, 0.3 * TIMES * (1 - TIMES)], axis=1), np.stack([way, bend]), 1
+    )
+    take = em.MeshSequence(neutral, frames, TIMES)
+    em.write_sequence("take.####.obj", take)
+    em.write_sequence("take.npz", take)
+    return take
+
+
+def test_a_recording_becomes_a_rig(take: em.MeshSequence) -> None:
+    """Ends and path come back from the file, in single precision."""
+    printed = printed_by("learn", "take.####.obj", "-o", "rig.glb")
+    assert "only another one can tell" in " ".join(printed.split())
+    rig = em.read_rig("rig.glb")
+    assert list(rig.morphs) == ["take"]
+    np.testing.assert_allclose(rig.morphs["take"].at(TIMES), take.frames, atol=1e-5)
+
+
+def test_json_has_what_the_library_finds(take: em.MeshSequence) -> None:
+    facts = json.loads(printed_by("learn", "take.npz", "-k", 1, "--json"))
+    found = em.learn(take, 1)
+    assert facts["errors"]["lme"] == pytest.approx(found.errors.lme, rel=1e-6, abs=1e-9)
+    assert facts["linear"]["lme"] == pytest.approx(found.straight.lme)
+    assert (facts["frames"], facts["written"], facts["carried"]) == ([13], None, None)
+
+
+def test_timing_beside_the_path_is_that_of_the_clip(take: em.MeshSequence) -> None:
+    """The rig has the path alone; its animation plays it as it was recorded."""
+    printed_by("learn", "take.npz", "--timing", "even", "-o", "rig.glb", "--name", "smile")
+    from elastomorph.io.gltf.clips import read_weight_clips
+
+    rig = em.read_rig("rig.glb")
+    clip = read_weight_clips("rig.glb", rig.sliders)[0]
+    assert clip.name == "smile"
+    played = np.interp(TIMES, clip.times, clip.weights[:, 0])
+    size = np.abs(take.frames - take.frames[0]).max()
+    np.testing.assert_allclose(rig.morphs["smile"].at(played), take.frames, atol=0.02 * size)
+    assert np.abs(played - TIMES).max() > 0.05
+
+
+def test_parts_of_a_take_are_repetitions(take: em.MeshSequence) -> None:
+    there_and_back = np.concatenate([take.frames, take.frames[-2::-1]])
+    em.write_sequence("both.npz", em.MeshSequence(take.mesh, there_and_back))
+    printed = printed_by("learn", "both.npz", "--frames", "0-12", "--frames", "24-12")
+    assert "It carries over" in printed
+    assert "worse than the straight line on 0 of 2" in " ".join(printed.split())
+    moves = printed_by("learn", "both.npz", "--movements")
+    assert "onset" in moves
+    assert "offset" in moves
+    assert "mean" in moves
+
+
+@pytest.mark.usefixtures("take")
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["take.npz", "-k", 12, "--knots", 20], "12 bends need a frame each"),
+        (["take.npz", "--frames", "3"], "two numbers such as 84-132"),
+        (["take.npz", "--frames", "3-13"], "two different frames from 0 to 12"),
+        (["take.npz", "take.npz", "--frames", "0-12"], "--frames is for one recording"),
+        (["take.npz", "--movements", "-o", "a.glb"], "leave --output"),
+        (["take.npz", "--name", "smile"], "add --output"),
+        (["take.npz", "-o", "rig.fbx"], "rig.fbx"),
+        (["take.npz", "--shapes", "any"], "shapes must be free or scanned"),
+        (["nowhere.####.obj"], "nowhere"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(
+    words: list[object], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("learn", *words) == 1
+    shown = capsys.readouterr().err
+    assert said in shown
+    assert shown.count("\n") == 1
