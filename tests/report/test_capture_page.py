@@ -147,7 +147,7 @@ def test_what_no_camera_saw_is_told_apart_from_what_is_doubtful(captured: Captur
     assert own.trusted + own.unseen + own.doubtful == len(depth)
     assert own.share == pytest.approx(1 - own.doubtful / (len(depth) - own.unseen))
     both = {"a": own, "b": Trust(own.seen & False, own.seen)}
-    share = f"{np.floor(1000 * own.share) / 10:g}"
+    share = int(100 * own.share)
     assert headline(both).replace("\u00a0", " ") == (
         f"2 poses of {len(depth):,} vertices each. Of what the cameras saw, {share} to 100 % can "
         "be trusted, least in a."

@@ -162,8 +162,9 @@ def vertex_groups(mesh: Mesh) -> dict[str, NDArray[np.bool_]]:
 
 
 def _percent(share: float) -> str:
-    """Never rounded to all of it."""
-    return f"{math.floor(1000 * share) / 10:g}"
+    """In whole per cent, or tenths of little; never rounded to all of it."""
+    parts = 10 if share < 0.1 else 1
+    return f"{math.floor(100 * parts * share) / parts:g}"
 
 
 def _span(shares: Collection[float]) -> str:
