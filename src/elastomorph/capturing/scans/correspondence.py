@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capturing.geometry.closest_fit import robust
 from elastomorph.capturing.geometry.surface import Surface, sides_of
 
 Points = NDArray[np.float64]
@@ -46,8 +47,7 @@ class Matches:
 
     def weights(self, reach: float) -> Points:
         """(V,) from 0 to 1 by distance (Geman and McClure): a quarter at the reach."""
-        far = 1 / (1 + (self.distances / reach) ** 2) ** 2
-        return far * (self.cosines > _FACING) * ~self.border
+        return robust(self.distances, reach) * (self.cosines > _FACING) * ~self.border
 
 
 class ScanPoints:

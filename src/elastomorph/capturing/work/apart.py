@@ -1,8 +1,8 @@
 """Cameras are solved in a process of its own: its libraries may end it, or keep memory, as they do.
 
-What goes there and comes back are the arrays that stages leave too. What it says on the way comes
-line by line, and where it is told to stop, or its parent is gone, it ends at once, in the middle of
-whatever its libraries do.
+What goes there and comes back are the arrays that stages leave too; multiprocessing would run the
+script that called us once more. What it says on the way comes line by line, and where it is told to
+stop, or its parent is gone, it ends at once, in the middle of whatever its libraries do.
 """
 
 from __future__ import annotations
