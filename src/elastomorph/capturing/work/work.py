@@ -51,8 +51,6 @@ class Work:
     def _examined(self, pose: str) -> Photographs:
         files = self.request.poses[pose]
         masks = {file: self.request.masks[file] for file in files if file in self.request.masks}
-        digests = dict(zip(files, content_digests(files), strict=True))
-        of_masks = dict(zip(masks, content_digests(list(masks.values())), strict=True))
 
         def examined(say: StageSay) -> Photographs:
             say(f"looking at the photographs of {pose}", 0.0)
@@ -63,8 +61,8 @@ class Work:
 
         depends = {
             "pose": pose,
-            "files": {file.name: digest for file, digest in digests.items()},
-            "masks": {file.name: digest for file, digest in of_masks.items()},
+            "files": _digests({file.name: file for file in files}),
+            "masks": _digests({file.name: mask for file, mask in masks.items()}),
         }
         found: Photographs = self._stage(f"photographs/{pose}", depends, examined).read()
         here = {file.name: file for file in files}
@@ -113,7 +111,6 @@ class Work:
             {
                 "rig": whole.digest,
                 "both": [self._digest_of_photographs(each) for each in both],
-                "code": self.makers.code("rig"),
             },
             made,
         )
@@ -264,11 +261,8 @@ class Work:
     def _digest_of_photographs(self, pose: str) -> list[object]:
         """What cameras and surfaces depend on of the photographs of a pose."""
         of_use = self.photographs(pose)
-        masks = [p.mask for p in of_use.taken if p.mask is not None]
-        return [
-            [[p.name, p.digest, p.focal, p.lens] for p in of_use.taken],
-            list(content_digests(masks)) if masks else [],
-        ]
+        masks = {p.name: p.mask for p in of_use.taken if p.mask is not None}
+        return [[[p.name, p.digest, p.focal, p.lens] for p in of_use.taken], _digests(masks)]
 
     def _stage(
         self, name: str, depends: Mapping[str, object], make: Callable[[StageSay], Any]
@@ -289,6 +283,11 @@ def _moved(solved: SolvedPose, similarity: Similarity) -> SolvedPose:
 
 def _naming(pose: str, say: StageSay) -> StageSay:
     return lambda text, part: say(f"{pose}: {text}", part)
+
+
+def _digests(files: Mapping[str, Path]) -> dict[str, str]:
+    """Of the contents of files, by name."""
+    return dict(zip(files, content_digests(list(files.values())), strict=True))
 
 
 def _digest(template: Template) -> list[object]:
