@@ -42,7 +42,9 @@ def test_what_the_package_names_is_pinned() -> None:
     assert core | {"hatchling"} <= names("demo")
     assert required(extras["demo"]) - {"imageio-ffmpeg"} <= names("demo")
     every = [
-        text for name in ("demo", "usd", "fbx", "gltf", "capture", "dev") for text in extras[name]
+        text
+        for name in ("demo", "usd", "fbx", "gltf", "capture", "rivals", "dev")
+        for text in extras[name]
     ]
     assert core | required(every) <= names("dev")
 

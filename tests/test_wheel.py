@@ -106,7 +106,8 @@ def test_the_core_needs_six_packages(wheel: Path) -> None:
     plain = re.findall(r"^Requires-Dist: ([\w-]+)(?!.*extra ==)", text, re.MULTILINE)
     assert set(plain) == CORE
     extras = set(re.findall(r"^Provides-Extra: (\S+)", text, re.MULTILINE))
-    assert extras == {"demo", "gltf", "usd", "fbx", "torch", "notebook", "dev", "capture"}
+    named = {"demo", "gltf", "usd", "fbx", "torch", "notebook", "dev", "capture", "rivals"}
+    assert extras == named
 
 
 def test_the_main_path_runs_on_the_core_alone(environment: dict[str, str], tmp_path: Path) -> None:
