@@ -1,5 +1,7 @@
 """Expected errors: what photographs leave open, what was filled in, what was stretched."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from painted import grid, ring
@@ -9,7 +11,9 @@ from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.confidence import (
     beside,
     confidences,
+    contradictions,
     expected_errors,
+    filled,
     spreads,
     stretched,
 )
@@ -75,6 +79,37 @@ def test_photographs_that_contradict_each_other_and_single_ones_are_told():
     assert (photographs(observations, len(REST))[which] == 4).all()
     assert len(supported(alone, len(REST), 2).views) == 0
     assert len(supported(observations, len(REST), 4).views) == 8
+
+
+def test_what_photographs_contradict_each_other_by_is_no_noise():
+    """Twice as many photographs that are as far apart are expected to be as wrong."""
+    which = np.array([5, 60])
+    for cameras in (3, 6):
+        observations = seen(REST, which, cameras, 1e-9, 1)
+        pixels = observations.pixels.copy()
+        pixels[observations.vertices == 5] += np.resize([[3, 0], [-3, 0], [0, 3]], (cameras, 2))
+        apart = replace(observations, pixels=pixels)
+        found = contradictions(CAMERAS, REST, apart, PIXEL)
+        assert found[5] == pytest.approx(6 * 3 * PIXEL, rel=0.01)
+        assert np.delete(found, 5).max() < 1e-6
+
+
+def test_filling_in_costs_nothing_where_the_surface_is_rigid():
+    """A pose that is turned as a whole; one that is stretched to the right of the middle."""
+    deformation = Deformation(REST, TRIANGLES)
+    turned = REST @ np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0]]).T
+    assert filled(deformation, turned).max() < 1e-9
+    stretched_there = REST * np.where(REST[:, :1] > 0, [1.5, 1, 1], 1)
+    rates = filled(deformation, stretched_there)
+    assert rates[REST[:, 0] > 0.5].min() > 0.03
+    assert rates[REST[:, 0] < -0.5].max() < 0.2 * rates[REST[:, 0] > 0.5].min()
+
+
+def test_a_rigid_part_that_no_photograph_shows_is_trusted():
+    surface = Surface(REST, TRIANGLES)
+    spread = np.where(REST[:, 0] < -0.5, 0.001, np.inf)
+    errors = expected_errors(surface, spread, 3.0, np.zeros(len(REST)))
+    np.testing.assert_allclose(errors, 0.001, atol=1e-6)
 
 
 def test_what_is_filled_in_is_trusted_less_the_farther_it_is():

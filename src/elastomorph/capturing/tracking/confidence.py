@@ -1,14 +1,17 @@
 """How far off a vertex of a followed pose is expected to be, and the confidence that follows.
 
-Three things are expected to be wrong:
+Four things are expected to be wrong:
 
 - what photographs leave open: the covariance of the last step of Gauss–Newton from the noise that
   was left in each patch, larger where photographs contradict each other more than that explains;
+- what they contradict each other by: where patches hold on to something else that looks alike,
+  each photograph has the vertex elsewhere, and more of them do not make their mean any better;
 - what a patch cannot follow: where the skin is stretched or compressed much, as around lips that
   part, a patch is a bad picture of itself, by a part of its radius for each strain; and where
   skin touches skin, as closed lips in the neutral, it reaches to one side only;
 - what no photographs show: a vertex that fewer than two found is filled in, and its error grows
-  along the surface with the way to vertices that were found.
+  along the surface with the way to vertices that were found, by as much as the surface is
+  anything but rigid on that way: the back of a head goes where its front goes, a cheek does not.
 
 With the expected error e, the confidence is 1 / (1 + (e / 0.005 D)²): 0.5 where 0.5 % of D is
 expected.
@@ -36,8 +39,11 @@ Points = NDArray[np.float64]
 
 # Of D: the error at which half of the confidence is gone.
 _HALF = 0.005
-# Error that filling in adds for each length of the way from the nearest vertex that was found.
-_FILLED = 0.3
+# Error that filling in adds for each length of the way from the nearest vertex that was found: of a
+# surface of which nothing else is known, and for each part by which edges there are not rigid.
+_FILLED, _BENT = 0.3, 0.5
+# Error for each length by which photographs contradict each other.
+_CONTRADICTED = 6.0
 # Strain that patches follow without harm, and the part of their radius that each more costs.
 _STRAIN, _STRETCHED = 0.15, 2.0
 # Part of the radius of a patch that it costs to lie where skin touches skin.
@@ -63,6 +69,25 @@ def spreads(cameras: Sequence[Camera], vertices: Points, seen: Observations) -> 
     return found
 
 
+def contradictions(
+    cameras: Sequence[Camera], vertices: Points, seen: Observations, pixel: float
+) -> Points:
+    """(V,) lengths: what is expected where photographs contradict each other; 0 where none show.
+
+    Args:
+        cameras: of the photographs.
+        vertices: (V, 3).
+        seen: what the photographs show.
+        pixel: length on the surface that a pixel shows.
+    """
+    count = len(vertices)
+    squares = (residuals(cameras, vertices, seen) ** 2).sum(axis=1)
+    total = np.bincount(seen.vertices, squares, count)
+    times = np.maximum(np.bincount(seen.vertices, minlength=count), 1)
+    found: Points = _CONTRADICTED * pixel * np.sqrt(total / times)
+    return found
+
+
 def stretched(deformation: Deformation, vertices: Points, radius: float) -> Points:
     """(V,) lengths: what strain of the surface adds to the error of patches of a radius.
 
@@ -73,11 +98,7 @@ def stretched(deformation: Deformation, vertices: Points, radius: float) -> Poin
     now = np.linalg.norm(vertices[first] - vertices[second], axis=1)
     tiny = np.finfo(float).tiny
     strain = np.abs(np.log(np.maximum(now, tiny) / np.maximum(rest, tiny)))
-    both = np.concatenate([first, second])
-    count = len(vertices)
-    total = np.bincount(both, np.concatenate([strain, strain]), count)
-    mean = total / np.maximum(np.bincount(both, minlength=count), 1)
-    around = deformation.smoothed(mean, 2)
+    around = _around(deformation, strain)
     found: Points = _STRETCHED * radius * np.maximum(around - _STRAIN, 0)
     return found
 
@@ -92,8 +113,32 @@ def beside(deformation: Deformation, touching: NDArray[np.bool_], radius: float)
     return found
 
 
-def expected_errors(neutral: Surface, spread: Points, extent: float) -> Points:
-    """(V,) lengths: the spread, or what filling in from better vertices leaves if that is less."""
+def filled(deformation: Deformation, vertices: Points) -> Points:
+    """(V,) errors for each length of the way over a vertex that filling in adds.
+
+    By the part of their length that the edges around it are off where rotations of the surface at
+    rest have them, as in the energy of surfaces that are as rigid as possible.
+    """
+    first, second = deformation.edges.T
+    turned = deformation.rotations(vertices)
+    before = deformation.rest[first] - deformation.rest[second]
+    expected = np.einsum("eij,ej->ei", (turned[first] + turned[second]) / 2, before)
+    off = np.linalg.norm(vertices[first] - vertices[second] - expected, axis=1)
+    parts = off / np.maximum(np.linalg.norm(before, axis=1), np.finfo(float).tiny)
+    return _BENT * _around(deformation, parts)
+
+
+def expected_errors(
+    neutral: Surface, spread: Points, extent: float, rates: Points | None = None
+) -> Points:
+    """(V,) lengths: the spread, or what filling in from better vertices leaves if that is less.
+
+    Args:
+        neutral: the surface along which is filled in.
+        spread: (V,) lengths, infinite where too few photographs show a vertex.
+        extent: D.
+        rates: (V,) as `filled` gives them; without, those of a surface of which nothing is known.
+    """
     from scipy.sparse.csgraph import dijkstra
 
     count = len(neutral.vertices)
@@ -102,7 +147,9 @@ def expected_errors(neutral: Surface, spread: Points, extent: float) -> Points:
     known = np.flatnonzero(np.isfinite(spread))
     rows = np.concatenate([edges.row, np.full(len(known), count)])
     columns = np.concatenate([edges.col, known])
-    costs = np.concatenate([_FILLED * edges.data, spread[known]])
+    rates = np.full(count, _FILLED) if rates is None else rates
+    ways = (rates[edges.row] + rates[edges.col]) / 2 * edges.data
+    costs = np.concatenate([ways, spread[known]])
     graph = sparse.coo_array(
         (np.maximum(costs, 1e-12 * extent), (rows, columns)), shape=(count + 1, count + 1)
     ).tocsr()
@@ -115,3 +162,11 @@ def confidences(errors: Points, extent: float) -> Points:
     ratio = np.minimum(errors / (_HALF * extent), 1e6)
     found: Points = 1 / (1 + ratio**2)
     return found
+
+
+def _around(deformation: Deformation, values: Points) -> Points:
+    """(V,) means of (E,) values of the edges around each vertex, smoothed."""
+    both, count = deformation.edges.T.ravel(), len(deformation.rest)
+    total = np.bincount(both, np.concatenate([values, values]), count)
+    mean = total / np.maximum(np.bincount(both, minlength=count), 1)
+    return deformation.smoothed(deformation.smoothed(mean))

@@ -24,7 +24,9 @@ from elastomorph.capturing.tracking.anchors import Anchors, begun
 from elastomorph.capturing.tracking.confidence import (
     beside,
     confidences,
+    contradictions,
     expected_errors,
+    filled,
     spreads,
     stretched,
 )
@@ -114,12 +116,17 @@ def follow(
     vertices = turns.patched(turns.flowed(begun(reference, vertices, anchors)))
     level, small = sizes[_PATCHES[-1][0]]
     seen = turns.seen
-    spread = spreads([view.camera for view in small], vertices, seen)
+    cameras, deformation = [view.camera for view in small], reference.deformation
     radius = PATCH_RADIUS * level.pixel
-    strain = stretched(reference.deformation, vertices, radius)
-    folds = beside(reference.deformation, reference.touching, radius)
-    spread = np.sqrt(spread**2 + strain**2 + folds**2)
-    errors = expected_errors(reference.surface, spread, reference.extent)
+    parts = (
+        spreads(cameras, vertices, seen),
+        contradictions(cameras, vertices, seen, level.pixel),
+        stretched(deformation, vertices, radius),
+        beside(deformation, reference.touching, radius),
+    )
+    spread = np.sqrt(sum(part**2 for part in parts))
+    rates = filled(deformation, vertices)
+    errors = expected_errors(reference.surface, spread, reference.extent, rates)
     return TrackedPose(
         vertices,
         photographs(seen, len(vertices)),
