@@ -17,6 +17,7 @@ from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks
+from elastomorph.capturing.landmarks.typical_face import _TYPICAL
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.makers import Makers, Placed, Posed
@@ -26,7 +27,7 @@ from elastomorph.capturing.work.request import requested
 
 POSES = ("a", "neutral", "b", "c")
 COUNT = 6
-GRID = 12
+GRID, APART = 12, 7
 
 
 def template() -> em.Mesh:
@@ -34,7 +35,10 @@ def template() -> em.Mesh:
     z = 0.3 * np.sin(x) * np.cos(y)
     rows = np.arange(GRID * (GRID - 1)).reshape(GRID - 1, GRID)[:, :-1].ravel()
     faces = np.stack([rows, rows + 1, rows + GRID + 1, rows + GRID], axis=1)
-    return em.Mesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces)
+    vertices = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    for k, name in enumerate(LANDMARKS):  # they, and what is next to them, where a face has them
+        vertices[[APART * k, APART * k + 1]] = GRID * np.array(_TYPICAL[name])
+    return em.Mesh(vertices, faces)
 
 
 def write_photographs(folder: Path, poses: tuple[str, ...] = POSES) -> Path:
@@ -48,7 +52,7 @@ def write_photographs(folder: Path, poses: tuple[str, ...] = POSES) -> Path:
 def landmarks() -> Landmarks:
     clicks = {name: (float(k), float(k)) for k, name in enumerate(LANDMARKS)}
     return Landmarks(
-        {name: 7 * k for k, name in enumerate(LANDMARKS)},
+        {name: APART * k for k, name in enumerate(LANDMARKS)},
         {"neutral": {"0.jpg": clicks, "1.jpg": clicks}},
     )
 

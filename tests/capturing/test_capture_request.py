@@ -15,6 +15,7 @@ from small_captures import landmarks, template, write_photographs
 
 import elastomorph as em
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks, write_landmarks
+from elastomorph.capturing.work import places
 from elastomorph.capturing.work import request as requests
 from elastomorph.capturing.work.request import Request, requested
 from elastomorph.capturing.work.template import Template
@@ -50,6 +51,12 @@ def only(*names: str) -> dict[str, tuple[float, float]]:
     return dict.fromkeys(names, (1.0, 2.0))
 
 
+# The vertices of left and right landmarks, exchanged.
+OTHER_SIDE = {"left": "right", "right": "left"}
+SIDES = [
+    POINTS.vertices["_".join(OTHER_SIDE.get(word, word) for word in name.split("_"))]
+    for name in POINTS.vertices
+]
 FEW = list(LANDMARKS)[:5]
 
 REFUSED: list[tuple[str, dict[str, Any], str]] = [
@@ -97,6 +104,16 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
         "landmarks of another template",
         {"landmarks": replace(POINTS, vertices={"chin": 144})},
         r"chin is vertex 144, but the template has 144 \(0 to 143\): the landmarks were placed on",
+    ),
+    (
+        "landmarks of the template exchanged",
+        {"landmarks": replace(POINTS, vertices=dict(zip(POINTS.vertices, SIDES, strict=True)))},
+        "the template: the landmarks are those of a mirrored face",
+    ),
+    (
+        "landmarks that are on no face",
+        {"landmarks": replace(POINTS, vertices={name: k for k, name in enumerate(LANDMARKS)})},
+        "the template: the landmarks do not lie as on a face",
     ),
     (
         "a distance of words",
@@ -189,8 +206,23 @@ def test_an_output_that_holds_other_meshes_is_left_alone(photos: Path, tmp_path:
     (output / "scan.obj").write_text("v 0 0 0\n")
     with pytest.raises(em.FileError, match=r"scan\.obj is already there and is none of the poses"):
         asked(photos, output)
-    (output / "scan.obj").rename(output / "a.obj")  # a pose of an earlier run is replaced
+    (output / "scan.obj").rename(output / "a.obj")
+    with pytest.raises(em.FileError, match=r"a\.obj: it is already there and not from a capture"):
+        asked(photos, output)
+    (output / "capture.json").write_text("{}")  # a pose of an earlier run is replaced
     asked(photos, output)
+
+
+@pytest.mark.parametrize("name", ["capture", "capture/.capture"])
+def test_folders_are_not_made_where_one_is_refused(
+    photos: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    before = sorted(tmp_path.rglob("*"))
+    whole = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(places.shutil, "disk_usage", lambda _: whole._replace(free=0))
+    with pytest.raises(em.FileError, match="0 MiB are free on its disk"):
+        asked(photos, tmp_path / "new" / "poses", working=tmp_path / "working" / name)
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 @not_root
@@ -209,7 +241,7 @@ def test_an_output_that_is_a_file(photos: Path, tmp_path: Path) -> None:
 
 def test_a_disk_without_room(photos: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(requests.shutil, "disk_usage", lambda _: whole._replace(free=200 << 20))
+    monkeypatch.setattr(places.shutil, "disk_usage", lambda _: whole._replace(free=200 << 20))
     with pytest.raises(em.FileError, match="200 MiB are free on its disk, about 260 are needed"):
         asked(photos, tmp_path / "poses")
 

@@ -8,8 +8,10 @@ import pytest
 from PIL import ExifTags, Image, ImageOps, TiffImagePlugin
 from scipy.ndimage import gaussian_filter
 
+from elastomorph.capturing.photographs.comparing import compared
+from elastomorph.capturing.photographs.examining import examine
 from elastomorph.capturing.photographs.exif import Exif, read_exif
-from elastomorph.capturing.photographs.photographs import examine, find_masks, find_poses
+from elastomorph.capturing.photographs.finding import find_masks, find_poses
 from elastomorph.capturing.photographs.pixels import read_mask, read_upright
 from elastomorph.capturing.photographs.sharpness import sharpness
 from elastomorph.errors import CaptureError, FileError, FormatError
@@ -198,6 +200,40 @@ def test_one_photograph_twice(twelve):
     assert found.rejected == {"copy_1.jpg": "it is the same file as IMG_3.jpg"}
 
 
+def test_one_photograph_stored_again(twelve):
+    """Without its EXIF, or with more loss: the one that says more is kept."""
+    place = twelve[0].parent
+    Image.open(twelve[1]).save(place / "A.jpg", quality=75)
+    Image.open(twelve[2]).save(place / "B.png")
+    found = examine("smile", sorted(place.iterdir()))
+    assert found.rejected == {
+        "A.jpg": "it is the same photograph as IMG_1.jpg, stored again",
+        "B.png": "it is the same photograph as IMG_2.jpg, stored again",
+    }
+
+
+def test_poses_are_compared_by_sharpness(twelve):
+    sharp = examine("neutral", twelve)
+    for width, told in ((1.2, "its photographs are blurred: "), (4.0, None)):
+        for k, path in enumerate(twelve):
+            blurred = gaussian_filter(skin(k), (width, width, 0))
+            write(path, blurred, Model="X1", FocalLengthIn35mmFilm=50)
+        poses = {"neutral": sharp, "smile": examine("smile", twelve)}
+        if told is None:
+            with pytest.raises(CaptureError, match=r"'smile': its photographs.* leave it out"):
+                compared(poses)
+        else:
+            assert compared(poses)["smile"].startswith(told)
+            assert list(compared(poses)) == ["smile"]
+    assert compared({"neutral": sharp}) == {}
+
+
+def test_a_photograph_is_of_one_pose(twelve):
+    neutral, smile = examine("neutral", twelve[:7]), examine("smile", twelve[6:])
+    with pytest.raises(CaptureError, match=r"'smile': IMG_6\.jpg is the same file as IMG_6\.jpg"):
+        compared({"neutral": neutral, "smile": smile})
+
+
 def test_blurred_photographs_are_left_out(twelve):
     blurred = gaussian_filter(skin(7), (2.5, 2.5, 0))
     write(twelve[7], blurred, Model="X1", FocalLengthIn35mmFilm=50)
@@ -228,6 +264,12 @@ def test_photographs_of_another_camera_are_left_out(twelve):
     found = examine("smile", twelve)
     assert set(found.rejected) == {"IMG_2.jpg", "IMG_4.jpg"}
     assert "another camera, lens or size" in found.rejected["IMG_4.jpg"]
+    write(twelve[4], skin(4, (120, 160)), Model="X1", FocalLengthIn35mmFilm=50)
+    assert (
+        examine("smile", twelve)
+        .rejected["IMG_4.jpg"]
+        .endswith("; turn those upright that lie on their side")
+    )
 
 
 def test_photographs_that_lost_their_exif_are_of_the_camera_of_the_others(twelve):

@@ -10,7 +10,6 @@ from elastomorph.capturing.geometry.closest_fit import along_normals, robust, to
 from elastomorph.capturing.geometry.curved import curved
 from elastomorph.capturing.geometry.parts import Parts
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.typical_face import typical_face
 from elastomorph.capturing.neutral.stereo import offsets_from, pairs_of
 from elastomorph.errors import CaptureError
 from needs import extra
@@ -170,26 +169,3 @@ def test_terms_along_normals_have_their_least_at_the_offset():
     goal = surface.vertices + offsets[:, None] * surface.normals
     np.testing.assert_allclose(np.einsum("nij,nj->ni", quadratic, goal), linear, atol=1e-12)
     np.testing.assert_allclose(np.trace(quadratic, axis1=1, axis2=2), 2)
-
-
-def test_which_way_a_face_looks():
-    """The typical face itself, anywhere; a list of names on wrong points is no face."""
-    points = {
-        "nose_tip": (0.0, 0.15, 0.68),
-        "left_eye_outer": (0.85, 0.79, -0.13),
-        "right_eye_outer": (-0.85, 0.79, -0.13),
-        "chin": (0.0, -1.28, 0.16),
-        "mouth_left": (0.48, -0.51, 0.14),
-    }
-    turn = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
-    here = {name: 7 * turn @ np.array(at) + [1.0, 2, 3] for name, at in points.items()}
-    found = typical_face(here, "here")
-    assert found.scale == pytest.approx(7)
-    np.testing.assert_allclose(found.rotation, turn, atol=1e-9)
-    with pytest.raises(CaptureError, match="here: the landmarks are those of a mirrored face"):
-        typical_face({name: at * [1, -1, 1] for name, at in here.items()}, "here")
-    wrong = dict(zip(here, [here[name] for name in reversed(here)], strict=True))
-    with pytest.raises(CaptureError, match="here: the landmarks do not lie as on a face"):
-        typical_face(wrong, "here")
-    with pytest.raises(CaptureError, match="here: 1 landmarks, expected at least 4"):
-        typical_face({"chin": here["chin"]}, "here")

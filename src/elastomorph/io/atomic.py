@@ -80,6 +80,28 @@ def made_folder(path: str | Path) -> Path:
     return folder
 
 
+def require_folder(path: str | Path) -> Path:
+    """Refuse a folder for results that could not be made or written in, without making it.
+
+    Returns:
+        It, or the nearest of the folders above it that is there.
+
+    Raises:
+        FileError: It is a file, or may not be written in.
+    """
+    there = next(own for own in (Path(path), *Path(path).absolute().parents) if own.exists())
+    if not is_folder(there):
+        which = "this" if there == Path(path) else there
+        raise FileError(path, f"{which} is a file; name a folder for the results")
+    try:
+        TemporaryFile(dir=there).close()
+    except OSError as error:
+        raise FileError(
+            path, f"{there} cannot be written in ({error.strerror}); name another output"
+        ) from error
+    return there
+
+
 def is_folder(path: str | Path) -> bool:
     """Whether a path is a folder; False for one that cannot be, such as one that is too long."""
     try:

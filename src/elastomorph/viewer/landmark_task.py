@@ -11,7 +11,7 @@ from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks
-from elastomorph.capturing.photographs.photographs import find_poses
+from elastomorph.capturing.photographs.finding import find_poses
 from elastomorph.capturing.photographs.pixels import opened_photograph
 from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.capturing.work.template import read_template

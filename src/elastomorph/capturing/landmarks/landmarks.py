@@ -55,6 +55,8 @@ LANDMARKS: Mapping[str, str] = {
 
 # A landmark this much farther off than the middle one, and than this part of the face, is wrong.
 _OUTLIER, _OFF = 6.0, 0.12
+# Those that nothing on the skin tells, and that people place differently, may be twice as far off.
+_VAGUE = ("right_jaw", "left_jaw")
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +207,8 @@ def _require_no_outlier(
     rest = np.arange(len(names)) != doubted
     off = np.linalg.norm(fit_similarity(source[rest], goal[rest])(source) - goal, axis=1)
     size = np.linalg.norm(np.ptp(goal, axis=0))
-    if off[doubted] > max(_OUTLIER * np.median(off[rest]), _OFF * size):
+    most = 2 * _OFF if names[doubted] in _VAGUE else _OFF
+    if off[doubted] > max(_OUTLIER * np.median(off[rest]), most * size):
         raise CaptureError(
             f"{where}: landmark {names[doubted]} is {off[doubted] / size:.0%} of the face away"
             " from where the others put it: place it again"

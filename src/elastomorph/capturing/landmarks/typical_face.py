@@ -30,10 +30,12 @@ _TYPICAL: Mapping[str, tuple[float, float, float]] = {
     "right_jaw": (-1.18, -0.25, -1.13),
     "left_jaw": (1.18, -0.25, -1.13),
 }
-_FEWEST = 4
+_FEWEST, _FEWEST_IN_PHOTOGRAPH = 4, 6
 # Root mean square distance from the typical face, of one, above which landmarks are on no face.
 # Two heads that differ much are 0.15 from it; the landmarks in any other order 0.5 and more.
 _NO_FACE = 0.35
+# Cosine to the front from which on it is certain which side of a face is seen.
+_SIDEWAYS = 0.3
 
 
 def typical_face(points: Mapping[str, Points], where: str) -> Similarity:
@@ -71,6 +73,33 @@ def typical_face(points: Mapping[str, Points], where: str) -> Similarity:
             "where they should be): check their names, and that this is a face"
         )
     return found
+
+
+def require_sides(places: Mapping[str, tuple[float, float]], where: str) -> None:
+    """Refuse landmarks of a photograph in which left and right are exchanged.
+
+    A camera far away takes points X to A X + b. Whether it stands before the face or, as it seems
+    where sides are exchanged, within the head is the sign of the rows of A, crossed.
+
+    Args:
+        places: landmark → (x, y) in pixels.
+        where: they are, for messages.
+
+    Raises:
+        CaptureError: They are exchanged.
+    """
+    names = [name for name in _TYPICAL if name in places]
+    if len(names) < _FEWEST_IN_PHOTOGRAPH:
+        return
+    typical = np.array([_TYPICAL[name] for name in names])
+    seen = np.array([places[name] for name in names], dtype=np.float64)
+    matrix = np.linalg.lstsq(typical - typical.mean(axis=0), seen - seen.mean(axis=0))[0]
+    towards = np.cross(matrix[:, 0], matrix[:, 1])
+    if towards[2] > _SIDEWAYS * np.linalg.norm(towards) > 0:
+        raise CaptureError(
+            f"{where}: left and right of the landmarks are exchanged: they are the subject's own, "
+            "so that the left eye is on the right of a photograph; place them again"
+        )
 
 
 def _distance(found: Similarity, typical: Points, goal: Points) -> float:

@@ -9,7 +9,6 @@ import json
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from elastomorph.io.atomic import (
     made_folder,
     read_bytes,
     replacing_path,
+    require_folder,
     unnoted,
 )
 from elastomorph.io.npz.confidence import NAME, read_confidence, write_confidence
@@ -61,15 +61,7 @@ def require_place(
                 f"the pose would be written over the input {over}; name another output, or add "
                 "--overwrite",
             )
-    there = next((own for own in (place, *place.absolute().parents) if own.exists()), place)
-    if not is_folder(there):
-        raise FileError(place, f"{there} is a file; name a folder for the results")
-    try:
-        TemporaryFile(dir=there).close()
-    except OSError as error:
-        raise FileError(
-            place, f"{there} cannot be written in ({error.strerror}); name another output"
-        ) from error
+    require_folder(place)
 
 
 def _same(file: Path, other: Path) -> bool:

@@ -19,7 +19,8 @@ from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.landmarks import Landmarks, triangulated
 from elastomorph.capturing.landmarks.metric import fit_to_scale
 from elastomorph.capturing.neutral.neutral import neutral_surface
-from elastomorph.capturing.photographs.photographs import Photographs, examine
+from elastomorph.capturing.photographs.examining import examine
+from elastomorph.capturing.photographs.photographs import Photographs
 from elastomorph.capturing.photographs.views import Views
 from elastomorph.capturing.tracking.confidence import confidences, expected_errors
 from elastomorph.capturing.tracking.matches import Matches

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.photographs.comparing import compared
 from elastomorph.capturing.tracking.checks import skin_agreement, surface_agreement
 from elastomorph.capturing.work.captured import Captured, write_captured
 from elastomorph.capturing.work.makers import Makers
@@ -23,6 +24,7 @@ _OFTEN = 4  # photographs in which a vertex is well seen
 
 def made(request: Request, makers: Makers, say: Callable[[str], None]) -> Captured:
     """All that was asked for, made where it is not there, and written."""
+    made_folder(request.output)
     with WorkingFolder(request.working) as folder:
         captured = _captured_by(Work(request, makers, folder, say))
         say(f"writing {request.output}")
@@ -35,11 +37,14 @@ def _captured_by(work: Work) -> Captured:
     # What is cheap and may be wrong comes first, for all poses.
     for pose in request.poses:
         work.photographs(pose)
+    remarks = compared({pose: work.photographs(pose) for pose in request.poses})
+    work.cameras(request.neutral)
+    if request.to != "cameras":
+        work.placed()
     for pose in work.solved:
         work.cameras(pose)
     poses: dict[str, Registered] = {}
     if request.to != "cameras":
-        work.placed()
         others = request.chain if request.to == "poses" else {}
         work.neutral()
         for pose in others:
@@ -51,7 +56,7 @@ def _captured_by(work: Work) -> Captured:
         {pose: work.in_frame(pose).cameras for pose in work.solved},
         {pose: {file.name: file for file in files} for pose, files in request.poses.items()},
         request.neutral,
-        _figures(work, poses),
+        _figures(work, poses, remarks),
     )
 
 
@@ -88,7 +93,9 @@ def _agreement(work: Work, pose: str) -> dict[str, Any]:
     return {kind: own for kind, own in measured.items() if own}
 
 
-def _figures(work: Work, poses: Mapping[str, Registered]) -> dict[str, Any]:
+def _figures(
+    work: Work, poses: Mapping[str, Registered], remarks: Mapping[str, str]
+) -> dict[str, Any]:
     """What was measured, pose by pose."""
     found: dict[str, Any] = {}
     for pose in work.solved:
@@ -99,11 +106,11 @@ def _figures(work: Work, poses: Mapping[str, Registered]) -> dict[str, Any]:
             "points": len(solved.points),
             "reprojection": dict(solved.reprojection),
             "rejected": dict(solved.rejected),
-            "remarks": list(solved.remarks),
+            "remarks": [*([remarks[pose]] if pose in remarks else []), *solved.remarks],
         }
         if pose in poses:
             own |= poses[pose].figures
-            own["remarks"] = [*solved.remarks, *poses[pose].figures.get("remarks", ())]
+            own["remarks"] = [*own["remarks"], *poses[pose].figures.get("remarks", ())]
         if pose in poses and pose != work.request.neutral:
             frame = work.framed(pose).read()
             own["frame"] = {

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
-from tempfile import TemporaryFile
 
 from elastomorph.capturing.landmarks.distance import distance_of, require_clicked
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Distance, Landmarks, read_landmarks
-from elastomorph.capturing.photographs.photographs import find_masks, find_poses
+from elastomorph.capturing.landmarks.typical_face import require_sides, typical_face
+from elastomorph.capturing.photographs.finding import find_masks, find_poses
 from elastomorph.capturing.work import RIGS, TO
+from elastomorph.capturing.work.places import WORKING, folder_named, require_place
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError, FileError, MissingExtraError, ParameterError
-from elastomorph.io.atomic import made_folder
 from elastomorph.model.mesh import Mesh
 
 __all__ = ["Request", "requested"]
 
-WORKING, LANDMARKS_FILE = ".capture", "landmarks.json"
+LANDMARKS_FILE = "landmarks.json"
 
 _LIBRARIES = (
     ("pycolmap", "pycolmap"),
@@ -30,7 +29,6 @@ _LIBRARIES = (
     ("PIL", "pillow"),
 )
 _FEWEST_LANDMARKS = 6
-_BYTES_BEFORE, _BYTES_A_POSE = 100 << 20, 40 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +109,12 @@ def requested(
         if known is not None:
             require_clicked(known, points.photographs[name], "the landmarks")
             points = replace(points, distances=(known,))
-    place = _folder(output, "output")
-    own = place / WORKING if working is None else _folder(working, "working")
-    of_masks = {} if masks is None else find_masks(_folder(masks, "masks"), poses)
-    _require_writable(place, poses, shape)
-    _require_room(own, poses)
+        face = {mark: shape.work.vertices[own] for mark, own in points.vertices.items()}
+        shape = shape.facing(typical_face(face, "the template"))
+    place = folder_named(output, "output")
+    own = place / WORKING if working is None else folder_named(working, "working")
+    of_masks = {} if masks is None else find_masks(folder_named(masks, "masks"), poses)
+    require_place(place, own, poses, shape)
     return Request(
         poses=poses,
         masks=of_masks,
@@ -142,12 +141,6 @@ def _require_libraries() -> None:
     for module, package in _LIBRARIES:
         if find_spec(module) is None:
             raise MissingExtraError(package, "capture")
-
-
-def _folder(named: object, what: str) -> Path:
-    if not isinstance(named, str | PathLike) or str(named) == "":
-        raise ParameterError(f"{what} must name a folder, found {named!r}")
-    return Path(named)
 
 
 def _poses(photos: object) -> dict[str, tuple[Path, ...]]:
@@ -257,6 +250,8 @@ def _landmarks(
             f"{file}: {strange[0]} of pose {neutral!r} has landmarks, but there is no such "
             "photograph; rename it back, or place them again with 'elastomorph landmarks'"
         )
+    for photograph, places in clicks.items():
+        require_sides(places, f"{file}: {photograph} of pose {neutral!r}")
     counts = {name: sum(name in places for places in clicks.values()) for name in LANDMARKS}
     good = [name for name in LANDMARKS if counts[name] >= 2 and name in vertices]
     if len(good) < _FEWEST_LANDMARKS:
@@ -267,49 +262,3 @@ def _landmarks(
             f"{', '.join(lacking[:4])} and others with 'elastomorph landmarks'"
         )
     return replace(named, vertices=vertices)
-
-
-def _require_writable(output: Path, poses: Mapping[str, object], template: Template | None) -> None:
-    """Refuse a folder that cannot be written in, or that holds meshes of something else."""
-    source = None if template is None else template.mesh.source
-    for pose in poses if source is not None else ():
-        file = output / f"{pose}.obj"
-        if source is not None and _same(file, Path(source.path)):
-            raise FileError(
-                file,
-                "it is the template, over which the pose would be written; name another output",
-            )
-    made_folder(output)
-    try:
-        TemporaryFile(dir=output).close()
-    except OSError as error:
-        raise FileError(
-            output, f"it cannot be written in ({error.strerror}); name another output"
-        ) from error
-    there = (file for file in output.glob("*.obj") if not file.name.startswith("."))
-    strange = sorted(file.name for file in there if file.stem not in poses)
-    if strange:
-        raise FileError(
-            output,
-            f"{strange[0]} is already there and is none of the poses; delete it, or name another "
-            "output",
-        )
-
-
-def _require_room(working: Path, poses: Mapping[str, object]) -> None:
-    made_folder(working)
-    needed = _BYTES_BEFORE + _BYTES_A_POSE * len(poses)
-    free = shutil.disk_usage(working).free
-    if free < needed:
-        raise FileError(
-            working,
-            f"{free >> 20:,} MiB are free on its disk, about {needed >> 20:,} are needed: make "
-            "room, or name another working folder",
-        )
-
-
-def _same(file: Path, other: Path) -> bool:
-    try:
-        return file.samefile(other)
-    except OSError:  # one of them is not there
-        return False

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.errors import CaptureError, FormatError
 from elastomorph.io.atomic import is_folder, require_name
@@ -36,7 +37,7 @@ class Template:
         work: The same surface, each place of a seam one vertex.
         first: (W,) int64, the vertex of the mesh that each vertex of ``work`` is.
         place: (V,) int64, the vertex of ``work`` that each vertex of the mesh is.
-        triangles: (T, 3) int64 of ``work``.
+        triangles: (T, 3) int64 of ``work``, as they are wound in its file.
         known: Landmark → vertex of ``work``, where they come with the template.
     """
 
@@ -75,6 +76,19 @@ class Template:
             welding = Welding.of(mesh, [mesh.vertices + mesh.diameter])
             work, first, place = welding.neutral, welding.first, welding.place
         return cls(mesh, work, first, place, work.faces.triangles().astype(np.int64))
+
+    def facing(self, face: Similarity) -> Template:
+        """It with triangles whose normals point outwards, whichever way its polygons do.
+
+        Args:
+            face: From the typical face to its landmarks.
+        """
+        local = face.inverse()(self.work.vertices)[self.triangles]
+        normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
+        near = np.linalg.norm(local.mean(axis=1), axis=1) < 1
+        if normals[near, 2].sum() >= 0:
+            return self
+        return replace(self, triangles=np.ascontiguousarray(self.triangles[:, ::-1]))
 
     def vertices_of(self, landmarks: Mapping[str, int], file: str) -> dict[str, int]:
         """Landmark → vertex of ``work``, from vertices of the mesh.
