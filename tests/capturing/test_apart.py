@@ -35,6 +35,10 @@ def mistaken(say):
 def killed(say):
     os.kill(os.getpid(), signal.SIGABRT)
 
+def littering(say):
+    import tempfile
+    return {"place": tempfile.mkdtemp()}
+
 def endless(place, say):
     with open(place, "w") as file:
         file.write(str(os.getpid()))
@@ -74,6 +78,12 @@ def test_what_it_makes_and_says_comes_back() -> None:
     assert found["scale"] == 6.0
     np.testing.assert_array_equal(found["twice"].shift, np.ones(3))
     assert said == [("doubling ·", 0.5)]
+
+
+def test_what_it_leaves_where_files_are_temporary_goes_with_it() -> None:
+    place = Path(done_apart("tasks.littering", {}, lambda *_: None)["place"])
+    assert place.parent.name.startswith("elastomorph-")
+    assert not place.parent.exists()
 
 
 def test_its_errors_are_ours() -> None:

@@ -7,7 +7,8 @@ import warnings
 
 import pytest
 
-from elastomorph.cli.output import steps
+from elastomorph.cli import output
+from elastomorph.cli.output import progress, steps
 from elastomorph.errors import ElastomorphWarning
 
 
@@ -33,6 +34,23 @@ def test_of_what_is_counted_only_some_is_said(capsys: pytest.CaptureFixture[str]
         "reading, 1 of 100",
         "done",
     ]
+
+
+def test_a_log_gets_a_line_a_minute(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = iter([0.0, 0.1, 59.0, 61.0, 100.0, 122.0])
+    monkeypatch.setattr(output.time, "monotonic", lambda: next(clock))
+    with progress() as say:
+        for number in range(5):
+            say(f"neutral [{number}] · about 3 min left")
+    assert capsys.readouterr().err.splitlines() == [
+        "   1 min  neutral [2] · about 3 min left",
+        "   2 min  neutral [4] · about 3 min left",
+    ]
+    with progress(quiet=True) as say:
+        say("neutral")
+    assert not capsys.readouterr().err
 
 
 def test_a_quiet_run_says_its_warnings_once(capsys: pytest.CaptureFixture[str]) -> None:

@@ -124,7 +124,7 @@ def capture(
             working=working,
             say=say,
         )
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemExit):
         typer.echo("what was finished is kept: the same command goes on behind it", err=True)
         raise
     if report:

@@ -26,6 +26,7 @@ Say = Callable[[str], None]
 _COUNTED = re.compile(r"\b\d+ of \d+$")
 _GAP = 4.0
 """Seconds between two counted steps."""
+_MINUTE = 60.0
 
 
 @contextmanager
@@ -40,16 +41,35 @@ def _warned(console: Console) -> Iterator[None]:
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Say]:
-    """A line on the terminal that says what is going on; then warnings."""
+    """A line on the terminal that says what is going on; then warnings.
+
+    Where there is no terminal, in a pipe or a log, a line a minute.
+    """
     from rich.console import Console
 
     console = Console(stderr=True)
     with _warned(console):
-        if quiet or not console.is_terminal:
+        if quiet:
             yield lambda _: None
+        elif not console.is_terminal:
+            yield _now_and_then(console)
         else:
             with console.status("working …") as status:
                 yield lambda text: status.update(f"{text} …")
+
+
+def _now_and_then(console: Console) -> Say:
+    start = told = time.monotonic()
+
+    def say(text: str) -> None:
+        nonlocal told
+        now = time.monotonic()
+        if now >= told + _MINUTE:
+            told = now
+            line = f"{(now - start) / 60:4.0f} min  {text}"
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+    return say
 
 
 @contextmanager

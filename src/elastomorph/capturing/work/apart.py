@@ -60,11 +60,13 @@ def done_apart(task: str, given: Mapping[str, Any], say: StageSay) -> Any:
 
 def _run(task: str, folder: Path, say: StageSay) -> int:
     """The exit status of the process."""
+    # What it leaves where files are temporary goes with the folder, however it ends.
+    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
     places = [str(Path(place).absolute()) for place in sys.path if place]
     with (folder / _NOISE).open("wb") as noise:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", __name__, task, str(folder)],
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(places)},
+            env=os.environ | temporary | {"PYTHONPATH": os.pathsep.join(places)},
             stdin=subprocess.PIPE,  # its end tells the process that this one is gone
             stdout=subprocess.PIPE,
             stderr=noise,
