@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ for module in ("pycolmap", "cv2", "embreex"):
 from elastomorph.capturing.cameras.solved import SolvedPose  # noqa: E402
 from elastomorph.capturing.geometry.camera import Camera  # noqa: E402
 from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
-from elastomorph.capturing.landmarks.distance import distance_of  # noqa: E402
+from elastomorph.capturing.landmarks.distance import distance_of, require_known  # noqa: E402
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks  # noqa: E402
 from elastomorph.capturing.work.makers import Makers  # noqa: E402
 from elastomorph.capturing.work.template import Template  # noqa: E402
@@ -74,6 +75,22 @@ def test_a_known_distance_gives_the_true_size_where_the_face_is() -> None:
     np.testing.assert_allclose(other, middle, atol=1e-6)
     np.testing.assert_allclose(found.similarity.rotation, plain.similarity.rotation, atol=1e-9)
     assert distance_of(("chin", "nose_tip", 1.2 * before)) == known
+
+
+def test_the_distance_of_a_camera_gives_the_size_too() -> None:
+    points = Landmarks(VERTICES, {"neutral": clicked()})
+    plain = Makers().placed(SOLVED, SHAPE, points, "neutral")
+    one, other = (camera.moved(plain.similarity).position for camera in SOLVED.cameras[:2])
+    names = [camera.name for camera in SOLVED.cameras[:2]]
+    for given in (
+        (names[0], "chin", 0.9 * float(np.linalg.norm(one - plain.points["chin"]))),
+        (*names, 0.9 * float(np.linalg.norm(one - other))),
+    ):
+        found = Makers().placed(SOLVED, SHAPE, replace(points, distances=(given,)), "neutral")
+        assert found.similarity.scale == pytest.approx(0.9 * plain.similarity.scale)
+    require_known(given, {}, [Path(name) for name in names], "file")
+    with pytest.raises(em.CaptureError, match=r"file: 9\.jpg, from which a dist.* is in"):
+        require_known(("9.jpg", names[0], 3.0), {}, [Path(names[0])], "file")
 
 
 def test_clicks_that_are_not_of_one_point_are_refused() -> None:

@@ -43,8 +43,9 @@ Distance = Annotated[
     str | None,
     typer.Option(
         metavar="A,B=LENGTH",
-        help="How far two clicked points are apart, landmarks or ends of a ruler, in the unit of "
-        "the template, for the poses to have the subject's size and not the template's.",
+        help="How far two points are apart, clicked ones or the cameras of photographs, by their "
+        "names, in the unit of the template, for the poses to have the subject's size and not the "
+        "template's.",
     ),
 ]
 RigOfCameras = Annotated[

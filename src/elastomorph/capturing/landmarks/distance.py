@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from elastomorph.capturing.landmarks.landmarks import Distance
 from elastomorph.errors import CaptureError, ParameterError
 from elastomorph.numbers import as_number
 
-__all__ = ["distance_of", "require_clicked"]
+__all__ = ["distance_of", "require_known"]
 
 _FORM = "expected two points that were clicked and how far they are apart: a,b=8.9"
 
@@ -35,17 +36,22 @@ def distance_of(given: object) -> Distance:
     return given[0], given[1], as_number(given[2], "the length of a distance", above=0.0)
 
 
-def require_clicked(
-    distance: Distance, clicks: Mapping[str, Mapping[str, tuple[float, float]]], file: str
+def require_known(
+    distance: Distance,
+    clicks: Mapping[str, Mapping[str, tuple[float, float]]],
+    photographs: Sequence[Path],
+    file: str,
 ) -> None:
-    """Refuse points that no two photographs have.
+    """Refuse points that no two photographs have and that are no camera.
 
     Args:
         distance: Between them.
         clicks: Photograph → point → pixel.
+        photographs: Whose cameras are points too, by the names of their files.
         file: Of the landmarks, for the message.
     """
-    for name in distance[:2]:
+    cameras = {path.name for path in photographs}
+    for name in (own for own in distance[:2] if own not in cameras):
         count = sum(name in places for places in clicks.values())
         if count < 2:
             raise CaptureError(

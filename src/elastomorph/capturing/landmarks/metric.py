@@ -41,7 +41,8 @@ def factor_of(points: Mapping[str, Points], distances: Sequence[Distance], where
         one, other, _ = distances[0]
         raise CaptureError(
             f"{where}: the distance from {one} to {other} is given, but not both are clicked in "
-            "two photographs; place them, or take the distance out of the landmarks"
+            "two photographs, or cameras that were found; place them, or take the distance out of "
+            "the landmarks"
         )
     found = np.array([float(np.linalg.norm(points[a] - points[b])) for a, b, _ in known])
     given = np.array([length for _, _, length in known])
@@ -69,7 +70,7 @@ def fit_to_scale(
 
     Args:
         template: Landmark → (3,) on the template.
-        found: Landmark or end of a ruler → (3,) in the unit of the photographs.
+        found: Landmark, end of a ruler or camera → (3,) in the unit of the photographs.
         distances: In the unit of the template.
         where: The photographs are from, for messages.
 

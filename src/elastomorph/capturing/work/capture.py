@@ -51,8 +51,9 @@ def capture(
         neutral: Name of its pose; by default with "neutral" in its name, else the first.
         landmarks: On the template and in photographs of the neutral, or their file; by default
             ``landmarks.json`` in the folder of the photographs.
-        distance: ``("a", "b", 8.9)``: how far two clicked points are apart, in the unit of the
-            template, for the poses to have the subject's size and not the template's.
+        distance: ``("a", "b", 8.9)``: how far two points are apart, clicked ones or the cameras of
+            photographs, named as these, in the unit of the template, for the poses to have the
+            subject's size and not the template's.
         rig: ``walking``: cameras stand elsewhere for each pose. ``fixed``: they stay, and names or
             numbers of photographs tell which took which.
         masks: Folder of masks named as the photographs, white where the face is.

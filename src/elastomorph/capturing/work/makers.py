@@ -145,7 +145,8 @@ class Makers:
             )
         vertices = template.work.vertices
         on_template = {name: vertices[own] for name, own in landmarks.vertices.items()}
-        similarity = fit_to_scale(on_template, points, landmarks.distances, f"pose {pose!r}")
+        places = points | {camera.name: camera.position for camera in solved.cameras}
+        similarity = fit_to_scale(on_template, places, landmarks.distances, f"pose {pose!r}")
         found = {name: similarity(point) for name, point in points.items()}
         return Placed(similarity, found, residuals, {"scale": similarity.scale})
 

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 
-from elastomorph.capturing.landmarks.distance import distance_of, require_clicked
+from elastomorph.capturing.landmarks.distance import distance_of, require_known
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Distance, Landmarks, read_landmarks
 from elastomorph.capturing.landmarks.typical_face import require_sides, typical_face
 from elastomorph.capturing.photographs.finding import find_masks, find_poses
@@ -107,7 +107,7 @@ def requested(
             landmarks = beside if beside.is_file() else None
         points = _landmarks(landmarks, name, poses[name], shape)
         if known is not None:
-            require_clicked(known, points.photographs[name], "the landmarks")
+            require_known(known, points.photographs[name], poses[name], "the landmarks")
             points = replace(points, distances=(known,))
         face = {mark: shape.work.vertices[own] for mark, own in points.vertices.items()}
         shape = shape.facing(typical_face(face, "the template"))
