@@ -16,6 +16,7 @@ from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.capturing.work.request import Request
 from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.capturing.work.work import Work
+from elastomorph.io.atomic import made_folder
 
 __all__ = ["made"]
 
