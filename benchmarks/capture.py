@@ -29,10 +29,10 @@ import numpy as np
 sys.path.append(str(Path(__file__).parents[1] / "tools"))
 
 import elastomorph as em
-from captured.judging import Judge
+from captured.judging import Judge, Spread
 from captured.kept import rendered
 from captured.outcome import Outcome, by_surface, camera_errors, read_bundle
-from captured.rows import camera_rows, details, pose_rows, scan_errors
+from captured.rows import camera_rows, details, pose_rows, scan_errors, scan_flags, shown_in
 from captured.running import Run, ran
 from captured.table import Row, shown
 from elastomorph.capturing.landmarks.landmarks import Landmarks, write_landmarks
@@ -174,10 +174,10 @@ def scans(options: argparse.Namespace, place: Path) -> list[Row]:
     plain = registered(options, place, person, truth, texture=0)
     by_rig = registered(options, place, person, truth, texture=0, rig=True)
     rich = registered(options, place, person, truth, texture=2048)
-    text = f"{by_rig:.2f} with the rig; {plain:.2f} with landmarks alone"
+    text = f"{by_rig[1]:.2f} with the rig; {plain[1]:.2f} with landmarks alone"
     return [
-        Row("untextured", text, by_rig <= 0.5 and plain <= 1.2),
-        Row("textured", f"{rich:.3f}", rich <= 0.1),
+        Row("untextured", text, by_rig[1] <= 0.5 and plain[1] <= 1.2),
+        Row("textured", f"{rich[0]:.3f}; {rich[1]:.3f} with what hides", rich[0] <= 0.1),
     ]
 
 
@@ -189,18 +189,20 @@ def registered(
     *,
     texture: int,
     rig: bool = False,
-) -> float:
-    """Mean error of the last pose of scans with a texture so wide, 0 for none.
+) -> tuple[float, float]:
+    """Mean error of the last pose of scans with a texture so wide, 0 for none: shown, and all.
 
     A rig is that of the template's own face: its expressions, not those of the subject.
     """
     folder = place / f"scans-{options.subject}-{options.seed}-{texture}"
     folder.mkdir(parents=True, exist_ok=True)
-    files = []
+    files, surfaces = [], []
     for number, (name, vertices) in enumerate(truth.vertices.items()):
         scene = Scene(person.surface, vertices, Skin(options.seed), Backdrop())
         files.append(folder / f"{name}.obj")
-        scanned(scene, person.aim, number, texture=texture).save(files[-1])
+        scan = scanned(scene, person.aim, number, texture=texture)
+        scan.save(files[-1])
+        surfaces.append((scan.vertices, scan.triangles))
     write_landmarks(folder / "landmarks.json", clicked_on_scans(person, truth, options.seed))
     template = folder / ("template.glb" if rig else "template.obj")
     own = em.Rig(person.template, person.expressions(), method="linear") if rig else None
@@ -216,9 +218,14 @@ def registered(
     into = by_surface(outcome.poses[FIRST], truth)
     judge = Judge(truth, into(outcome.poses[FIRST]), FIRST)
     last = max(outcome.poses)
-    errors = scan_errors(judge, last, into(outcome.poses[last]))
-    print(f"  neutral surface {judge.surface()}; {last} {errors}")
-    return errors.mean
+    own, place = into(outcome.poses[last]), dict(zip(truth.vertices, surfaces, strict=True))
+    before, after = (shown_in(judge, name, *place[name]) for name in (FIRST, last))
+    shown, every = scan_errors(judge, last, own, before & after)
+    near = 100 * judge.material.distances[judge.front & before] / judge.extent
+    print(f"  neutral surface {Spread.of(near)}")
+    print(f"  {last} shown by both scans ({shown.count}) {shown}; all ({every.count}) {every}")
+    print(f"  confidence: {scan_flags(judge, last, own, outcome.confidence[last], before)}")
+    return shown.mean, every.mean
 
 
 def clicked_on_scans(person: Subject, truth: Truth, seed: int) -> Landmarks:

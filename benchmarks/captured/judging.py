@@ -33,7 +33,7 @@ from scipy.spatial.distance import pdist
 from captured.geometry import Nearest, closest, to_segments, views_of
 from photographs.truth import Truth
 
-__all__ = ["REGIONS", "Judge", "Spread", "extent", "flags", "normals_of"]
+__all__ = ["REGIONS", "Chosen", "Judge", "Spread", "extent", "flags", "normals_of"]
 
 Points = NDArray[np.float64]
 Chosen = NDArray[np.bool_]

@@ -8,15 +8,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from captured.judging import Judge, Spread, flags
+from captured.geometry import closest
+from captured.judging import Chosen, Judge, Spread, flags
 from captured.outcome import Outcome, camera_errors, frame_errors, into_truth, true_positions
 from captured.running import Run
 from captured.table import Row
 from photographs.truth import Truth
 
-__all__ = ["camera_rows", "details", "judged", "pose_rows", "scan_errors"]
+__all__ = ["camera_rows", "details", "judged", "pose_rows", "scan_errors", "scan_flags", "shown_in"]
 
 Points = NDArray[np.float64]
+_SHOWN = 0.004  # of D: how near a scan is that shows a place
 
 
 def camera_rows(outcome: Outcome, truth: Truth, run: Run | None) -> list[Row]:
@@ -101,14 +103,39 @@ def _confidence(moved: Outcome, judge: Judge, first: str) -> Iterator[Row]:
     yield Row("confidence", text, caught >= 0.9 and flagged <= 0.05)
 
 
-def scan_errors(judge: Judge, pose: str, vertices: Points) -> Spread:
+def scan_errors(judge: Judge, pose: str, vertices: Points, shown: Chosen) -> tuple[Spread, Spread]:
     """Errors of a registered scan where the skin of the front moves by more than 0.1 cm.
 
-    Away from lips and from under the chin; a scan has no photographs that could count.
+    Away from lips and from under the chin; of what both scans show, as photographs are judged by
+    what they show, and of all of it.
     """
     moved = np.linalg.norm(judge.of(pose) - judge.points, axis=1) > 0.1
     chosen = judge.front & moved & ~judge.lips & ~judge.chin
-    return Spread.of(judge.errors(pose, vertices)[chosen])
+    errors = judge.errors(pose, vertices)
+    return Spread.of(errors[chosen & shown]), Spread.of(errors[chosen])
+
+
+def scan_flags(
+    judge: Judge, pose: str, vertices: Points, confidence: NDArray[np.float64], shown: Chosen
+) -> str:
+    """What the confidence of a registered scan is worth, over what the neutral's scan shows."""
+    chosen = (judge.front | judge.chin | judge.lips) & shown
+    caught, flagged, off = flags(judge.errors(pose, vertices), confidence, chosen)
+    part = off / max(1, np.count_nonzero(chosen))
+    return (
+        f"{100 * caught:.0f} % of {off} caught, {100 * flagged:.1f} % flagged, "
+        f"{100 * part:.1f} % are off"
+    )
+
+
+def shown_in(judge: Judge, pose: str, vertices: Points, triangles: NDArray[np.integer]) -> Chosen:
+    """(N,) which vertices of the template a scan of a pose shows: it lies there and faces alike."""
+    near = closest(judge.of(pose), vertices, triangles)
+    corners = vertices[triangles[near.triangles]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
+    cosines = np.einsum("ni,ni->n", normals, judge.normals(pose)) / lengths
+    return (near.distances < _SHOWN * judge.extent) & (cosines > 0.5)
 
 
 def details(outcome: Outcome, truth: Truth, first: str = "p00") -> Iterator[str]:

@@ -16,10 +16,12 @@ extra("cv2", "capture")
 
 from small_scans import marked, moved, posed, rig, scanned  # noqa: E402
 
+from elastomorph.capturing.geometry.surface import Surface  # noqa: E402
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks  # noqa: E402
 from elastomorph.capturing.scans.correspondence import ScanPoints  # noqa: E402
 from elastomorph.capturing.scans.face import Face, read_face  # noqa: E402
-from elastomorph.capturing.scans.nonrigid import Elastic  # noqa: E402
+from elastomorph.capturing.scans.nonrigid import Elastic, Held  # noqa: E402
+from elastomorph.capturing.scans.recognition import require_alike  # noqa: E402
 from elastomorph.capturing.scans.scans import read_scan  # noqa: E402
 from elastomorph.capturing.scans.trust import trusted  # noqa: E402
 
@@ -99,6 +101,16 @@ def test_what_a_hole_hides_is_not_trusted() -> None:
     np.testing.assert_allclose(holed.confidence[far], whole.confidence[far], atol=1e-6)
 
 
+def test_weights_end_where_an_expression_is_another_one() -> None:
+    face = read_face(rig().only(["jawOpen"]))
+    elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
+    assert face.expressions is not None
+    scan = ScanPoints(Surface(posed(jawOpen=2.0)[face.first], face.triangles), elastic.edge)
+    for before in ({}, {"jawOpen": 1.0}):
+        found = face.expressions.fitted(face.vertices, elastic, scan, Held.none(), before)
+        assert 1.3 < found["jawOpen"] <= 1.5
+
+
 def test_what_was_not_followed_lies_as_the_rest_lets_it() -> None:
     """Wherever it was begun: what a hidden place was drawn onto is no part of the answer."""
     face = read_face(rig())
@@ -137,6 +149,17 @@ def test_what_is_no_face_asks_for_landmarks() -> None:
     plane = em.Mesh(np.pad(grid, ((0, 0), (0, 1))), quads.reshape(-1, 4))
     with pytest.raises(CaptureError, match="landmarks"):
         em.register(plane, rig())
+
+
+def test_a_ball_with_the_landmarks_of_a_face_is_no_face() -> None:
+    """A template can be drawn onto anything, and lies on it closely."""
+    face = read_face(rig().neutral)
+    elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
+    require_alike(elastic, 2 * face.vertices @ Z_UP.T, "a head")
+    away = face.vertices - face.vertices.mean(axis=0)
+    ball = 10 * away / np.linalg.norm(away, axis=1, keepdims=True)
+    with pytest.raises(CaptureError, match=r"a ball is not shaped like the template.*landmarks"):
+        require_alike(elastic, ball, "a ball")
 
 
 def test_two_heads_in_one_file_are_told() -> None:

@@ -1,6 +1,6 @@
 """A rig's own expressions as the start of a pose: what a face does is known before it is scanned.
 
-Weights x ≥ 0 of the targets Δ_k are found by least squares of what lies across the scan,
+Weights 0 ≤ x ≤ 1.5 of the targets Δ_k are found by least squares of what lies across the scan,
 
     Σ_i w_i (n_i · (p_i + Σ_k x_k Δ_ki − q_i))² + Σ landmarks + ρ ‖x‖² + σ Σ_k x_k,
 
@@ -10,6 +10,7 @@ know how the skin moves along itself.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,8 @@ _ENOUGH, _FEW = 3000, 600
 _LANDMARK, _RIDGE, _SPARSE = 25.0, 1e-4, 0.005
 # Weights of a single target that are tried first, and how near a vertex is that it then explains.
 _TRIED, _EXPLAINED = (0.3, 0.6, 1.0), 0.02
+# A weight is no larger: what is so far beyond a target is another expression.
+_MOST = 1.5
 # Turns of averaging among neighbours, so that what is turned stays smooth.
 _SMOOTHING = 10
 
@@ -66,9 +69,22 @@ class Expressions:
         return Expressions(self.names, np.einsum("nij,knj->kni", turns, self.deltas))
 
     def fitted(
-        self, neutral: Points, elastic: Elastic, scan: ScanPoints, held: Held
+        self,
+        neutral: Points,
+        elastic: Elastic,
+        scan: ScanPoints,
+        held: Held,
+        before: Mapping[str, float],
     ) -> dict[str, float]:
-        """The weight of each target, 0 or more, at which the face is nearest to a scan."""
+        """The weight of each target, from 0 to 1.5, at which the face is nearest to a scan.
+
+        Args:
+            neutral: (V, 3) the person's.
+            elastic: of the person.
+            scan: in the place and size of the template.
+            held: landmarks.
+            before: weights of the pose before, which may explain most of this one.
+        """
         moved = np.abs(self.deltas).max(axis=(0, 2)) > 1e-4 * elastic.size
         asked = np.flatnonzero(elastic.outer & moved)
         asked = asked[:: max(1, len(asked) // _ENOUGH)]
@@ -76,7 +92,9 @@ class Expressions:
         if not len(asked):
             return dict(zip(self.names, weights.tolist(), strict=True))
         own = self.deltas[:, asked]
-        weights = self._begun(neutral, elastic, scan, asked[:: max(1, len(asked) // _FEW)])
+        known = np.array([before.get(name, 0.0) for name in self.names])
+        few = asked[:: max(1, len(asked) // _FEW)]
+        weights = self._begun(neutral, elastic, scan, few, known)
         for reach, steps in _REACHES:
             for _ in range(steps):
                 face = self.posed(neutral, weights)
@@ -93,16 +111,21 @@ class Expressions:
                     "nik,ni->k", marks, held.places - neutral[held.vertices]
                 )
                 own_part = np.diagonal(square)
-                weights = _nonnegative(
+                weights = _bounded(
                     square + _RIDGE * own_part.max() * np.eye(len(own)),
                     right - _SPARSE * np.sqrt(own_part * own_part.max()),
                 )
         return dict(zip(self.names, weights.tolist(), strict=True))
 
     def _begun(
-        self, neutral: Points, elastic: Elastic, scan: ScanPoints, asked: NDArray[np.int64]
+        self,
+        neutral: Points,
+        elastic: Elastic,
+        scan: ScanPoints,
+        asked: NDArray[np.int64],
+        before: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """The one target that explains most of a scan: lips that are apart are to begin so."""
+        """What explains most of a scan, one target or the pose before: open lips begin so."""
         none = np.zeros(len(self.names))
         single = [x * one for one in np.eye(len(self.names)) for x in _TRIED]
         reach = _EXPLAINED * elastic.size
@@ -112,18 +135,19 @@ class Expressions:
             found = scan.matches(face[asked], elastic.normals(face)[asked], turn=reach)
             return float(found.weights(reach).sum())
 
-        return max([none, *single], key=explained)
+        return max([none, before, *single], key=explained)
 
     def posed(self, neutral: Points, weights: NDArray[np.float64]) -> Points:
         """(V, 3) the neutral with (K,) weights of the targets."""
         return neutral + np.tensordot(weights, self.deltas, axes=1)
 
 
-def _nonnegative(matrix: Points, right: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The x ≥ 0 of least xᵀ M x − 2 rᵀ x for a positive definite M."""
+def _bounded(matrix: Points, right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The x from 0 to the largest weight of least xᵀ M x − 2 rᵀ x for a positive definite M."""
     from scipy.linalg import solve_triangular
-    from scipy.optimize import nnls
+    from scipy.optimize import lsq_linear
 
     lower = np.linalg.cholesky(matrix)
-    found: NDArray[np.float64] = nnls(lower.T, solve_triangular(lower, right, lower=True))[0]
+    goal = solve_triangular(lower, right, lower=True)
+    found: NDArray[np.float64] = lsq_linear(lower.T, goal, (0, _MOST), method="bvls").x
     return found

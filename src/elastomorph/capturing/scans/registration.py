@@ -20,12 +20,13 @@ from elastomorph.capturing.scans.face import Face, read_face
 from elastomorph.capturing.scans.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
 from elastomorph.capturing.scans.person import Person, known_person, wanted_at
 from elastomorph.capturing.scans.placing import Marks, Placed, placed_first, placed_next
+from elastomorph.capturing.scans.recognition import require_alike, require_shown
 from elastomorph.capturing.scans.scans import Scan, mesh_in, read_scan
 from elastomorph.capturing.scans.trust import Trust, slide, trusted
 from elastomorph.capturing.scans.virtual import followed, shown_neutral
 from elastomorph.capturing.tracking.tracking import TrackedPose
 from elastomorph.capturing.work.registered import Registered
-from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError, ParameterError
+from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
 from elastomorph.model.mesh import Mesh, require_mesh
 from elastomorph.rig import Rig
 
@@ -45,8 +46,6 @@ THE_TEMPLATE, BY_SURFACE, BY_LANDMARKS, BY_RIG, FOLLOWED = (
 _SURE, _ENOUGH, _STILL = 0.9, 100, (0.01, 0.003, 0.001)
 # Confidence from which on a vertex that was followed is known.
 _KNOWN = 0.5
-# A face of which the scan shows less than this was not found in it.
-_SHOWN = 0.3
 
 
 def register(
@@ -89,7 +88,7 @@ def register(
         return _first(own, read_scan(scan, texture=texture), marks, say)[0]
     person = neutral_person(own, neutral, marks, texture, say)
     found = read_scan(scan, texture=texture)
-    pose = _next(person, found, marks, person.elastic.rest, person.placing, say)[0]
+    pose = _next(person, found, marks, person.elastic.rest, person.placing, {}, say)[0]
     if pose.figures["correspondence"] != FOLLOWED:
         _warn_of_paths([str(scan) if not isinstance(scan, Mesh) else scan.name])
     return pose
@@ -130,15 +129,16 @@ def register_all(
     own, marks = _prepared(template, landmarks)
     say(f"{first}: reading")
     neutral_pose, person = _first(own, read_scan(named[first], texture=texture), marks, say)
-    found = {first: neutral_pose}
+    found, known = {first: neutral_pose}, dict[str, float]()
     expected, before = person.elastic.rest, person.placing
     for name, scan in named.items():
         if name == first:
             continue
         say(f"{name}: reading ({len(found) + 1} of {len(named)})")
-        shown = read_scan(scan, texture=texture)
-        found[name], before = _next(person, shown, marks, expected, before, say)
+        read = read_scan(scan, texture=texture)
+        found[name], before = _next(person, read, marks, expected, before, known, say)
         expected = found[name].vertices[own.first]
+        known = found[name].figures.get("expressions", {})
     blind = [
         name
         for name in found
@@ -170,7 +170,8 @@ def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, 
     start = elastic.at_landmarks(elastic.rest, placed.held)
     vertices = elastic.drawn(start, placed.points, ADAPT, placed.held)
     trust = trusted(elastic, vertices, placed.points, np.zeros(len(vertices)))
-    _require_shown(trust, elastic, scan.name)
+    require_shown(trust, elastic, scan.name)
+    require_alike(elastic, vertices, scan.name)
     expressions = face.expressions
     if expressions is not None:
         expressions = expressions.transferred(vertices, elastic)
@@ -187,9 +188,14 @@ def _next(
     marks: Marks,
     expected: Points,
     before: Similarity | None,
+    known: Mapping[str, float],
     say: Say,
 ) -> tuple[Registered, Similarity]:
-    """A further pose, and what brought its scan to its place."""
+    """A further pose, and what brought its scan to its place.
+
+    Expected are the vertices of the pose before, what brought that to its place, and its weights of
+    expressions.
+    """
     elastic, neutral = person.elastic, person.elastic.rest
     say(f"{scan.name}: finding the head")
     placed = placed_next(scan, marks, elastic, expected, before)
@@ -201,13 +207,13 @@ def _next(
         vertices = elastic.drawn(start, placed.points, FOLLOW, placed.held)
     else:
         say(f"{scan.name}: fitting the rig's expressions")
-        weights = person.expressions.fitted(neutral, elastic, placed.points, placed.held)
+        weights = person.expressions.fitted(neutral, elastic, placed.points, placed.held, known)
         by_rig = person.expressions.posed(neutral, np.array(list(weights.values())))
         figures["expressions"] = {n: round(x, 4) for n, x in weights.items() if x > 1e-3}
         vertices = elastic.with_rest(by_rig).drawn(by_rig, placed.points, FINISH, placed.held, 0.1)
     along = slide(elastic, vertices, neutral, placed.held, by_rig)
     trust = trusted(elastic, vertices, placed.points, along)
-    _require_shown(trust, elastic, scan.name)
+    require_shown(trust, elastic, scan.name)
     if person.shown is not None and placed.scan.skin is not None:
         say(f"{scan.name}: following the skin")
         tracked = followed(person.shown, placed, placed.scan.skin, vertices)
@@ -319,16 +325,6 @@ def _which(names: list[str], neutral: str | None) -> str:
     if own not in names:
         raise ParameterError(f"no scan is called {neutral}: there are {', '.join(names)}")
     return own
-
-
-def _require_shown(trust: Trust, elastic: Elastic, name: str) -> None:
-    """Refuse a scan that the template could not be drawn onto."""
-    shown = float(trust.shown[elastic.outer].mean())
-    if shown < _SHOWN:
-        raise CaptureError(
-            f"{name} shows {shown:.0%} of the template, expected at least {_SHOWN:.0%}: it is no"
-            " such face, or its landmarks are not where the template has them"
-        )
 
 
 def _warn_of_paths(names: Sequence[str]) -> None:
