@@ -58,16 +58,14 @@ def test_stiff_waves_do_not_overflow_and_narrow_strips_are_ruled() -> None:
 
 def test_strips_are_rows_of_the_grid_in_line(sheet: em.Mesh) -> None:
     """In whatever order and direction the curves are given."""
-    across = [
-        Curve(np.arange(6) * (-1) ** i + 6 * i + 5 * (i % 2), False) for i in (3, 0, 5, 1, 4, 2)
-    ]
-    ((rows, closed),) = strips(sheet, CurveNetwork(tuple(across), 36))
+    row = np.arange(6)
+    turned = [6 * i + (row[::-1] if i % 2 else row) for i in (3, 0, 5, 1, 4, 2)]
+    across = tuple(Curve(own, False) for own in turned)
+    ((rows, closed),) = strips(sheet, CurveNetwork(across, 36))
     assert not closed
-    expected = np.arange(36).reshape(6, 6)
-    assert any(
-        (rows == way).all()
-        for way in (expected, expected[::-1], expected[:, ::-1], expected[::-1, ::-1])
-    )
+    grid = np.arange(36).reshape(6, 6)
+    ways = (grid, grid[::-1], grid[:, ::-1], grid[::-1, ::-1])
+    assert any((rows == way).all() for way in ways)
 
 
 def test_rows_that_close_in_a_circle_are_a_strip() -> None:

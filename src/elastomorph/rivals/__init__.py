@@ -6,6 +6,7 @@ where the source leaves it open.
 
 from elastomorph.rivals.comparison import Comparison, Cost, with_rivals
 from elastomorph.rivals.deformation_gradients import DeformationGradients
+from elastomorph.rivals.elastic_solid import ElasticSolid
 from elastomorph.rivals.finite_difference import FiniteDifference
 from elastomorph.rivals.finite_element import FiniteElement
 from elastomorph.rivals.mass_spring import MassSpring
@@ -18,6 +19,7 @@ __all__ = [
     "Comparison",
     "Cost",
     "DeformationGradients",
+    "ElasticSolid",
     "FiniteDifference",
     "FiniteElement",
     "MassSpring",
@@ -34,5 +36,7 @@ RIVALS: tuple[Rival, ...] = (
     DeformationGradients(),
     MassSpring(),
     PdeSurface(),
+    ElasticSolid(corotational=False),
+    ElasticSolid(),
 )
 """All of them as they are by default, in the order of a table."""
