@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +109,8 @@ class Counted(Makers):
             for p in photographs.taken
         )
         looks = random.random((5, 128)).astype(np.float32)
-        return SolvedPose(cameras, random.random((5, 3)), looks, {c.name: 0.3 for c in cameras})
+        errors, remarks = {c.name: 0.3 for c in cameras}, ("one camera",)
+        return SolvedPose(cameras, random.random((5, 3)), looks, errors, remarks=remarks)
 
     def placed(self, solved: Any, shape: Any, points: Any, pose: str) -> Placed:
         self.note("placed")
@@ -121,7 +122,8 @@ class Counted(Makers):
         self, shape: Any, where: Any, solved: Any, points: Any, views: Any, say: Any
     ) -> Posed:
         self.note("neutral")
-        return self._found(shape.work.vertices, numbers(solved, where, shape.work.vertices))
+        found = self._found(shape.work.vertices, numbers(solved, where, shape.work.vertices))
+        return replace(found, figures={"remarks": ["the chin lacks"]})
 
     def framed(
         self,

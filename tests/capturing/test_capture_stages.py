@@ -58,6 +58,10 @@ def test_all_stages_are_made_once_and_leave_poses_confidence_and_figures(
             assert found.dtype == np.float32
             np.testing.assert_array_equal(found, mesh.confidence)
     assert {pose: len(own) for pose, own in captured.cameras.items()} == dict.fromkeys(POSES, COUNT)
+    remarks = {pose: own["remarks"] for pose, own in captured.figures["poses"].items()}
+    assert remarks == dict.fromkeys(POSES, ["one camera"]) | {
+        "neutral": ["one camera", "the chin lacks"]
+    }
 
 
 @pytest.mark.parametrize(

@@ -110,8 +110,8 @@ def _figures(
             "remarks": [*([remarks[pose]] if pose in remarks else []), *solved.remarks],
         }
         if pose in poses:
-            own |= poses[pose].figures
-            own["remarks"] = [*own["remarks"], *poses[pose].figures.get("remarks", ())]
+            said = [*own["remarks"], *poses[pose].figures.get("remarks", ())]
+            own |= {**poses[pose].figures, "remarks": said}
         if pose in poses and pose != work.request.neutral:
             frame = work.framed(pose).read()
             own["frame"] = {
