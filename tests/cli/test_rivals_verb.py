@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from calls import status_of
 
 import elastomorph as em
-from elastomorph.rivals import VertexCubic
+from elastomorph.rivals import VertexCubic, with_rivals
 from elastomorph.rivals.process import run
 
 SHEET = em.Mesh(
@@ -35,7 +36,7 @@ def test_the_verb_prints_both_tables(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("elastomorph.rivals.RIVALS", (VertexCubic(),))
-    monkeypatch.setattr("elastomorph.rivals.comparison.run_apart", run)
+    monkeypatch.setattr("elastomorph.rivals.with_rivals", partial(with_rivals, runner=run))
     em.write_sequence(tmp_path / "motion.npz", bent)
     call = ("evaluate", tmp_path / "motion.npz", "--method", "linear", "--rivals")
     assert status_of(*call) == 0

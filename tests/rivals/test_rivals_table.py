@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
-from elastomorph.rivals import RIVALS, Rival, VertexCubic, comparison, process, with_rivals
+from elastomorph.rivals import RIVALS, Rival, VertexCubic, with_rivals
 from elastomorph.rivals.comparison import through_poses
-from elastomorph.rivals.process import run_apart
+from elastomorph.rivals.process import run, run_apart
 from elastomorph.rivals.rival import Faces
 
 
@@ -34,12 +34,6 @@ class Straight(Rival):
             yield (1 - time) * first + time * last + self.moved
 
 
-@pytest.fixture(autouse=True)
-def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No process for each rival: it takes seconds to start one."""
-    monkeypatch.setattr(comparison, "run_apart", process.run)
-
-
 @pytest.fixture(scope="module")
 def bent(sheet: em.Mesh) -> em.MeshSequence:
     """Five frames of a sheet that rises on a parabola."""
@@ -52,7 +46,7 @@ def bent(sheet: em.Mesh) -> em.MeshSequence:
 def test_a_rival_is_measured_as_a_method_is(bent: em.MeshSequence) -> None:
     """What is the straight line has the numbers of ``linear``; what is moved misses both ends."""
     judged = em.evaluate(bent, ["linear"])
-    found = with_rivals(judged, [Straight(), Straight(moved=0.1)], own=["linear"])
+    found = with_rivals(judged, [Straight(), Straight(moved=0.1)], own=["linear"], runner=run)
     linear, own, moved = found.evaluation.results
     for name in ("lme", "lae", "path_lme", "path_lae", "seam", "flips"):
         assert getattr(own, name) == pytest.approx(getattr(linear, name), abs=1e-9), name
@@ -65,7 +59,7 @@ def test_a_rival_is_measured_as_a_method_is(bent: em.MeshSequence) -> None:
 
 
 def test_who_knows_the_frames_wins_nothing(bent: em.MeshSequence) -> None:
-    found = with_rivals(em.evaluate(bent, ["linear"]), [VertexCubic()], own=[])
+    found = with_rivals(em.evaluate(bent, ["linear"]), [VertexCubic()], own=[], runner=run)
     assert found.evaluation["vertex-cubic"].informed
     assert found.evaluation["vertex-cubic"].lme < 1e-12
 
@@ -77,7 +71,9 @@ def test_markers_and_missing_packages_are_left_out_in_a_sentence(
     markers = em.MeshSequence(points, bent.frames, bent.times)
     curves = CurveNetwork((Curve(np.arange(6), False),), len(points.vertices))
     monkeypatch.setattr("elastomorph.rivals.rival.find_spec", lambda name: None)
-    found = with_rivals(em.evaluate(markers, ["linear"], curves), RIVALS, own=["linear"])
+    found = with_rivals(
+        em.evaluate(markers, ["linear"], curves), RIVALS, own=["linear"], runner=run
+    )
     assert found.evaluation["vertex-cubic"].lme < 1e-12
     for rival in RIVALS:
         if rival.on_surfaces:
@@ -113,7 +109,7 @@ class Broken(Rival):
 
 
 def test_a_rival_that_fails_is_left_out(bent: em.MeshSequence) -> None:
-    found = with_rivals(em.evaluate(bent, ["linear"]), [Broken("say")], own=[])
+    found = with_rivals(em.evaluate(bent, ["linear"]), [Broken("say")], own=[], runner=run)
     assert [result.label for result in found.evaluation.results] == ["linear"]
     assert list(found.left_out.values()) == ["it has no inside"]
 

@@ -36,7 +36,7 @@ RIVALS: tuple[Rival, ...] = (
     DeformationGradients(),
     MassSpring(),
     PdeSurface(),
-    ElasticSolid(corotational=False),
+    ElasticSolid("linear"),
     ElasticSolid(),
 )
 """All of them as they are by default, in the order of a table."""

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphError, ElastomorphWarning
 from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.evaluation import Yardstick
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.paths.through import Through
 from elastomorph.rivals.own_method import OwnMethod
@@ -91,12 +93,14 @@ def with_rivals(
     rivals: Iterable[Rival],
     *,
     own: Iterable[str] = OWN,
+    runner: Callable[[Rival, MeshSequence, CurveNetwork], Run] = run_apart,
     progress: Callable[[str], None] | None = None,
 ) -> Comparison:
     """Put rivals beside the methods of an evaluation, judged by the same frames.
 
-    Each runs in a process of its own. Between the times of the frames, which free timing looks at,
-    its path is the natural cubic spline through its faces.
+    Each runs in a process of its own, unless `runner` is `elastomorph.rivals.process.run`. Between
+    the times of the frames, which free timing looks at, its path is the natural cubic spline
+    through its faces.
     """
     truth, say = evaluation.truth, progress or (lambda _: None)
     yardstick = Yardstick.of(truth, evaluation.curves, evaluation.extent, evaluation.confidence)
@@ -107,11 +111,11 @@ def with_rivals(
         try:
             rival.require(truth.mesh)
             say(rival.label)
-            made = run_apart(rival, truth, evaluation.curves)
+            made = runner(rival, truth, evaluation.curves)
         except ElastomorphError as error:
             left_out[rival.label] = str(error).rstrip(".")
             continue
-        costs.append(_cost(rival, made, evaluation))
+        costs.append(cost_of(rival, made, truth, evaluation.diameter))
         if not isinstance(rival, OwnMethod):
             path = through_poses(truth.mesh, made.poses, truth.times, rival.label)
             found = yardstick.measure(rival.label, path)
@@ -133,7 +137,8 @@ def through_poses(
     return replace(morph, method=label)
 
 
-def _cost(rival: Rival, made: Run, evaluation: Evaluation) -> Cost:
-    off = made.poses[[0, -1]] - evaluation.truth.frames[[0, -1]]
-    ends = float(np.linalg.norm(off, axis=2).max()) / evaluation.diameter
+def cost_of(rival: Rival, made: Run, recording: MeshSequence, diameter: float) -> Cost:
+    """What a run cost, and how far its first and last face are from those of a recording."""
+    off = made.poses[[0, -1]] - recording.frames[[0, -1]]
+    ends = float(np.linalg.norm(off, axis=2).max()) / diameter
     return Cost(rival.label, rival.source, made.first, made.further, made.peak, ends)

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.errors import MeshError
+from elastomorph.errors import MeshError, ParameterError
 from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
 from elastomorph.model.geometry import connected_parts
 from elastomorph.model.mesh import part_of
@@ -40,6 +40,7 @@ from elastomorph.rivals.deformation_gradients import polar
 from elastomorph.rivals.lattice import Closed, Lattice
 from elastomorph.rivals.rival import Faces, Rival, straight
 
+ELASTICITIES = ("corotational", "linear")
 # More do not help where flesh is folded between the jaw and the neck.
 _MOST_TURNS = 12
 _SOFT = 1e-3
@@ -51,7 +52,7 @@ class ElasticSolid(Rival):
     """Flesh between a jaw that turns and a skull, as an elastic solid.
 
     Attributes:
-        corotational: Whether rotations are taken out of the strain; else linear elasticity.
+        elasticity: ``corotational``, rotations taken out of the strain, or ``linear``.
         nodes: About how many nodes the lattice has within the skin.
         depth: How thick flesh is above bone, as a fraction of D.
         torn: How far the target may stretch flesh before it is taken for a gap.
@@ -65,7 +66,7 @@ class ElasticSolid(Rival):
     on_surfaces = True
     package = "skfem"
 
-    corotational: bool = True
+    elasticity: str = "corotational"
     nodes: int = 6000
     depth: float = 0.09
     torn: float = 2.5
@@ -80,6 +81,10 @@ class ElasticSolid(Rival):
         Raises:
             MeshError: Nothing turns rigidly, or the skin has no inside.
         """
+        if self.elasticity not in ELASTICITIES:
+            raise ParameterError(
+                f"elasticity must be one of {', '.join(ELASTICITIES)}, found {self.elasticity!r}"
+            )
         head = Head.between(recording, self.nodes, self.depth)
         whole = head.stretch(recording) <= self.torn
         solid = Solid.of(head.lattice, self.poisson, np.where(whole, 1.0, _SOFT))
@@ -87,7 +92,7 @@ class ElasticSolid(Rival):
 
         def settled(nodes: NDArray[np.float64], time: float) -> NDArray[np.float64]:
             bones = head.bones_at(time)
-            if self.corotational:
+            if self.elasticity == "corotational":
                 return solid.settled(nodes, bones, head.bone, smallest)
             return solid.linear(bones, head.bone)
 
@@ -107,7 +112,7 @@ class ElasticSolid(Rival):
     def _turns(self, solid: Solid, nodes: NDArray[np.float64], head: Head) -> NDArray[np.float64]:
         """(V, 3, 3) how the flesh about each vertex that rides on it has turned."""
         found = np.tile(np.eye(3), (len(head.rides), 1, 1))
-        if self.corotational:
+        if self.elasticity == "corotational":
             carrier = head.lattice.carrier[head.rides]
             found[head.rides] = solid.turns(nodes)[carrier]
         return found

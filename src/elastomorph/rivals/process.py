@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,16 +52,21 @@ class TooLongError(ElastomorphError):
 
 
 def run_apart(
-    rival: Rival, recording: MeshSequence, curves: CurveNetwork, longest: float = LONGEST
+    rival: Rival,
+    recording: MeshSequence,
+    curves: CurveNetwork,
+    times: NDArray[np.float64] | None = None,
+    *,
+    longest: float = LONGEST,
 ) -> Run:
-    """Run a rival at the times of a recording.
+    """Run a rival at some times, by default those of the recording.
 
     Raises:
         ElastomorphError: What the rival raised, or it took too long or broke.
     """
     with tempfile.TemporaryDirectory(prefix="elastomorph-") as folder:
         asked, answered = Path(folder) / "asked", Path(folder) / "answered"
-        asked.write_bytes(pickle.dumps((rival, recording, curves)))
+        asked.write_bytes(pickle.dumps((rival, recording, curves, times)))
         # -P: a module of that name in the current folder is not ours.
         command = [sys.executable, "-P", "-m", __name__, str(asked), str(answered)]
         places = os.pathsep.join(str(Path(place).absolute()) for place in sys.path if place)
@@ -87,15 +93,21 @@ def run_apart(
     return found
 
 
-def run(rival: Rival, recording: MeshSequence, curves: CurveNetwork) -> Run:
+def run(
+    rival: Rival,
+    recording: MeshSequence,
+    curves: CurveNetwork,
+    times: NDArray[np.float64] | None = None,
+) -> Run:
     """Run a rival in this process, each face against the clock."""
     for library in (*_LIBRARIES, *filter(None, [rival.package])):
         import_module(library)
     before = _memory("VmRSS")
-    faces = rival.told(recording, recording.times, curves)
-    poses = np.empty(recording.frames.shape)
-    seconds = np.empty(len(recording))
-    for i in range(len(recording)):
+    moments = recording.times if times is None else times
+    faces = rival.told(recording, moments, curves)
+    poses = np.empty((len(moments), *recording.mesh.vertices.shape))
+    seconds = np.empty(len(moments))
+    for i in range(len(moments)):
         start = time.process_time()
         poses[i] = next(faces)
         seconds[i] = time.process_time() - start
@@ -114,7 +126,7 @@ def _memory(what: str) -> int | None:
 
 
 def _serve(asked: Path, answered: Path) -> None:
-    task: tuple[Rival, MeshSequence, CurveNetwork] = pickle.loads(asked.read_bytes())
+    task: Any = pickle.loads(asked.read_bytes())
     found: Run | ElastomorphError
     try:
         found = run(*task)

@@ -38,9 +38,12 @@ class Rival(ABC):
     def label(self) -> str:
         """The name, and the options that are not the usual ones."""
         usual = type(self)()
-        named = [each.name for each in fields(self)]
-        own = [name for name in named if getattr(self, name) != getattr(usual, name)]
-        return " ".join([self.name, *(f"{name}={getattr(self, name)}" for name in own)])
+        words = [self.name]
+        for name in (each.name for each in fields(self)):
+            value = getattr(self, name)
+            if value != getattr(usual, name):
+                words.append(value if isinstance(value, str) else f"{name}={value}")
+        return " ".join(words)
 
     def require(self, mesh: Mesh) -> None:
         """Raise what stands in the way of trying it on a mesh at all.
