@@ -18,6 +18,8 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
+from elastomorph.draw.framing import camera_for
+from elastomorph.draw.sheet import Face, face_sheet, in_rows
 from elastomorph.errors import ElastomorphError
 from elastomorph.evaluation import Evaluation, ShapeProbe, evaluate
 from elastomorph.evaluation.movements import evaluate_movements
@@ -48,10 +50,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--data", type=Path, default=data_folder())
     parser.add_argument("--only", nargs="*", choices=("built-in", "hinge", "takes"))
+    parser.add_argument("--picture", type=Path, help="draw the faces of the built-in motion here")
     options = parser.parse_args()
     parts = options.only or ("built-in", "hinge", "takes")
     if "built-in" in parts:
-        built_in()
+        built_in(options.picture)
     rig = options.data / "ict-facekit"
     if "hinge" in parts and rig.is_dir():
         neutral = em.read(rig / "generic_neutral_mesh.obj")
@@ -61,7 +64,7 @@ def main() -> None:
         markers(takes)
 
 
-def built_in() -> None:
+def built_in(picture: Path | None) -> None:
     """Every figure of an evaluation, and what each face costs."""
     motion = recorded_motion()
     found = with_rivals(evaluate(motion, OWN), RIVALS, progress=say)
@@ -72,10 +75,25 @@ def built_in() -> None:
         rows.append([f"`{line.label}`", *figures, *cost_texts(costs[line.label])])
     table("the built-in motion", ("", *ERRORS, *SURFACE, *COSTS), rows)
     print(*found.sentences(), sep="\n")
+    if picture is not None:
+        draw(found.evaluation, picture)
     objection(found.evaluation)
     closed_form(found.evaluation)
     if found.evaluation.results[-1].label == SOLID:
         about_the_jaw(found.evaluation)
+
+
+def draw(found: Evaluation, path: Path) -> None:
+    """The recorded face and that of each, where the straight line is farthest off."""
+    truth, frame = found.truth, int(found["linear"].maximum.max(axis=0).argmax())
+    time, size = float(truth.times[frame]), (300, 375)
+    faces = [Face(truth.frames[frame], f"recorded, t = {time:g}")]
+    for result in found.results:
+        words = f"{result.label}\n{100 * result.maximum[:, frame].max():.2f} % of D"
+        faces.append(Face(result.morph.at(time), words))
+    poses = np.stack([face.vertices for face in faces])
+    camera = camera_for(truth.mesh, "three-quarter", poses=poses, size=size)
+    face_sheet(truth.mesh, in_rows(faces, 6), camera, size, path)
 
 
 def objection(found: Evaluation) -> None:

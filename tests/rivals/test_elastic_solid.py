@@ -6,8 +6,8 @@ from sheets import between, turn
 
 import elastomorph as em
 from elastomorph.rivals import ElasticSolid
-from elastomorph.rivals.elastic_solid import Solid
 from elastomorph.rivals.lattice import Closed, Lattice
+from elastomorph.rivals.solid import Solid
 
 AXIS = np.array([1.0, 2.0, -0.5])
 CUBE = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]

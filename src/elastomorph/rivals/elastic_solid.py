@@ -25,7 +25,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,13 +35,11 @@ from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
 from elastomorph.model.geometry import connected_parts
 from elastomorph.model.mesh import part_of
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.rivals.deformation_gradients import polar
 from elastomorph.rivals.lattice import Closed, Lattice
 from elastomorph.rivals.rival import Faces, Rival, straight
+from elastomorph.rivals.solid import Solid
 
 ELASTICITIES = ("corotational", "linear")
-# More do not help where flesh is folded between the jaw and the neck.
-_MOST_TURNS = 12
 _SOFT = 1e-3
 _MARCH = 10
 
@@ -194,94 +191,3 @@ class Head:
         jaw = self.jaw.vertices
         face[jaw] = self.jaw.screw.at(time, recording.frames[0][jaw])
         return face
-
-
-@dataclass(frozen=True, eq=False)
-class Solid:
-    """Tetrahedra with the stiffness of each, to be warped and summed."""
-
-    lattice: Lattice
-    inverse: NDArray[np.float64]  # (K, 3, 3) of the sides at rest, as columns
-    stiffness: NDArray[np.float64]  # (K, 4, 3, 4, 3)
-
-    @classmethod
-    def of(cls, lattice: Lattice, poisson: float, youngs: NDArray[np.float64]) -> Solid:
-        """The stiffness of every tetrahedron, by scikit-fem, for (K,) Young's moduli."""
-        from skfem import Basis, ElementTetP1, ElementVector, MeshTet
-        from skfem.models.elasticity import lame_parameters, linear_elasticity
-
-        mesh = MeshTet(lattice.nodes.T.copy(), lattice.tetrahedra.T.copy(), sort_t=False)
-        basis = Basis(mesh, ElementVector(ElementTetP1()), intorder=1)
-        form = linear_elasticity(*lame_parameters(1.0, poisson))
-        local = form.coo_data(basis).tolocal()
-        sides = _sides(lattice.nodes, lattice.tetrahedra)
-        local *= youngs[:, None, None]
-        return cls(lattice, np.asarray(np.linalg.inv(sides)), local.reshape(-1, 4, 3, 4, 3))
-
-    def turns(self, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(K, 3, 3) the nearest rotation to the gradient of each tetrahedron."""
-        return polar(_sides(nodes, self.lattice.tetrahedra) @ self.inverse)[0]
-
-    def linear(self, bones: NDArray[np.float64], bone: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """(N, 3) the equilibrium of linear elasticity for given bones."""
-        still = np.tile(np.eye(3), (len(self.inverse), 1, 1))
-        return self._solved(still, self.lattice.nodes, bones, bone)
-
-    def settled(
-        self,
-        nodes: NDArray[np.float64],
-        bones: NDArray[np.float64],
-        bone: NDArray[np.bool_],
-        smallest: float,
-    ) -> NDArray[np.float64]:
-        """(N, 3) the corotational equilibrium for given bones, found from nodes near it."""
-        # The turns of before: bones that have moved alone fold the flesh beside them.
-        nodes = self._solved(self.turns(nodes), nodes, bones, bone)
-        part, before = 1.0, np.inf
-        for _ in range(_MOST_TURNS):
-            step = self._solved(self.turns(nodes), nodes, bones, bone) - nodes
-            moved = float(np.abs(step).max())
-            nodes += part * step
-            if moved < smallest:
-                break
-            # Where flesh folds, turns and places may chase each other in a circle.
-            part, before = (part if moved < before else max(0.7 * part, 0.3)), moved
-        return nodes
-
-    def _solved(
-        self,
-        turns: NDArray[np.float64],
-        guess: NDArray[np.float64],
-        bones: NDArray[np.float64],
-        bone: NDArray[np.bool_],
-    ) -> NDArray[np.float64]:
-        """(N, 3) where the forces on all nodes but bones vanish, for given rotations."""
-        from scipy.sparse import coo_array, csr_array, diags_array
-        from scipy.sparse.linalg import cg
-
-        own, count = self.lattice.tetrahedra, guess.size
-        half = np.einsum("kij,kajbl->kaibl", turns, self.stiffness)
-        pulls = np.einsum("kaibl,kbl->kai", half, self.lattice.nodes[own])
-        warped = np.einsum("kaibl,kml->kaibm", half, turns)
-        slots = 3 * own[:, :, None] + np.arange(3)
-        rows = np.broadcast_to(slots[:, :, :, None, None], warped.shape).ravel()
-        columns = np.broadcast_to(slots[:, None, None], warped.shape).ravel()
-        matrix = csr_array(coo_array((warped.ravel(), (rows, columns)), shape=(count, count)))
-        force = np.bincount(slots.ravel(), pulls.ravel(), minlength=count)
-        given = np.repeat(bone, 3)
-        free = matrix[~given]
-        known = force[~given] - free[:, given] @ bones.ravel()
-        inner = free[:, ~given]
-        inverse: Any = diags_array(1.0 / inner.diagonal())
-        start = guess.ravel()[~given]
-        found = guess.copy()
-        found[bone] = bones
-        solution, _ = cg(inner, known, x0=start, rtol=1e-7, maxiter=5000, M=inverse)
-        found[~bone] = solution.reshape(-1, 3)
-        return found
-
-
-def _sides(nodes: NDArray[np.float64], tetrahedra: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(K, 3, 3) three sides of each tetrahedron, as columns."""
-    corners = nodes[tetrahedra]
-    return np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
