@@ -5,7 +5,7 @@ from __future__ import annotations
 from numbers import Real
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from elastomorph.errors import ParameterError
 
@@ -46,6 +46,17 @@ def as_number(
         kind = "finite number" if np.isinf(number) else "number"
         raise ParameterError(f"{what} must be a {kind}{bound}, found {value!r}")
     return number
+
+
+def real_type(dtype: DTypeLike) -> np.dtype[np.floating]:
+    """float32 or float64, as a caller names it."""
+    for real in (np.dtype(np.float32), np.dtype(np.float64)):
+        try:
+            if np.dtype(dtype) == real:
+                return real
+        except TypeError:
+            break
+    raise ParameterError(f"faces are float32 or float64, not {dtype}")
 
 
 def _is_number(value: object) -> bool:

@@ -100,6 +100,17 @@ class BendCurve:
         side: Literal["left", "right"] = "left" if before else "right"
         return self._horner(np.asarray(rows, dtype=np.float64), t, side)
 
+    def slope_at(self, time: float) -> float:
+        """The derivative at one time, without the cost of an array: for solving a rig."""
+        breaks, descending = self._pieces
+        inside = min(max(time, 0.0), 1.0)
+        piece = min(bisect_right(breaks, inside), len(descending)) - 1
+        local, value, slope = inside - breaks[piece], 0.0, 0.0
+        for coefficient in descending[piece]:
+            slope = slope * local + value
+            value = value * local + coefficient
+        return slope
+
     def times_within(self, count: int) -> NDArray[np.float64]:
         """(count, S) times spread evenly over each piece, its ends among them."""
         return self.breaks[:-1] + np.linspace(0, 1, count)[:, None] * np.diff(self.breaks)

@@ -121,6 +121,16 @@ class RigFields:
                 rows[start : start + morph.count, span.vertices] = span.fields
         return rows.reshape(len(rows), -1)
 
+    def product(self, dtype: np.dtype[np.floating]) -> FieldProduct:
+        """Products with the matrix of this type, which is kept."""
+        if dtype not in self._products:
+            self._products[dtype] = FieldProduct(self, self.matrix(dtype))
+        return self._products[dtype]
+
+    @cached_property
+    def _products(self) -> dict[np.dtype[np.floating], FieldProduct]:
+        return {}
+
 
 BLOCK = 64 * 2**20
 
@@ -228,6 +238,14 @@ def _torch_multiply() -> Callable[..., object]:
         torch.mm(torch.from_numpy(left), torch.from_numpy(right), out=torch.from_numpy(out))
 
     return multiply
+
+
+def block_length(block: int | None, size: int) -> int:
+    """Faces in a block: as asked for, or as many as fit `BLOCK`, each of so many bytes."""
+    length = max(1, BLOCK // size) if block is None else block
+    if not isinstance(length, int) or length < 1:
+        raise ParameterError(f"a block must hold at least one face, found {block!r}")
+    return length
 
 
 def checked_output(out: NDArray[np.floating], shape: tuple[int, ...]) -> NDArray[np.floating]:

@@ -15,8 +15,9 @@ from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
-from elastomorph.numbers import as_numbers
-from elastomorph.rig.fields import BLOCK, FieldProduct, MorphFields, RigFields, checked_output
+from elastomorph.numbers import as_numbers, real_type
+from elastomorph.rig.fields import MorphFields, RigFields, block_length, checked_output
+from elastomorph.rig.handles import Handle, Place
 from elastomorph.rig.sliders import (
     Sliders,
     Times,
@@ -25,6 +26,7 @@ from elastomorph.rig.sliders import (
     named_moments,
     table_moments,
 )
+from elastomorph.rig.solving import PRIOR, Bounds, Solved, solve
 from elastomorph.rig.targets import paths_to
 
 if TYPE_CHECKING:
@@ -73,7 +75,6 @@ class Rig:
             named_lists(correctives, "correctives"),
             named_lists(groups, "groups"),
         )
-        self._products: dict[np.dtype[np.floating], FieldProduct] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         """What copies are made of, such as those that other processes get."""
@@ -160,17 +161,42 @@ class Rig:
         Raises:
             ParameterError: An unknown name, or a number that is not finite.
         """
-        at, rate = self.sliders.row(weights), self.sliders.row(rates)
-        # The product rule over the drivers of correctives, by a complex step: exact to rounding.
-        step = 1e-100
-        driven = self.sliders.drive((at + 1j * step * rate)[None])[0]
-        times, speeds = driven.real, driven.imag / step
+        times, slopes = self.sliders.drive_rates(self.sliders.row(weights))
+        speeds = slopes @ self.sliders.row(rates)
         moving = np.zeros_like(self.neutral.vertices)
         with one_blas_thread():
             for fields, time, speed in zip(self.fields.morphs, times, speeds, strict=True):
                 if speed:
                     fields.add_to(moving, (speed * fields.slopes(np.array(time))).tolist())
         return moving
+
+    def solve(
+        self,
+        handles: Mapping[Handle, ArrayLike],
+        weights: Weights | None = None,
+        bounds: Bounds = (0.0, 1.0),
+        *,
+        prior: float = PRIOR,
+        landmarks: Mapping[str, Place] | None = None,
+    ) -> Solved:
+        """Slider weights that bring points of the face to positions, as when it is dragged.
+
+        Where several faces do, that with the least change of the sliders; where none does, the
+        one with the least sum of squared distances, and what is left is said.
+
+        Args:
+            handles: (3,) position of each handle: a vertex, several with their shares of a point
+                between them, as in ``((12, 40, 41), (0.2, 0.3, 0.5))``, or a landmark.
+            weights: Pose to start from, as for `pose`, moved into the bounds; at rest by default.
+            bounds: Least and greatest weight of every slider, or of some by name; others 0 and 1.
+            prior: What it costs to move a slider by 1. A slider that brings the handles no nearer
+                than that stays exactly where it is; more for noisy positions.
+            landmarks: Vertex of each landmark that handles name.
+
+        Raises:
+            ParameterError: No handles, or a handle, position or weight that cannot be.
+        """
+        return solve(self, handles, weights, bounds, prior, landmarks)
 
     def batch(
         self,
@@ -204,9 +230,9 @@ class Rig:
         """
         zeta, moments = table_moments(self.sliders, weights, times, normalize)
         shape = (len(zeta), *self.neutral.vertices.shape)
-        out = np.empty(shape, dtype=_real(dtype)) if out is None else checked_output(out, shape)
+        out = np.empty(shape, dtype=real_type(dtype)) if out is None else checked_output(out, shape)
         flat = out.reshape(len(out), shape[1] * 3)
-        self._product(out.dtype).into(zeta, moments, flat, backend)
+        self.fields.product(out.dtype).into(zeta, moments, flat, backend)
         return out
 
     def stream(
@@ -235,11 +261,9 @@ class Rig:
             ParameterError: As for `batch`.
         """
         table = self.sliders.table(weights)
-        real = _real(dtype)
+        real = real_type(dtype)
         size = self.neutral.vertices.size * real.itemsize
-        length = max(1, BLOCK // size) if block is None else block
-        if not isinstance(length, int) or length < 1:
-            raise ParameterError(f"a block must hold at least one face, found {block!r}")
+        length = block_length(block, size)
         when = None if times is None else as_numbers(times, "times")
         buffer = np.empty((min(length, max(len(table), 1)), *self.neutral.vertices.shape), real)
         for start in range(0, len(table), length):
@@ -255,11 +279,6 @@ class Rig:
                 if weight:
                     fields.add_to(positions, [weight * f for f in fields.factors_at(time)])
         return positions
-
-    def _product(self, dtype: np.dtype[np.floating]) -> FieldProduct:
-        if dtype not in self._products:
-            self._products[dtype] = FieldProduct(self.fields, self.fields.matrix(dtype))
-        return self._products[dtype]
 
     def save(self, path: str | Path, **options: Any) -> Any:
         """Write the rig to a file (.glb, .usd, .usda, .usdc, .npz): `elastomorph.write`.
@@ -327,13 +346,3 @@ class Rig:
     def __repr__(self) -> str:
         bends = sum(len(morph.bends) for morph in self.morphs.values())
         return f"Rig({len(self)} morphs, {bends} bends, {len(self.neutral.vertices):,} vertices)"
-
-
-def _real(dtype: DTypeLike) -> np.dtype[np.floating]:
-    for real in (np.dtype(np.float32), np.dtype(np.float64)):
-        try:
-            if np.dtype(dtype) == real:
-                return real
-        except TypeError:
-            break
-    raise ParameterError(f"faces are float32 or float64, not {dtype}")

@@ -34,7 +34,7 @@ class RigModule(torch.nn.Module):
     def __init__(self, rig: Rig, dtype: torch.dtype = torch.float32) -> None:
         super().__init__()
         self.names = rig.names
-        self._drivers = rig.sliders.driver_columns()
+        self._drivers = rig.sliders.driver_columns
         self._first_driver = [columns[0] for columns in self._drivers]
         matrix = rig.fields.matrix(np.float64)
         self.register_buffer("neutral", torch.from_numpy(matrix[0]).to(dtype))

@@ -1,0 +1,164 @@
+"""Points of a face that are to be somewhere, and how they move with the sliders of a rig."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.errors import ParameterError
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.numbers import as_numbers
+from elastomorph.rig.sliders import Sliders
+
+if TYPE_CHECKING:
+    from elastomorph.rig.rig import Rig
+
+Floats = NDArray[np.float64]
+
+Place = int | tuple[Sequence[int], Sequence[float]]
+"""A vertex; or vertices and their shares of a point between them, which sum to 1."""
+
+Handle = str | Place
+"""A place, or the name of a landmark."""
+
+_SHARES_SUM = 1e-6
+
+
+class Mix(NamedTuple):
+    """Points as sums of vertices, the vertices of one point after those of another."""
+
+    vertices: NDArray[np.intp]  # (N,)
+    shares: Floats  # (N,)
+    firsts: NDArray[np.intp]  # (H,) first vertex of each point
+
+    def of(self, fields: Floats) -> Floats:
+        """(F, H, 3) the points of fields at the (F, N, 3) vertices."""
+        return np.add.reduceat(fields * self.shares[:, None], self.firsts, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class HandledPoints:
+    """Some points of a rig, fast to pose and to differentiate."""
+
+    sliders: Sliders
+    rest: Floats  # (H, 3) in the neutral
+    fields: Floats  # (F, 3H) how Δ and bends of all morphs move them
+    deltas: NDArray[np.intp]  # (J,) row of each morph's Δ; its bends follow
+    bend_curves: tuple[tuple[BendCurve, ...], ...]  # Of each morph
+
+    @classmethod
+    def of(cls, rig: Rig, points: Mix) -> HandledPoints:
+        """The points on the morphs of a rig."""
+        morphs = list(rig.morphs.values())
+        parts = [rig.neutral.vertices.take(points.vertices, axis=0)[None]]
+        for morph in morphs:
+            parts.append(morph.delta.take(points.vertices, axis=0)[None])
+            if morph.bend_curves:
+                parts.append(morph.bends.take(points.vertices, axis=1))
+        fields = points.of(np.concatenate(parts))
+        counts = [1 + len(morph.bend_curves) for morph in morphs]
+        return cls(
+            rig.sliders,
+            fields[0],
+            fields[1:].reshape(sum(counts), fields[0].size),
+            np.cumsum([0, *counts])[:-1],
+            tuple(morph.bend_curves for morph in morphs),
+        )
+
+    @property
+    def reach(self) -> float:
+        """The farthest that one slider at 1 moves one of the points."""
+        lengths = np.linalg.norm(self.fields[self.deltas].reshape(-1, 3), axis=1)
+        return float(lengths.max(initial=0.0))
+
+    def at(self, row: Floats) -> tuple[Floats, Floats]:
+        """(H, 3) positions at (sliders,) weights, and (3H, sliders) their derivatives."""
+        times, through = self.sliders.drive_rates(row)
+        factors, slopes = np.empty(len(self.fields)), np.empty(len(self.fields))
+        factors[self.deltas], slopes[self.deltas] = times, 1.0
+        for first, time, curves in zip(self.deltas, times.tolist(), self.bend_curves, strict=True):
+            for bend, curve in enumerate(curves, int(first) + 1):
+                factors[bend], slopes[bend] = curve.at(time), curve.slope_at(time)
+        positions = self.rest + (factors @ self.fields).reshape(-1, 3)
+        if not len(self.deltas):
+            return positions, np.zeros((positions.size, 0))
+        speeds = np.add.reduceat(slopes[:, None] * self.fields, self.deltas, axis=0)
+        return positions, speeds.T @ through
+
+
+def asked(
+    handles: Mapping[Handle, ArrayLike], landmarks: Mapping[str, Place] | None, count: int
+) -> tuple[Mix, Floats]:
+    """The points that handles name on a mesh of so many vertices, and their (H, 3) positions.
+
+    Raises:
+        ParameterError: There are none, one is not on the mesh or not known, or a position is not
+            three finite numbers.
+    """
+    if not isinstance(handles, Mapping) or not handles:
+        raise ParameterError(
+            "handles are a mapping from vertices or landmarks to positions, such as "
+            f"{{2010: [0, 1, 2]}}, with at least one in it, found {_short(handles)}"
+        )
+    known = {} if landmarks is None else landmarks
+    if not isinstance(known, Mapping):
+        raise ParameterError(
+            "landmarks are a mapping from names to vertices, such as {'chin': 2010}, found "
+            f"{_short(landmarks)}"
+        )
+    vertices: list[int] = []
+    shares: list[float] = []
+    firsts: list[int] = []
+    for handle in handles:
+        if isinstance(handle, str) and handle not in known:
+            raise ParameterError(
+                f"the landmark {handle!r} is not known: say where it is, as in "
+                f"landmarks={{{handle!r}: 2010}}"
+            )
+        firsts.append(len(vertices))
+        place = known[handle] if isinstance(handle, str) else handle
+        corners, parts = _point(place, handle, count)
+        vertices += corners
+        shares += parts
+    goals = np.empty((len(handles), 3))
+    for goal, (handle, position) in zip(goals, handles.items(), strict=True):
+        given = as_numbers(position, f"the position of {handle!r}")
+        if given.shape != (3,) or not np.isfinite(given).all():
+            raise ParameterError(
+                f"the position of {handle!r} must be three finite numbers, found {_short(position)}"
+            )
+        goal[:] = given
+    return Mix(np.array(vertices), np.array(shares), np.array(firsts)), goals
+
+
+def _point(place: object, handle: Handle, count: int) -> tuple[list[int], list[float]]:
+    """Vertices of a place and their shares."""
+    corners: list[Any] = [place]
+    parts: list[Any] = [1.0]
+    if isinstance(place, tuple | list) and len(place) == 2:
+        corners, parts = (list(of) if isinstance(of, Iterable) else [] for of in place)
+    whole = all(isinstance(c, int | np.integer) and not isinstance(c, bool) for c in corners)
+    if not corners or not whole or len(corners) != len(parts):
+        raise ParameterError(
+            "a handle is a vertex, the name of a landmark, or vertices and their shares such as "
+            f"((12, 40, 41), (0.2, 0.3, 0.5)), found {_short(handle)}"
+        )
+    for corner in corners:
+        if not 0 <= corner < count:
+            raise ParameterError(
+                f"the handle {handle!r} is on vertex {corner}, but the mesh has {count:,} vertices,"
+                " counted from 0"
+            )
+    numbers = as_numbers(parts, f"the shares of {handle!r}")
+    if not abs(float(numbers.sum()) - 1.0) <= _SHARES_SUM:
+        raise ParameterError(f"the shares of {handle!r} must sum to 1, found {parts}")
+    return [int(corner) for corner in corners], numbers.tolist()
+
+
+def _short(found: object) -> str:
+    text = repr(found)
+    return text if len(text) <= 60 and "\n" not in text else type(found).__name__
