@@ -1,4 +1,4 @@
-"""A solid of tetrahedra in equilibrium: linear elasticity, and corotational by stiffness warping."""
+"""A solid of tetrahedra in equilibrium, linear and corotational (by stiffness warping)."""
 
 from __future__ import annotations
 
