@@ -34,6 +34,9 @@ _LEAST_COSINE = 0.2
 _LEAST_CORRELATION = 0.6
 # Pixels: the longest flow, and how far the rays of what was matched may pass each other.
 _LONGEST_FLOW, _WIDEST_GAP = 40.0, 1.5
+# Side of the square around a pixel that both photographs have to show; a wide one would leave none
+# of the lids, which end there in one of them.
+_AROUND = 3
 # Rays are sent through every second pixel; between them depths are interpolated.
 _STEP = 2
 # Part of its depth by which a point that is hidden lies behind what hides it.
@@ -180,7 +183,9 @@ def _compared(
     x, y = pixel_grid(width, height)
     again: Any = cv2.remap(drawn, x + moved[..., 0], y + moved[..., 1], cv2.INTER_LINEAR)
     alike = sampled(correlation(real, again), start)
-    sure = sampled(cv2.erode(known.astype(np.uint8), np.ones((7, 7))).astype(np.float32), start)
+    sure = sampled(
+        cv2.erode(known.astype(np.uint8), np.ones((_AROUND, _AROUND))).astype(np.float32), start
+    )
     goal = sampled(where, start + step)
     found, gap = _crossing(first.crop.camera, start, second.crop.camera, goal)
     good = (alike > _LEAST_CORRELATION) & (gap < _WIDEST_GAP) & (sure > 0.999)
