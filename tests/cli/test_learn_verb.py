@@ -12,6 +12,7 @@ from calls import status_of as run
 from small_files import sheet
 
 import elastomorph as em
+from elastomorph.io.gltf.container import open_gltf
 
 TIMES = np.linspace(0, 1, 13)
 
@@ -39,6 +40,10 @@ def test_a_recording_becomes_a_rig(take: em.MeshSequence) -> None:
     assert "only another one can tell" in " ".join(printed.split())
     rig = em.read_rig("rig.glb")
     assert list(rig.morphs) == ["take"]
+    # The curve of Δ is played on Δ: one bend is one further target.
+    assert open_gltf("rig.glb").document["meshes"][0]["extras"]["targetNames"] == [
+        *("take", "take.bend1")
+    ]
     np.testing.assert_allclose(rig.morphs["take"].at(TIMES), take.frames, atol=1e-5)
 
 

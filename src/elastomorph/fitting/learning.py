@@ -60,8 +60,7 @@ def learn(
     Each is also left out once, to see if the path carries over.
 
     Args:
-        recording: The movement, from the neutral to the target, or what `read_sequence` reads it
-            from, such as ``scan.####.obj``; or several, of one mesh.
+        recording: The movement from neutral to target, or its files; or several, of one mesh.
         bends: How many shapes D_k, from 0 on; each needs a frame between the ends.
         shapes: ``free``, or ``scanned``: the D_k are what recorded frames are off the straight
             path, so that each belongs to a scan.
@@ -71,9 +70,8 @@ def learn(
             between them; fewer where there are too few frames.
         curves: The curves that errors are means over; found by `extract_curves` by default. All
             vertices together are one on a mesh without polygons.
-        confidence: How far vertices are to be trusted, as `evaluate` takes it; of several
-            recordings a list.
-        least_confidence: The confidence from which on a vertex counts; 0 lets all of them count.
+        confidence: As of `evaluate`; of several recordings a list.
+        least_confidence: The confidence from which on a vertex counts; 0 lets all count.
         progress: Called with what is being done.
 
     Returns:

@@ -19,7 +19,6 @@ from elastomorph.errors import ParameterError
 from elastomorph.io.blend_shapes import driven_weights
 from elastomorph.io.gltf.accessor_writer import AccessorWriter
 from elastomorph.io.gltf.morph_targets import KeptMorph, MorphTargets
-from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 from elastomorph.rig.timing import Timing, linear
 
@@ -51,16 +50,16 @@ def slider_clips(
     scale = rig.neutral.diameter or 1.0
     clips = []
     for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True):
-        curves = [morph.bend_curves[k] for k in kept.bends]
+        curves = [*kept.curves, *([] if kept.fold is None else [kept.fold])]
         moved = [morph.delta, *kept.displacements]
         sizes = np.array([np.linalg.norm(field, axis=1).max() / scale for field in moved])
         times, error = np.array([0.0, 1.0]), 0.0
         if curves or timing is not linear:
             breaks = np.unique([time for curve in curves for time in curve.breaks[1:-1]])
-            moves = partial(_moves, timing, curves, sizes)
+            moves = partial(_moves, timing, kept, sizes)
             times, error = _keys(moves, _moments(timing, breaks), tolerance, fps)
         weights = np.zeros((len(times), len(targets.names)), dtype=np.float32)
-        _fill(weights, kept, curves, timing.at(times))
+        _fill(weights, kept, timing.at(times))
         clips.append(Clip(name, times.astype(np.float32), weights, error))
     return clips
 
@@ -77,8 +76,8 @@ def performance_clip(
             "precision"
         )
     found = np.zeros((len(table), len(targets.names)), dtype=np.float32)
-    for column, (morph, kept) in enumerate(zip(rig.morphs.values(), targets.morphs, strict=True)):
-        _fill(found, kept, [morph.bend_curves[k] for k in kept.bends], table[:, column])
+    for column, kept in enumerate(targets.morphs):
+        _fill(found, kept, table[:, column])
     return Clip(name, seconds, found, 0.0)
 
 
@@ -92,20 +91,15 @@ def weight_animation(accessors: AccessorWriter, clip: Clip) -> dict[str, Any]:
     }
 
 
-def _fill(
-    weights: NDArray[np.float32], kept: KeptMorph, curves: list[BendCurve], t: NDArray[np.float64]
-) -> None:
-    weights[:, kept.first] = t
-    for place, curve in enumerate(curves):
-        weights[:, kept.first + 1 + place] = curve(t)
+def _fill(weights: NDArray[np.float32], kept: KeptMorph, t: NDArray[np.float64]) -> None:
+    weights[:, kept.first : kept.first + 1 + len(kept.curves)] = kept.weights(t).T
 
 
 def _moves(
-    timing: Timing, curves: list[BendCurve], sizes: NDArray[np.float64], when: NDArray[np.float64]
+    timing: Timing, kept: KeptMorph, sizes: NDArray[np.float64], when: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(1 + curves, T) how far Δ and each bend move a vertex at most."""
-    t = timing.at(when)
-    return sizes[:, None] * np.stack([t, *(curve(t) for curve in curves)])
+    return sizes[:, None] * kept.weights(timing.at(when))
 
 
 def _moments(timing: Timing, times: NDArray[np.float64]) -> NDArray[np.float64]:

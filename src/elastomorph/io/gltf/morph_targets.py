@@ -17,7 +17,7 @@ from elastomorph.rig import Rig
 
 @dataclass(frozen=True, eq=False)
 class KeptMorph:
-    """The targets of one morph: Δ, then its bends."""
+    """The targets of one morph: Δ, then its bends, less one that Δ itself can play."""
 
     first: int  # Number of the target with Δ
     bends: tuple[int, ...]  # The bends k that became targets
@@ -25,6 +25,13 @@ class KeptMorph:
     displacements: tuple[NDArray[np.float64], ...]
     dropped_error: float  # How far what was left out can move a vertex, fraction of D
     rounding_error: float  # How far storing the numbers can move a vertex, fraction of D
+    curves: tuple[BendCurve, ...]  # Of these bends
+    folded: tuple[int, BendCurve] | None  # The bend that Δ plays, and what it adds to its weight
+
+    @property
+    def fold(self) -> BendCurve | None:
+        """What is added to the weight of Δ."""
+        return None if self.folded is None else self.folded[1]
 
     @classmethod
     def of(cls, morph: Morph, first: int, tolerance: float, grid: Grid | None = None) -> KeptMorph:
@@ -36,7 +43,13 @@ class KeptMorph:
             _rounding(morph.neutral.vertices, grid, placed=True),
             _rounding(morph.delta, grid),
         ]
+        folded = _folded(morph)
+        if folded is not None:
+            times = folded[1].times_within(65)
+            rounded[1] = np.abs(times + folded[1](times)).max() * rounded[1]
         for k, (curve, bend) in enumerate(zip(morph.bend_curves, morph.bends, strict=True)):
+            if folded is not None and k == folded[0]:
+                continue
             peak = largest_weight(curve)
             moves = peak / scale * np.linalg.norm(bend, axis=1)
             small = (moves < tolerance) | (moves == 0)
@@ -45,7 +58,26 @@ class KeptMorph:
                 kept[k] = np.where(small[:, None], 0.0, bend)
                 rounded.append(peak * _rounding(kept[k], grid))
         error = largest_move(rounded) / scale
-        return cls(first, tuple(kept), tuple(kept.values()), dropped, error)
+        curves = tuple(morph.bend_curves[k] for k in kept)
+        return cls(first, tuple(kept), tuple(kept.values()), dropped, error, curves, folded)
+
+    def weights(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(1 + bends, T) weights of its targets at each t."""
+        pace = times if self.fold is None else times + self.fold(times)
+        return np.stack([pace, *(curve(times) for curve in self.curves)])
+
+
+def _folded(morph: Morph) -> tuple[int, BendCurve] | None:
+    """The bend that is Δ itself, the first if there are several, and its curve.
+
+    Programs that hold weights between 0 and 1 lose what overshoots of the weight of Δ; of a bend
+    of its own they would lose all that slows Δ down.
+    """
+    for k, (curve, bend) in enumerate(zip(morph.bend_curves, morph.bends, strict=True)):
+        for sign in (1.0, -1.0) if bend.any() else ():
+            if np.array_equal(bend, sign * morph.delta):
+                return k, BendCurve(curve.breaks, sign * curve.coefficients)
+    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,14 +99,17 @@ class MorphTargets:
         morphs: list[KeptMorph] = []
         taken = set(rig.morphs)
         for name, morph in rig.morphs.items():
-            morphs.append(KeptMorph.of(morph, len(names), tolerance, grid))
+            own = KeptMorph.of(morph, len(names), tolerance, grid)
+            morphs.append(own)
             names.append(name)
             for k in range(len(morph.bends)):
+                if own.folded is not None and k == own.folded[0]:
+                    continue
                 title = f"{name}.bend{k + 1}"
                 while title in taken:
                     title += "_"
                 taken.add(title)
-                (names if k in morphs[-1].bends else dropped).append(title)
+                (names if k in own.bends else dropped).append(title)
         return cls(tuple(names), tuple(morphs), tuple(dropped))
 
 
@@ -138,16 +173,21 @@ def normal_deltas(
     morph: Morph,
     bends: Sequence[int],
     neutral_normals: NDArray[np.float64],
+    fold: BendCurve | None = None,
 ) -> NDArray[np.float64]:
-    """(1 + bends, V, 3) what Δ and some bends of a morph add to (V, 3) normals n₀: δ and d_k."""
+    """(1 + bends, V, 3) what Δ and some bends of a morph add to (V, 3) normals n₀: δ and d_k.
+
+    δ has the weight of Δ, t or what a fold makes of it.
+    """
     delta = field.normals(morph.target.vertices) - neutral_normals
     if not bends:
         return delta[None]
     times = _nodes(len(bends) + 3)
+    pace = times if fold is None else times + fold(times)
     curves: list[BendCurve] = [morph.bend_curves[k] for k in bends]
     weights = np.stack([curve(times) for curve in curves], axis=1)
     missing = np.stack([field.normals(shape) for shape in morph.at(times)])
-    missing -= neutral_normals + times[:, None, None] * delta
+    missing -= neutral_normals + pace[:, None, None] * delta
     reach = np.abs(weights).max(axis=0) * np.abs(morph.bends[list(bends)]).max(axis=(1, 2))
     turns = reach > _NOTHING * (morph.neutral.diameter or 1.0)
     fitted = np.zeros((len(bends), *delta.shape))

@@ -70,7 +70,7 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
     """The description of a rig whose Δ and bends are the given targets."""
     sliders = rig.sliders
     return {
-        "version": _WITHOUT_FOLDS,
+        "version": _FOLDS if any(kept.fold for kept in targets.morphs) else _WITHOUT_FOLDS,
         "morphs": [
             {
                 "name": name,
@@ -83,6 +83,7 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
                     {"target": target, "curve": curve_to_json(morph.bend_curves[k])}
                     for target, k in zip(targets.names[kept.first + 1 :], kept.bends, strict=False)
                 ],
+                **({} if kept.fold is None else {"fold": curve_to_json(kept.fold)}),
             }
             for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True)
         ],

@@ -110,10 +110,10 @@ def write_glb(
     """Write a rig as a binary glTF 2.0 file.
 
     Δ of a morph becomes the morph target of its name, each of its bends another one
-    (``jawOpen.bend1``). An animation a morph plays it from 0 to 1 in one second. Software that sets
-    weights itself gives Δ the weight t and the bends b_k(t): their curves are in
-    ``extras.elastomorph`` of the mesh. Bends with curves below 0 are stored the other way round, as
-    some programs hold weights between 0 and 1. `read_glb` gives the polygons back as they were.
+    (``jawOpen.bend1``), but for Δ itself, whose curve adds to the weight of Δ. An animation a morph
+    plays it from 0 to 1 in one second. Software that sets weights itself gives Δ the weight t and
+    the bends b_k(t): their curves are in ``extras.elastomorph`` of the mesh. Bends with curves
+    below 0 are stored the other way round, as some programs hold weights between 0 and 1.
 
     Args:
         path: The file, replaced at once; or a binary file that is open for writing.
@@ -274,7 +274,7 @@ def _primitives(
             number = accessors.vertices(rows, "positions", bounds=True, sparse=sparse)
             group.append({"POSITION": number})
         if with_normals and len(faces):
-            turned = normal_deltas(corners, morph, kept.bends, at_rest)
+            turned = normal_deltas(corners, morph, kept.bends, at_rest, kept.fold)
             turned[np.linalg.norm(turned, axis=2) < _LEAST_TURN] = 0.0
             for target, each in zip(group, turned, strict=True):
                 if grid is None:
