@@ -45,15 +45,18 @@ class MeshSequence:
     ) -> None:
         require_mesh(mesh, "the mesh of a motion")
         try:
-            own = np.array(as_numbers(frames, "frames"))
+            given = as_numbers(frames, "frames")
         except ParameterError as error:
             raise MeshError(str(error)) from None
+        # Of long recordings there is no room for two: what nobody can write to is not copied.
+        fixed = given.base is None and not given.flags.writeable
+        own = given if fixed else np.array(given)
         if own.ndim != 3 or own.shape[1:] != mesh.vertices.shape or len(own) < 2:
             raise MeshError(
                 f"frames must have shape (T, {len(mesh.vertices):,}, 3) with T ≥ 2, "
                 f"found {own.shape}"
             )
-        usable = (np.abs(own) <= LARGEST).all(axis=(1, 2))
+        usable = np.array([(np.abs(frame) <= LARGEST).all() for frame in own])
         if not usable.all():
             raise MeshError(
                 f"frame {int(np.argmin(usable))} has coordinates that are not finite numbers of "

@@ -60,6 +60,8 @@ def read_npz_sequence(path: str | Path) -> MeshSequence:
     with naming_file(path):
         if times is not None and not np.isfinite(float(times[-1]) - float(times[0])):
             raise FormatError(path, "its times are not finite numbers, or too far apart")
+        frames = frames.astype(np.float64, order="C", copy=False)
+        frames.flags.writeable = False  # a motion takes such frames as they are
         return MeshSequence(mesh, frames, times, names, missing)
 
 

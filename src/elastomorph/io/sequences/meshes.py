@@ -45,13 +45,14 @@ def read_sequence(pattern: str | Path) -> MeshSequence:
     found = find_frames(pattern, known_suffixes(MESH_FORMATS))
     first = read(found.files[0])
     budget = MemoryBudget(pattern, sum(map(size_of, found.files)))
-    budget.spend_fields(len(first.vertices), len(found.files), copies=2)
+    budget.spend_fields(len(first.vertices), len(found.files))
     frames = np.empty((len(found.files), *first.vertices.shape))
     frames[0] = first.vertices
     for i, file in enumerate(found.files[1:], start=1):
         mesh = read(file)
         require_same_topology(first, mesh)
         frames[i] = mesh.vertices
+    frames.flags.writeable = False  # a motion takes such frames as they are
     numbers = [float(number - found.numbers[0]) for number in found.numbers]
     with naming_file(pattern):
         return MeshSequence(
