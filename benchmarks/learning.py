@@ -5,7 +5,8 @@
 Reads ``animface/jaw.npz`` and ``animface/eyebrows.npz`` (41 named markers at 60 frames a second).
 Prints by how much the mean LME and LAE of all movements become smaller: from turn to turn with all
 rests, whole, and with 5 % of their rise cut off at either end; how many movements became worse; and
-whether what repetitions share carries over to one left out. The picture shows the ways of chin and lip corner.
+whether what repetitions share carries over to one left out. The picture shows the ways of chin and
+lip corner.
 """
 
 from __future__ import annotations
