@@ -45,17 +45,30 @@ def wide() -> Rig:
 def test_handled_points_are_those_of_the_pose(driven: Rig, row: np.ndarray) -> None:
     mix, _ = asked({3: (0, 0, 0), ((7, 4), (0.25, 0.75)): (0, 0, 0)}, None, 10)
     face = driven.pose(row)
-    positions, _ = HandledPoints.of(driven, mix).at(row)
+    positions = HandledPoints.of(driven, mix).at(row).positions
     np.testing.assert_allclose(positions, [face[3], 0.25 * face[7] + 0.75 * face[4]], atol=1e-13)
 
 
 @given(row=arrays(np.float64, 3, elements=st.floats(-0.5, 1.5)))
 def test_rates_are_the_velocity(driven: Rig, row: np.ndarray) -> None:
     mix, _ = asked(dict.fromkeys(EVERY, (0, 0, 0)), None, 10)
-    _, rates = HandledPoints.of(driven, mix).at(row)
+    rates = HandledPoints.of(driven, mix).at(row).rates
     for column, direction in zip(rates.T, np.eye(3), strict=True):
         expected = driven.velocity(row, direction)
         np.testing.assert_allclose(column.reshape(-1, 3), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("time", [-0.3, 0.0, 0.2, 0.5, 0.75, 1.0, 1.4])
+def test_derivatives_of_a_bend_curve(time: float) -> None:
+    curve = em.BendCurve([0.0, 0.5, 1.0], [[0.0, 1.0, 2.0, -1.0], [0.875, 0.0, -3.5, 0.0]])
+    value, slope, second = curve.derivatives_at(time)
+    assert value == pytest.approx(curve(time))
+    assert slope == pytest.approx(curve.slope(time))
+    step = 1e-6
+    inside = 0 <= time < 1
+    ahead = (curve.slope(time + step) - curve.slope(time)) / step
+    assert not inside or second == pytest.approx(ahead, abs=1e-4)
+    assert 0 <= time <= 1 or second == 0
 
 
 @pytest.mark.parametrize("count", [1, 3, 12])
@@ -82,7 +95,7 @@ def test_noise_moves_weights_no_more_than_least_squares_says(wide: Rig) -> None:
     row, noise = random.uniform(0.3, 0.7, 12), 0.01
     face = wide.pose(row)
     mix, _ = asked(dict.fromkeys(range(20), (0, 0, 0)), None, 30)
-    _, rates = HandledPoints.of(wide, mix).at(row)
+    rates = HandledPoints.of(wide, mix).at(row).rates
     deviation = noise * np.sqrt(np.linalg.inv(rates.T @ rates).diagonal())
     for _ in range(5):
         noisy = face + random.normal(scale=noise, size=face.shape)
@@ -178,7 +191,7 @@ def test_nearest_is_no_farther_than_a_general_solver(seed: int, prior: float) ->
     start = np.clip(random.normal(size=count) * 0.3, low, high)
     assume((low < start).all() and (start < high).all())
     box = Box(low, high, start, prior, 1e-9)
-    found = nearest(lambda x: (rows @ x - goal, rows), box, start)
+    found = nearest(lambda x: (rows @ x - goal, rows, np.zeros((count, count))), box, start)
     assert ((low <= found) & (found <= high)).all()
 
     def cost(x: np.ndarray) -> float:

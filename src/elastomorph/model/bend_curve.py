@@ -100,16 +100,18 @@ class BendCurve:
         side: Literal["left", "right"] = "left" if before else "right"
         return self._horner(np.asarray(rows, dtype=np.float64), t, side)
 
-    def slope_at(self, time: float) -> float:
-        """The derivative at one time, without the cost of an array: for solving a rig."""
+    def derivatives_at(self, time: float) -> tuple[float, float, float]:
+        """Value, first and second derivative at one time, without the cost of an array."""
+        if not 0.0 <= time <= 1.0:
+            return self.at(time), self.end_slopes[time > 0.0], 0.0
         breaks, descending = self._pieces
-        inside = min(max(time, 0.0), 1.0)
-        piece = min(bisect_right(breaks, inside), len(descending)) - 1
-        local, value, slope = inside - breaks[piece], 0.0, 0.0
+        piece = min(bisect_right(breaks, time), len(descending)) - 1
+        local, value, slope, half = time - breaks[piece], 0.0, 0.0, 0.0
         for coefficient in descending[piece]:
+            half = half * local + slope
             slope = slope * local + value
             value = value * local + coefficient
-        return slope
+        return value, slope, 2.0 * half
 
     def times_within(self, count: int) -> NDArray[np.float64]:
         """(count, S) times spread evenly over each piece, its ends among them."""

@@ -40,6 +40,20 @@ class Mix(NamedTuple):
         return np.add.reduceat(fields * self.shares[:, None], self.firsts, axis=1)
 
 
+class Moving(NamedTuple):
+    """Points of a pose, and their derivatives with respect to the weights of the morphs."""
+
+    positions: Floats  # (H, 3)
+    speeds: Floats  # (morphs, 3H) first derivatives
+    turns: Floats  # (morphs, 3H) second derivatives; a morph's path depends on no other's weight
+    through: Floats  # (morphs, sliders) derivatives of the morphs' weights
+
+    @property
+    def rates(self) -> Floats:
+        """(3H, sliders) derivatives of the coordinates."""
+        return self.speeds.T @ self.through
+
+
 @dataclass(frozen=True, eq=False)
 class HandledPoints:
     """Some points of a rig, fast to pose and to differentiate."""
@@ -75,19 +89,23 @@ class HandledPoints:
         lengths = np.linalg.norm(self.fields[self.deltas].reshape(-1, 3), axis=1)
         return float(lengths.max(initial=0.0))
 
-    def at(self, row: Floats) -> tuple[Floats, Floats]:
-        """(H, 3) positions at (sliders,) weights, and (3H, sliders) their derivatives."""
+    def at(self, row: Floats) -> Moving:
+        """Where the points are at (sliders,) weights, and how they move from there."""
         times, through = self.sliders.drive_rates(row)
-        factors, slopes = np.empty(len(self.fields)), np.empty(len(self.fields))
-        factors[self.deltas], slopes[self.deltas] = times, 1.0
+        factors = np.zeros((3, len(self.fields)))
+        factors[:2, self.deltas] = times, np.ones_like(times)
         for first, time, curves in zip(self.deltas, times.tolist(), self.bend_curves, strict=True):
             for bend, curve in enumerate(curves, int(first) + 1):
-                factors[bend], slopes[bend] = curve.at(time), curve.slope_at(time)
-        positions = self.rest + (factors @ self.fields).reshape(-1, 3)
+                factors[:, bend] = curve.derivatives_at(time)
+        positions = self.rest + (factors[0] @ self.fields).reshape(-1, 3)
         if not len(self.deltas):
-            return positions, np.zeros((positions.size, 0))
-        speeds = np.add.reduceat(slopes[:, None] * self.fields, self.deltas, axis=0)
-        return positions, speeds.T @ through
+            nothing = np.zeros((0, positions.size))
+            return Moving(positions, nothing, nothing, through)
+        speeds, turns = (
+            np.add.reduceat(factors[order, :, None] * self.fields, self.deltas, axis=0)
+            for order in (1, 2)
+        )
+        return Moving(positions, speeds, turns, through)
 
 
 def asked(

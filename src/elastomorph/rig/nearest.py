@@ -17,15 +17,16 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-# Residuals and their (R, J) derivatives at (J,) parameters.
-Residuals = Callable[[Floats], tuple[Floats, Floats]]
+# At (J,) parameters: (R,) residuals, their (R, J) derivatives, and (J, J) Σ_i r_i ∇²r_i or what of
+# it is known and no direction has less than 0 of.
+Residuals = Callable[[Floats], tuple[Floats, Floats, Floats]]
 
-_STEPS = 100
+_STEPS = 60
 # The search ends with a step of less than this in every parameter, or that promises no more than
 # this part of the cost.
-_PRECISION, _ROUNDING = 1e-8, 1e-10
+_PRECISION, _WORTH = 1e-8, 1e-4
 # Damping where the model has held so far, as a part of the largest diagonal element.
-_LEAST_DAMPING = 1e-10
+_LEAST_DAMPING = 1e-8
 
 
 class Box(NamedTuple):
@@ -46,24 +47,26 @@ class Box(NamedTuple):
 def nearest(residuals: Residuals, box: Box, near: Floats) -> Floats:
     """The minimum that is downhill from a point in the box; (J,)."""
     x = near
-    left, rows = residuals(x)
+    left, rows, curved = residuals(x)
     cost = _half_square(left) + box.cost(x)
     damping = _LEAST_DAMPING
     for _ in range(_STEPS):
-        normal, gradient = rows.T @ rows, rows.T @ left
+        normal, gradient = rows.T @ rows + curved, rows.T @ left
         largest = float(normal.diagonal().max(initial=0.0))
         trial = _model_minimum(normal + damping * largest * np.eye(len(x)), gradient, box, x)
         moved = trial - x
         promised = cost - _half_square(left + rows @ moved) - box.cost(trial)
-        if np.abs(moved).max(initial=0.0) <= _PRECISION or promised <= _ROUNDING * cost:
+        promised -= 0.5 * float(moved @ curved @ moved)
+        if np.abs(moved).max(initial=0.0) <= _PRECISION or promised <= _WORTH * cost:
             break
-        again, slopes = residuals(trial)
+        again, *derivatives = residuals(trial)
         now = _half_square(again) + box.cost(trial)
         # The more of what the model promised has come, the longer the next step.
         if now < cost:
             damping *= 0.1 if cost - now > 0.5 * promised else 1.0
             damping = max(damping, _LEAST_DAMPING)
-            x, left, rows, cost = trial, again, slopes, now
+            x, left, cost = trial, again, now
+            rows, curved = derivatives
         else:
             damping *= 10.0
     return x

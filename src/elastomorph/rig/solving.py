@@ -30,6 +30,9 @@ Bounds = tuple[float, float] | Mapping[str, tuple[float, float]]
 """Least and greatest weight of every slider, or of some by name; the others have 0 and 1."""
 
 PRIOR = 1e-7
+# A first search at a strong prior settles which sliders move; without it a weak one creeps along
+# the faces that reach the handles.
+_FIRST_PRIOR = 1e-4
 # The ridge is this part of the prior, yet never so little that weights are not determined.
 _RIDGE, _LEAST_RIDGE = 1e-3, 1e-12
 # A handle that is nearer than this part of the farthest a slider moves one has been reached.
@@ -84,14 +87,20 @@ def solve(
         points = HandledPoints.of(rig, mix)
         scale = points.reach or 1.0
 
-        def residuals(row: Floats) -> tuple[Floats, Floats]:
-            positions, rates = points.at(row)
-            return (positions - goals).ravel() / scale, rates / scale
+        def residuals(row: Floats) -> tuple[Floats, Floats, Floats]:
+            moving = points.at(row)
+            left = (moving.positions - goals).ravel() / scale
+            # What bends towards its handle makes no step shorter, and no minimum a saddle.
+            bends = np.maximum(moving.turns @ left / scale, 0.0)
+            curved = moving.through.T @ (bends[:, None] * moving.through)
+            return left, moving.rates / scale, curved
 
         start = np.clip(at, low, high)
-        box = Box(low, high, start, strength, max(_RIDGE * strength, _LEAST_RIDGE))
-        found = nearest(residuals, box, start)
-        left = np.linalg.norm(points.at(found)[0] - goals, axis=1)
+        found = start
+        for cost in sorted({max(strength, _FIRST_PRIOR), strength}, reverse=True):
+            box = Box(low, high, start, cost, max(_RIDGE * cost, _LEAST_RIDGE))
+            found = nearest(residuals, box, found)
+        left = np.linalg.norm(points.at(found).positions - goals, axis=1)
     return Solved(
         dict(zip(rig.names, found.tolist(), strict=True)),
         dict(zip(handles, left.tolist(), strict=True)),
