@@ -98,13 +98,12 @@ def draw(found: Evaluation, path: Path) -> None:
 
 def objection(found: Evaluation) -> None:
     """The paper's Sec. 4.3: what is lost at the known ends, and whether anything is won."""
-    linear, patches = found["linear"].maximum.max(axis=0), found["pde-surface"].maximum.max(axis=0)
-    inner = slice(1, -1)
+    linear, patches = (found[label].maximum.max(axis=0) for label in ("linear", "pde-surface"))
+    ratios = patches[1:-1] / linear[1:-1]
     print(
         f"\npde-surface misses the neutral by {patches[0]:.3%} and the target by {patches[-1]:.3%} "
-        f"of D, linear neither; its LME in a frame is {(patches / linear)[inner].min():.2f} to "
-        f"{(patches / linear)[inner].max():.2f} times that of linear, below it in "
-        f"{np.count_nonzero(patches < linear)} of {len(linear)} frames."
+        f"of D, linear neither; its LME in a frame is {ratios.min():.2f} to {ratios.max():.2f} "
+        f"times that of linear, below it in {np.count_nonzero(patches < linear)} of {len(linear)} frames."
     )
     truth, own = found.truth, found["pde-surface"].morph
     nearer = [

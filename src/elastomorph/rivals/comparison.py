@@ -118,6 +118,7 @@ def with_rivals(
         costs.append(cost_of(rival, made, truth, evaluation.diameter))
         if not isinstance(rival, OwnMethod):
             path = through_poses(truth.mesh, made.poses, truth.times, rival.label)
+            path = replace(path, limit_law=rival.limit_law)
             found = yardstick.measure(rival.label, path)
             results.append(replace(found, informed=rival.informed))
     judged = replace(evaluation, results=(*evaluation.results, *results))

@@ -19,6 +19,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.physics.beam import ModeTransform
 from elastomorph.physics.equation import Load, Material
@@ -172,6 +173,11 @@ class SteppedBeams(Rival):
     steps: int = 100
     material: Material = field(default_factory=Material)
     closure: str = "limit"
+
+    @property
+    def limit_law(self) -> BendCurve:
+        """That of a perfectly stiff beam."""
+        return BendCurve.power(self.order)
 
     @abstractmethod
     def discrete(self, problem: CurveProblem) -> Discrete:

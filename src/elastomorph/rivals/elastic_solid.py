@@ -17,7 +17,7 @@ are the jaw, and lie on their screw; what both ends have at the same place is st
 bone if it is deeper below the skin than `depth`, or within a cell of a jaw's part: of the jaw if
 such a part is the nearest thing that turns or is still, else of the skull; a node whose skin is all
 still is still. The skin is free. What this leaves of the target (a smile is no work of bones) is
-added in proportion to t, turning with the flesh, so that both ends are exact. A tetrahedron that
+added in proportion to t, so that both ends are exact. A tetrahedron that
 the target stretches more than `torn` times spans the open mouth: it is softened a thousandfold.
 """
 
@@ -99,20 +99,10 @@ class ElasticSolid(Rival):
         for mark in marks[1:]:
             march.append(settled(march[-1], float(mark)))
         missed = recording.frames[-1] - head.carried(march[-1], 1.0, recording)
-        missed = np.einsum("vji,vj->vi", self._turns(solid, march[-1], head), missed)
         for time in times:
             before = march[max(int(np.searchsorted(marks, time)) - 1, 0)]
             nodes = settled(before, float(time))
-            turned = np.einsum("vij,vj->vi", self._turns(solid, nodes, head), missed)
-            yield head.carried(nodes, float(time), recording) + time * turned
-
-    def _turns(self, solid: Solid, nodes: NDArray[np.float64], head: Head) -> NDArray[np.float64]:
-        """(V, 3, 3) how the flesh about each vertex that rides on it has turned."""
-        found = np.tile(np.eye(3), (len(head.rides), 1, 1))
-        if self.elasticity == "corotational":
-            carrier = head.lattice.carrier[head.rides]
-            found[head.rides] = solid.turns(nodes)[carrier]
-        return found
+            yield head.carried(nodes, float(time), recording) + time * missed
 
 
 @dataclass(frozen=True, eq=False)

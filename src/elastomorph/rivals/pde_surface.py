@@ -15,11 +15,11 @@ surface has it, so neutral and target themselves are missed: that is the paper's
 4.3).
 
 Ours, where the source leaves it open: the curves are those of `extract_curves`; curves side by side
-whose vertices are joined one to one are a strip, in which every fourth is a boundary, and its ends;
+whose vertices are joined one to one are a strip, in which every other is a boundary, and its ends;
 other curves are boundaries alone. v is even in the vertices, cosines along open curves; u of a
 curve is its mean share of the way across on the neutral; a is the width of a group over its length,
 so that the equation is Laplace's on the face's own measure. All harmonics are kept: boundary curves
-are exact, which is the most favourable choice.
+are exact. With that and a single row between boundaries it is as favourable as it can be.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class PdeSurface(Rival):
     source = "Fu and others 2021, [37]"
     on_surfaces = True
 
-    within: int = 3
+    within: int = 1
     harmonics: int | None = None
 
     def faces(

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import MeshError, MissingExtraError, ParameterError
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.numbers import as_numbers
@@ -44,6 +45,11 @@ class Rival(ABC):
             if value != getattr(usual, name):
                 words.append(value if isinstance(value, str) else f"{name}={value}")
         return " ".join(words)
+
+    @property
+    def limit_law(self) -> BendCurve:
+        """The bend curve of Δ that all of a face follows where no seam opens: even by default."""
+        return BendCurve.polynomial([0.0])
 
     def require(self, mesh: Mesh) -> None:
         """Raise what stands in the way of trying it on a mesh at all.

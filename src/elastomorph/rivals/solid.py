@@ -1,4 +1,4 @@
-"""A solid of tetrahedra in equilibrium, linear and corotational (by stiffness warping)."""
+"""A solid of tetrahedra in equilibrium: linear elasticity, or corotational by warped stiffness."""
 
 from __future__ import annotations
 
