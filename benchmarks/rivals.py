@@ -100,10 +100,11 @@ def objection(found: Evaluation) -> None:
     """The paper's Sec. 4.3: what is lost at the known ends, and whether anything is won."""
     linear, patches = (found[label].maximum.max(axis=0) for label in ("linear", "pde-surface"))
     ratios = patches[1:-1] / linear[1:-1]
+    below = np.count_nonzero(patches < linear)
     print(
         f"\npde-surface misses the neutral by {patches[0]:.3%} and the target by {patches[-1]:.3%} "
         f"of D, linear neither; its LME in a frame is {ratios.min():.2f} to {ratios.max():.2f} "
-        f"times that of linear, below it in {np.count_nonzero(patches < linear)} of {len(linear)} frames."
+        f"times that of linear, below it in {below} of {len(linear)} frames."
     )
     truth, own = found.truth, found["pde-surface"].morph
     nearer = [
