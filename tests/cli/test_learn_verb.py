@@ -12,6 +12,7 @@ from calls import status_of as run
 from small_files import sheet
 
 import elastomorph as em
+from elastomorph.io.gltf.clips import read_weight_clips
 from elastomorph.io.gltf.container import open_gltf
 
 TIMES = np.linspace(0, 1, 13)
@@ -24,6 +25,7 @@ def take(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> em.MeshSequence:
     neutral = sheet()
     way = np.sin(neutral.vertices)
     bend = np.cos(neutral.vertices[:, [1, 2, 0]])
+    bend -= way * (bend * way).sum() / (way**2).sum()
     pace = TIMES**2 * (3 - 2 * TIMES)
     frames = neutral.vertices + np.tensordot(
         np.stack([0.4 * pace, 0.3 * TIMES * (1 - TIMES)], axis=1), np.stack([way, bend]), 1
@@ -45,6 +47,9 @@ def test_a_recording_becomes_a_rig(take: em.MeshSequence) -> None:
         *("take", "take.bend1")
     ]
     np.testing.assert_allclose(rig.morphs["take"].at(TIMES), take.frames, atol=1e-5)
+    # Its animation plays the path at an even pace, whatever the weight of Δ does for that.
+    (clip,) = read_weight_clips("rig.glb", rig.sliders)
+    np.testing.assert_allclose(clip.weights[:, 0], clip.times, atol=2e-3)
 
 
 def test_json_has_what_the_library_finds(take: em.MeshSequence) -> None:
@@ -58,8 +63,6 @@ def test_json_has_what_the_library_finds(take: em.MeshSequence) -> None:
 def test_timing_beside_the_path_is_that_of_the_clip(take: em.MeshSequence) -> None:
     """The rig has the path alone; its animation plays it as it was recorded."""
     printed_by("learn", "take.npz", "--timing", "even", "-o", "rig.glb", "--name", "smile")
-    from elastomorph.io.gltf.clips import read_weight_clips
-
     rig = em.read_rig("rig.glb")
     clip = read_weight_clips("rig.glb", rig.sliders)[0]
     assert clip.name == "smile"

@@ -237,3 +237,23 @@ def test_recorded_movements_are_never_worse_than_straight(data_dir: Path) -> Non
     straight, learned = np.array(pairs)[:, :2], np.array(pairs)[:, 2:]
     assert (learned < straight).all()
     assert (straight.mean(axis=0) > (4.0, 4.2) * learned.mean(axis=0)).all()
+
+
+def test_frames_that_nobody_can_write_to_are_not_copied(network: CurveNetwork) -> None:
+    """A long recording is held once; others are safe from what is done to theirs later."""
+    frames = np.array(movement(network, 1).frames)
+    own = em.MeshSequence(em.Mesh(frames[0]), frames)
+    assert not np.shares_memory(own.frames, frames)
+    frames.flags.writeable = False
+    assert em.MeshSequence(em.Mesh(frames[0]), frames).frames is frames
+    assert not np.shares_memory(em.MeshSequence(em.Mesh(frames[0]), frames[:5]).frames, frames)
+
+
+def test_a_recording_with_a_lost_marker_is_refused_by_name(
+    network: CurveNetwork, tmp_path: Path
+) -> None:
+    frames = np.array(movement(network, 1).frames)
+    frames[7, 3] = np.nan
+    np.savez(tmp_path / "take.npz", frames=frames)
+    with pytest.raises(em.FormatError, match=r"take\.npz: frame 7 has coordinates that are not"):
+        em.learn(tmp_path / "take.npz")

@@ -115,7 +115,7 @@ def path_through(
     fit = fitted(seen, splines, count)
     for more in range(_MORE_ROUNDS + 1):
         if len(sample) == recordings.vertex_count:
-            return fit
+            return _less_of_delta(fit)
         whole, worst = _to_all(recordings, splines, fit, sample)
         worse = np.flatnonzero(worst > _WORSE * fit.largest)
         unseen = np.setdiff1d(np.intersect1d(worse, recordings.along.indices), sample)
@@ -125,7 +125,19 @@ def path_through(
         sample = np.union1d(sample, worst_first[:_LEAST_SAMPLE])
         start = replace(whole, shapes=whole.shapes[:, :, sample])
         fit = fitted(recordings.observed(sample), splines, count, start)
-    return whole
+    return _less_of_delta(whole)
+
+
+def _less_of_delta(fit: PathFit) -> PathFit:
+    """The same path, all that its shapes have of Δ given to the curve of Δ."""
+    if not fit.paced:
+        return fit
+    fixed = fit.shapes[0]
+    shares = np.einsum("sxn,xn->s", fit.shapes, fixed) / np.square(fixed).sum()
+    shares[0] = 0.0
+    weights = fit.weights.copy()
+    weights[:, 0] += fit.weights @ shares
+    return replace(fit, weights=weights, shapes=fit.shapes - shares[:, None, None] * fixed)
 
 
 def _of_frames(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import ParameterError
+from elastomorph.io.blend_shapes import curve_from_json
 from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.primitives import target_names
 from elastomorph.io.untrusted import naming_file
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig.sliders import Sliders
 
 __all__ = ["MovedWeights", "WeightClip", "moved_weights", "read_weight_clips"]
@@ -32,6 +36,7 @@ _JUMP = 1e-4
 """Seconds before a jump, where the value before it ends."""
 _BETWEEN = 8
 """Keys put into each stretch of a spline."""
+_FARTHEST, _HALVINGS = 8.0, 60
 _TIMES = 5  # keys from all channels, and the jumps and splines between them
 
 
@@ -101,11 +106,16 @@ def read_weight_clips(path: str | Path, sliders: Sliders) -> list[WeightClip]:
     file = open_gltf(path)
     found = []
     with naming_file(path), np.errstate(all="ignore"):
+        folds = _folds(file)
         for number, animation in enumerate(file.items("animations")):
             if not isinstance(animation, dict):
                 file.refuse(f"animation {number} is no object")
             channels = list(_channels(file, animation, f"animation {number}"))
             tracks, times = _tracks(file, channels)
+            tracks = {
+                target: _unfolded(track, folds[target]) if target in folds else track
+                for target, track in tracks.items()
+            }
             weights = _weights(sliders, tracks, len(times))
             if weights.any():
                 name = animation.get("name")
@@ -184,6 +194,32 @@ def _tracks(file: GltfFile, channels: list[_Channel]) -> tuple[dict[str, Floats]
         for column, name in enumerate(channel.names):
             tracks.setdefault(name, weights[:, column])
     return tracks, times
+
+
+def _folds(file: GltfFile) -> dict[str, BendCurve]:
+    """What is added to the weights of morph targets that play a bend, by the name of each."""
+    found: dict[str, BendCurve] = {}
+    for mesh in file.items("meshes"):
+        extras = mesh.get("extras") if isinstance(mesh, dict) else None
+        own = extras.get("elastomorph") if isinstance(extras, dict) else None
+        morphs = own.get("morphs") if isinstance(own, dict) else None
+        for morph in morphs if isinstance(morphs, list) else []:
+            if isinstance(morph, dict) and isinstance(morph.get("target"), str) and "fold" in morph:
+                with suppress(ParameterError):  # whoever reads the rig is told
+                    found[morph["target"]] = curve_from_json(morph["fold"])
+    return found
+
+
+def _unfolded(weights: Floats, fold: BendCurve) -> Floats:
+    """(T,) the t at which targets have (T,) weights t + fold(t), by bisection."""
+    low = np.where(weights < 0, -_FARTHEST, 0.0)
+    high = np.where(weights > 1, _FARTHEST, 1.0)
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        below = middle + fold(middle) < weights
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    # To the last bit, so that what is at rest counts as such.
+    return np.where(weights == 0, 0.0, (low + high) / 2)
 
 
 def _weights(sliders: Sliders, tracks: dict[str, Floats], count: int) -> Floats:

@@ -14,6 +14,8 @@ from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
 
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class KeptMorph:
@@ -44,9 +46,6 @@ class KeptMorph:
             _rounding(morph.delta, grid),
         ]
         folded = _folded(morph)
-        if folded is not None:
-            times = folded[1].times_within(65)
-            rounded[1] = np.abs(times + folded[1](times)).max() * rounded[1]
         for k, (curve, bend) in enumerate(zip(morph.bend_curves, morph.bends, strict=True)):
             if folded is not None and k == folded[0]:
                 continue
@@ -68,15 +67,16 @@ class KeptMorph:
 
 
 def _folded(morph: Morph) -> tuple[int, BendCurve] | None:
-    """The bend that is Δ itself, the first if there are several, and its curve.
+    """The bend that is Δ itself and its curve, if the weight of Δ with it never runs back.
 
-    Programs that hold weights between 0 and 1 lose what overshoots of the weight of Δ; of a bend
-    of its own they would lose all that slows Δ down.
+    Only then does a weight of Δ, as in an animation, say which t it stands for.
     """
     for k, (curve, bend) in enumerate(zip(morph.bend_curves, morph.bends, strict=True)):
         for sign in (1.0, -1.0) if bend.any() else ():
             if np.array_equal(bend, sign * morph.delta):
-                return k, BendCurve(curve.breaks, sign * curve.coefficients)
+                times = np.unique(curve.times_within(65))
+                rises = (np.diff(times + sign * curve(times)) >= -_ROUNDING).all()
+                return (k, BendCurve(curve.breaks, sign * curve.coefficients)) if rises else None
     return None
 
 
