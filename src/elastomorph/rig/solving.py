@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Bounds = tuple[float, float] | Mapping[str, tuple[float, float]]
 """Least and greatest weight of every slider, or of some by name; the others have 0 and 1."""
 
-PRIOR = 1e-7
+PRIOR = 1e-8
 # A first search at a strong prior settles which sliders move; without it a weak one creeps along
 # the faces that reach the handles.
 _FIRST_PRIOR = 1e-4
@@ -60,7 +60,7 @@ class Solved:
         return all(distance <= self.within for distance in self.distances.values())
 
     def __str__(self) -> str:
-        moved = ", ".join(f"{name} {w:.3g}" for name, w in self.weights.items() if w)
+        moved = ", ".join(f"{n} {w:.2f}" for n, w in self.weights.items() if round(w, 2))
         count = len(self.distances)
         left = {h: d for h, d in self.distances.items() if d > self.within}
         said = f"{count - len(left)} of {count} handles reached"

@@ -1,0 +1,215 @@
+"""Dragging a face by `rig.solve`: milliseconds, weights found again, and the picture of the docs.
+
+Run:  python benchmarks/dragging.py [--data FOLDER] [--picture docs/dragging.png]
+
+On the production rig (57 sliders), or the built-in head where that is not at hand. Poses of five
+random sliders are asked for at one to twenty vertices that tell the sliders apart:
+
+- processor time of a drag from rest, within reach and pulled away by noise of 1 % of D, beside one
+  `rig.pose` of five sliders and the same least squares by SciPy;
+- the largest error of a weight from twenty vertices without noise, and the error of the whole face
+  with noise, at the prior that suits it;
+- the error of the face where a straight rig is brought to the handles of a bent one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr
+from scipy.optimize import least_squares
+
+import elastomorph as em
+from elastomorph.draw import Stage, camera_for, heat_colours, picture_grid, write_picture
+from elastomorph.draw.pictures import ColourScale, round_up
+from elastomorph.io import read_rig
+from elastomorph.rig import Rig
+from elastomorph.rig.build import extent_of
+from elastomorph.rig.handles import HandledPoints, asked
+from elastomorph.rig.solving import PRIOR
+from measuring import data_folder
+
+FACES, ACTIVE, HANDLES = 24, 5, (1, 3, 10, 20)
+NOISE, NOISY_PRIOR, PLAIN_PRIOR = 0.01, 3e-3, 1e-3
+# On the built-in head: the chin, the corners of the mouth.
+SIZE, MARK = (340, 425), (0.1, 0.35, 0.9)
+CHIN, LEFT, RIGHT = 912, 1968, 4016
+
+
+def telling_vertices(rig: Rig, count: int) -> list[int]:
+    """Vertices whose movements tell the sliders apart, by a pivoted QR of all of them."""
+    moves = np.stack([m.delta.ravel() / np.abs(m.delta).max() for m in rig.morphs.values()])
+    order = qr(moves, mode="r", pivoting=True)[1] // 3
+    return list(dict.fromkeys(order[: 10 * count].tolist()))[:count]
+
+
+def milliseconds(task: Callable[[], object], rounds: int = 3) -> float:
+    """Processor time, shortest of several runs; other programs keep the machine busy."""
+    found = []
+    for _ in range(rounds):
+        start = time.process_time()
+        task()
+        found.append(time.process_time() - start)
+    return 1e3 * min(found)
+
+
+def poses(rig: Rig, seed: int = 3) -> list[dict[str, float]]:
+    random = np.random.default_rng(seed)
+    return [
+        dict(
+            zip(
+                random.choice(rig.names, ACTIVE, replace=False).tolist(),
+                random.uniform(0.2, 1, ACTIVE).tolist(),
+                strict=True,
+            )
+        )
+        for _ in range(FACES)
+    ]
+
+
+def speed(rig: Rig, vertices: list[int], noise: float) -> None:
+    random = np.random.default_rng(5)
+    asked_for = poses(rig)
+    posing = np.median([milliseconds(lambda w=w: rig.pose(w)) for w in asked_for])
+    print(f"rig.pose of {ACTIVE} sliders, {len(rig.neutral.vertices):,} vertices: {posing:.2f} ms")
+    for count in HANDLES:
+        for away in (0.0, noise):
+            times = []
+            for weights in asked_for:
+                face = rig.pose(weights)
+                some = random.permutation(vertices)[:count].tolist()
+                handles = {v: face[v] + away * random.normal(size=3) for v in some}
+                times.append(milliseconds(lambda handles=handles: rig.solve(handles)))
+            print(
+                f"  {count:2} handles, {'pulled away' if away else 'within reach'}: median "
+                f"{np.median(times):5.2f} ms = {np.median(times) / posing:.1f} × rig.pose, "
+                f"slowest {max(times):.1f} ms"
+            )
+    print(f"  SciPy, 10 handles, within reach: {scipy_milliseconds(rig, vertices[:10]):.0f} ms")
+
+
+def scipy_milliseconds(rig: Rig, vertices: list[int]) -> float:
+    """The same residuals and derivatives, a ridge for a prior, by ``least_squares``."""
+    face = rig.pose(poses(rig)[0])
+    mix, goals = asked({v: face[v] for v in vertices}, None, len(face))
+    points = HandledPoints.of(rig, mix)
+    ridge = 1e-4 * np.eye(len(rig.names))
+
+    def residuals(row: NDArray[np.float64]) -> NDArray[np.float64]:
+        away = (points.at(row).positions - goals).ravel() / points.reach
+        return np.concatenate([away, ridge @ row])
+
+    def rates(row: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.concatenate([points.at(row).rates / points.reach, ridge])
+
+    start = np.full(len(rig.names), 1e-3)
+    return milliseconds(lambda: least_squares(residuals, start, rates, (0, 1)), 1)
+
+
+def found_again(rig: Rig, vertices: list[int], noise: float) -> None:
+    random = np.random.default_rng(5)
+    worst, rms = [], []
+    for weights in poses(rig):
+        face = rig.pose(weights)
+        solved = rig.solve({v: face[v] for v in vertices})
+        worst.append(max(abs(w - weights.get(n, 0.0)) for n, w in solved.weights.items()))
+        noisy = {v: face[v] + noise * random.normal(size=3) for v in vertices}
+        solved = rig.solve(noisy, prior=NOISY_PRIOR)
+        rms.append(np.sqrt(np.square(rig.pose(solved.weights) - face).sum(axis=1).mean()))
+    print(
+        f"weights from {len(vertices)} vertices: largest error median {np.median(worst):.1e}, "
+        f"worst {max(worst):.1e} of {len(worst)} poses, {np.mean(np.array(worst) < 1e-3):.0%} "
+        f"below 1e-3\nwith noise of σ = {noise:.3g} an axis and prior={NOISY_PRIOR:g}: the whole "
+        f"face is off by {np.mean(rms) / noise:.2f} σ (RMS of distances)"
+    )
+
+
+def bent_and_straight(rig: Rig, vertices: list[int], extent: float) -> None:
+    targets = {name: morph.target for name, morph in rig.morphs.items()}
+    straight = Rig(rig.neutral, targets, method="linear")
+    bent_names = [name for name, morph in rig.morphs.items() if len(morph.bends)]
+    errors = []
+    for name in bent_names:
+        face = rig.pose({name: 0.5})
+        handles = {v: face[v] for v in vertices}
+        errors.append(
+            [
+                np.linalg.norm(one.pose(one.solve(handles).weights) - face, axis=1).max() / extent
+                for one in (rig, straight)
+            ]
+        )
+    bent, linear = np.mean(errors, axis=0)
+    print(
+        f"{len(bent_names)} bent sliders halfway, from {len(vertices)} vertices: largest error of "
+        f"the face {100 * bent:.4f} % of D on the bent rig, {100 * linear:.2f} % on the straight"
+    )
+
+
+def draw(path: Path) -> None:
+    """The built-in head with three goals: at rest, at the goals, and near them by few sliders."""
+    rig = read_rig("built-in")
+    rest = rig.neutral.vertices
+    moves = {CHIN: [0.0, -1.4, -2.0], LEFT: [0.5, 0.1, -0.8], RIGHT: [0.0, -0.7, -0.5]}
+    goals = {vertex: rest[vertex] + move for vertex, move in moves.items()}
+    faces = [rest]
+    for prior in (PRIOR, PLAIN_PRIOR):
+        solved = rig.solve(goals, prior=prior)
+        print(f"picture, prior={prior:g}: {solved}")
+        faces.append(rig.pose(solved.weights))
+    mesh, marks = _with_marks(rig.neutral, list(goals.values()))
+    away = [np.linalg.norm(face - rest, axis=1) for face in faces]
+    scale = ColourScale(round_up(float(np.max(away))), "how far vertices have moved, cm")
+    rows = []
+    for view in ("front", (50.0, 0.0)):
+        camera = camera_for(rig.neutral, view, poses=np.stack(faces), size=SIZE)
+        with Stage(mesh, camera, size=SIZE) as stage:
+            row = []
+            for face, moved in zip(faces, away, strict=True):
+                colours = np.tile(MARK, (len(mesh.vertices), 1))
+                colours[: len(rest)] = heat_colours(moved, scale.highest)
+                row.append(stage.picture(np.concatenate([face, marks]), colours=colours))
+            rows.append(row)
+    words = ["three goals", "solved", f"prior={PLAIN_PRIOR:g}"]
+    write_picture(picture_grid(rows, column_labels=words, scale=scale), path)
+
+
+def _with_marks(
+    mesh: em.Mesh, places: list[NDArray[np.float64]]
+) -> tuple[em.Mesh, NDArray[np.float64]]:
+    """The mesh with an octahedron at each place, and the vertices of those."""
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    marks = np.concatenate([place + 0.25 * axes for place in places])
+    faces = [list(face) for face in mesh.faces]
+    for first in range(len(mesh.vertices), len(mesh.vertices) + len(marks), len(axes)):
+        for top in (2, 5):
+            for x, y in ((0, 1), (1, 3), (3, 4), (4, 0)):
+                corners = (x, y, top) if top == 2 else (y, x, top)
+                faces.append([first + corner for corner in corners])
+    return em.Mesh(np.concatenate([mesh.vertices, marks]), faces), marks
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--data", type=Path, default=data_folder())
+    parser.add_argument("--picture", type=Path)
+    options = parser.parse_args()
+    if options.picture:
+        draw(options.picture)
+        return
+    folder = options.data / "ict-facekit"
+    rig = read_rig(folder if folder.is_dir() else "built-in")
+    extent = extent_of(rig)
+    vertices = telling_vertices(rig, HANDLES[-1])
+    print(f"{rig}, {len(rig.names)} sliders, D = {extent:.3g}")
+    speed(rig, vertices, NOISE * extent)
+    found_again(rig, vertices, NOISE * extent)
+    bent_and_straight(rig, vertices, extent)
+
+
+if __name__ == "__main__":
+    main()
