@@ -48,12 +48,13 @@ ADAPT = (
     Stage(5.0, 0.005, 0.014, 5),
     Stage(2.0, 0.002, 0.009, 4),
 )
-# To another expression of the same face.
+# To another expression of the same face: where it goes between landmarks, smoothness tells better
+# than lengths do.
 FOLLOW = (
-    Stage(5.0, 0.2, 0.05, 6),
-    Stage(2.0, 0.05, 0.028, 6),
-    Stage(0.5, 0.015, 0.014, 6),
-    Stage(0.2, 0.005, 0.009, 6),
+    Stage(25.0, 0.04, 0.05, 4),
+    Stage(10.0, 0.01, 0.028, 4),
+    Stage(2.5, 0.003, 0.014, 4),
+    Stage(1.0, 0.001, 0.009, 4),
 )
 # To what the rig's own expressions leave over.
 FINISH = (Stage(5.0, 0.005, 0.017, 5), Stage(1.5, 0.0015, 0.01, 5))

@@ -44,6 +44,8 @@ THE_TEMPLATE, BY_SURFACE, BY_LANDMARKS, BY_RIG, FOLLOWED = (
 # Confidence of vertices by which the head is held still, the fewest, and how far they are off, in
 # parts of the extent, from rough to fine.
 _SURE, _ENOUGH, _STILL = 0.9, 100, (0.01, 0.003, 0.001)
+# Weight of a landmark beside a point of the scan where nothing else tells what moved along it.
+_HELD = 10.0
 # Confidence from which on a vertex that was followed is known.
 _KNOWN = 0.5
 
@@ -204,7 +206,7 @@ def _next(
     if person.expressions is None:
         say(f"{scan.name}: drawing the neutral onto it")
         start = elastic.at_landmarks(neutral, placed.held)
-        vertices = elastic.drawn(start, placed.points, FOLLOW, placed.held)
+        vertices = elastic.drawn(start, placed.points, FOLLOW, placed.held, _HELD)
     else:
         say(f"{scan.name}: fitting the rig's expressions")
         weights = person.expressions.fitted(neutral, elastic, placed.points, placed.held, known)
