@@ -106,8 +106,15 @@ def test_weights_end_where_an_expression_is_another_one() -> None:
     elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
     assert face.expressions is not None
     scan = ScanPoints(Surface(posed(jawOpen=2.0)[face.first], face.triangles), elastic.edge)
+    nothing = Held(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
     for before in ({}, {"jawOpen": 1.0}):
-        found = face.expressions.fitted(face.vertices, elastic, scan, Held.none(), before)
+        found = face.expressions.fitted(
+            face.vertices,
+            elastic,
+            scan,
+            Held(np.zeros(0, dtype=np.int64), np.zeros((0, 3))),
+            before,
+        )
         assert 1.3 < found["jawOpen"] <= 1.5
 
 
