@@ -108,13 +108,7 @@ def test_weights_end_where_an_expression_is_another_one() -> None:
     scan = ScanPoints(Surface(posed(jawOpen=2.0)[face.first], face.triangles), elastic.edge)
     nothing = Held(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
     for before in ({}, {"jawOpen": 1.0}):
-        found = face.expressions.fitted(
-            face.vertices,
-            elastic,
-            scan,
-            Held(np.zeros(0, dtype=np.int64), np.zeros((0, 3))),
-            before,
-        )
+        found = face.expressions.fitted(face.vertices, elastic, scan, nothing, before)
         assert 1.3 < found["jawOpen"] <= 1.5
 
 
