@@ -77,41 +77,51 @@ def _half_square(residuals: Floats) -> float:
 
 
 def _model_minimum(normal: Floats, gradient: Floats, box: Box, at: Floats) -> Floats:
-    """The minimum over the box of ½ dᵀNd + gᵀd and the prior, with d = x - at.
+    """The minimum over the box of ½ dᵀNd + gᵀd and the prior, with d = x - at; N is definite.
 
-    One parameter after the other is let go, that with the most to gain, and all that are free go
-    to their common minimum, or to where the first of them meets a bound or its start.
+    Those with the most to gain are let go, and all that are free go to their common minimum, or to
+    where the first of them meets a bound or its start, and stays.
     """
+    from scipy.linalg.lapack import dposv
+
     low, high, start, prior, ridge = box
     model = normal + ridge * np.eye(len(at))
     offset = gradient - normal @ at - ridge * start
     x, sides = at.copy(), np.sign(at - start)
     free = (x > low) & (x < high) & (sides != 0)
     enough = 1e-6 * prior + 1e-15 * float(model.diagonal().max(initial=0.0))
+    # One let go after the other always comes lower; several at the first time save most of them.
+    share = 0.3
     for _ in range(20 * len(x) + 20):
         while free.any():
             own = np.flatnonzero(free)
-            slope = model[own] @ x + offset[own] + prior * sides[own]
-            aim = x[own] - np.linalg.solve(model[np.ix_(own, own)], slope)
+            here, side = x[own], sides[own]
+            slope = model[own] @ x + offset[own] + prior * side
+            aim = here - dposv(model[own[:, None], own], slope)[1]
             # On one side of its start the cost of a parameter is smooth.
-            ends = np.where(sides[own] > 0, high[own], low[own])
-            least, most = np.minimum(ends, start[own]), np.maximum(ends, start[own])
-            within = np.clip(aim, least, most)
-            way = aim - x[own]
-            parts = np.divide(within - x[own], way, out=np.ones_like(way), where=way != 0)
-            part = float(parts.min())
-            met = (parts <= part) & (within != aim)
-            x[own] = np.where(met, within, np.clip(x[own] + part * way, least, most))
-            free[own[met]] = False
+            least = np.where(side > 0, start[own], low[own])
+            most = np.where(side > 0, high[own], start[own])
+            within = np.minimum(np.maximum(aim, least), most)
+            met = within != aim
             if not met.any():
+                x[own] = aim
                 break
+            parts = (within - here)[met] / (aim - here)[met]
+            part = float(parts.min())
+            met[met] = parts <= part
+            on_the_way = np.minimum(np.maximum(here + part * (aim - here), least), most)
+            x[own] = np.where(met, within, on_the_way)
+            free[own[met]] = False
         slope = model @ x + offset
         up = np.where(x < high, -slope - np.where(x >= start, prior, -prior), 0.0)
         down = np.where(x > low, slope - np.where(x <= start, prior, -prior), 0.0)
         gain = np.where(free, 0.0, np.maximum(up, down))
-        chosen = int(gain.argmax()) if len(x) else 0
-        if not len(x) or gain[chosen] <= enough:
+        most_gain = float(gain.max(initial=0.0))
+        if most_gain <= enough:
             break
-        free[chosen] = True
-        sides[chosen] = np.sign(x[chosen] - start[chosen]) or (up[chosen] >= down[chosen]) * 2 - 1
+        chosen = gain >= share * most_gain
+        share = 1.0
+        free |= chosen
+        away = np.where(up >= down, 1.0, -1.0)
+        sides = np.where(chosen, np.where(x == start, away, np.sign(x - start)), sides)
     return x
