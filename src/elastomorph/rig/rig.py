@@ -265,8 +265,7 @@ class Rig:
         """
         table = self.sliders.table(weights)
         real = real_type(dtype)
-        size = self.neutral.vertices.size * real.itemsize
-        length = block_length(block, size)
+        length = block_length(block, self.neutral.vertices.size * real.itemsize)
         when = None if times is None else as_numbers(times, "times")
         buffer = np.empty((min(length, max(len(table), 1)), *self.neutral.vertices.shape), real)
         for start in range(0, len(table), length):
@@ -298,8 +297,7 @@ class Rig:
             FileError: The file cannot be written.
             MissingExtraError: The format needs a package that is not installed.
         """
-        # One of the imports upward that pyproject.toml names: users look for it here.
-        from elastomorph.io import write
+        from elastomorph.io import write  # Upward, as pyproject.toml names it
 
         return write(path, self, **options)
 
