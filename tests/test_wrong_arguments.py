@@ -193,6 +193,9 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("solve within 3", lambda: RIG.solve({1: [0, 0, 1]}, bounds=(0, 1, 2)), "bounds must be two"),
     ("solve bounds", lambda: RIG.solve({1: [0, 0, 1]}, bounds={"a": (0, 1)}), "no slider 'a'"),
     ("solve a prior", lambda: RIG.solve({1: [0, 0, 1]}, prior=-1), "the prior must be a number"),
+    ("track a text", lambda: RIG.track("take.npz", [0, 1, 2, 3]), "markers must be numbers"),
+    ("track nowhere", lambda: RIG.track(np.zeros((2, 4, 3)), None), "places are a list"),
+    ("track too far", lambda: RIG.track(np.zeros((2, 1, 3)), [6]), "but the mesh has 6"),
     ("save to None", lambda: RIG.save(None), "a file is named by a text"),
 ]
 

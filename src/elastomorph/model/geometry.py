@@ -99,13 +99,24 @@ def fit_rigid(
     And (N,) the distance of each end point from where the screw leads. The points are not all on
     one line; `weights` are those of the squared distances, all alike by default.
     """
-    start_mean, end_mean = (np.average(points, axis=0, weights=weights) for points in (start, end))
-    arms = (start - start_mean).T * (1.0 if weights is None else weights)
+    rotation, offset = fit_rotation(start, end, weights)
+    screw = _screw(rotation, offset, np.average(start, axis=0, weights=weights))
+    return screw, np.linalg.norm(screw.at(1.0, start) - end, axis=1)
+
+
+def fit_rotation(
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    weights: NDArray[np.float64] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The (3, 3) rotation and (3,) offset of x → rotation x + offset, as for `fit_rigid`."""
+    shares = np.full(len(start), 1.0 / len(start)) if weights is None else weights / weights.sum()
+    start_mean, end_mean = shares @ start, shares @ end
+    arms = (start - start_mean).T * shares
     left, _, right = np.linalg.svd(arms @ (end - end_mean))
     mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
     rotation = (left @ mirror @ right).T
-    screw = _screw(rotation, end_mean - rotation @ start_mean, start_mean)
-    return screw, np.linalg.norm(screw.at(1.0, start) - end, axis=1)
+    return rotation, end_mean - rotation @ start_mean
 
 
 def _screw(

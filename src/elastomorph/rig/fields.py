@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from elastomorph.blas_threads import in_own_threads
+from elastomorph.blas_threads import in_own_threads, one_blas_thread
 from elastomorph.errors import MissingExtraError, ParameterError
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
@@ -120,6 +120,27 @@ class RigFields:
             for span in morph.spans:
                 rows[start : start + morph.count, span.vertices] = span.fields
         return rows.reshape(len(rows), -1)
+
+    def posed(self, zeta: NDArray[np.float64], times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(V, 3) positions V₀ + Σ ζ_j (w^j(t_j) - V₀); only what moves is computed."""
+        positions = self.neutral.copy()
+        moments = zip(self.morphs, zeta.tolist(), times.tolist(), strict=True)
+        with one_blas_thread():
+            for fields, weight, time in moments:
+                if weight:
+                    fields.add_to(positions, [weight * f for f in fields.factors_at(time)])
+        return positions
+
+    def moving(
+        self, times: NDArray[np.float64], speeds: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """(V, 3) velocities while the times of the morphs change at these speeds."""
+        moving = np.zeros_like(self.neutral)
+        with one_blas_thread():
+            for fields, time, speed in zip(self.morphs, times, speeds, strict=True):
+                if speed:
+                    fields.add_to(moving, (speed * fields.slopes(np.array(time))).tolist())
+        return moving
 
     def product(self, dtype: np.dtype[np.floating]) -> FieldProduct:
         """Products with the matrix of this type, which is kept."""

@@ -53,6 +53,14 @@ class Moving(NamedTuple):
         """(3H, sliders) derivatives of the coordinates."""
         return self.speeds.T @ self.through
 
+    def curved(self, left: Floats) -> Floats:
+        """(sliders, sliders) what the turning of paths adds to the normal matrix of residuals.
+
+        Only where it adds: what bends towards its goal shall make no minimum a saddle.
+        """
+        bends = np.maximum(self.turns @ left, 0.0)
+        return self.through.T @ (bends[:, None] * self.through)
+
 
 @dataclass(frozen=True, eq=False)
 class HandledPoints:
@@ -122,6 +130,24 @@ def asked(
             "handles are a mapping from vertices or landmarks to positions, such as "
             f"{{2010: [0, 1, 2]}}, with at least one in it, found {_short(handles)}"
         )
+    mix = mixed(handles, landmarks, count)
+    goals = np.empty((len(handles), 3))
+    for goal, (handle, position) in zip(goals, handles.items(), strict=True):
+        given = as_numbers(position, f"the position of {handle!r}")
+        if given.shape != (3,) or not np.isfinite(given).all():
+            raise ParameterError(
+                f"the position of {handle!r} must be three finite numbers, found {_short(position)}"
+            )
+        goal[:] = given
+    return mix, goals
+
+
+def mixed(handles: Iterable[Handle], landmarks: Mapping[str, Place] | None, count: int) -> Mix:
+    """The points that handles name on a mesh of so many vertices.
+
+    Raises:
+        ParameterError: One is not on the mesh or not known.
+    """
     known = {} if landmarks is None else landmarks
     if not isinstance(known, Mapping):
         raise ParameterError(
@@ -142,15 +168,7 @@ def asked(
         corners, parts = _point(place, handle, count)
         vertices += corners
         shares += parts
-    goals = np.empty((len(handles), 3))
-    for goal, (handle, position) in zip(goals, handles.items(), strict=True):
-        given = as_numbers(position, f"the position of {handle!r}")
-        if given.shape != (3,) or not np.isfinite(given).all():
-            raise ParameterError(
-                f"the position of {handle!r} must be three finite numbers, found {_short(position)}"
-            )
-        goal[:] = given
-    return Mix(np.array(vertices), np.array(shares), np.array(firsts)), goals
+    return Mix(np.array(vertices), np.array(shares), np.array(firsts))
 
 
 def _point(place: object, handle: Handle, count: int) -> tuple[list[int], list[float]]:

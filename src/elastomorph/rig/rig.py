@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
@@ -28,6 +27,7 @@ from elastomorph.rig.sliders import (
 )
 from elastomorph.rig.solving import PRIOR, Bounds, Solved, solve
 from elastomorph.rig.targets import paths_to
+from elastomorph.rig.tracking import Tracked, track
 
 if TYPE_CHECKING:
     from elastomorph.paths import Method
@@ -124,7 +124,7 @@ class Rig:
                 weights than sliders.
         """
         times = self.sliders.drive(self.sliders.row(weights)[None])[0]
-        return self._sum((times != 0).astype(float), times)
+        return self.fields.posed((times != 0).astype(float), times)
 
     def blend(
         self, weights: Weights, t: Times = 1.0, *, normalize: bool = False
@@ -146,7 +146,7 @@ class Rig:
                 whose sum is 0.
         """
         zeta, times = named_moments(self.sliders, weights, t, normalize)
-        return self._sum(zeta, times)
+        return self.fields.posed(zeta, times)
 
     def velocity(self, weights: Weights, rates: Weights) -> NDArray[np.float64]:
         """How fast the vertices of a pose move while sliders move.
@@ -162,13 +162,7 @@ class Rig:
             ParameterError: An unknown name, or a number that is not finite.
         """
         times, slopes = self.sliders.drive_rates(self.sliders.row(weights))
-        speeds = slopes @ self.sliders.row(rates)
-        moving = np.zeros_like(self.neutral.vertices)
-        with one_blas_thread():
-            for fields, time, speed in zip(self.fields.morphs, times, speeds, strict=True):
-                if speed:
-                    fields.add_to(moving, (speed * fields.slopes(np.array(time))).tolist())
-        return moving
+        return self.fields.moving(times, slopes @ self.sliders.row(rates))
 
     def solve(
         self,
@@ -200,6 +194,20 @@ class Rig:
             ParameterError: No handles, or a handle, position or weight that cannot be.
         """
         return solve(self, handles, weights, bounds, prior, landmarks)
+
+    def track(self, markers: ArrayLike, places: Sequence[Handle], **settings: Any) -> Tracked:
+        """Slider weights of a whole take of markers, wherever the head is in each frame.
+
+        Args:
+            markers: (T, M, 3) positions, NaN where a marker is missing.
+            places: Where each marker is on the face, as the handles of `solve`.
+            **settings: Of `elastomorph.rig.tracking.track`: a frame at rest, bounds, prior,
+                smoothness, landmarks.
+
+        Raises:
+            ParameterError: A place or setting that cannot be, or fewer than four markers.
+        """
+        return track(self, markers, places, **settings)
 
     def batch(
         self,
@@ -272,15 +280,6 @@ class Rig:
             part = table[start : start + length]
             now = when if when is None or when.ndim == 0 else when[start : start + length]
             yield self.batch(part, now, buffer[: len(part)], normalize=normalize)
-
-    def _sum(self, zeta: NDArray[np.float64], times: NDArray[np.float64]) -> NDArray[np.float64]:
-        positions = self.neutral.vertices.copy()
-        moments = zip(self.fields.morphs, zeta.tolist(), times.tolist(), strict=True)
-        with one_blas_thread():
-            for fields, weight, time in moments:
-                if weight:
-                    fields.add_to(positions, [weight * f for f in fields.factors_at(time)])
-        return positions
 
     def save(self, path: str | Path, **options: Any) -> Any:
         """Write the rig to a file (.glb, .usd, .usda, .usdc, .npz): `elastomorph.write`.

@@ -80,7 +80,7 @@ def solve(
 ) -> Solved:
     """The weights that `Rig.solve` finds."""
     mix, goals = asked(handles, landmarks, len(rig.neutral.vertices))
-    low, high = _limits(rig.sliders, bounds)
+    low, high = limits(rig.sliders, bounds)
     at = np.zeros(len(low)) if weights is None else rig.sliders.row(weights)
     strength = as_number(prior, "the prior", least=0)
     with one_blas_thread():
@@ -90,10 +90,7 @@ def solve(
         def residuals(row: Floats) -> tuple[Floats, Floats, Floats]:
             moving = points.at(row)
             left = (moving.positions - goals).ravel() / scale
-            # What bends towards its handle makes no step shorter, and no minimum a saddle.
-            bends = np.maximum(moving.turns @ left / scale, 0.0)
-            curved = moving.through.T @ (bends[:, None] * moving.through)
-            return left, moving.rates / scale, curved
+            return left, moving.rates / scale, moving.curved(left) / scale
 
         start = np.clip(at, low, high)
         found = start
@@ -108,16 +105,16 @@ def solve(
     )
 
 
-def _limits(sliders: Sliders, bounds: Bounds) -> tuple[Floats, Floats]:
+def limits(sliders: Sliders, bounds: Bounds) -> tuple[Floats, Floats]:
     """(sliders,) least and greatest weights."""
-    limits = np.tile([0.0, 1.0], (len(sliders.names), 1))
+    both = np.tile([0.0, 1.0], (len(sliders.names), 1))
     if isinstance(bounds, Mapping):
         for name, pair in bounds.items():
             sliders.require(name, sliders.names)
-            limits[sliders.names.index(name)] = _pair(pair, f"the bounds of {name!r}")
+            both[sliders.names.index(name)] = _pair(pair, f"the bounds of {name!r}")
     else:
-        limits[:] = _pair(bounds, "bounds")
-    return limits[:, 0].copy(), limits[:, 1].copy()
+        both[:] = _pair(bounds, "bounds")
+    return both[:, 0].copy(), both[:, 1].copy()
 
 
 def _pair(bounds: ArrayLike, what: str) -> Floats:

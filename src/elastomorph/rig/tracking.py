@@ -1,0 +1,316 @@
+"""Slider weights of a whole take of markers: the face that each frame shows, wherever the head is.
+
+A marker is at y = s·R_f·p(w_f) + o_f, with p a point of the rig, one scale s for the take, and a
+rotation and an offset a frame, which drop out: for every face they are those nearest to the
+markers (variable projection). What is left is `Rig.solve` with each frame held near its neighbours,
+
+    Σ_f Σ_m c |R_fᵀ(y - o_f)/s - p_m(w_f)|² / 2d² + λ Σ_j w_fj + μ/2 |w_f - w_f-1|²,
+
+d the farthest that a slider moves a marker, and weights c that fade out markers far off (Geman and
+McClure). Frames are solved one after the other, forward and then back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastomorph.blas_threads import one_blas_thread
+from elastomorph.errors import ParameterError
+from elastomorph.model.geometry import fit_rotation
+from elastomorph.numbers import as_number, as_numbers
+from elastomorph.rig.handles import Handle, HandledPoints, Place, mixed
+from elastomorph.rig.nearest import Box, nearest
+from elastomorph.rig.sliders import spread_rows
+from elastomorph.rig.solving import Bounds, limits
+
+if TYPE_CHECKING:
+    from elastomorph.rig.rig import Rig
+
+Floats = NDArray[np.float64]
+
+PRIOR, SMOOTH = 1e-4, 3e-3
+_RIDGE = 1e-3
+# Markers farther off than this many times the middle one of the frame fade out, but none that is
+# nearer than this part of the farthest that a slider moves one.
+_FAR, _NEAR = 4.0, 0.02
+_LEAST_MARKERS = 4
+_FITS = 4
+_SCALE_FRAMES = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """The weights of a take, and where the head was.
+
+    Attributes:
+        names: J sliders.
+        weights: (T, J) weights; of frames with too few markers those between their neighbours.
+        scale: Size of the recorded face over that of the rig.
+        rotations: (T, 3, 3) of the head, NaN for frames with too few markers.
+        offsets: (T, 3) of the head, in the unit of the markers: y = scale·R·p + offset.
+        distances: (T, M) of each marker from the face, in the unit of the rig; NaN where missing.
+        trust: (T, M) how much each marker counts, from 0, missing or far off, to 1.
+    """
+
+    names: tuple[str, ...]
+    weights: Floats
+    scale: float
+    rotations: Floats
+    offsets: Floats
+    distances: Floats
+    trust: Floats
+
+    def __str__(self) -> str:
+        seen = np.isfinite(self.distances)
+        off = seen & (self.trust < 0.1)
+        rms = np.sqrt(np.mean(np.square(self.distances[seen & ~off])))
+        return (
+            f"{len(self.weights):,} frames, scale {self.scale:.4g}, {rms:.3g} left (RMS); "
+            f"{(~seen).mean():.1%} of the markers missing, {off.mean():.1%} far off and left out"
+        )
+
+
+def track(
+    rig: Rig,
+    markers: ArrayLike,
+    places: Sequence[Handle],
+    *,
+    rest: int | None = None,
+    bounds: Bounds = (0.0, 1.0),
+    prior: float = PRIOR,
+    smooth: float = SMOOTH,
+    landmarks: Mapping[str, Place] | None = None,
+    progress: Callable[[str], object] = lambda said: None,
+) -> Tracked:
+    """The take that `Rig.track` finds.
+
+    Args:
+        rig: Whose sliders.
+        markers: (T, M, 3) positions in any unit, NaN where a marker is missing.
+        places: M vertices, points between vertices or landmarks, as for `Rig.solve`.
+        rest: A frame in which the face is at rest: the markers are then taken to be where they
+            are in it, which removes the difference between this face and that of the rig.
+        bounds: As for `Rig.solve`.
+        prior: As for `Rig.solve`.
+        smooth: μ of the sum above; more for noise, less for quick movements.
+        landmarks: Vertex of each landmark that places name.
+        progress: Told how far it is.
+
+    Raises:
+        ParameterError: A place or setting that cannot be, shapes that do not fit, or no frame with
+            four markers.
+    """
+    mix = mixed(_listed(places), landmarks, len(rig.neutral.vertices))
+    taken = _taken(markers, len(mix.firsts))
+    low, high = limits(rig.sliders, bounds)
+    cost = as_number(prior, "the prior", least=0)
+    box = Box(low, high, np.clip(0.0, low, high), cost, max(_RIDGE * cost, 1e-12))
+    with one_blas_thread():
+        points = HandledPoints.of(rig, mix)
+        _require_spread(points.rest)
+        whole = np.flatnonzero(np.isfinite(taken).all(axis=2).sum(axis=1) >= _LEAST_MARKERS)
+        if not len(whole):
+            raise ParameterError(f"no frame has {_LEAST_MARKERS} markers; a face needs as many")
+        if rest is not None:
+            points = _worn(points, taken, rest)
+        scale = _scale(points, taken[whole if rest is None else [rest]])
+        near = as_number(smooth, "smooth", least=0)
+        if rest is None:
+            # Extents differ by expressions, too: the scale at which faces fit tells the two apart.
+            sized = _Frames(points, taken / scale, box, 0.0, sized=True)
+            some = whole[spread_rows(len(whole), _SCALE_FRAMES)].tolist()
+            scale *= float(np.median([sized.solve(frame) for frame in some]))
+        solver = _Frames(points, taken / scale, box, near)
+        for number, order in enumerate((whole, whole[::-1]), 1):
+            for done, frame in enumerate(order):
+                if done % 100 == 0:
+                    progress(f"frame {done:,} of {len(order):,}, {number} of 2")
+                solver.solve(int(frame))
+    return _tracked(rig.names, solver, whole, scale)
+
+
+class _Head(NamedTuple):
+    """Where a head is: y = size·R·p + offset."""
+
+    rotation: Floats
+    offset: Floats
+    size: float
+
+    def back(self, positions: Floats) -> Floats:
+        """(M, 3) positions in the frame of the rig."""
+        return (positions - self.offset) @ self.rotation / self.size
+
+
+class _Frames:
+    """The frames of a take, solved one at a time next to those already solved."""
+
+    def __init__(
+        self, points: HandledPoints, taken: Floats, box: Box, smooth: float, *, sized: bool = False
+    ) -> None:
+        self.points, self.taken, self.box, self.smooth = points, taken, box, smooth
+        self.sized = sized  # Whether each frame has a scale of its own
+        frames, count = taken.shape[:2]
+        self.reach = points.reach or 1.0
+        self.weights = np.full((frames, len(box.start)), np.nan)
+        self.rotations = np.full((frames, 3, 3), np.nan)
+        self.offsets = np.full((frames, 3), np.nan)
+        self.distances = np.full((frames, count), np.nan)
+        self.trust = np.zeros((frames, count))
+
+    def solve(self, frame: int) -> float:
+        """Find the weights of a frame from those of its neighbours that there are; its scale."""
+        known = [
+            self.weights[near]
+            for near in (frame - 1, frame + 1)
+            if 0 <= near < len(self.weights) and not np.isnan(self.weights[near, :1]).any()
+        ]
+        own = self.weights[frame]
+        near = own if not np.isnan(own[:1]).any() else (known[0] if known else self.box.start)
+        seen = np.isfinite(self.taken[frame]).all(axis=1)
+        goals = np.where(seen[:, None], self.taken[frame], 0.0)
+        trust = self._trust(self.points.at(near).positions, goals, seen.astype(float))
+        held = self.smooth * len(known)
+        middle = np.mean(known, axis=0) if known else near
+
+        def residuals(row: Floats) -> tuple[Floats, Floats, Floats]:
+            return self._residuals(row, goals, trust, np.sqrt(held), middle)
+
+        found = nearest(residuals, self.box, near)
+        face = self.points.at(found).positions
+        head = self._head(face, goals, trust)
+        away = np.linalg.norm(head.back(goals) - face, axis=1)
+        self.weights[frame], self.trust[frame] = found, trust
+        self.rotations[frame], self.offsets[frame] = head.rotation, head.offset
+        self.distances[frame] = np.where(seen, away, np.nan)
+        return head.size
+
+    def _head(self, face: Floats, goals: Floats, trust: Floats) -> _Head:
+        """Where the head is if it has this face."""
+        rotation, offset = fit_rotation(face, goals, trust)
+        if not self.sized:
+            return _Head(rotation, offset, 1.0)
+        shares = trust / trust.sum()
+        middle = shares @ face
+        arms, aims = (face - middle) @ rotation.T, goals - shares @ goals
+        size = float(shares @ (arms * aims).sum(axis=1)) / float(
+            shares @ np.square(arms).sum(axis=1)
+        )
+        return _Head(rotation, shares @ goals - size * rotation @ middle, size)
+
+    def _trust(self, face: Floats, goals: Floats, seen: Floats) -> Floats:
+        """(M,) how much markers count, from their distances to a face near the one looked for."""
+        trust = seen
+        for _ in range(_FITS):
+            away = np.linalg.norm(self._head(face, goals, trust).back(goals) - face, axis=1)
+            usual = max(_FAR * float(np.median(away[seen > 0])), _NEAR * self.reach)
+            trust = seen / np.square(1.0 + np.square(away / usual))
+        return trust
+
+    def _residuals(
+        self, row: Floats, goals: Floats, trust: Floats, held: float, middle: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Of markers to the face, with the head where it is nearest, and to the neighbours."""
+        moving = self.points.at(row)
+        face = moving.positions
+        back = self._head(face, goals, trust).back(goals)
+        root = np.repeat(np.sqrt(trust) / self.reach, 3)
+        left = root * (face - back).ravel()
+        # What moves as the head could is no error: derivatives without their rigid part.
+        arms = face - face.mean(axis=0)
+        turns = np.cross(np.eye(3)[:, None], arms[None]).reshape(3, -1)
+        free = [np.tile(np.eye(3), len(face)), turns, arms.reshape(1, -1)[: int(self.sized)]]
+        basis = np.linalg.qr((np.concatenate(free) * root).T)[0]
+        rates = root[:, None] * moving.rates
+        rates -= basis @ (basis.T @ rates)
+        curved = moving.curved(root * left)
+        return (
+            np.concatenate([left, held * (row - middle)]),
+            np.concatenate([rates, held * np.eye(len(row))]),
+            curved,
+        )
+
+
+def _tracked(
+    names: tuple[str, ...], solver: _Frames, whole: NDArray[np.intp], scale: float
+) -> Tracked:
+    """The result, weights of frames without enough markers between those of their neighbours."""
+    frames = np.arange(len(solver.weights))
+    weights = np.zeros((len(frames), len(names)))
+    for column, own in zip(weights.T, solver.weights.T, strict=True):
+        column[:] = np.interp(frames, whole, own[whole])
+    return Tracked(
+        names,
+        weights,
+        scale,
+        solver.rotations,
+        scale * solver.offsets,
+        solver.distances,
+        solver.trust,
+    )
+
+
+def _scale(points: HandledPoints, frames: Floats) -> float:
+    """The middle ratio of the extent of the markers to that of the same points at rest."""
+    ratios = []
+    for frame in frames[:: max(1, len(frames) // _SCALE_FRAMES)]:
+        seen = np.isfinite(frame).all(axis=1)
+        pairs = [points.rest[seen], frame[seen]]
+        middle = [np.median(each, axis=0) for each in pairs]
+        lengths = [
+            np.linalg.norm(each - centre, axis=1)
+            for each, centre in zip(pairs, middle, strict=True)
+        ]
+        ratios.append(np.mean(lengths[1]) / np.mean(lengths[0]))
+    scale = float(np.median(ratios))
+    if scale == 0:
+        raise ParameterError("the markers are all in one place, which is no face")
+    return scale
+
+
+def _worn(points: HandledPoints, taken: Floats, rest: int) -> HandledPoints:
+    """The points where the markers are on the face at rest, by a frame that shows it."""
+    if isinstance(rest, bool) or not isinstance(rest, int | np.integer):
+        raise ParameterError(f"rest is the number of a frame, found {rest!r}")
+    if not 0 <= rest < len(taken):
+        raise ParameterError(f"rest is frame {rest}, but there are {len(taken):,} from 0")
+    frame = taken[rest]
+    if not np.isfinite(frame).all():
+        raise ParameterError(f"the frame at rest, {rest}, must have all markers")
+    size = _scale(points, frame[None])
+    rotation, offset = fit_rotation(points.rest, frame / size)
+    return replace(points, rest=(frame / size - offset) @ rotation)
+
+
+def _listed(places: Sequence[Handle]) -> Sequence[Handle]:
+    if isinstance(places, str) or not isinstance(places, Sequence | np.ndarray) or not len(places):
+        raise ParameterError(
+            f"places are a list of vertices or landmarks, one a marker, found {places!r}"
+        )
+    return places
+
+
+def _taken(markers: ArrayLike, count: int) -> Floats:
+    """(T, M, 3) positions, a marker that lacks a coordinate missing."""
+    taken = as_numbers(markers, "markers")
+    if taken.ndim != 3 or taken.shape[1:] != (count, 3) or not len(taken):
+        raise ParameterError(
+            f"markers must have shape (T, {count}, 3), one for each place, found {taken.shape}"
+        )
+    if np.isinf(taken).any():
+        raise ParameterError("markers must be finite numbers, or NaN where they are missing")
+    return taken
+
+
+def _require_spread(rest: Floats) -> None:
+    """Refuse markers that say nothing of how the head is turned."""
+    spread = np.linalg.svd(rest - rest.mean(axis=0), compute_uv=False)
+    if len(rest) < _LEAST_MARKERS or spread[1] <= 1e-6 * spread[0]:
+        raise ParameterError(
+            f"tracking needs at least {_LEAST_MARKERS} markers that are not all on one line, "
+            f"found {len(rest)}"
+        )

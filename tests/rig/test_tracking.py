@@ -1,0 +1,149 @@
+"""A take of markers becomes weights, whatever the head does, the unit is, or a marker lacks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import elastomorph as em
+from elastomorph.rig import Rig
+
+FRAMES = 14
+SCALE = 12.5
+
+
+@pytest.fixture(scope="module")
+def wide() -> Rig:
+    """Thirty vertices and six gently bent morphs."""
+    random = np.random.default_rng(11)
+    neutral = em.Mesh(random.normal(size=(30, 3)))
+    curve = (em.BendCurve.power(2),)
+    morphs = {}
+    for number in range(6):
+        delta, bend = 0.4 * random.normal(size=(30, 3)), 0.1 * random.normal(size=(1, 30, 3))
+        target = neutral.with_vertices(neutral.vertices + delta)
+        morphs[f"m{number}"] = em.Morph(neutral, target, bend, curve)
+    return Rig(neutral, morphs)
+
+
+@pytest.fixture(scope="module")
+def weights() -> np.ndarray:
+    """A slow rise and fall of four of six sliders; in the first frame all are at rest."""
+    phase = np.linspace(0, np.pi, FRAMES)[:, None] * [1.0, 0.7, 0.5, 1.0]
+    moving = np.sin(phase) ** 2 * [0.9, 0.5, 0.7, 0.3]
+    return np.concatenate([moving, np.zeros((FRAMES, 2))], axis=1)
+
+
+@pytest.fixture(scope="module")
+def head() -> tuple[np.ndarray, np.ndarray]:
+    """Rotations and offsets of a head that nods and walks."""
+    way = np.linspace(0, 1, FRAMES)[:, None]
+    return Rotation.from_rotvec(way * [0.5, -0.3, 1.2]).as_matrix(), way * [40.0, 5.0, -80.0]
+
+
+@pytest.fixture(scope="module")
+def markers(wide: Rig, weights: np.ndarray, head: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    faces = wide.batch(weights, dtype=np.float64)
+    return SCALE * np.einsum("fij,fmj->fmi", head[0], faces) + head[1][:, None]
+
+
+def test_weights_head_and_scale_are_found(
+    wide: Rig, weights: np.ndarray, head: tuple[np.ndarray, np.ndarray], markers: np.ndarray
+) -> None:
+    found = wide.track(markers, range(30), smooth=0, prior=1e-8)
+    np.testing.assert_allclose(found.weights, weights, atol=1e-4)
+    np.testing.assert_allclose(found.rotations, head[0], atol=1e-4)
+    np.testing.assert_allclose(found.offsets, head[1], atol=1e-2)
+    assert found.scale == pytest.approx(SCALE, rel=1e-5)
+    assert np.abs(found.distances).max() < 1e-3
+    assert str(found).startswith("14 frames, scale 12.5, ")
+
+
+def test_missing_markers_are_missed_by_nobody(
+    wide: Rig, weights: np.ndarray, markers: np.ndarray
+) -> None:
+    random = np.random.default_rng(3)
+    taken = markers.copy()
+    gone = random.random(taken.shape[:2]) < 0.2
+    taken[gone] = np.nan
+    found = wide.track(taken, range(30), smooth=0, prior=1e-8)
+    np.testing.assert_allclose(found.weights, weights, atol=1e-3)
+    np.testing.assert_array_equal(np.isnan(found.distances), gone)
+    assert not found.trust[gone].any()
+
+
+def test_markers_that_jump_are_left_out(
+    wide: Rig, weights: np.ndarray, markers: np.ndarray
+) -> None:
+    taken = markers.copy()
+    taken[3:6, 7] += [100.0, -40.0, 0.0]
+    found = wide.track(taken, range(30), smooth=0, prior=1e-8)
+    np.testing.assert_allclose(found.weights, weights, atol=0.02)
+    assert found.trust[3:6, 7].max() < 0.01
+    assert "far off and left out" in str(found)
+
+
+def test_frames_without_markers_are_between_their_neighbours(
+    wide: Rig, markers: np.ndarray
+) -> None:
+    taken = markers.copy()
+    taken[5:7, 3:] = np.nan
+    found = wide.track(taken, range(30))
+    steps = np.diff(found.weights[4:8], axis=0)
+    np.testing.assert_allclose(steps, np.repeat(steps[:1], 3, axis=0), atol=1e-12)
+    assert np.isnan(found.rotations[5:7]).all()
+    assert np.isfinite(found.rotations[[4, 7]]).all()
+
+
+def test_smoothness_lessens_noise(wide: Rig, weights: np.ndarray, markers: np.ndarray) -> None:
+    noisy = markers + np.random.default_rng(4).normal(scale=0.1 * SCALE, size=markers.shape)
+    rough, smooth = (wide.track(noisy, range(30), smooth=mu).weights for mu in (0.0, 1.0))
+    assert np.abs(np.diff(smooth, axis=0)).sum() < np.abs(np.diff(rough, axis=0)).sum()
+    assert np.square(smooth - weights).sum() < np.square(rough - weights).sum()
+
+
+def test_a_frame_at_rest_takes_out_the_difference_of_faces(
+    wide: Rig, weights: np.ndarray, head: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """Another face with the same movements: frame 0 shows it at rest."""
+    other = 0.1 * np.random.default_rng(5).normal(size=(30, 3))
+    faces = wide.batch(weights, dtype=np.float64) + other
+    taken = np.einsum("fij,fmj->fmi", head[0], faces) + head[1][:, None]
+    plain, worn = (wide.track(taken, range(30), rest=rest).weights for rest in (None, 0))
+    assert np.abs(worn - weights).max() < 0.1
+    assert np.abs(worn - weights).max() < 0.3 * np.abs(plain - weights).max()
+
+
+def test_places_may_be_landmarks_and_points_between_vertices(
+    wide: Rig, weights: np.ndarray, markers: np.ndarray
+) -> None:
+    between = ((1, 2), (0.25, 0.75))
+    taken = np.concatenate([markers, (markers[:, [1, 2]] * [[0.25], [0.75]]).sum(1)[:, None]], 1)
+    found = wide.track(
+        taken[:3], ["chin", *range(1, 30), between], landmarks={"chin": 0}, smooth=0, prior=1e-8
+    )
+    np.testing.assert_allclose(found.weights, weights[:3], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("markers", "places", "settings", "message"),
+    [
+        (np.zeros((2, 3, 3)), [0, 1, 2], {}, "at least 4 markers"),
+        (np.zeros((2, 4, 3)), [5, 5, 5, 5], {}, "not all on one line"),
+        (np.full((2, 5, 3), np.nan), range(5), {}, "no frame has 4 markers"),
+        (np.zeros((2, 4, 3)), range(5), {}, r"shape \(T, 5, 3\)"),
+        (np.full((2, 5, 3), np.inf), range(5), {}, "or NaN where they are missing"),
+        (np.zeros((2, 5, 3)), "chin", {}, "places are a list"),
+        (np.zeros((2, 5, 3)), ["chin", 1, 2, 3, 4], {}, "landmark 'chin' is not known"),
+        (np.ones((2, 5, 3)), range(5), {"rest": 2}, "rest is frame 2, but there are 2"),
+        (np.ones((2, 5, 3)), range(5), {"rest": "first"}, "rest is the number of a frame"),
+        (np.ones((2, 5, 3)), range(5), {"smooth": -1}, "smooth must be a number ≥ 0"),
+        (np.ones((2, 5, 3)), range(5), {}, "all in one place"),
+    ],
+)
+def test_what_cannot_be_tracked(
+    wide: Rig, markers: object, places: object, settings: dict, message: str
+) -> None:
+    with pytest.raises(em.ParameterError, match=message):
+        wide.track(markers, places, **settings)
