@@ -1,6 +1,6 @@
 """Dragging a face by `rig.solve`: milliseconds, weights found again, and the picture of the docs.
 
-Run:  python benchmarks/dragging.py [--data FOLDER] [--picture docs/dragging.png]
+Run:  python benchmarks/dragging.py [--data FOLDER] [--take 4030] [--picture docs/dragging.png]
 
 On the production rig (57 sliders), or the built-in head where that is not at hand. Poses of five
 random sliders are asked for at one to twenty vertices that tell the sliders apart:
@@ -9,6 +9,7 @@ random sliders are asked for at one to twenty vertices that tell the sliders apa
   `rig.pose` of five sliders and the same least squares by SciPy;
 - the largest error of a weight from twenty vertices without noise, and the error of the whole face
   with noise, at the prior that suits it;
+- with --take, seconds and errors of `rig.track` on so many frames of 41 markers;
 - the error of the face where a straight rig is brought to the handles of a bent one.
 """
 
@@ -22,7 +23,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
+from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.draw import Stage, camera_for, heat_colours, picture_grid, write_picture
@@ -37,6 +40,7 @@ from measuring import data_folder
 FACES, ACTIVE, HANDLES = 24, 5, (1, 3, 10, 20)
 NOISE, NOISY_PRIOR, PLAIN_PRIOR = 0.01, 3e-3, 1e-3
 # On the built-in head: the chin, the corners of the mouth.
+MARKERS, MOVED = 41, 14
 SIZE, MARK = (340, 425), (0.1, 0.35, 0.9)
 CHIN, LEFT, RIGHT = 912, 1968, 4016
 
@@ -150,6 +154,34 @@ def bent_and_straight(rig: Rig, vertices: list[int], extent: float) -> None:
     )
 
 
+def take(rig: Rig, frames: int) -> None:
+    """A take of markers on a head that turns and walks, with and without what recordings lack."""
+    random = np.random.default_rng(0)
+
+    def wander(shape: tuple[int, ...], pace: float) -> NDArray[np.float64]:
+        found: NDArray[np.float64] = gaussian_filter1d(random.normal(size=shape), pace, axis=0)
+        return found
+
+    vertices = telling_vertices(rig, MARKERS)
+    weights = np.zeros((frames, len(rig.names)))
+    moved = random.choice(len(rig.names), MOVED, replace=False)
+    weights[:, moved] = np.clip(3.0 * wander((frames, MOVED), 6), 0, 1)
+    faces = np.stack([rig.pose(row)[vertices] for row in weights])
+    turns = Rotation.from_rotvec(wander((frames, 3), 15)).as_matrix()
+    markers = 10 * np.einsum("fij,fmj->fmi", turns, faces) + 50 * wander((frames, 1, 3), 15)
+    poor = markers + 0.5 * random.normal(size=markers.shape)
+    poor[random.random(poor.shape[:2]) < 0.02] += [80.0, -40.0, 10.0]
+    poor[random.random(poor.shape[:2]) < 0.05] = np.nan
+    for words, taken in (("clean", markers), ("noise, jumps, gaps", poor)):
+        start = time.process_time()
+        found = rig.track(taken, vertices)
+        seconds = time.process_time() - start
+        off = np.sqrt(np.square(found.weights - weights).mean())
+        print(
+            f"{MARKERS} markers, {words}: {seconds:.1f} s, weights off by {off:.3f} (RMS); {found}"
+        )
+
+
 def draw(path: Path) -> None:
     """The built-in head with three goals: at rest, at the goals, and near them by few sliders."""
     rig = read_rig("built-in")
@@ -197,12 +229,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--data", type=Path, default=data_folder())
     parser.add_argument("--picture", type=Path)
+    parser.add_argument("--take", type=int, metavar="FRAMES", help="a take of markers instead")
     options = parser.parse_args()
     if options.picture:
         draw(options.picture)
         return
     folder = options.data / "ict-facekit"
     rig = read_rig(folder if folder.is_dir() else "built-in")
+    if options.take:
+        take(rig, options.take)
+        return
     extent = extent_of(rig)
     vertices = telling_vertices(rig, HANDLES[-1])
     print(f"{rig}, {len(rig.names)} sliders, D = {extent:.3g}")

@@ -41,6 +41,7 @@ CALLS = [
     (["export", "face", "--settings", "own.toml", "-o", "{}"], "own.toml"),
     (["animate", "ours.glb", "take.csv", "-o", "{}"], "ours.glb"),
     (["animate", "ours.glb", "take.csv", "--picture", "{}"], "take.csv"),
+    (["track", "ours.glb", "motion.npz", "-o", "{}"], "motion.npz"),
     (["render", "ours.glb", "-p", "smile=1", "-o", "{}"], "ours.glb"),
     (["view", "ours.glb", "-o", "{}"], "ours.glb"),
 ]  # fmt: skip

@@ -108,7 +108,7 @@ def track(
     mix = mixed(_listed(places), landmarks, len(rig.neutral.vertices))
     taken = _taken(markers, len(mix.firsts))
     low, high = limits(rig.sliders, bounds)
-    cost = as_number(prior, "the prior", least=0)
+    cost, near = as_number(prior, "the prior", least=0), as_number(smooth, "smooth", least=0)
     box = Box(low, high, np.clip(0.0, low, high), cost, max(_RIDGE * cost, 1e-12))
     with one_blas_thread():
         points = HandledPoints.of(rig, mix)
@@ -119,7 +119,6 @@ def track(
         if rest is not None:
             points = _worn(points, taken, rest)
         scale = _scale(points, taken[whole if rest is None else [rest]])
-        near = as_number(smooth, "smooth", least=0)
         if rest is None:
             # Extents differ by expressions, too: the scale at which faces fit tells the two apart.
             sized = _Frames(points, taken / scale, box, 0.0, sized=True)

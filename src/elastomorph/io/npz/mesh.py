@@ -92,11 +92,18 @@ def holds_markers(path: str | Path) -> bool:
         return "names" in members.names and any(p in members.names for p in _MARKERS)
 
 
-def read_marker_take(path: str | Path) -> MarkerTake:
-    """The markers of an archive of (N,) ``names`` and (T, N, 3) positions, at a constant rate.
+@dataclass(frozen=True, eq=False)
+class Markers:
+    """Named markers as they were recorded, where the head was and with gaps."""
 
-    The rigid motion of the head is removed from these.
-    """
+    names: tuple[str, ...]
+    frames: NDArray[np.float64]  # (T, N, 3), NaN where one is missing
+    times: NDArray[np.float64] | None  # (T,) seconds, rising
+    vertices: tuple[int, ...] | None  # (N,) of the rig where they are
+
+
+def read_markers(path: str | Path) -> Markers:
+    """An archive of (N,) ``names``, (T, N, 3) positions, and perhaps ``times`` and ``vertices``."""
     with open_npz(path) as members:
         called = next((p for p in _MARKERS if p in members.names), None)
         if called is None:
@@ -104,11 +111,28 @@ def read_marker_take(path: str | Path) -> MarkerTake:
                 path, f"expected (T, N, 3) positions of markers called {' or '.join(_MARKERS)}"
             )
         frames = members.array(called, "f", (None, None, 3)).astype(np.float64)
-        names = members.array("names", "U", (frames.shape[1],))
+        names = members.texts("names", frames.shape[1])
+        times = vertices = None
+        if "times" in members.names:
+            times = members.array("times", "f", (len(frames),)).astype(np.float64)
+            if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+                raise FormatError(path, "its times must be finite numbers that rise")
+        if "vertices" in members.names:
+            vertices = tuple(members.whole("vertices", (len(names),)).tolist())
+    return Markers(tuple(names), frames, times, vertices)
+
+
+def read_marker_take(path: str | Path) -> MarkerTake:
+    """The markers of an archive of (N,) ``names`` and (T, N, 3) positions, at a constant rate.
+
+    The rigid motion of the head is removed from these.
+    """
+    taken = read_markers(path)
+    frames, names = taken.frames, taken.names
     if len(frames) < 2:
         raise FormatError(path, f"a take needs at least 2 frames, found {len(frames)}")
     with naming_file(path):
-        return MarkerTake(MeshSequence(Mesh(frames[0]), frames), tuple(str(name) for name in names))
+        return MarkerTake(MeshSequence(Mesh(frames[0]), frames), names)
 
 
 def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:

@@ -1,0 +1,85 @@
+"""``elastomorph track``, from a rig and markers to weights that ``animate`` reads."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calls import printed_by
+from calls import status_of as run
+from scipy.spatial.transform import Rotation
+
+import elastomorph as em
+from elastomorph.capturing.landmarks.landmarks import Landmarks, write_landmarks
+from elastomorph.io.performance import read_performance
+
+NAMES = [f"m{number}" for number in range(12)]
+
+
+@pytest.fixture
+def weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> np.ndarray:
+    """A rig, rig.npz, and twelve markers on it while the head turns, take.npz; its weights."""
+    monkeypatch.chdir(tmp_path)
+    random = np.random.default_rng(1)
+    neutral = em.Mesh(random.normal(size=(12, 3)))
+    morphs = {}
+    for name in ("jawOpen", "smile"):
+        delta, bend = 0.5 * random.normal(size=(12, 3)), 0.1 * random.normal(size=(1, 12, 3))
+        target = neutral.with_vertices(neutral.vertices + delta)
+        morphs[name] = em.Morph(neutral, target, bend, (em.BendCurve.power(2),))
+    rig = em.Rig(neutral, morphs)
+    rig.save("rig.npz")
+    way = np.linspace(0, 1, 9)
+    weights = np.stack([way, 0.5 * way**2], axis=1)
+    turns = Rotation.from_rotvec(way[:, None] * [0.2, 0.5, 0.1]).as_matrix()
+    markers = 3.0 * np.einsum("fij,fmj->fmi", turns, rig.batch(weights, dtype=np.float64))
+    markers[4, 2] = np.nan
+    np.savez("take.npz", names=NAMES, markers=markers, vertices=np.arange(12), times=way)
+    np.savez("bare.npz", names=NAMES, markers=markers)
+    write_landmarks("markers.json", Landmarks({name: i for i, name in enumerate(NAMES[:-1])}))
+    return weights
+
+
+def test_markers_become_weights(weights: np.ndarray) -> None:
+    printed = printed_by("track", "rig.npz", "take.npz", "-o", "take.csv", "--smooth", "0")
+    assert "9 frames, scale 3," in printed
+    assert "written to take.csv" in printed
+    found = read_performance("take.csv")
+    assert found.names == ("jawOpen", "smile")
+    np.testing.assert_allclose(found.weights, weights, atol=0.01)
+    np.testing.assert_array_equal(found.times, np.linspace(0, 1, 9))
+
+
+def test_places_by_name_and_frames_a_second(weights: np.ndarray) -> None:
+    words = ("track", "rig.npz", "bare.npz", "--landmarks", "markers.json", "-o", "take.csv")
+    facts = json.loads(printed_by(*words, "--rate", "24", "--rest", "0", "--json"))
+    assert facts["left_out"] == ["m11"]
+    assert (facts["frames"], facts["markers"]) == (9, 11)
+    assert facts["scale"] == pytest.approx(3.0, rel=1e-6)
+    assert read_performance("take.csv").rate == pytest.approx(24)
+    assert "without a place on the rig: m11" in printed_by(*words, "--overwrite")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["bare.npz", "-o", "a.csv"], "no array 'vertices'"),
+        (["take.npz", "-o", "a.glb"], "written as .csv"),
+        (["take.npz", "-o", "a.csv", "--rate", "0"], "--rate must be"),
+        (["take.npz", "-o", "a.csv", "--rest", "4"], "must have all markers"),
+        (["rig.npz", "-o", "a.csv"], "expected (T, N, 3) positions of markers"),
+        (["bare.npz", "-o", "a.csv", "--landmarks", "other.json"], "name of a marker"),
+        (["back.npz", "-o", "a.csv"], "times must be finite numbers that rise"),
+    ],
+)
+def test_what_cannot_be_meant(
+    weights: np.ndarray, words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_landmarks("other.json", Landmarks({"chin": 3}))
+    held = np.load("take.npz")
+    np.savez("back.npz", **{**held, "times": held["times"][::-1]})
+    assert run("track", "rig.npz", *words) == 1
+    assert message in " ".join(capsys.readouterr().err.split())
+    assert not Path("a.csv").exists()
