@@ -50,7 +50,7 @@ def track(
     landmarks: Vertices = None,
     rest: Rest = None,
     rate: Rate = 60.0,
-    smooth: Smooth = 3e-3,
+    smooth: Smooth = 3e-4,
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-PRIOR, SMOOTH = 1e-4, 3e-3
+PRIOR, SMOOTH = 1e-4, 3e-4
 _RIDGE = 1e-3
 # Markers farther off than this many times the middle one of the frame fade out, but none that is
 # nearer than this part of the farthest that a slider moves one.
