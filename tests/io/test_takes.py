@@ -15,6 +15,7 @@ from elastomorph.io.npz.streamed import write_npz_take
 from elastomorph.io.point_cache import read_mdd, read_pc2
 from elastomorph.io.sequences import takes
 from elastomorph.io.sequences.takes import holds_positions, write_take
+from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance, slider_weights
 from foreign_files import chunks_of
@@ -169,8 +170,16 @@ def test_which_files_hold_positions(tmp_path: Path) -> None:
 
 
 def test_a_glb_plays_the_take(tmp_path: Path) -> None:
-    """Read without any library: keys at the times, Δ by the weight w, the bend by w² - w."""
-    write_take(tmp_path / "take.glb", rig(), take())
+    """Read without any library: keys at the times, Δ by the weight w, a bend (turned) by w - w².
+
+    A bend that is Δ itself is no target of its own: Δ plays by w².
+    """
+    morphs = rig().morphs
+    parabola = BendCurve.polynomial([0.0, -1.0, 1.0])
+    straight = morphs["jawLeft"]
+    bent = em.Morph(straight.neutral, straight.target, np.ones((1, 3, 3)), (parabola,))
+    own = Rig(straight.neutral, {"jawOpen": morphs["jawOpen"], "jawLeft": bent})
+    write_take(tmp_path / "take.glb", own, take())
     document, blob = chunks_of(tmp_path / "take.glb")
     animation = next(own for own in document["animations"] if own["name"] == "rom")
     sampler = animation["samplers"][animation["channels"][0]["sampler"]]
@@ -178,7 +187,7 @@ def test_a_glb_plays_the_take(tmp_path: Path) -> None:
     times, weights = (_numbers_in(document, blob, sampler[k]) for k in ("input", "output"))
     np.testing.assert_allclose(times, np.arange(5) / 25, atol=1e-6)
     left, down = take().weights.T
-    expected = [down, down - down**2, left]
+    expected = [down**2, left, left - left**2]
     for column in expected:
         gaps = np.abs(weights.reshape(5, -1) - column[:, None]).max(axis=0)
         assert gaps.min() < 1e-6
