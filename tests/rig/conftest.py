@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -31,3 +33,20 @@ def small() -> Rig:
         curves = (em.BendCurve.power(2), em.BendCurve.power(3))
         morphs[name] = em.Morph(neutral, target, bends, curves)
     return Rig(neutral, morphs)
+
+
+@pytest.fixture(scope="session")
+def many() -> Callable[[int, float, float], Rig]:
+    """Makes rigs of thirty vertices: how many morphs, how far they go, how far they bend."""
+
+    def made(count: int, far: float, bent: float) -> Rig:
+        random = np.random.default_rng(11)
+        neutral = em.Mesh(random.normal(size=(30, 3)))
+        morphs = {}
+        for number in range(count):
+            delta, bend = far * random.normal(size=(30, 3)), bent * random.normal(size=(1, 30, 3))
+            target = neutral.with_vertices(neutral.vertices + delta)
+            morphs[f"m{number}"] = em.Morph(neutral, target, bend, (em.BendCurve.power(2),))
+        return Rig(neutral, morphs)
+
+    return made

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -28,17 +30,9 @@ def driven(small: Rig) -> Rig:
 
 
 @pytest.fixture(scope="module")
-def wide() -> Rig:
+def wide(many: Callable[[int, float, float], Rig]) -> Rig:
     """Thirty vertices and twelve gently bent morphs."""
-    random = np.random.default_rng(11)
-    neutral = em.Mesh(random.normal(size=(30, 3)))
-    curve = (em.BendCurve.power(2),)
-    morphs = {}
-    for number in range(12):
-        delta, bend = random.normal(size=(30, 3)), 0.3 * random.normal(size=(1, 30, 3))
-        target = neutral.with_vertices(neutral.vertices + delta)
-        morphs[f"m{number}"] = em.Morph(neutral, target, bend, curve)
-    return Rig(neutral, morphs)
+    return many(12, 1.0, 0.3)
 
 
 @given(row=arrays(np.float64, 3, elements=st.floats(0, 1)))

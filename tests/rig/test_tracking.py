@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -14,17 +16,9 @@ SCALE = 12.5
 
 
 @pytest.fixture(scope="module")
-def wide() -> Rig:
+def wide(many: Callable[[int, float, float], Rig]) -> Rig:
     """Thirty vertices and six gently bent morphs."""
-    random = np.random.default_rng(11)
-    neutral = em.Mesh(random.normal(size=(30, 3)))
-    curve = (em.BendCurve.power(2),)
-    morphs = {}
-    for number in range(6):
-        delta, bend = 0.4 * random.normal(size=(30, 3)), 0.1 * random.normal(size=(1, 30, 3))
-        target = neutral.with_vertices(neutral.vertices + delta)
-        morphs[f"m{number}"] = em.Morph(neutral, target, bend, curve)
-    return Rig(neutral, morphs)
+    return many(6, 0.4, 0.1)
 
 
 @pytest.fixture(scope="module")
