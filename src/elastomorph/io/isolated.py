@@ -168,6 +168,14 @@ def _private_memory() -> int:
     return 1 << 30
 
 
+def own_process(module: str) -> tuple[list[str], dict[str, str]]:
+    """The command that runs a module of ours, and an environment in which it finds what we do."""
+    found = [str(Path(place).absolute()) for place in sys.path if place]
+    # -P: a module of that name in the current folder is not ours.
+    command = [sys.executable, "-P", "-m", module]
+    return command, os.environ | {"PYTHONPATH": os.pathsep.join(found)}
+
+
 def _run(
     reader: IsolatedReader, path: str | Path, size: int, folder: Path, arguments: tuple[str, ...]
 ) -> None:
@@ -177,15 +185,13 @@ def _run(
             f"{reader.library} reads it in a process of its own, but this Python does not know its "
             "interpreter; convert the file with the command 'elastomorph' first",
         )
-    # -P: a module of that name in the current folder is not ours.
-    command = [sys.executable, "-P", "-m", reader.worker]
-    found = [str(Path(place).absolute()) for place in sys.path if place]  # our modules, and its
+    command, environment = own_process(reader.worker)
     wait = _WAIT + _WAIT_A_BYTE * size
     try:
         with (folder / _NOISE).open("wb") as noise:
             done = subprocess.run(
                 [*command, str(folder), str(Path(path).absolute()), str(size), *arguments],
-                env=os.environ | _ONE_THREAD | {"PYTHONPATH": os.pathsep.join(found)},
+                env=environment | _ONE_THREAD,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=noise,

@@ -6,11 +6,9 @@ process held beyond what it held with its libraries and the recording loaded.
 
 from __future__ import annotations
 
-import os
 import pickle
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,6 +21,8 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import ElastomorphError
+from elastomorph.io.isolated import own_process
+from elastomorph.io.temporaries import temporary_folder
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rivals.rival import Rival
 
@@ -64,16 +64,14 @@ def run_apart(
     Raises:
         ElastomorphError: What the rival raised, or it took too long or broke.
     """
-    with tempfile.TemporaryDirectory(prefix="elastomorph-") as folder:
-        asked, answered = Path(folder) / "asked", Path(folder) / "answered"
+    with temporary_folder() as folder:
+        asked, answered = folder / "asked", folder / "answered"
         asked.write_bytes(pickle.dumps((rival, recording, curves, times)))
-        # -P: a module of that name in the current folder is not ours.
-        command = [sys.executable, "-P", "-m", __name__, str(asked), str(answered)]
-        places = os.pathsep.join(str(Path(place).absolute()) for place in sys.path if place)
+        command, environment = own_process(__name__)
         try:
             done = subprocess.run(
-                command,
-                env=os.environ | _ONE_THREAD | {"PYTHONPATH": places},
+                [*command, str(asked), str(answered)],
+                env=environment | _ONE_THREAD,
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
                 timeout=longest,

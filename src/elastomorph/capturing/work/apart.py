@@ -23,6 +23,7 @@ from elastomorph.capturing.work.packing import packed, unpacked
 from elastomorph.capturing.work.progress import StageSay
 from elastomorph.errors import CaptureError, ElastomorphError, FileError
 from elastomorph.io.atomic import unnoted
+from elastomorph.io.isolated import own_process
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.temporaries import temporary_folder
 
@@ -62,11 +63,11 @@ def _run(task: str, folder: Path, say: StageSay) -> int:
     """The exit status of the process."""
     # What it leaves where files are temporary goes with the folder, however it ends.
     temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
-    places = [str(Path(place).absolute()) for place in sys.path if place]
+    command, environment = own_process(__name__)
     with (folder / _NOISE).open("wb") as noise:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", __name__, task, str(folder)],
-            env=os.environ | temporary | {"PYTHONPATH": os.pathsep.join(places)},
+            [*command, task, str(folder)],
+            env=environment | temporary,
             stdin=subprocess.PIPE,  # its end tells the process that this one is gone
             stdout=subprocess.PIPE,
             stderr=noise,
