@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from numbers import Real
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -46,6 +47,11 @@ def as_number(
         kind = "finite number" if np.isinf(number) else "number"
         raise ParameterError(f"{what} must be a {kind}{bound}, found {value!r}")
     return number
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Whether it is a whole number, Python's or NumPy's; True and False are none."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 def real_type(dtype: DTypeLike) -> np.dtype[np.floating]:

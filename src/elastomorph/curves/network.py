@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.curves.region import as_region
 from elastomorph.errors import CurveError
+from elastomorph.numbers import is_whole
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,7 +114,7 @@ class CurveNetwork(Sequence[Curve]):
         for curve in self.curves:
             if not isinstance(curve, Curve):
                 raise CurveError(f"a network is made of Curves, found {type(curve).__name__}")
-        if not isinstance(vertex_count, int | np.integer) or isinstance(vertex_count, bool):
+        if not is_whole(vertex_count):
             raise CurveError(f"the number of vertices must be whole, found {vertex_count!r}")
         self.vertex_count = int(vertex_count)
         _ = self.curve_of

@@ -21,6 +21,7 @@ from elastomorph.fitting.repetitions import Wanted, learned_evenly
 from elastomorph.fitting.takes import Take
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.sequence import MeshSequence
+from elastomorph.numbers import is_whole
 
 __all__ = ["KNOTS", "SHAPES", "TIMINGS", "learn"]
 
@@ -163,8 +164,7 @@ def _require_settings(bends: int, shapes: str, timing: str, knots: int) -> None:
         if text not in known:
             raise ParameterError(f"{name} must be {' or '.join(known)}, found {text!r}")
     for name, value, most in (("bends", bends, np.inf), ("knots", knots, _MOST_KNOTS)):
-        whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-        if not whole or not 0 <= value <= most:
+        if not is_whole(value) or not 0 <= value <= most:
             bound = "of 0 or more" if most == np.inf else f"from 0 to {most}"
             raise ParameterError(f"{name} must be a whole number {bound}, found {value!r}")
     if bends > knots + 2:

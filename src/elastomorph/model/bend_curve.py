@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.numbers import as_numbers
+from elastomorph.numbers import as_numbers, is_whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +62,7 @@ class BendCurve:
         Raises:
             ParameterError: The exponent is not a whole number from 1.
         """
-        whole = isinstance(exponent, int | np.integer) and not isinstance(exponent, bool)
-        if not whole or exponent < 1:
+        if not is_whole(exponent) or exponent < 1:
             raise ParameterError(f"the exponent must be a whole number from 1, found {exponent!r}")
         coefficients = np.zeros(exponent + 1)
         coefficients[exponent] = 1.0

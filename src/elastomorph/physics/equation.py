@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.numbers import as_number
+from elastomorph.numbers import as_number, is_whole
 
 HIGHEST_ORDER = 20
 
@@ -82,8 +82,7 @@ class Load:
         Raises:
             ParameterError: R is not a whole number from 1 to 20.
         """
-        whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
-        if not whole or not 1 <= order <= HIGHEST_ORDER:
+        if not is_whole(order) or not 1 <= order <= HIGHEST_ORDER:
             raise ParameterError(
                 f"the order R must be a whole number from 1 to {HIGHEST_ORDER}, found {order!r}"
             )

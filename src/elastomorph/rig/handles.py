@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.model.bend_curve import BendCurve
-from elastomorph.numbers import as_numbers
+from elastomorph.numbers import as_numbers, is_whole
 from elastomorph.rig.sliders import Sliders
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def _point(place: object, handle: Handle, count: int) -> tuple[list[int], list[f
     parts: list[Any] = [1.0]
     if isinstance(place, tuple | list) and len(place) == 2:
         corners, parts = (list(of) if isinstance(of, Iterable) else [] for of in place)
-    whole = all(isinstance(c, int | np.integer) and not isinstance(c, bool) for c in corners)
+    whole = all(is_whole(corner) for corner in corners)
     if not corners or not whole or len(corners) != len(parts):
         raise ParameterError(
             "a handle is a vertex, the name of a landmark, or vertices and their shares such as "

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import ParameterError
 from elastomorph.model.geometry import fit_rotation
-from elastomorph.numbers import as_number, as_numbers
+from elastomorph.numbers import as_number, as_numbers, is_whole
 from elastomorph.rig.handles import Handle, HandledPoints, Place, mixed
 from elastomorph.rig.nearest import Box, nearest
 from elastomorph.rig.sliders import spread_rows
@@ -273,7 +273,7 @@ def _scale(points: HandledPoints, frames: Floats) -> float:
 
 def _worn(points: HandledPoints, taken: Floats, rest: int) -> HandledPoints:
     """The points where the markers are on the face at rest, by a frame that shows it."""
-    if isinstance(rest, bool) or not isinstance(rest, int | np.integer):
+    if not is_whole(rest):
         raise ParameterError(f"rest is the number of a frame, found {rest!r}")
     if not 0 <= rest < len(taken):
         raise ParameterError(f"rest is frame {rest}, but there are {len(taken):,} from 0")
