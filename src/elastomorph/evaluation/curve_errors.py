@@ -94,6 +94,30 @@ def counts_of(counted: NDArray[np.bool_], starts: NDArray[np.integer]) -> NDArra
     return np.maximum(found, 1)
 
 
+def frame_errors(
+    path: Morph,
+    truth: MeshSequence,
+    moments: NDArray[np.float64],
+    curves: CurveVertices,
+    counted: NDArray[np.bool_] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(T,) largest E_A and E_M over the curves in each frame, as fractions of D.
+
+    Args:
+        path: The in-betweens, of which one at a time is held.
+        truth: T frames.
+        moments: (T,) of the path that the frames are compared with.
+        curves: The curves.
+        counted: (T, V) which vertices count; all by default.
+    """
+    average, maximum = np.empty((2, len(truth)))
+    for i, moment in enumerate(moments.tolist()):
+        own = None if counted is None else counted[i]
+        errors = curve_errors(path.at(moment), truth.frames[i], curves, truth.mesh.diameter, own)
+        average[i], maximum[i] = (error.max() for error in errors)
+    return average, maximum
+
+
 class CurveErrors:
     """What tables show of errors along curves in T frames, as fractions of D."""
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import ElastomorphWarning, ParameterError
-from elastomorph.evaluation.curve_errors import CurveErrors, CurveVertices, curve_errors
+from elastomorph.evaluation.curve_errors import CurveErrors, CurveVertices, frame_errors
 from elastomorph.evaluation.key_frames import EFFORT, Choice, LargestError, MeanSquare, best_frames
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence, require_motion
@@ -174,12 +174,6 @@ def _measured(
         # Measured here, so that an overshoot is part of the error; `largest_weight` tells of it.
         warnings.simplefilter("ignore", ElastomorphWarning)
         morph = through(truth.mesh, truth.target, shapes, method=law)
-    average, maximum = np.empty((2, len(truth)))
-    for i, time in enumerate(truth.times):
-        own = None if counted is None else counted[i]
-        errors = curve_errors(
-            morph.at(float(time)), truth.frames[i], along, truth.mesh.diameter, own
-        )
-        average[i], maximum[i] = (error.max() for error in errors)
+    average, maximum = frame_errors(morph, truth, truth.times, along, counted)
     names = tuple(truth.names[frame] for frame in choice.frames)
     return Suggestion(choice.frames, times, names, law, choice.certain, morph, average, maximum)

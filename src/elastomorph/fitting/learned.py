@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.evaluation.curve_errors import CurveErrors, CurveVertices, curve_errors
+from elastomorph.evaluation.curve_errors import CurveErrors, CurveVertices, frame_errors
 from elastomorph.fitting.path_fit import PathFit, Splines
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
@@ -45,14 +45,7 @@ class PathErrors(CurveErrors):
         counted: NDArray[np.bool_] | None = None,
     ) -> PathErrors:
         """Those of a path whose (T,) moments the frames of a recording are compared with."""
-        average, maximum = np.empty((2, len(take)))
-        for i, moment in enumerate(moments):
-            own = None if counted is None else counted[i]
-            errors = curve_errors(
-                path.at(float(moment)), take.frames[i], along, take.mesh.diameter, own
-            )
-            average[i], maximum[i] = (error.max() for error in errors)
-        return cls(average, maximum)
+        return cls(*frame_errors(path, take, moments, along, counted))
 
     @classmethod
     def joined(cls, several: Sequence[PathErrors]) -> PathErrors:
