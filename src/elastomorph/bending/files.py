@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from urllib.parse import quote, unquote
 
 from elastomorph.bending.undo import is_bent, undone
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.atomic import made_folder, read_bytes, replacing
+from elastomorph.io.atomic import made_folder, read_bytes, replacing, same_file
 from elastomorph.io.gltf.container import GltfFile, glb_chunks, open_gltf
 
 _LARGEST = 2**32 - 1
@@ -70,12 +69,11 @@ def require_output(character: Character, output: str | Path) -> None:
 
     A file that was bent before may be bent anew in its place: its original is within.
     """
-    with suppress(OSError, ValueError):
-        if not character.was_bent and Path(output).samefile(character.file.path):
-            raise FileError(
-                output,
-                "this is the character itself, which is never written over; name another output",
-            )
+    if not character.was_bent and same_file(output, character.file.path):
+        raise FileError(
+            output,
+            "this is the character itself, which is never written over; name another output",
+        )
     known = (".glb", ".vrm") if character.is_glb else (".gltf",)
     if Path(output).suffix.lower() not in known:
         raise FormatError(

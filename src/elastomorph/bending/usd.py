@@ -16,7 +16,7 @@ import numpy as np
 
 from elastomorph.bending.plan import BentMorph, Plan, make_plan
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.io.atomic import read_bytes, replacing
+from elastomorph.io.atomic import read_bytes, replacing, same_file
 from elastomorph.io.usd.bent_shape import BentShape, bent_shape, straight_shape
 from elastomorph.io.usd.inbetweens import Placement, place_inbetweens
 from elastomorph.io.usd.layer import require_layer_path, require_other_file, write_layer
@@ -206,7 +206,7 @@ def _require_reach(path: str | Path, original: OriginalFile) -> None:
 
 
 def _notes(path: str | Path, original: OriginalFile, kept: Collection[str]) -> Iterator[str]:
-    if not Path(path).samefile(original.path):
+    if not same_file(path, original.path):
         yield "the file is a layer of bends: it was bent anew from the file under it"
     if kept:
         names = ", ".join(name for name in original.rig.morphs if name in kept)

@@ -119,12 +119,12 @@ def _draw(
 
 def _require_apart(rig: Path | None, output: Path) -> None:
     """Refuse frames in the folder of a rig: it would take them for targets from then on."""
-    from elastomorph.io.atomic import is_folder
+    from elastomorph.io.atomic import is_folder, same_file
 
     if rig is None or not is_folder(output):
         return
     folder = rig if is_folder(rig) else rig.parent
-    if folder.exists() and output.samefile(folder) and (is_folder(rig) or rig.suffix == ".toml"):
+    if same_file(output, folder) and (is_folder(rig) or rig.suffix == ".toml"):
         raise FileError(
             output,
             "this is the folder of the rig, which would take the frames for targets; name another",

@@ -164,12 +164,14 @@ def _files(word: str) -> Iterator[Path]:
 
 def _writes(output: Path, file: Path) -> bool:
     """Whether an output, or a numbered one such as half.####.obj, is a file."""
+    from elastomorph.io.atomic import same_file
+
     try:
         if "#" in output.name:
             pattern = r"\d+".join(map(re.escape, re.split("#+", output.name)))
             same_folder = output.parent.resolve() == file.resolve().parent
             return same_folder and re.fullmatch(pattern, file.resolve().name) is not None
-        return output.exists() and output.samefile(file)
+        return same_file(output, file)
     except (OSError, ValueError, RuntimeError):
         return False
 

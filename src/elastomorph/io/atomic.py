@@ -118,6 +118,14 @@ def is_file(path: str | Path) -> bool:
         return False
 
 
+def same_file(path: str | Path, other: str | Path) -> bool:
+    """Whether two paths are one file or folder on the disk; False where one is not there."""
+    try:
+        return Path(path).samefile(other)
+    except (OSError, ValueError):
+        return False
+
+
 def size_of(path: str | Path) -> int:
     """Bytes of a file; 0 where there is none, which is for its reader to complain about."""
     try:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import FileError, ParameterError
-from elastomorph.io.atomic import is_file, is_folder, require_name
+from elastomorph.io.atomic import is_file, is_folder, require_name, same_file
 from elastomorph.io.npz.confidence import NAME as CONFIDENCE
 from elastomorph.io.registry import (
     BUILT_IN,
@@ -238,7 +238,7 @@ def _named(place: Path, files: list[Path], neutral: str | Path) -> Path:
         if str(neutral) in (file.name, file.stem):
             return file
     if is_file(path):
-        return next((file for file in files if path.samefile(file)), path)
+        return next((file for file in files if same_file(path, file)), path)
     raise FileError(
         place,
         f"there is no neutral '{neutral}', neither among the {len(files)} mesh files of this "

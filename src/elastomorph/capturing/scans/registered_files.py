@@ -24,6 +24,7 @@ from elastomorph.io.atomic import (
     read_bytes,
     replacing_path,
     require_folder,
+    same_file,
     unnoted,
 )
 from elastomorph.io.npz.confidence import NAME, read_confidence, write_confidence
@@ -55,20 +56,13 @@ def require_place(
         _earlier(place, len(read_face(template).mesh.vertices))
     kept = list(inputs)
     for file in (place / f"{name}.obj" for name in names):
-        if over := next((own for own in kept if _same(file, own)), None):
+        if over := next((own for own in kept if same_file(file, own)), None):
             raise FileError(
                 file,
                 f"the pose would be written over the input {over}; name another output, or add "
                 "--overwrite",
             )
     require_folder(place)
-
-
-def _same(file: Path, other: Path) -> bool:
-    try:
-        return file.samefile(other)
-    except OSError:  # one of them is not there
-        return False
 
 
 def write_registered(folder: str | Path, poses: Mapping[str, Registered]) -> list[Path]:

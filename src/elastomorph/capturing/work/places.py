@@ -10,7 +10,7 @@ from pathlib import Path
 from elastomorph.capturing.work.captured import CONFIDENCE, FIGURES
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import FileError, ParameterError
-from elastomorph.io.atomic import require_folder
+from elastomorph.io.atomic import require_folder, same_file
 
 __all__ = ["WORKING", "folder_named", "require_place"]
 
@@ -46,7 +46,7 @@ def require_place(
     """
     source = None if template is None else template.mesh.source
     for file in () if source is None else _meshes(output, poses):
-        if source is not None and _same(file, Path(source.path)):
+        if source is not None and same_file(file, source.path):
             raise FileError(
                 file,
                 "it is the template, over which the pose would be written; name another output",
@@ -85,10 +85,3 @@ def _require_own(output: Path, working: Path, poses: Mapping[str, object]) -> No
 
 def _meshes(output: Path, poses: Mapping[str, object]) -> list[Path]:
     return [output / f"{pose}.obj" for pose in poses]
-
-
-def _same(file: Path, other: Path) -> bool:
-    try:
-        return file.samefile(other)
-    except OSError:  # one of them is not there
-        return False

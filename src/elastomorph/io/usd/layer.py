@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.atomic import replacing_path
+from elastomorph.io.atomic import replacing_path, same_file
 from elastomorph.io.usd.bent_shape import BentShape
 from elastomorph.io.usd.library import BENDS, LAYER, LAYER_VERSION, PATH, naming_failure, pxr
 from elastomorph.io.usd.original import OriginalFile
@@ -62,11 +62,7 @@ def write_layer(path: str | Path, original: OriginalFile, shapes: Iterable[BentS
 def require_other_file(path: str | Path, original: Path, files: Iterable[Path]) -> None:
     """Refuse to write over a file that the original is composed of."""
     for own in files:
-        try:
-            same = Path(path).samefile(own)
-        except (OSError, ValueError):
-            continue
-        if same:
+        if same_file(path, own):
             raise FileError(
                 path,
                 f"this file is a part of {original.name}, which bends lie over and never change; "
