@@ -25,11 +25,7 @@ def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArr
         given = np.empty((), dtype=np.str_)
     mixed = given.dtype.kind == "O" and all(_is_number(value) for value in given.flat)
     if given.dtype.kind not in ("biuf" if switches else "iuf") and not mixed:
-        shown = repr(values)
-        short = len(shown) <= _LONGEST and "\n" not in shown
-        raise ParameterError(
-            f"{what} must be numbers, found {shown if short else type(values).__name__}"
-        )
+        raise ParameterError(f"{what} must be numbers, found {shown(values)}")
     return given.astype(np.float64, order="C", copy=False)
 
 
@@ -63,6 +59,12 @@ def real_type(dtype: DTypeLike) -> np.dtype[np.floating]:
         except TypeError:
             break
     raise ParameterError(f"faces are float32 or float64, not {dtype}")
+
+
+def shown(value: object) -> str:
+    """What was found, for a message: it itself where that is short, else of what type it is."""
+    text = repr(value)
+    return text if len(text) <= _LONGEST and "\n" not in text else type(value).__name__
 
 
 def _is_number(value: object) -> bool:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.model.bend_curve import BendCurve
-from elastomorph.numbers import as_numbers, is_whole
+from elastomorph.numbers import as_numbers, is_whole, shown
 from elastomorph.rig.sliders import Sliders
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def asked(
     if not isinstance(handles, Mapping) or not handles:
         raise ParameterError(
             "handles are a mapping from vertices or landmarks to positions, such as "
-            f"{{2010: [0, 1, 2]}}, with at least one in it, found {_short(handles)}"
+            f"{{2010: [0, 1, 2]}}, with at least one in it, found {shown(handles)}"
         )
     mix = mixed(handles, landmarks, count)
     goals = np.empty((len(handles), 3))
@@ -136,7 +136,7 @@ def asked(
         given = as_numbers(position, f"the position of {handle!r}")
         if given.shape != (3,) or not np.isfinite(given).all():
             raise ParameterError(
-                f"the position of {handle!r} must be three finite numbers, found {_short(position)}"
+                f"the position of {handle!r} must be three finite numbers, found {shown(position)}"
             )
         goal[:] = given
     return mix, goals
@@ -152,7 +152,7 @@ def mixed(handles: Iterable[Handle], landmarks: Mapping[str, Place] | None, coun
     if not isinstance(known, Mapping):
         raise ParameterError(
             "landmarks are a mapping from names to vertices, such as {'chin': 2010}, found "
-            f"{_short(landmarks)}"
+            f"{shown(landmarks)}"
         )
     vertices: list[int] = []
     shares: list[float] = []
@@ -181,7 +181,7 @@ def _point(place: object, handle: Handle, count: int) -> tuple[list[int], list[f
     if not corners or not whole or len(corners) != len(parts):
         raise ParameterError(
             "a handle is a vertex, the name of a landmark, or vertices and their shares such as "
-            f"((12, 40, 41), (0.2, 0.3, 0.5)), found {_short(handle)}"
+            f"((12, 40, 41), (0.2, 0.3, 0.5)), found {shown(handle)}"
         )
     for corner in corners:
         if not 0 <= corner < count:
@@ -193,8 +193,3 @@ def _point(place: object, handle: Handle, count: int) -> tuple[list[int], list[f
     if not abs(float(numbers.sum()) - 1.0) <= _SHARES_SUM:
         raise ParameterError(f"the shares of {handle!r} must sum to 1, found {parts}")
     return [int(corner) for corner in corners], numbers.tolist()
-
-
-def _short(found: object) -> str:
-    text = repr(found)
-    return text if len(text) <= 60 and "\n" not in text else type(found).__name__
