@@ -62,6 +62,12 @@ def component_of(count: int, edges: NDArray[np.integer]) -> NDArray[np.int32]:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)
 
 
+def sides_of(triangles: NDArray[np.integer]) -> NDArray[np.int64]:
+    """(3 T, 2) vertices at the ends of the sides of (T, 3) triangles."""
+    sides = [triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]
+    return np.concatenate(sides).astype(np.int64)
+
+
 def connected_parts(count: int, edges: NDArray[np.integer]) -> list[NDArray[np.int64]]:
     """Rising vertices of each connected component, in the order of their first vertices."""
     part_of = component_of(count, edges)

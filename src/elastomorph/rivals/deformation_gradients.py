@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.model.geometry import component_of
+from elastomorph.model.geometry import component_of, sides_of
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.model.surface import triangulate
 from elastomorph.rivals.rival import Faces, Rival, straight
@@ -90,7 +90,7 @@ class _Poisson:
         rows = np.broadcast_to(triangles[:, :, None], weights.shape).ravel()
         columns = np.broadcast_to(triangles[:, None, :], weights.shape).ravel()
         laplacian = csc_array(coo_array((weights.ravel(), (rows, columns)), shape=(count, count)))
-        part_of = component_of(count, np.concatenate([triangles[:, :2], triangles[:, 1:]]))
+        part_of = component_of(count, sides_of(triangles))
         held = (start == end).all(axis=1)
         floating = np.bincount(part_of, held) == 0
         held[np.unique(part_of, return_index=True)[1][floating]] = True

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.capturing.geometry.similarity import fit_similarity
-from elastomorph.capturing.geometry.surface import sides_of
 from elastomorph.errors import CaptureError
-from elastomorph.model.geometry import component_of
+from elastomorph.model.geometry import component_of, sides_of
 
 Points = NDArray[np.float64]
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.errors import MissingExtraError
+from elastomorph.model.geometry import sides_of
 
 Points = NDArray[np.float64]
 Triangles = NDArray[np.integer]
@@ -216,12 +217,6 @@ class Surface:
             mine = np.flatnonzero(sizes == size)
             trees.append((cKDTree(middles[mine]), mine, float(radii[mine].max())))
         return trees
-
-
-def sides_of(triangles: Triangles) -> NDArray[np.int64]:
-    """(3 T, 2) vertices at the ends of the sides of (T, 3) triangles."""
-    sides = [triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]
-    return np.concatenate(sides).astype(np.int64)
 
 
 def edges_of(triangles: Triangles) -> NDArray[np.int64]:

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.closest_fit import robust
-from elastomorph.capturing.geometry.surface import Surface, sides_of
+from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.model.geometry import sides_of
 
 Points = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from elastomorph.capturing.scans.correspondence import outer
 from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.work.template import mesh_or_rig
 from elastomorph.errors import CaptureError, FormatError
-from elastomorph.model.geometry import component_of, moved_extent
+from elastomorph.model.geometry import component_of, moved_extent, sides_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.surface import triangulate
 from elastomorph.rig import Rig
@@ -114,7 +114,7 @@ def read_face(source: str | Path | Mesh | Rig) -> Face:
 def _skin(surface: Surface) -> NDArray[np.bool_]:
     """(W,) vertices of the large parts."""
     count, own = len(surface.vertices), surface.triangles
-    part = component_of(count, np.concatenate([own[:, :2], own[:, 1:]]))
+    part = component_of(count, sides_of(own))
     areas = np.linalg.norm(surface.face_normals, axis=1)
     area = np.bincount(part[own[:, 0]], areas, minlength=int(part.max()) + 1)
     return np.asarray((area > _SKIN * area.max())[part])

@@ -21,7 +21,7 @@ from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError
 from elastomorph.io.atomic import require_name
 from elastomorph.io.obj.looks import library_of
 from elastomorph.io.scan_colours import dressed, vertex_colours
-from elastomorph.model.geometry import component_of
+from elastomorph.model.geometry import component_of, sides_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 
@@ -180,7 +180,7 @@ def _pieces(
 ) -> NDArray[np.int64]:
     """(T,) number of the piece of each triangle, by falling area; -1 of crumbs and the rest."""
     own = triangles[kept]
-    part = component_of(len(vertices), np.concatenate([own[:, :2], own[:, 1:]]))[own[:, 0]]
+    part = component_of(len(vertices), sides_of(own))[own[:, 0]]
     area = np.bincount(part, np.linalg.norm(Surface(vertices, own).face_normals, axis=1))
     order = np.argsort(-area, kind="stable")
     rank = np.empty(len(area), dtype=np.int64)
