@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from faces import Faces, make_faces
+from tabs import Tabs
 from visiting import Visit
 
 if TYPE_CHECKING:
@@ -24,10 +25,17 @@ def _the_page_under_test(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr("elastomorph.viewer.page.shipped_page", lambda: text)
 
 
+@pytest.fixture(scope="session")
+def tabs(browser: Browser) -> Iterator[Tabs]:
+    kept = Tabs(browser)
+    yield kept
+    kept.close()
+
+
 @pytest.fixture
-def visit(browser: Browser, tmp_path: Path) -> Iterator[Visit]:
+def visit(tabs: Tabs, tmp_path: Path) -> Iterator[Visit]:
     """Opens pages. None of them may complain, or ask for anything from elsewhere."""
-    visits = Visit(browser, tmp_path)
+    visits = Visit(tabs, tmp_path)
     yield visits
     assert visits.close() == []
 

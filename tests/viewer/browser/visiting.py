@@ -1,4 +1,4 @@
-"""Opens pages in a browser, each in a context of its own that is watched."""
+"""Opens pages in a browser, each in a tab of its own that is watched."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from watching import Watch
+from tabs import NOWHERE, Tab, Tabs
 
 from elastomorph.viewer import Scene, write_viewer
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext, Frame, Page
+    from playwright.sync_api import Browser, Frame, Page
 
 DESK = (1280, 720)
 PHONE = (390, 844)
@@ -34,11 +34,15 @@ COARSE = {} if os.environ.get("ELASTOMORPH_SCREENSHOTS") else {"device_scale_fac
 class Visit:
     """Opens pages; at the end says what was wrong with any of them."""
 
-    def __init__(self, browser: Browser, folder: Path) -> None:
-        self.browser, self.folder = browser, folder
+    def __init__(self, tabs: Tabs, folder: Path) -> None:
+        self._tabs, self.folder = tabs, folder
         # What a page may well complain of, where a test takes something from it.
         self.forgiven = "nothing"
-        self._open: list[tuple[BrowserContext, Watch, str]] = []
+        self._open: list[tuple[Tab, str]] = []
+
+    @property
+    def browser(self) -> Browser:
+        return self._tabs.browser
 
     def __call__(
         self, subject: Scene | str, *, size: tuple[int, int] = WINDOW, **options: Any
@@ -60,23 +64,25 @@ class Visit:
         """A page that was opened, whether or not it is the viewer."""
         address = subject if isinstance(subject, str) else self._written(subject)
         # Nothing moves by itself, so that pictures can be compared; tests of motion say otherwise.
-        options = {"reduced_motion": "reduce", "color_scheme": "light", **options}
-        context = self.browser.new_context(
-            viewport={"width": size[0], "height": size[1]}, bypass_csp=False, **options
-        )
-        context.set_default_timeout(20_000)
-        self._open.append((context, Watch(context), address))
-        page = context.new_page()
+        media = {
+            "reduced_motion": options.pop("reduced_motion", "reduce"),
+            "color_scheme": options.pop("color_scheme", "light"),
+        }
+        tab = self._tabs.take(size, media, options)
+        self._open.append((tab, address))
+        page = tab.page
         page.goto(address)
         return page
 
     def close(self) -> list[str]:
-        """Closes everything; complaints of the pages and requests to elsewhere."""
+        """Leaves everything; complaints of the pages and requests to elsewhere."""
         problems = []
-        for context, watch, address in self._open:
-            context.close()
-            problems += [words for words in watch.complaints if self.forgiven not in words]
-            problems += [f"asked for {url}" for url in watch.outside(address)]
+        for tab, address in self._open:
+            # As the page goes its last words are heard.
+            tab.page.goto(NOWHERE)
+            problems += [words for words in tab.watch.complaints if self.forgiven not in words]
+            problems += [f"asked for {url}" for url in tab.watch.outside(address)]
+            self._tabs.leave(tab)
         self._open.clear()
         return problems
 

@@ -25,6 +25,11 @@ class Watch:
         if DRIVER_REMARK not in message.text:
             self.complaints.append(f"{message.type}: {message.text}")
 
+    def forget(self) -> None:
+        """Begins anew, for the next page."""
+        self.requests.clear()
+        self.complaints.clear()
+
     def outside(self, address: str) -> list[str]:
         """Requests that went elsewhere than to the page and what lies beside it."""
         # A file has nothing beside it; a server has its models below the same secret.
