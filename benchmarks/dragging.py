@@ -27,9 +27,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-import elastomorph as em
-from elastomorph.draw import Stage, camera_for, heat_colours, picture_grid, write_picture
-from elastomorph.draw.pictures import ColourScale, round_up
+from elastomorph.draw import drag_picture
 from elastomorph.io import read_rig
 from elastomorph.rig import Rig
 from elastomorph.rig.build import extent_of
@@ -41,7 +39,6 @@ FACES, ACTIVE, HANDLES = 24, 5, (1, 3, 10, 20)
 NOISE, NOISY_PRIOR, PLAIN_PRIOR = 0.01, 3e-3, 1e-3
 # On the built-in head: the chin, the corners of the mouth.
 MARKERS, MOVED = 41, 14
-SIZE, MARK = (340, 425), (0.1, 0.35, 0.9)
 CHIN, LEFT, RIGHT = 912, 1968, 4016
 
 
@@ -188,41 +185,12 @@ def draw(path: Path) -> None:
     rest = rig.neutral.vertices
     moves = {CHIN: [0.0, -1.4, -2.0], LEFT: [0.5, 0.1, -0.8], RIGHT: [0.0, -0.7, -0.5]}
     goals = {vertex: rest[vertex] + move for vertex, move in moves.items()}
-    faces = [rest]
-    for prior in (PRIOR, PLAIN_PRIOR):
+    faces = {"three goals": rest}
+    for prior, label in ((PRIOR, "solved"), (PLAIN_PRIOR, f"prior={PLAIN_PRIOR:g}")):
         solved = rig.solve(goals, prior=prior)
         print(f"picture, prior={prior:g}: {solved}")
-        faces.append(rig.pose(solved.weights))
-    mesh, marks = _with_marks(rig.neutral, list(goals.values()))
-    away = [np.linalg.norm(face - rest, axis=1) for face in faces]
-    scale = ColourScale(round_up(float(np.max(away))), "how far vertices have moved, cm")
-    rows = []
-    for view in ("front", (50.0, 0.0)):
-        camera = camera_for(rig.neutral, view, poses=np.stack(faces), size=SIZE)
-        with Stage(mesh, camera, size=SIZE) as stage:
-            row = []
-            for face, moved in zip(faces, away, strict=True):
-                colours = np.tile(MARK, (len(mesh.vertices), 1))
-                colours[: len(rest)] = heat_colours(moved, scale.highest)
-                row.append(stage.picture(np.concatenate([face, marks]), colours=colours))
-            rows.append(row)
-    words = ["three goals", "solved", f"prior={PLAIN_PRIOR:g}"]
-    write_picture(picture_grid(rows, column_labels=words, scale=scale), path)
-
-
-def _with_marks(
-    mesh: em.Mesh, places: list[NDArray[np.float64]]
-) -> tuple[em.Mesh, NDArray[np.float64]]:
-    """The mesh with an octahedron at each place, and the vertices of those."""
-    axes = np.concatenate([np.eye(3), -np.eye(3)])
-    marks = np.concatenate([place + 0.25 * axes for place in places])
-    faces = [list(face) for face in mesh.faces]
-    for first in range(len(mesh.vertices), len(mesh.vertices) + len(marks), len(axes)):
-        for top in (2, 5):
-            for x, y in ((0, 1), (1, 3), (3, 4), (4, 0)):
-                corners = (x, y, top) if top == 2 else (y, x, top)
-                faces.append([first + corner for corner in corners])
-    return em.Mesh(np.concatenate([mesh.vertices, marks]), faces), marks
+        faces[label] = rig.pose(solved.weights)
+    drag_picture(rig.neutral, goals, faces, path, views=("front", (50.0, 0.0)))
 
 
 def main() -> None:

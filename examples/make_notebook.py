@@ -1,6 +1,6 @@
 """Runs the cells of a notebook and keeps what they show, without Jupyter.
 
-    python examples/make_notebook.py examples/first_steps.ipynb
+    python examples/make_notebook.py examples/drag_a_face.ipynb
 
 The notebook is its own source: cells are edited in it, by Jupyter or by hand, and this program
 replaces their outputs by those of a run from top to bottom in an empty folder.
@@ -9,11 +9,13 @@ replaces their outputs by those of a run from top to bottom in an empty folder.
 from __future__ import annotations
 
 import ast
+import base64
 import contextlib
 import copy
 import io
 import json
 import os
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -60,9 +62,13 @@ def run_cell(source: str, names: dict[str, object], count: int) -> list[dict[str
         text = _lines(printed.getvalue())
         outputs.append({"name": "stdout", "output_type": "stream", "text": text})
     if value is not None:
-        shown = {"text/plain": _lines(repr(value))}
+        # The address of a thing says nothing to a reader, and is another in every run.
+        plain = re.sub(" at 0x[0-9A-Fa-f]+", "", repr(value))
+        shown: dict[str, str | list[str]] = {"text/plain": _lines(plain)}
         if hasattr(value, "_repr_html_"):
-            shown = {"text/html": _lines(value._repr_html_()), **shown}
+            shown["text/html"] = _lines(value._repr_html_())
+        if hasattr(value, "_repr_png_"):
+            shown["image/png"] = base64.b64encode(value._repr_png_()).decode()
         outputs.append(
             {
                 "data": shown,

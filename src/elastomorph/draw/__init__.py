@@ -8,6 +8,7 @@ from elastomorph.draw.actors import Lines
 from elastomorph.draw.camera import VIEWS, Camera
 from elastomorph.draw.comparisons import closure_comparison, error_strip, side_by_side
 from elastomorph.draw.curves_picture import curves_picture, network_lines
+from elastomorph.draw.dragged import drag_picture
 from elastomorph.draw.framing import camera_for
 from elastomorph.draw.graphs import error_graphs, inbetween_graph, time_graphs
 from elastomorph.draw.pictures import ColourScale, as_png, heat_colours, write_picture
@@ -26,6 +27,7 @@ __all__ = [
     "camera_for",
     "closure_comparison",
     "curves_picture",
+    "drag_picture",
     "error_graphs",
     "error_strip",
     "expression_strip",

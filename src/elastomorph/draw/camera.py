@@ -96,6 +96,22 @@ class Camera:
         lengths = np.linalg.norm(rays, axis=-1, keepdims=True)
         return np.asarray(points + rays / lengths * step)
 
+    def seen(self, points: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.float64]:
+        """(N, 2) column and row at which (N, 3) points are seen in a picture of this size.
+
+        They count from its upper left corner.
+        """
+        back = np.array(self.position) - np.array(self.focus)
+        back /= np.linalg.norm(back)
+        right = np.cross(self.up, back)
+        right /= np.linalg.norm(right)
+        axes = np.stack([right, np.cross(back, right), back])
+        across, above, behind = axes @ (points - np.array(self.position)).T
+        focal = size[1] / 2 / np.tan(np.radians(self.angle / 2))
+        columns = size[0] / 2 - focal * across / behind
+        rows = size[1] / 2 + focal * above / behind
+        return np.stack([columns, rows], axis=1)
+
 
 def _axes(view: str | tuple[float, float]) -> NDArray[np.float64]:
     """Rows: right, up and back of the camera."""
