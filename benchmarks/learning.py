@@ -22,7 +22,7 @@ import numpy as np
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import find_movements
-from elastomorph.io.npz.mesh import MarkerTake, read_marker_take
+from elastomorph.io.sequences.recordings import Recording, read_recording
 from elastomorph.io.vertex_lists import read_curves
 from elastomorph.samples import recorded_motion
 from measuring import data_folder
@@ -67,14 +67,14 @@ def main() -> int:
     return 0
 
 
-def _take(data: Path, name: str) -> tuple[MarkerTake, CurveNetwork]:
-    take = read_marker_take(data / "animface" / f"{name}.npz")
+def _take(data: Path, name: str) -> tuple[Recording, CurveNetwork]:
+    take = read_recording(data / "animface" / f"{name}.npz")
     count = len(take.names)
     return take, CurveNetwork(read_curves(CURVES, count, take.names), count)
 
 
 def _movements(
-    takes: dict[str, tuple[MarkerTake, CurveNetwork]], edge: float | None
+    takes: dict[str, tuple[Recording, CurveNetwork]], edge: float | None
 ) -> Iterator[tuple[em.MeshSequence, CurveNetwork]]:
     for take, network in takes.values():
         for start, stop in _turns(take) if edge is None else ():
@@ -85,7 +85,7 @@ def _movements(
             yield take.motion.part(move.start, move.stop), network
 
 
-def _turns(take: MarkerTake) -> Iterator[tuple[int, int]]:
+def _turns(take: Recording) -> Iterator[tuple[int, int]]:
     """From each turn of a take to the next apex and back, all rests and hesitations included."""
     from scipy.ndimage import gaussian_filter1d
     from scipy.signal import find_peaks
@@ -102,7 +102,7 @@ def _turns(take: MarkerTake) -> Iterator[tuple[int, int]]:
 
 def _judge(
     words: str,
-    takes: dict[str, tuple[MarkerTake, CurveNetwork]],
+    takes: dict[str, tuple[Recording, CurveNetwork]],
     edge: float | None,
     bends: int,
     shapes: str,
@@ -121,7 +121,7 @@ def _judge(
     )
 
 
-def _carry_over(takes: dict[str, tuple[MarkerTake, CurveNetwork]], bends: int) -> None:
+def _carry_over(takes: dict[str, tuple[Recording, CurveNetwork]], bends: int) -> None:
     straight, own, others = [], [], []
     for name, (source, parts) in REPETITIONS.items():
         take, network = takes[source]
@@ -139,7 +139,7 @@ def _carry_over(takes: dict[str, tuple[MarkerTake, CurveNetwork]], bends: int) -
     )
 
 
-def _draw(takes: dict[str, tuple[MarkerTake, CurveNetwork]], file: Path) -> None:
+def _draw(takes: dict[str, tuple[Recording, CurveNetwork]], file: Path) -> None:
     """The ways of two markers, each in the plane in which it moves most."""
     from matplotlib.figure import Figure
 

@@ -39,7 +39,7 @@ from elastomorph.evaluation import (
 from elastomorph.evaluation.movements import Movement, evaluate_movements
 from elastomorph.evaluation.summary import mean_summaries, same
 from elastomorph.evaluation.table import method_table
-from elastomorph.io.npz.mesh import read_marker_take
+from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.io.vertex_lists import read_curves
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import interpolate
@@ -133,7 +133,7 @@ def main() -> int:
 
 def judge(path: Path, edge: float = EDGE, methods: Sequence[str] = METHODS) -> list[Judged]:
     """Find the movements of a take and evaluate every method on each."""
-    take = read_marker_take(path)
+    take = read_recording(path)
     return [
         Judged(path.stem, one.movement, one.evaluation)
         for one in evaluate_movements(
@@ -144,7 +144,7 @@ def judge(path: Path, edge: float = EDGE, methods: Sequence[str] = METHODS) -> l
 
 def usable(path: Path) -> tuple[list[str], dict[str, str]]:
     """The methods that work on markers, and why the others do not."""
-    take = read_marker_take(path)
+    take = read_recording(path)
     curves = marker_curves(take.names)
     methods, reasons = list(METHODS), {}
     for method in ON_SURFACES:

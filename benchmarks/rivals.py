@@ -26,7 +26,7 @@ from elastomorph.evaluation.movements import evaluate_movements
 from elastomorph.evaluation.rigid_bodies import find_hinge, find_rigid_parts, hinge_errors
 from elastomorph.evaluation.summary import mean_summaries, summaries
 from elastomorph.evaluation.table import number_text
-from elastomorph.io.npz.mesh import read_marker_take
+from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.model.geometry import connected_parts
 from elastomorph.paths import Method
 from elastomorph.rivals import RIVALS, Cost, with_rivals
@@ -173,7 +173,7 @@ def markers(takes: Iterable[Path]) -> None:
     left_out: dict[str, str] = {}
     own = [text for text in OWN if not Method.parse(text).on_surfaces]
     for path in takes:
-        take = read_marker_take(path)
+        take = read_recording(path)
         network = marker_curves(take.names)
         for one in evaluate_movements(take.motion, network, lambda _: own):
             found = with_rivals(one.evaluation, RIVALS, own=own, runner=run)

@@ -17,12 +17,12 @@ from elastomorph.character import read_settings
 from elastomorph.io import read_rig, read_sequence
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.io.npz import read_npz, read_npz_sequence, write_npz, write_npz_sequence
-from elastomorph.io.npz.mesh import read_marker_take
 from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
 from elastomorph.io.obj import read_obj, write_obj
 from elastomorph.io.performance import read_performance, write_performance_csv
 from elastomorph.io.ply import read_ply, write_ply
 from elastomorph.io.point_cache import read_mdd, read_pc2, write_mdd, write_pc2
+from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.io.vertex_lists import read_curves, read_region
 from elastomorph.rig.performance import Performance
 from hostile import archives, documents, scenes, texts
@@ -281,7 +281,7 @@ FORMATS: tuple[Format, ...] = (
         "NPZ markers",
         "face.npz",
         partial(_archive_seeds, "markers"),
-        read_marker_take,
+        read_recording,
         crafted=partial(_archives, "markers", "positions"),
         damage=partial(_archive_damage, "markers"),
     ),

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from elastomorph.errors import ElastomorphError, ElastomorphWarning
-from elastomorph.io.npz.mesh import MarkerTake
 from elastomorph.io.point_cache import PointCache
+from elastomorph.io.sequences.recordings import Recording
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig
@@ -75,7 +75,7 @@ def sound(thing: Any) -> None:
         _sound_rig(thing)
     elif isinstance(thing, MeshSequence):
         _sound_sequence(thing)
-    elif isinstance(thing, MarkerTake):
+    elif isinstance(thing, Recording):
         _sound_sequence(thing.motion)
         require(len(thing.names) == len(thing.motion.mesh.vertices), "a name for each marker")
         _text(thing.names)

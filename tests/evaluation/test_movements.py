@@ -20,7 +20,7 @@ from elastomorph.evaluation.movements import (
     evaluate_movements,
     mean_lines,
 )
-from elastomorph.io.npz.mesh import read_marker_take
+from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.io.vertex_lists import read_curves
 
 PLAIN = {"smoothing": 0.0}
@@ -286,7 +286,7 @@ def captured(data_dir: Path) -> list[JudgedMovement]:
     """Every movement of two takes, by every method."""
     found = []
     for name in ("jaw", "eyebrows"):
-        take = read_marker_take(data_dir / "animface" / f"{name}.npz")
+        take = read_recording(data_dir / "animface" / f"{name}.npz")
         network = em.CurveNetwork(read_curves(CURVES, len(take.names), take.names), len(take.names))
         found += evaluate_movements(take.motion, network, partial(every_method, curves=network))
     return found

@@ -11,7 +11,7 @@ import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.movements import find_movements
 from elastomorph.fitting.path_fit import Observed, Splines, fitted
-from elastomorph.io.npz.mesh import read_marker_take
+from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.io.vertex_lists import read_curves
 
 CURVES = Path(__file__).parents[2] / "benchmarks" / "animface_curves.json"
@@ -226,7 +226,7 @@ def test_recorded_movements_are_never_worse_than_straight(data_dir: Path) -> Non
     """Of two takes of real faces, whole movements; the goal in the mean."""
     pairs = []
     for name in ("jaw", "eyebrows"):
-        take = read_marker_take(data_dir / "animface" / f"{name}.npz")
+        take = read_recording(data_dir / "animface" / f"{name}.npz")
         network = CurveNetwork(read_curves(CURVES, 41, take.names), 41)
         for move in find_movements(take.motion.frames, edge=0.0):
             part = take.motion.part(move.start, move.stop)
@@ -257,3 +257,20 @@ def test_a_recording_with_a_lost_marker_is_refused_by_name(
     np.savez(tmp_path / "take.npz", frames=frames)
     with pytest.raises(em.FormatError, match=r"take\.npz: frame 7 has coordinates that are not"):
         em.learn(tmp_path / "take.npz")
+
+
+def test_markers_that_are_missing_leave_the_path_as_it_is(
+    network: CurveNetwork, tmp_path: Path
+) -> None:
+    """Least squares over what is there; one that an end does not see counts nowhere."""
+    take = movement(network, 1)
+    names = [f"marker {number}" for number in range(network.vertex_count)]
+    frames = np.array(take.frames)
+    frames[8:20, 5] = np.nan
+    frames[30:, 11] = np.nan
+    np.savez(tmp_path / "take.npz", markers=frames, names=np.array(names))
+    found = em.learn(tmp_path / "take.npz", 1, curves=network)
+    others = np.delete(np.arange(network.vertex_count), 11)
+    np.testing.assert_allclose(found.at(TIMES)[:, others], take.frames[:, others], atol=1e-6)
+    np.testing.assert_array_equal(found.target.vertices[11], take.frames[29, 11])
+    assert found.errors.lme < 1e-6

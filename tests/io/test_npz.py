@@ -17,7 +17,8 @@ from mesh_samples import assert_same_mesh, house, meshes, same_bits
 
 from elastomorph.errors import FormatError
 from elastomorph.io.npz import read_npz, read_npz_sequence, write_npz, write_npz_sequence
-from elastomorph.io.npz.mesh import holds_markers, read_marker_take
+from elastomorph.io.npz.mesh import holds_markers, read_markers
+from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 
@@ -244,7 +245,7 @@ NAMES = np.array(["chin", "lip", "brow", "nose"])
 def test_markers_and_their_names_are_read(called: str, tmp_path: Path) -> None:
     np.savez(tmp_path / "take.npz", names=NAMES, **{called: FRAMES})
     assert holds_markers(tmp_path / "take.npz")
-    take = read_marker_take(tmp_path / "take.npz")
+    take = read_recording(tmp_path / "take.npz")
     np.testing.assert_array_equal(take.motion.frames, FRAMES)
     assert take.names == tuple(NAMES)
     assert len(take.motion.mesh.faces) == 0
@@ -256,13 +257,13 @@ def test_other_archives_hold_no_markers(tmp_path: Path) -> None:
     assert not holds_markers(tmp_path / "missing.npz")
     assert not holds_markers("scan.####.obj")
     with pytest.raises(FormatError, match="positions or markers or stab"):
-        read_marker_take(tmp_path / "other.npz")
+        read_markers(tmp_path / "other.npz")
 
 
 def test_names_of_markers_must_fit_and_numbers_be_finite(tmp_path: Path) -> None:
     np.savez(tmp_path / "few.npz", names=NAMES[:3], stab=FRAMES)
     with pytest.raises(FormatError, match="names"):
-        read_marker_take(tmp_path / "few.npz")
+        read_recording(tmp_path / "few.npz")
     np.savez(tmp_path / "bad.npz", names=NAMES, stab=FRAMES * np.nan)
     with pytest.raises(FormatError, match="finite"):
-        read_marker_take(tmp_path / "bad.npz")
+        read_recording(tmp_path / "bad.npz")

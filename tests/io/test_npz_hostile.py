@@ -14,8 +14,8 @@ import pytest
 from elastomorph.errors import FormatError
 from elastomorph.io.npz import read_npz, read_npz_sequence
 from elastomorph.io.npz.members import open_npz
-from elastomorph.io.npz.mesh import read_marker_take
 from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
+from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.io.untrusted import allowed_memory
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
@@ -57,12 +57,12 @@ def test_characters_that_do_not_exist_are_refused(tmp_path: Path, code: int, ord
         tmp_path / "a.npz", names=member(f"{order}U1", (2,), body), stab=np.zeros((2, 2, 3))
     )
     with pytest.raises(FormatError, match="'names' holds text with characters that do not exist"):
-        read_marker_take(path)
+        read_recording(path)
 
 
 def test_characters_of_any_plane_are_text(tmp_path: Path) -> None:
     path = packed(tmp_path / "a.npz", names=texts(0x10FFFF, 0xD7FF), stab=np.zeros((2, 2, 3)))
-    assert read_marker_take(path).names == ("\U0010ffff", "\ud7ff")
+    assert read_recording(path).names == ("\U0010ffff", "\ud7ff")
 
 
 def test_texts_of_no_characters_are_refused(tmp_path: Path) -> None:
@@ -101,7 +101,7 @@ def test_members_packed_as_numpy_never_packs_are_refused(tmp_path: Path, method:
         ({"vertices": np.zeros((10_000_000, 3), "i1")}, read_npz),
         ({"vertices": np.zeros((3_000_000, 3), "f2")}, read_npz),
         ({"frames": np.zeros((2, 3_000_000, 3), "i1")}, read_npz_sequence),
-        ({"stab": np.zeros((2, 3_000_000, 3), "f2"), "names": np.array("a")}, read_marker_take),
+        ({"stab": np.zeros((2, 3_000_000, 3), "f2"), "names": np.array("a")}, read_recording),
         (
             {
                 "frames": np.zeros((2, 3, 3)),
@@ -153,7 +153,7 @@ def test_times_too_far_apart_are_refused(tmp_path: Path, times: list[float]) -> 
 def test_a_take_of_no_motion_is_refused(tmp_path: Path, frames: int) -> None:
     markers = packed(tmp_path / "a.npz", stab=np.zeros((frames, 2, 3)), names=texts(65, 66))
     with pytest.raises(FormatError, match=f"at least 2 frames, found {frames}"):
-        read_marker_take(markers)
+        read_recording(markers)
     with pytest.raises(FormatError, match=f"at least 2 frames, found {frames}"):
         read_npz_sequence(packed(tmp_path / "b.npz", frames=np.zeros((frames, 2, 3))))
 

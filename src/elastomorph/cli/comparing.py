@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
     from elastomorph.evaluation import Evaluation
     from elastomorph.evaluation.confidence import Confidence
+    from elastomorph.io.sequences.recordings import Recording
     from elastomorph.model.morph import Morph
     from elastomorph.model.sequence import MeshSequence
     from elastomorph.paths import Method
@@ -33,24 +34,22 @@ _LONG_WORDS = (
 )
 
 
-def read_motion(truth: str, keep: Path | None) -> tuple[MeshSequence, CurveNetwork]:
+def read_motion(
+    truth: str, keep: Path | None, clip: str | None = None
+) -> tuple[Recording, CurveNetwork]:
     """A recorded motion, or one of markers, and its curves."""
-    from elastomorph.io import read_sequence
-    from elastomorph.io.npz.mesh import holds_markers, read_marker_take
+    from elastomorph.io.sequences.recordings import read_recording
 
-    if holds_markers(truth):
-        take = read_marker_take(truth)
-        return take.motion, options.network(take.motion.mesh, keep, take.names)
-    motion = read_sequence(truth)
-    return motion, options.network(motion.mesh, keep)
+    found = read_recording(truth, clip=clip)
+    return found, options.network(found.motion.mesh, keep, found.names)
 
 
 def confidence_for(
-    truth: str, motion: MeshSequence, named: Path | None, least: float | None
+    truth: str, recording: Recording, named: Path | None, least: float | None
 ) -> Confidence | None:
     """The confidence of a motion as a mask: that of the file named, or of the one beside it."""
     from elastomorph.evaluation.confidence import LEAST
-    from elastomorph.evaluation.evaluation import confidence_of
+    from elastomorph.evaluation.evaluation import confidence_in
     from elastomorph.io.npz.confidence import confidence_beside
 
     found = confidence_beside(truth) if named is None else named
@@ -59,7 +58,7 @@ def confidence_for(
             "--least-confidence is for recordings with a confidence.npz beside them: name one "
             "with --confidence, or leave it out"
         )
-    return confidence_of(found, motion, LEAST if least is None else least)
+    return confidence_in(recording, found, LEAST if least is None else least)
 
 
 @dataclass(frozen=True)

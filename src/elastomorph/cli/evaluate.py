@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 Truth = Annotated[
     str,
-    typer.Argument(help="Frames: scan.####.obj, a folder, 'scan.*.ply', .npz; a marker take."),
+    typer.Argument(
+        help="Frames: scan.####.obj, a folder, .npz of meshes or markers, .mdd, .pc2, .glb."
+    ),
 ]
 Output = Annotated[
     Path | None,
@@ -87,6 +89,7 @@ def evaluate(
     movements: Movements = False,
     edge: Edge = None,
     rigid: Rigid = None,
+    clip: options.ClipName = None,
     confidence: options.ConfidenceFile = None,
     least: options.LeastConfidence = None,
     mass: Mass = None,
@@ -118,9 +121,10 @@ def evaluate(
     if character is not None and keep is not None:
         character = character.with_curves(keep)
     keep = options.curve_file(keep, settings)
-    motion, network = read_motion(truth, keep)
+    recording, network = read_motion(truth, keep, clip)
+    motion = recording.motion
     material = (said if character is None else said.over(character.method)).material
-    mask = confidence_for(truth, motion, confidence, least)
+    mask = confidence_for(truth, recording, confidence, least)
     call = command_line(context)
     wanted = (named, every, material, network, mask, keep, report, unit, call, pictures)
     asked = Asked(*wanted, say, rivals)

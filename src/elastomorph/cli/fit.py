@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.comparing import read_motion
 from elastomorph.cli.output import Say
 from elastomorph.cli.verb import Answer, verb
 
@@ -22,7 +23,9 @@ Closure = Annotated[
 def fit(
     motions: Annotated[
         list[str],
-        typer.Argument(help="Motions of one mesh: take.npz, scan.####.obj, a folder, …"),
+        typer.Argument(
+            help="Motions of one mesh: scan.####.obj, a folder, .npz, .mdd, .pc2, .glb."
+        ),
     ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write what was found as JSON.")
@@ -35,6 +38,7 @@ def fit(
         bool, typer.Option("--per-curve", help="Also fit every curve alone.")
     ] = False,
     closure: Closure = "limit",
+    clip: options.ClipName = None,
     keep: options.CurveFile = None,
     settings: options.SettingsFile = None,
     *,
@@ -50,16 +54,15 @@ def fit(
     from rich.console import Console
 
     from elastomorph.fitting import fit as estimate
-    from elastomorph.io import read_sequence
     from elastomorph.io.atomic import replacing
+    from elastomorph.io.sequences.recordings import whole
 
-    takes = []
-    for motion in motions:
-        say(f"reading {motion}")
-        takes.append(read_sequence(motion))
+    say("reading")
+    keep = options.curve_file(keep, settings)
+    read = [read_motion(motion, keep, clip) for motion in motions]
     found = estimate(
-        takes,
-        options.network(takes[0].mesh, options.curve_file(keep, settings)),
+        [whole(motion, taken) for motion, (taken, _) in zip(motions, read, strict=True)],
+        read[0][1],
         degree=degree,
         per_curve=per_curve,
         closure=closure,

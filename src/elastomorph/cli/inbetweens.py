@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
+from elastomorph.cli.comparing import confidence_for, read_motion
 from elastomorph.cli.output import Say, plain_table, times_smaller
 from elastomorph.cli.verb import Answer, verb
 
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
 _USUAL = 4
 
 Frames = Annotated[
-    str, typer.Argument(help="Recorded frames: scan.####.obj, a folder, 'scan.*.ply', .npz.")
+    str,
+    typer.Argument(
+        help="Frames: scan.####.obj, a folder, .npz of meshes or markers, .mdd, .pc2, .glb."
+    ),
 ]
 Count = Annotated[
     int | None,
@@ -45,6 +49,7 @@ def suggest(
     ] = None,
     measure: Measure = "lme",
     method: Method = None,
+    clip: options.ClipName = None,
     keep: options.CurveFile = None,
     settings: options.SettingsFile = None,
     *,
@@ -56,17 +61,19 @@ def suggest(
     """
     from rich.console import Console
 
+    from elastomorph.evaluation.confidence import counted_of
     from elastomorph.evaluation.inbetweens import suggest_inbetweens
-    from elastomorph.io import read_sequence
 
     say("reading")
-    motion = read_sequence(truth)
+    recording, network = read_motion(truth, options.curve_file(keep, settings), clip)
+    motion = recording.motion
     found = suggest_inbetweens(
         motion,
         min(_USUAL, len(motion) - 2) if count is None else count,
-        curves=options.network(motion.mesh, options.curve_file(keep, settings)),
+        curves=network,
         measure=measure,
         method=method,
+        counted=counted_of(confidence_for(truth, recording, None, None)),
         progress=say,
     )
     if output is not None:

@@ -27,8 +27,8 @@ Recordings = Annotated[
     list[str],
     typer.Argument(
         metavar="RECORDING…",
-        help="Frames from neutral to target: take.####.obj, a folder, .npz of meshes or markers. "
-        "Several are repetitions, of which one path is learned.",
+        help="Frames from neutral to target: take.####.obj, a folder, .npz of meshes or markers; "
+        ".mdd, .pc2, .glb. Several are repetitions, of which one path is learned.",
     ),
 ]
 Output = Annotated[
@@ -68,6 +68,7 @@ def learn(
     frames: Frames = None,
     movements: Movements = False,
     name: Name = None,
+    clip: options.ClipName = None,
     confidence: options.ConfidenceFile = None,
     least: options.LeastConfidence = None,
     keep: options.CurveFile = None,
@@ -87,13 +88,13 @@ def learn(
     _require_use(recording, output, frames, movements, name)
     say("reading")
     keep = options.curve_file(keep, settings)
-    read = [read_motion(each, keep) for each in recording]
+    read = [read_motion(each, keep, clip) for each in recording]
     network = read[0][1]
     masks = [
-        confidence_for(each, motion, confidence, least)
-        for each, (motion, _) in zip(recording, read, strict=True)
+        confidence_for(each, found, confidence, least)
+        for each, (found, _) in zip(recording, read, strict=True)
     ]
-    takes = [motion for motion, _ in read]
+    takes = [found.motion for found, _ in read]
     how: dict[str, Any] = {"shapes": shapes, "timing": timing, "knots": knots, "curves": network}
     if movements:
         return _each_movement(takes[0], masks[0], bends, how, say)

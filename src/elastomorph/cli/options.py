@@ -83,6 +83,10 @@ NeutralPose = Annotated[
     ),
 ]
 
+ClipName = Annotated[
+    str | None,
+    typer.Option("--clip", help="Which animation of a .glb, .gltf or .vrm with several."),
+]
 ConfidenceFile = Annotated[
     Path | None,
     typer.Option(

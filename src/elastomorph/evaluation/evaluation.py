@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -31,6 +31,9 @@ from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.paths import Method, interpolate
 from elastomorph.paths.through import law_for
 from elastomorph.physics import Material
+
+if TYPE_CHECKING:
+    from elastomorph.io.sequences.recordings import Recording
 
 # A morph read from a file of 32-bit numbers starts and ends this close to the captured frames.
 _END_TOLERANCE = 1e-5
@@ -107,13 +110,24 @@ def recorded_motion(
     if not isinstance(truth, str | Path):
         require_motion(truth)
         return truth, confidence_of(confidence, truth, least)
-    # Files lie beside this package, not below it; whoever has a name in hand should not mind.
-    from elastomorph.io import read_sequence
     from elastomorph.io.npz.confidence import confidence_beside
+    from elastomorph.io.sequences.recordings import read_recording
 
     found = confidence_beside(truth) if confidence is None else confidence
-    motion = read_sequence(truth)
-    return motion, confidence_of(found, motion, least)
+    recording = read_recording(truth)
+    return recording.motion, confidence_in(recording, found, least)
+
+
+def confidence_in(
+    recording: Recording, given: ConfidenceLike | None, least: float
+) -> Confidence | None:
+    """The confidence of a recording as a mask, in which what was not seen never counts."""
+    mask = confidence_of(given, recording.motion, least)
+    if recording.seen is None:
+        return mask
+    if mask is None:
+        return Confidence(recording.seen.astype(np.float32))
+    return Confidence(mask.values * recording.seen, mask.least)
 
 
 def _path(label: str, method: Method | Morph, truth: MeshSequence, curves: CurveNetwork) -> Morph:

@@ -76,14 +76,6 @@ def write_npz_sequence(path: str | Path, sequence: MeshSequence) -> None:
     write_arrays(path, {**motion, **surface_arrays(sequence.mesh)})
 
 
-@dataclass(frozen=True, eq=False)
-class MarkerTake:
-    """A take of named markers, on a mesh without polygons."""
-
-    motion: MeshSequence
-    names: tuple[str, ...]
-
-
 def holds_markers(path: str | Path) -> bool:
     """Whether a file is an archive of markers rather than of a mesh in motion."""
     if Path(path).suffix.lower() != ".npz" or not is_file(path):
@@ -120,19 +112,6 @@ def read_markers(path: str | Path) -> Markers:
         if "vertices" in members.names:
             vertices = tuple(members.whole("vertices", (len(names),)).tolist())
     return Markers(tuple(names), frames, times, vertices)
-
-
-def read_marker_take(path: str | Path) -> MarkerTake:
-    """The markers of an archive of (N,) ``names`` and (T, N, 3) positions, at a constant rate.
-
-    The rigid motion of the head is removed from these.
-    """
-    taken = read_markers(path)
-    frames, names = taken.frames, taken.names
-    if len(frames) < 2:
-        raise FormatError(path, f"a take needs at least 2 frames, found {len(frames)}")
-    with naming_file(path):
-        return MarkerTake(MeshSequence(Mesh(frames[0]), frames), names)
 
 
 def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:

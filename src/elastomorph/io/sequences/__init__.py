@@ -1,5 +1,6 @@
-"""Motion in files: numbered meshes, an archive, or a performance written as a take."""
+"""Motion in files: numbered meshes, archives, caches, and performances written as takes."""
 
-from elastomorph.io.sequences.meshes import read_sequence, write_sequence
+from elastomorph.io.sequences.meshes import write_sequence
+from elastomorph.io.sequences.recordings import read_recording, read_sequence
 
-__all__ = ["read_sequence", "write_sequence"]
+__all__ = ["read_recording", "read_sequence", "write_sequence"]

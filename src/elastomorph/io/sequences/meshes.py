@@ -1,4 +1,4 @@
-"""Recorded motion: numbered mesh files, one a frame, or a single .npz archive."""
+"""Motion as numbered mesh files, one a frame."""
 
 from __future__ import annotations
 
@@ -10,38 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, ParameterError
-from elastomorph.io.atomic import is_file, replacing_path, require_name, size_of
-from elastomorph.io.npz.mesh import read_npz_sequence, write_npz_sequence
+from elastomorph.io.atomic import replacing_path, require_name, size_of
+from elastomorph.io.npz.mesh import write_npz_sequence
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read, writer_of
 from elastomorph.io.sequences.numbering import find_frames, frame_pattern
 from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["read_sequence", "write_face_files", "write_sequence"]
+__all__ = ["read_numbered", "write_face_files", "write_sequence"]
 
 _FINEST_GRID = 10_000
 
 
-def read_sequence(pattern: str | Path) -> MeshSequence:
-    """A recorded motion, its frames in the order of their numbers.
-
-    Times follow the frame numbers: without frame 3, frame 4 still comes at its own time. Frames
-    that the numbering leaves out are named in ``missing``.
-
-    Args:
-        pattern: ``scan.####.obj`` (a run of # stands for a number of any width), a wildcard such
-            as ``scan.*.obj``, a folder with mesh files of one suffix, or one ``.npz`` archive.
-
-    Raises:
-        FileError: There are no such files, or fewer than two, or their numbers are not clear.
-        FormatError: A file is not what its format allows.
-        TopologyError: A frame has other vertices or polygons than the first one.
-    """
-    require_name(pattern)
-    path = Path(pattern)
-    if path.suffix.lower() == ".npz" and is_file(path):
-        return read_npz_sequence(pattern)
+def read_numbered(pattern: str | Path) -> MeshSequence:
+    """The frames in numbered mesh files or a folder of them, in the order of their numbers."""
     found = find_frames(pattern, known_suffixes(MESH_FORMATS))
     first = read(found.files[0])
     budget = MemoryBudget(pattern, sum(map(size_of, found.files)))
