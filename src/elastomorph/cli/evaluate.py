@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 
 Truth = Annotated[
     str,
-    typer.Argument(
-        help="Frames: scan.####.obj, a folder, .npz of meshes or markers, .mdd, .pc2, .glb."
-    ),
+    typer.Argument(help=f"A recorded motion: {options.RECORDED}."),
 ]
 Output = Annotated[
     Path | None,
@@ -121,23 +119,22 @@ def evaluate(
     if character is not None and keep is not None:
         character = character.with_curves(keep)
     keep = options.curve_file(keep, settings)
-    recording, network = read_motion(truth, keep, clip)
-    motion = recording.motion
+    taken, network = read_motion(truth, keep, clip)
     material = (said if character is None else said.over(character.method)).material
-    mask = confidence_for(truth, recording, confidence, least)
+    mask = confidence_for(truth, taken, confidence, least)
     call = command_line(context)
     wanted = (named, every, material, network, mask, keep, report, unit, call, pictures)
     asked = Asked(*wanted, say, rivals)
     if movements:
-        return _movements(asked, truth, motion, 0.05 if edge is None else edge)
-    result, written, beside = compared(asked, truth, motion, character, output)
+        return _movements(asked, truth, taken.motion, 0.05 if edge is None else edge)
+    result, written, beside = compared(asked, truth, taken.motion, character, output)
     bodies = {} if rigid is None else _rigidity(rigid, result)
     found = json.loads(result.to_json())
     if bodies:
         found["rigid"] = {label: asdict(body) for label, body in bodies.items()}
     if beside is not None:
         found["rivals"] = beside.facts()
-    return Answer(found, lambda: _tell(result, motion, bodies, every, written, beside))
+    return Answer(found, lambda: _tell(result, taken.motion, bodies, every, written, beside))
 
 
 def _rigidity(rigid: str, result: Evaluation) -> dict[str, Rigidity]:

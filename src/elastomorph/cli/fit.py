@@ -13,6 +13,9 @@ from elastomorph.cli.comparing import read_motion
 from elastomorph.cli.output import Say
 from elastomorph.cli.verb import Answer, verb
 
+Motions = Annotated[
+    list[str], typer.Argument(help=f"Motions of one mesh, each {options.RECORDED}.")
+]
 Closure = Annotated[
     str,
     typer.Option(help="Time law of a curve's mean: limit, compatible, rest, unforced, linear."),
@@ -21,12 +24,7 @@ Closure = Annotated[
 
 @verb
 def fit(
-    motions: Annotated[
-        list[str],
-        typer.Argument(
-            help="Motions of one mesh: scan.####.obj, a folder, .npz, .mdd, .pc2, .glb."
-        ),
-    ],
+    motions: Motions,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write what was found as JSON.")
     ] = None,
@@ -58,8 +56,8 @@ def fit(
     from elastomorph.io.sequences.recordings import whole
 
     say("reading")
-    keep = options.curve_file(keep, settings)
-    read = [read_motion(motion, keep, clip) for motion in motions]
+    named = options.curve_file(keep, settings)
+    read = [read_motion(motion, named, clip) for motion in motions]
     found = estimate(
         [whole(motion, taken) for motion, (taken, _) in zip(motions, read, strict=True)],
         read[0][1],

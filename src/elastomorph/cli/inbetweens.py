@@ -21,12 +21,7 @@ if TYPE_CHECKING:
 
 _USUAL = 4
 
-Frames = Annotated[
-    str,
-    typer.Argument(
-        help="Frames: scan.####.obj, a folder, .npz of meshes or markers, .mdd, .pc2, .glb."
-    ),
-]
+Frames = Annotated[str, typer.Argument(help=f"A recorded motion: {options.RECORDED}.")]
 Count = Annotated[
     int | None,
     typer.Option("--count", "-n", help=f"Most in-betweens; {_USUAL} where there are frames."),

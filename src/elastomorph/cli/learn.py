@@ -27,8 +27,8 @@ Recordings = Annotated[
     list[str],
     typer.Argument(
         metavar="RECORDING…",
-        help="Frames from neutral to target: take.####.obj, a folder, .npz of meshes or markers; "
-        ".mdd, .pc2, .glb. Several are repetitions, of which one path is learned.",
+        help=f"From neutral to target: {options.RECORDED}. Several are repetitions, of which one "
+        "path is learned.",
     ),
 ]
 Output = Annotated[

@@ -83,6 +83,9 @@ NeutralPose = Annotated[
     ),
 ]
 
+RECORDED = "scan.####.obj, a folder, .npz of meshes or markers, .mdd, .pc2, .glb"
+"""What a recorded motion is read from, for the help of verbs that take one."""
+
 ClipName = Annotated[
     str | None,
     typer.Option("--clip", help="Which animation of a .glb, .gltf or .vrm with several."),
