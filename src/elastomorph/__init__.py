@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from elastomorph.evaluation import Suggestion as Suggestion
     from elastomorph.evaluation import evaluate as evaluate
     from elastomorph.evaluation import suggest_inbetweens as suggest_inbetweens
+    from elastomorph.farm.sampler import FaceSampler as FaceSampler
     from elastomorph.fitting import Fit as Fit
     from elastomorph.fitting import Learned as Learned
     from elastomorph.fitting.fit import fit as fit
@@ -65,6 +66,7 @@ _HOMES = {
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
     "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
+    "farm.sampler": ("FaceSampler",),
     "fitting": ("Fit", "Learned"),
     "fitting.fit": ("fit",),
     "fitting.learning": ("learn",),

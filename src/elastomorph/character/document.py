@@ -6,6 +6,7 @@ import math
 import re
 import tomllib
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
@@ -17,8 +18,8 @@ from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
 from elastomorph.io.atomic import opened
 from elastomorph.io.untrusted import shortened
 
-Where = tuple[str, ...]
-"""The names that lead to a key: ``("regions", "mouth", "falloff")``."""
+Where = tuple[str | int, ...]
+"""What leads to a key: ``("regions", "mouth", "falloff")``, ``("mixture", 0, "share")``."""
 
 _MOST_BYTES = 1 << 18
 _SHOWN = 60
@@ -59,27 +60,36 @@ class Document:
         try:
             yield
         except ParameterError as error:
-            self.refuse(where, f"{_shown(where)}: {error}")
+            self.refuse(where, f"{shown(where)}: {error}")
 
     def table(self, where: Where) -> dict[str, Any]:
         """A table; empty where it is left out."""
-        found: dict[str, Any] = self.content
+        found: Any = self.content
         for depth, name in enumerate(where, start=1):
-            inner = found.get(name, {})
-            if not isinstance(inner, dict):
+            inner = found[name] if isinstance(name, int) else found.get(name, {})
+            one_of_several = any(isinstance(n, int) for n in where[depth : depth + 1])
+            if not isinstance(inner, dict) and not one_of_several:
                 self.refuse(
                     where[:depth],
-                    f"'{name}' is a table and must hold keys: write [{_shown(where[:depth])}]",
+                    f"'{name}' is a table and must hold keys: write [{shown(where[:depth])}]",
                 )
             found = inner
-        return found
+        table: dict[str, Any] = found
+        return table
+
+    def entries(self, name: str) -> list[Where]:
+        """Where each of the tables [[name]] is; none where they are left out."""
+        found = self.content.get(name, [])
+        if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
+            self.refuse((name,), f"'{name}' is a list of tables: write [[{name}]]")
+        return [(name, number) for number in range(len(found))]
 
     def require_known(self, where: Where, known: Iterable[str]) -> None:
         """Refuse the first key of a table that is not among the known ones."""
         names = list(known)
         for key in self.table(where):
             if key not in names:
-                what = f"key {key!r} in [{_shown(where)}]" if where else f"table or key {key!r}"
+                what = f"key {key!r} in [{shown(where)}]" if where else f"table or key {key!r}"
                 self.refuse((*where, key), f"unknown {what}: {nearest(key, names)}")
 
     def values(self, where: Where, keys: Mapping[str, Key]) -> dict[str, Any]:
@@ -94,7 +104,7 @@ class Document:
         if not understood(given):
             self.refuse(
                 where,
-                f"'{_shown(where)}' must be {expected}, such as {key.example}; "
+                f"'{shown(where)}' must be {expected}, such as {key.example}; "
                 f"found {_found(given)}",
             )
         if key.kind == "file":
@@ -112,7 +122,7 @@ class Document:
         if not there:
             self.refuse(
                 where,
-                f"'{_shown(where)}' names the file {name!r}, which does not exist in "
+                f"'{shown(where)}' names the file {name!r}, which does not exist in "
                 f"{self.path.parent}; names are relative to the settings file",
             )
 
@@ -176,6 +186,11 @@ def _is_text(value: Any) -> bool:
     return isinstance(value, str) and bool(value.strip()) and "\0" not in value
 
 
+def _is_span(value: Any) -> bool:
+    low, high = value if isinstance(value, list) and len(value) == 2 else (value, value)
+    return _is_number(low) and _is_number(high)
+
+
 _is_texts = _list_of(_is_text)
 _is_vertices = _list_of(lambda value: _is_whole(value) and 0 <= value < 2**31)
 
@@ -186,6 +201,7 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "whole": ("a whole number", _is_whole),
     "flag": ("true or false", lambda value: isinstance(value, bool)),
     "numbers": ("a list of finite numbers", _list_of(_is_number)),
+    "span": ("a finite number or two, [lowest, highest]", _is_span),
     "texts": ("text or a list of texts", lambda value: _is_text(value) or _is_texts(value)),
     "vertices": (
         "a file, ranges such as '0-99,120' or a list of indices",
@@ -195,8 +211,10 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
 }
 
 
-def _shown(where: Where) -> str:
-    return ".".join(where)
+def shown(where: Where) -> str:
+    """What leads to a key, as messages say it: ``regions.mouth.falloff``, ``mixture #1.share``."""
+    names = ".".join(f"#{name + 1}" if isinstance(name, int) else name for name in where)
+    return names.replace(".#", " #")
 
 
 def _found(value: Any) -> str:
@@ -215,7 +233,7 @@ _HEADER = re.compile(rf"[ \t]*\[{{1,2}}[ \t]*({_KEY})[ \t]*\]")
 _ASSIGNMENT = re.compile(rf"[ \t]*({_KEY})[ \t]*=")
 
 
-def line_of(text: str, where: tuple[str, ...]) -> int | None:
+def line_of(text: str, where: Where) -> int | None:
     """The line of a key or table, counted from 1; of what it is in where it has no line itself.
 
     Args:
@@ -229,10 +247,14 @@ def line_of(text: str, where: tuple[str, ...]) -> int | None:
     if '"' * 3 in text or "'" * 3 in text:
         return None
     best, found = 0, None
-    table: tuple[str, ...] = ()
+    table: Where = ()
+    entries: Counter[Where] = Counter()
     for number, line in enumerate(text.split("\n"), start=1):
         if header := _HEADER.match(line):
             place = table = _names(header[1])
+            if line.lstrip().startswith("[["):
+                place = table = (*table, entries[table])
+                entries[table[:-1]] += 1
         elif assignment := _ASSIGNMENT.match(line):
             place = table + _names(assignment[1])
         else:
@@ -246,7 +268,7 @@ def line_of(text: str, where: tuple[str, ...]) -> int | None:
     return found
 
 
-def _names(key: str) -> tuple[str, ...]:
+def _names(key: str) -> Where:
     content: Any = tomllib.loads(f"{key} = 0")
     names = []
     while isinstance(content, dict):

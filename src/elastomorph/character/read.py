@@ -243,7 +243,7 @@ def _lists(document: Document, table: str) -> dict[str, tuple[str, ...]]:
 
 
 def _checked(document: Document, where: Where, require: Callable[..., object]) -> dict[str, Any]:
-    found = document.values(where, tables()[".".join(where)])
+    found = document.values(where, tables()[".".join(map(str, where))])
     for key, value in found.items():
         with document.naming((*where, key)):
             require(**{key: value})

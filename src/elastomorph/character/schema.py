@@ -30,7 +30,8 @@ class Key(NamedTuple):
     """One key of a settings file, with a value as TOML."""
 
     # ``text``, ``number``, ``whole``, ``flag``, ``numbers`` or ``table``; ``file``, the name of one
-    # that exists; ``texts``, one text or a list; ``vertices``, a file, ranges, or a list of indices
+    # that exists; ``texts``, one text or a list; ``vertices``, a file, ranges or indices;
+    # ``span``, a number or two
     kind: str
     example: str
 

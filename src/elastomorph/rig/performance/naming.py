@@ -6,6 +6,7 @@ means only itself. Left and right are the sides of the person.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 
@@ -99,3 +100,19 @@ def is_rotation(name: str) -> bool:
 def wholes() -> tuple[Whole, ...]:
     """Shapes that others make up together, those of two halves before the presets of VRM."""
     return _WHOLES
+
+
+def side_pairs(names: Sequence[str]) -> list[tuple[int, int]]:
+    """Places of the names that are the left and the right half of one shape, on one node."""
+    found: dict[tuple[str, str], int] = {}
+    for place, name in enumerate(names):
+        shape = shape_of(name)
+        if shape is not None:
+            node = name[: max(name.rfind(":"), name.rfind(".")) + 1]
+            found.setdefault((node, shape), place)
+    pairs = []
+    for (node, shape), place in found.items():
+        right = (node, f"{shape.removesuffix('Left')}Right")
+        if shape.removesuffix("Left") in _SIDED and shape.endswith("Left") and right in found:
+            pairs.append((place, found[right]))
+    return pairs

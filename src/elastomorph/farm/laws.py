@@ -1,0 +1,34 @@
+"""Laws of chance of one number, each a table: what stands for each of the 65,536 lanes.
+
+A number that is stored in 16 bits is drawn by one look into a table, whatever its law.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.farm.columns import LEVELS, Codes, Column
+
+Floats = NDArray[np.float64]
+
+
+def quantiles() -> Floats:
+    """(65536,) what each lane stands for between 0 and 1: the middles of as many equal parts."""
+    return np.asarray((np.arange(LEVELS + 1) + 0.5) / (LEVELS + 1))
+
+
+def sizes(column: Column, power: float) -> Codes:
+    """Codes of a slider that is on, by how far it is on; lane 0 is off.
+
+    The distance from rest is u^power of the way to the end of the range, u uniform; a range on both
+    sides of 0 has on each side as many as it is long.
+    """
+    rest = column.rest
+    code = np.arange(LEVELS + 1)
+    longest = np.where(code < rest, rest, LEVELS - rest)
+    way = np.abs(code - rest) / np.maximum(longest, 1)
+    moved = np.rint(way**power * longest) * np.sign(code - rest)
+    table = (rest + moved).astype(np.uint16)
+    table[0] = rest
+    return table

@@ -1,0 +1,147 @@
+"""Faces by number: codes of all columns of any rows, the same however the work is split."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.errors import ParameterError
+from elastomorph.farm.columns import Codes, Columns
+from elastomorph.farm.controls import Controls
+from elastomorph.farm.lanes import random_lanes, stride_of, whole_numbers
+from elastomorph.farm.mixtures import Drawing
+from elastomorph.farm.recipe import Recipe, read_recipe, recipe_from, recipe_from_text
+from elastomorph.farm.rules import slider_columns
+from elastomorph.numbers import is_whole
+from elastomorph.rig.rig import Rig
+
+_BLOCK = 2048
+"""Faces drawn at once: what they take stays in the cache of a core."""
+
+_MOST_FACES = 2**48
+
+
+class FaceSampler:
+    """Faces of a rig by number: what face i is depends on the recipe, the seed and i alone.
+
+    Args:
+        rig: The rig.
+        recipe: What the faces are: a recipe, the path of a .toml file, or the same as a mapping.
+            None: each slider on or off by itself, six of them on average.
+        seed: 0 to 2⁶⁴ - 1, instead of that of the recipe.
+
+    Attributes:
+        recipe: The recipe, with its seed.
+        columns: What each face has: a weight of each slider in the order of ``rig.names``, then
+            what else the recipe asks for.
+        tables: Arrays of what the recipe read from files, by name.
+        count: How many faces there are; None where any number can be drawn.
+
+    Raises:
+        FileError: The recipe, or a file that it names, cannot be read.
+        FormatError: It is no recipe, or does not suit the rig; the message names line and key.
+        ParameterError: Likewise of a recipe that is no file; or the rig or seed is none.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        recipe: Recipe | Mapping[str, Any] | str | Path | None = None,
+        *,
+        seed: int | None = None,
+    ) -> None:
+        if not isinstance(rig, Rig):
+            raise ParameterError(f"faces are of a Rig, as em.read('rig.glb') gives it: {rig!r}")
+        own = _as_recipe(recipe)
+        if seed is not None:
+            if not is_whole(seed) or not 0 <= seed < 2**64:
+                raise ParameterError(f"a seed is a whole number from 0 to 2^64 - 1, found {seed!r}")
+            own = replace(own, seed=int(seed))
+        self.recipe = own
+        self.tables: dict[str, NDArray[Any]] = {}
+        with own.naming():
+            controls = Controls(rig.sliders, slider_columns(rig.sliders, own.limits))
+        self.columns = Columns((*controls.columns,))
+        self._drawings = [self._prepared(i, controls) for i in range(len(own.mixtures))]
+        self.count = self._drawings[0].count if len(self._drawings) == 1 else None
+        shares = np.cumsum([mixture.share for mixture in own.mixtures])
+        self._bounds = np.rint(shares / shares[-1] * 2.0**32)[:-1].astype(np.uint64)
+        self._first = 2
+        self._stride = stride_of(self._first + max(drawing.lanes for drawing in self._drawings))
+
+    @classmethod
+    def restored(cls, rig: Rig, text: str, tables: Mapping[str, NDArray[Any]]) -> FaceSampler:
+        """The sampler whose `recipe.text()` and `tables` were kept with its faces.
+
+        Raises:
+            ParameterError: They do not suit the rig, or are none.
+        """
+        return cls(rig, recipe_from_text(text))
+
+    def codes(self, start: int, stop: int) -> Codes:
+        """(stop - start, C) uint16: the faces from number `start` to before `stop`.
+
+        Raises:
+            ParameterError: They are no range of faces, or more than there are.
+        """
+        self._require_range(start, stop)
+        codes = np.empty((stop - start, len(self.columns)), dtype=np.uint16)
+        for first in range(start, stop, _BLOCK):
+            last = min(first + _BLOCK, stop)
+            self._draw(first, last, codes[first - start : last - start])
+        return codes
+
+    def values(self, start: int, stop: int) -> NDArray[np.float64]:
+        """(stop - start, C) float64: what the codes stand for.
+
+        Raises:
+            ParameterError: As for `codes`.
+        """
+        return self.columns.decode(self.codes(start, stop))
+
+    def __repr__(self) -> str:
+        kinds = ", ".join(mixture.kind for mixture in self.recipe.mixtures)
+        return f"FaceSampler({len(self.columns)} columns, {kinds}, seed {self.recipe.seed})"
+
+    def _draw(self, start: int, stop: int, out: Codes) -> None:
+        lanes = random_lanes(self.recipe.seed, start, stop, self._stride)
+        rows = np.arange(start, stop)
+        if len(self._drawings) == 1:
+            out[:] = self._drawings[0].codes(lanes[:, self._first :], rows)
+            return
+        choice = np.searchsorted(self._bounds, whole_numbers(lanes[:, :2]), side="right")
+        for number, drawing in enumerate(self._drawings):
+            chosen = np.flatnonzero(choice == number)
+            out[chosen] = drawing.codes(lanes[chosen, self._first :], None)
+
+    def _prepared(self, number: int, controls: Controls) -> Drawing:
+        with self.recipe.naming("mixture", number):
+            return self.recipe.mixtures[number].prepared(controls)
+
+    def _require_range(self, start: int, stop: int) -> None:
+        if not (is_whole(start) and is_whole(stop) and 0 <= start <= stop <= _MOST_FACES):
+            raise ParameterError(
+                f"faces are numbered from 0: start ≤ stop in whole numbers, found {start!r} and "
+                f"{stop!r}"
+            )
+        if self.count is not None and stop > self.count:
+            raise ParameterError(
+                f"the recipe has {self.count:,} faces, and {stop:,} were asked for"
+            )
+
+
+def _as_recipe(recipe: Recipe | Mapping[str, Any] | str | Path | None) -> Recipe:
+    if recipe is None:
+        return Recipe()
+    if isinstance(recipe, Recipe):
+        return recipe
+    if isinstance(recipe, Mapping):
+        return recipe_from(recipe)
+    if isinstance(recipe, str | Path):
+        return read_recipe(recipe)
+    raise ParameterError(f"a recipe is a .toml file or a mapping of tables, found {recipe!r}")

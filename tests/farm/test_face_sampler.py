@@ -1,0 +1,82 @@
+"""Faces by number: the same however the work is split, and distributed as the recipe says."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import elastomorph as em
+from elastomorph.farm.columns import Column, Columns
+from elastomorph.rig.performance.naming import ARKIT
+
+MESH = em.Mesh(np.eye(3), [[0, 1, 2]])
+MOVED = em.interpolate(MESH, MESH.with_vertices(MESH.vertices + 1), "linear")
+NAMES = (*ARKIT, "scar", "age", "wrinkles", "ears", "neck")
+RIG = em.Rig(MESH, dict.fromkeys(NAMES, MOVED), groups={"late": NAMES[52:]})
+
+
+def test_a_face_depends_on_seed_and_number_alone() -> None:
+    sampler = em.FaceSampler(RIG, seed=3)
+    whole = sampler.codes(0, 5000)
+    assert (em.FaceSampler(RIG, seed=3).codes(1234, 4321) == whole[1234:4321]).all()
+    assert (em.FaceSampler(RIG, seed=4).codes(0, 5000) != whole).any(axis=1).mean() > 0.99
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(0, 3000), min_size=1, max_size=6), st.integers(0, 2**40))
+def test_any_split_of_any_range_is_the_whole(cuts: list[int], first: int) -> None:
+    sampler = em.FaceSampler(RIG, seed=1)
+    whole = sampler.codes(first, first + 3000)
+    ends = sorted({0, *cuts, 3000})
+    parts = [sampler.codes(first + a, first + b) for a, b in reversed(list(pairwise(ends)))]
+    assert (np.concatenate(parts[::-1]) == whole).all()
+
+
+def test_as_many_sliders_are_on_as_the_recipe_says() -> None:
+    recipe = {"mixture": [{"kind": "sparse", "active": 9, "symmetric": 0}]}
+    on = em.FaceSampler(RIG, recipe).values(0, 40_000) > 0
+    # Sums of independent coins: the means lie within 4.5 deviations.
+    chance = 9 / 57
+    assert on.sum(axis=1).mean() == pytest.approx(9, abs=4.5 * np.sqrt(9 * (1 - chance) / 40_000))
+    assert on.mean(axis=0) == pytest.approx(
+        chance, abs=4.5 * np.sqrt(chance * (1 - chance) / 40_000)
+    )
+
+
+def test_the_text_of_a_recipe_makes_the_same_faces() -> None:
+    limits = {"jawOpen": [0, 0.8], "mouth*": [0, 0.5], "late": [-1, 2]}
+    sampler = em.FaceSampler(RIG, {"limits": limits}, seed=7)
+    again = em.FaceSampler.restored(RIG, sampler.recipe.text(), sampler.tables)
+    assert (again.codes(0, 100) == sampler.codes(0, 100)).all()
+    assert again.columns == sampler.columns
+    assert again.recipe.text() == sampler.recipe.text()
+    values = sampler.values(0, 3000)
+    low, high = values.min(axis=0), values.max(axis=0)
+    assert 0.79 < high[NAMES.index("jawOpen")] <= 0.8
+    assert 0.49 < high[NAMES.index("mouthClose")] <= 0.5
+    assert -1 <= low[52:].min() < -0.99
+    assert 1.98 < high[52:].max() <= 2
+    assert (values[:, 52:] == 0).mean() > 0.8
+
+
+class TestColumns:
+    def test_codes_come_back(self) -> None:
+        columns = Columns((Column("a"), Column.within("b", -0.3, 1.1), Column("c", 2, 2)))
+        codes = np.arange(65536, dtype=np.uint16)[:, None].repeat(3, axis=1)
+        codes[:, 2] = 0
+        values = columns.decode(codes)
+        assert (columns.encode(values) == codes).all()
+        assert (values[:, 2] == 2).all()
+        assert values[13107, 0] == 0.2
+        assert -0.3 <= values[:, 1].min() < -0.29999
+        assert values[columns.rest[1], 1] == 0
+        assert 1.09999 < values[:, 1].max() <= 1.1
+        assert Columns.of(columns.listed()) == columns
+
+    def test_values_out_of_range_become_its_ends(self) -> None:
+        columns = Columns((Column("a", 0.2, 0.8),))
+        assert columns.encode([[0.0], [1.0], [0.4]]).ravel().tolist() == [0, 65535, 21845]
