@@ -49,6 +49,22 @@ def test_the_verb_prints_both_tables(
     assert [line["label"] for line in facts["methods"]] == ["linear", "vertex-cubic"]
 
 
-def test_movements_have_no_rivals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert status_of("evaluate", tmp_path / "t.npz", "--movements", "--rivals") == 1
-    assert "leave --rigid, --rivals" in capsys.readouterr().err
+def test_rivals_stand_in_the_means_of_movements(
+    bent: em.MeshSequence,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of an onset and an offset; what a face costs is told once."""
+    monkeypatch.setattr("elastomorph.rivals.RIVALS", (VertexCubic(),))
+    monkeypatch.setattr("elastomorph.rivals.with_rivals", partial(with_rivals, runner=run))
+    pick = [0] * 8 + [0, 1, 2, 3, 4, 3, 2, 1, 0] + [0] * 8
+    em.write_sequence(tmp_path / "take.npz", em.MeshSequence(SHEET, bent.frames[pick]))
+    call = ("evaluate", tmp_path / "take.npz", "--method", "linear", "--movements", "--rivals")
+    assert status_of(*call) == 0
+    assert "each further" in capsys.readouterr().out
+    assert status_of(*call, "--json") == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert {cost["label"] for cost in facts["rivals"]["costs"]} >= {"vertex-cubic"}
+    for lines in facts["means"].values():
+        assert [line["label"] for line in lines] == ["linear", "vertex-cubic"]

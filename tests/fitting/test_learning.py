@@ -202,15 +202,37 @@ def test_what_they_do_not_share_does_not(network: CurveNetwork) -> None:
         assert one.errors.lme <= one.straight.lme
 
 
-def test_a_recording_that_comes_back_is_refused(network: CurveNetwork) -> None:
+def test_a_recording_of_several_movements_is_refused(network: CurveNetwork) -> None:
+    """Who goes and comes back, or goes twice, is told where the first movement ends."""
     take = movement(network, 1)
     both = np.concatenate([take.frames, take.frames[-2::-1]])
-    with pytest.raises(
-        em.MeshError, match=r"farthest from its first frame at frame 40, and ends at 0%"
-    ):
-        em.learn(em.MeshSequence(take.mesh, both))
+    twice = np.concatenate([take.frames, take.frames[-2:10:-1], take.frames[11:]])
+    for frames, share in ((both, "100%"), (twice, r"\d\d%")):
+        said = rf"until frame 40 \(40\), and then comes back by {share} .* --frames 0-40, or take"
+        with pytest.raises(em.MeshError, match=said):
+            em.learn(em.MeshSequence(take.mesh, frames), curves=network)
     with pytest.raises(em.MeshError, match="does not move"):
         em.learn(em.MeshSequence(take.mesh, np.stack([take.frames[0]] * 4)))
+
+
+def test_a_recording_that_ends_on_its_way_back_is_told(network: CurveNetwork) -> None:
+    take = movement(network, 0)
+    part = np.concatenate([take.frames, take.frames[-2:25:-1]])
+    motion = em.MeshSequence(take.mesh, part)
+    with pytest.warns(em.ElastomorphWarning, match=r"ends with \d+% of its way.*--frames 0-40"):
+        em.learn(motion, curves=network)
+
+
+def test_frames_that_repeat_are_fine(network: CurveNetwork) -> None:
+    """A rest in the middle and at both ends; times that repeat are refused."""
+    take = movement(network, 0)
+    pick = np.repeat(np.arange(0, 41, 4), 3)
+    found = em.learn(em.MeshSequence(take.mesh, take.frames[pick]), 1, curves=network)
+    assert found.errors.lme < found.straight.lme
+    with pytest.raises(em.ParameterError, match="41 finite numbers that rise"):
+        em.MeshSequence(take.mesh, take.frames, np.minimum(TIMES, 0.5))
+    still = em.MeshSequence(take.mesh, take.frames[[0, 0, 0, 0, 40]])
+    assert em.learn(still, 3, curves=network).errors.lme <= 1.01 * em.learn(still).straight.lme
 
 
 def test_more_bends_than_frames_or_knots_are_refused(network: CurveNetwork) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,7 +17,10 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from elastomorph.evaluation import Evaluation
+    from elastomorph.evaluation.movements import JudgedMovement
     from elastomorph.evaluation.rigid_bodies import Rigidity
     from elastomorph.model.sequence import MeshSequence
     from elastomorph.rivals import Comparison
@@ -110,7 +113,7 @@ def evaluate(
     from elastomorph.character.schema import MethodChoice
 
     named, every = method or [], every or not method
-    _require_use(movements, edge, rigid, rivals, output, report, unit)
+    _require_use(movements, edge, rigid, output, report, unit)
     said = MethodChoice.of(mass=mass, damping=damping, rigidity=stiff)
     if said and not every:
         _require_elastic(named)
@@ -150,16 +153,14 @@ def _require_use(
     movements: bool,
     edge: float | None,
     rigid: str | None,
-    rivals: bool,
     output: Path | None,
     report: Path | None,
     unit: str,
 ) -> None:
     """Refuse options that would be passed over, and a page that could not be written."""
-    if movements and (rigid or output or rivals):
+    if movements and (rigid or output):
         raise ParameterError(
-            "--movements prints tables and writes reports only: leave --rigid, --rivals and "
-            "--output out"
+            "--movements prints tables and writes reports only: leave --rigid and --output out"
         )
     if edge is not None and not movements:
         raise ParameterError("--edge is for --movements: it says where they begin and end")
@@ -194,6 +195,7 @@ def _movements(asked: Asked, source: str, motion: MeshSequence, edge: float) -> 
 
     how: dict[str, Any] = {"edge": edge, "confidence": asked.mask, "progress": asked.say}
     judged = evaluate_movements(motion, asked.network, asked.methods, **how)
+    judged, beside = _beside_rivals(judged, asked.say) if asked.rivals else (judged, None)
     if asked.report is not None:
         from elastomorph.report import write_movements_report
 
@@ -213,6 +215,7 @@ def _movements(asked: Asked, source: str, motion: MeshSequence, edge: float) -> 
         said.append("" if asked.report is None else f"written to {asked.report}")
         for sentence in filter(None, said):
             console.print(sentence, highlight=False)
+        _tell_costs(console, beside)
 
     facts: dict[str, Any] = {
         "movements": [asdict(one.movement) for one in judged],
@@ -221,7 +224,25 @@ def _movements(asked: Asked, source: str, motion: MeshSequence, edge: float) -> 
     if asked.mask is not None:
         covered = [one.evaluation.covered for one in judged]
         facts["confidence"] = {"least": asked.mask.least, "covered": covered}
+    if beside is not None:
+        facts["rivals"] = beside.facts()
     return Answer(facts, tell)
+
+
+def _beside_rivals(
+    judged: Sequence[JudgedMovement], say: Say
+) -> tuple[list[JudgedMovement], Comparison]:
+    """Movements with rivals in their tables, and what a face costs in the longest of them."""
+    from elastomorph.rivals import RIVALS, with_rivals
+
+    found = []
+    for number, one in enumerate(judged, start=1):
+        at = f"{one.movement.kind} {number} of {len(judged)}"
+        say(at)
+        found.append(with_rivals(one.evaluation, RIVALS, progress=say))
+    longest = max(found, key=lambda each: len(each.evaluation.truth))
+    pairs = zip(judged, found, strict=True)
+    return [replace(one, evaluation=each.evaluation) for one, each in pairs], longest
 
 
 def _tell(
@@ -245,10 +266,7 @@ def _tell(
     if every:
         for sentence in filter(None, (*rankings(summaries(result)), left_out(motion))):
             console.print(sentence, highlight=False)
-    if beside is not None:
-        console.print(beside.cost_table())
-        for sentence in beside.sentences():
-            console.print(sentence, highlight=False)
+    _tell_costs(console, beside)
     if bodies:
         ends = next(iter(bodies.values())).ends
         console.print(
@@ -261,3 +279,11 @@ def _tell(
         )
     if written:
         console.print(f"written to {' and '.join(written)}", highlight=False)
+
+
+def _tell_costs(console: Console, beside: Comparison | None) -> None:
+    """What rivals cost, and which were left out and why."""
+    if beside is not None:
+        console.print(beside.cost_table())
+        for sentence in beside.sentences():
+            console.print(sentence, highlight=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
-from elastomorph.errors import MeshError, ParameterError, TopologyError
+from elastomorph.errors import ElastomorphWarning, MeshError, ParameterError, TopologyError
 from elastomorph.evaluation.confidence import LEAST, ConfidenceLike, counted_of, require_some
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.evaluation import recorded_motion
@@ -31,8 +32,8 @@ KNOTS = 7
 SHAPES = ("free", "scanned")
 TIMINGS = ("recorded", "even")
 _MOST_KNOTS = 64
-# What ends nearer to its first frame than this part of its largest distance from it comes back.
-_BACK = 0.25
+# What comes back by more than this part of its way holds several movements, or a part of one.
+_SEVERAL, _PART = 0.5, 0.25
 
 
 def learn(
@@ -82,14 +83,14 @@ def learn(
         FileError: A recording or confidence named by its files cannot be read.
         ParameterError: A setting is out of its range, or there are too few frames.
         TopologyError: Recordings are of different meshes.
-        MeshError: A recording comes back to its start, or starts at one place.
+        MeshError: A recording does not move, holds several movements, or starts at one place.
         CurveError: The curves belong to another mesh.
     """
     _require_settings(bends, shapes, timing, knots)
     takes = _takes(recording, curves, confidence, least_confidence)
     for take in takes:
         _require_frames(take.motion, bends)
-        _require_way(take.motion)
+        _require_one_movement(take.motion)
     wanted = Wanted(bends, knots, shapes == "scanned")
     say = progress or (lambda _: None)
     even = timing == "even" or len(takes) > 1
@@ -183,23 +184,33 @@ def _require_frames(take: MeshSequence, bends: int) -> None:
         )
 
 
-def _require_way(take: MeshSequence) -> None:
-    """Refuse a recording that leads nowhere, as one that holds a movement and its way back."""
+def _require_one_movement(take: MeshSequence) -> None:
+    """Refuse a recording that leads nowhere or holds several movements; warn of a turn back."""
     if not take.mesh.diameter > 0:
         raise MeshError(
             "all vertices of the first frame are at one place, so its diameter D is 0 and errors "
             "cannot be given as a fraction of it"
         )
-    away = np.array([np.square(frame - take.frames[0]).sum() for frame in take.frames]) ** 0.5
-    farthest = int(away.argmax())
-    if away[-1] <= _BACK * away[farthest]:
-        way = "does not move"
-        if away[farthest]:
-            way = (
-                f"comes back: it is farthest from its first frame at frame {take.names[farthest]}, "
-                f"and ends at {away[-1] / away[farthest]:.0%} of that distance"
-            )
+    # Means of distances, not of squares: one stray vertex is no movement.
+    away = np.array([np.linalg.norm(each - take.frames[0], axis=1).mean() for each in take.frames])
+    if not away.any():
+        raise MeshError("the recording does not move: all of its frames are the first one")
+    behind = (np.maximum.accumulate(away) - away) / away.max()
+    if behind.max() > _SEVERAL:
+        back = int(np.argmax(behind > _SEVERAL))
+        apex = int(away[: back + 1].argmax())
         raise MeshError(
-            f"the recording {way}; a path leads from a neutral to a target, so choose a part "
-            "that ends at the apex of one movement, as with part(start, stop) or --frames"
+            f"the recording holds more than one movement: it goes away from its first frame until "
+            f"frame {apex} ({take.names[apex]}), and then comes back by {behind.max():.0%} of its "
+            f"way, but a path leads from a neutral to one target; end it there with "
+            f"part(0, {apex}) or --frames 0-{apex}, or take every movement of it by --movements"
+        )
+    if behind[-1] > _PART:
+        apex = int(away.argmax())
+        warnings.warn(
+            f"the recording turns back after frame {apex} ({take.names[apex]}) and ends with "
+            f"{away[-1] / away[apex]:.0%} of its way, in the middle of a movement; to end it at "
+            f"the apex, part(0, {apex}) or --frames 0-{apex}",
+            ElastomorphWarning,
+            stacklevel=3,
         )
