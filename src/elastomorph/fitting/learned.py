@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,14 @@ from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig.timing import Timing, linear
 
-__all__ = ["Learned", "PathErrors", "Repetition", "bent"]
+__all__ = ["Learned", "PathErrors", "Repetition", "bent", "never_worse"]
 
 _NONE = np.zeros((0, 0))
 # A path carries over if it makes errors of recordings left out so many times smaller.
 _CARRIES = 1.01
+_PARTS = (1.0, 0.5, 0.25, 0.0)
+
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +179,24 @@ def bent(bare: Learned, fit: PathFit, splines: Splines, part: float = 1.0) -> Le
         laws.append(splines.curve(part * fit.weights[:, 0]))
     stacked = np.array(fields).reshape(-1, *bare.delta.shape)
     return replace(bare, bends=stacked, bend_curves=tuple(laws))
+
+
+def never_worse(
+    bare: Learned,
+    fit: PathFit,
+    splines: Splines,
+    measured: Callable[[Learned], tuple[float, Found]],
+) -> tuple[Learned, float, Found]:
+    """The path with as much of its bends as leaves no error larger than the straight line's.
+
+    `measured` says how large the errors of a path are beside those, and whatever else it found.
+    """
+    for part in _PARTS:
+        path = bent(bare, fit, splines, part)
+        worst, found = measured(path)
+        if worst <= 1.0:
+            break
+    return path, worst, found
 
 
 def _ratio(before: float, after: float) -> float:

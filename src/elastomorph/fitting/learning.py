@@ -15,7 +15,7 @@ from elastomorph.errors import ElastomorphWarning, MeshError, ParameterError, To
 from elastomorph.evaluation.confidence import LEAST, ConfidenceLike, counted_of, require_some
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.evaluation import recorded_motion
-from elastomorph.fitting.learned import Learned, bent
+from elastomorph.fitting.learned import Learned, PathErrors, never_worse
 from elastomorph.fitting.path_fit import Splines
 from elastomorph.fitting.recordings import Recordings, path_through
 from elastomorph.fitting.repetitions import Wanted, learned_evenly
@@ -141,11 +141,12 @@ def _as_recorded(take: Take, wanted: Wanted, say: Callable[[str], None]) -> Lear
     splines = Splines.at(times, wanted.knots)
     fit = path_through(recordings, splines, wanted.bends, recorded=wanted.recorded)
     say("measuring")
-    for part in wanted.parts:
-        path = bent(take.line, fit, splines, part)
+
+    def measured(path: Learned) -> tuple[float, PathErrors]:
         errors = take.errors(path, times)
-        if errors.part_of(straight) <= 1.0:
-            break
+        return errors.part_of(straight), errors
+
+    path, _, errors = never_worse(take.line, fit, splines, measured)
     return replace(path, errors=errors, straight=straight)
 
 

@@ -91,9 +91,7 @@ class Observed:
     @cached_property
     def straight(self) -> Floats:
         """(T, N) distances of the frames from the straight path."""
-        distances: Floats = np.sqrt(np.einsum("txn,txn->tn", self.offsets, self.offsets))
-        distances /= self.unit
-        return distances if self.counted is None else distances * self.counted
+        return self._distances(np.einsum("txn,txn->tn", self.offsets, self.offsets))
 
     @cached_property
     def even(self) -> Floats:
@@ -127,7 +125,11 @@ class Observed:
         left = curves @ shapes.reshape(len(shapes), -1)
         left -= self.offsets.reshape(count, -1)
         np.square(left, out=left)
-        distances: Floats = np.sqrt(left.reshape(count, 3, -1).sum(axis=1))
+        return self._distances(left.reshape(count, 3, -1).sum(axis=1))
+
+    def _distances(self, squares: Floats) -> Floats:
+        """(T, N) errors from their squares."""
+        distances: Floats = np.sqrt(squares)
         distances /= self.unit
         return distances if self.counted is None else distances * self.counted
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.fitting.learned import Learned, PathErrors, Repetition, bent
+from elastomorph.fitting.learned import Learned, PathErrors, Repetition, never_worse
 from elastomorph.fitting.path_fit import Splines
 from elastomorph.fitting.recordings import Recordings, path_through
 from elastomorph.fitting.takes import Take, counted_together
@@ -39,8 +39,6 @@ class Wanted:
     bends: int
     knots: int
     recorded: bool  # Whether bends are recorded frames
-    parts: tuple[float, ...] = (1.0, 0.5, 0.25, 0.0)
-    """Bends are scaled by these until no error is larger than that of the straight line."""
 
 
 def learned_evenly(takes: Sequence[Take], wanted: Wanted, say: Callable[[str], None]) -> Learned:
@@ -77,23 +75,22 @@ def _path(takes: Sequence[Take], wanted: Wanted, limits: Sequence[PathErrors]) -
     best, least = takes[0].line, 1.0
     # Each recording counts alike, however large its movement is.
     units = [limit.lme or 1.0 for limit in limits]
+
+    def measured(path: Learned) -> tuple[float, list[Floats]]:
+        found = [take.closest(path) for take in takes]
+        pairs = zip(found, limits, strict=True)
+        worst = max(errors.part_of(limit) for (errors, _), limit in pairs)
+        return worst, [own for _, own in found]
+
     for _ in range(_ROUNDS):
         motions, counted = [take.motion for take in takes], counted_together(takes)
         together = Recordings(motions, moments, takes[0].along, counted, False, units)
         splines = Splines.at(together.times, wanted.knots)
         count = min(wanted.bends, splines.values.shape[1])
         fit = path_through(together, splines, count, recorded=wanted.recorded)
-        for part in wanted.parts:
-            path = bent(takes[0].line, fit, splines, part)
-            found = [take.closest(path) for take in takes]
-            parts = [
-                errors.part_of(limit) for (errors, _), limit in zip(found, limits, strict=True)
-            ]
-            if max(parts) <= 1.0:
-                break
-        moments = [each for _, each in found]
-        if max(parts) < least:
-            best, least = path, max(parts)
+        path, worst, moments = never_worse(takes[0].line, fit, splines, measured)
+        if worst < least:
+            best, least = path, worst
     return best
 
 
