@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.materials import Look
+from elastomorph.draw.dressed import Dress
 from elastomorph.draw.pictures import colour_bytes, imported
 from elastomorph.draw.window import rendering
 from elastomorph.model.appearance import Material, Wrap
@@ -49,11 +49,11 @@ class Part:
         blends: Whether what is behind it shines through.
     """
 
-    def __init__(self, faces: Polygons, numbers: NDArray[np.int64], look: Look) -> None:
-        self._own = np.flatnonzero(np.isin(faces.corner_faces, numbers))
+    def __init__(self, faces: Polygons, dress: Dress) -> None:
+        self._own = np.flatnonzero(np.isin(faces.corner_faces, dress.polygons))
         self.corners = faces.indices[self._own]
         self._polygons = imported("vtkmodules.vtkCommonDataModel").vtkPolyData()
-        self._sizes = faces.sizes[numbers]
+        self._sizes = faces.sizes[dress.polygons]
         self._offsets = np.concatenate([[0], np.cumsum(self._sizes)])
         self._polygons.SetPolys(_cells(self._sizes))
         self.actor = _actor(self._polygons)
@@ -61,32 +61,25 @@ class Part:
         self._veil: Any = None
         self._unlit = self._dressed = self.blends = False
         self._light = (AMBIENT, 1.0)
-        self._look = look
+        self._look = dress.look
         self._shade = self.actor.GetProperty()
         self._shade.SetInterpolationToPhong()
-        self._shade.SetSpecularPower(look.polish)
+        self._shade.SetSpecularPower(dress.look.polish)
+        if dress.image is not None and dress.places is not None:
+            self._paint(dress, dress.image, dress.places)
+        if dress.material is not None:
+            self._make_of(dress.material)
 
-    def set_texture(
-        self,
-        image: NDArray[np.uint8],
-        coordinates: NDArray[np.float64],
-        *,
-        wrap: Wrap = "clamp",
-        smooth: bool = True,
-    ) -> None:
-        """Paint the part with an (H, W, 3 or 4) image, of which each corner shows the given place.
-
-        The first row of the image is at 0. Where colours take its place, its opacity stays.
-        """
-        self._texture = _texture(image, wrap, smooth)
+    def _paint(self, dress: Dress, image: NDArray[np.uint8], places: NDArray[np.float64]) -> None:
+        """Show the image; where colours take its place, its opacity stays."""
+        self._texture = _texture(image, dress.wrap, dress.smooth)
         if image.shape[2] == 4 and (image[..., 3] < 255).any():
             veil = image.copy()
             veil[..., :3] = 255
-            self._veil = _texture(veil, wrap, smooth)
-        places = _array(coordinates.astype(np.float32))
-        self._polygons.GetPointData().SetTCoords(places)
+            self._veil = _texture(veil, dress.wrap, dress.smooth)
+        self._polygons.GetPointData().SetTCoords(_array(places.astype(np.float32)))
 
-    def set_material(self, material: Material) -> None:
+    def _make_of(self, material: Material) -> None:
         """Take opacity and sides of a material, and whether light leaves it as it is."""
         self._unlit = material.unlit
         self._light, self._dressed = (IMAGE_AMBIENT, IMAGE_DIFFUSE), True

@@ -1,16 +1,25 @@
-"""The parts of a mesh whose file says what they look like: one for each material, with its image.
+"""What the surface of a mesh looks like: one dress for each material, with its image.
 
-Exporters cut vertices apart where texture coordinates end. For light and shade such a seam is
-none: corners at one place of the neutral count as corners of one vertex.
+Where the file says what its materials look like, that; else the looks of the parts that their names
+speak of. Exporters cut vertices apart where texture coordinates end. For light and shade such a
+seam is none: corners at one place of the neutral count as corners of one vertex.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.draw.actors import Part
-from elastomorph.draw.materials import LOOKS, Look, part_of_name
+from elastomorph.draw.materials import (
+    LOOKS,
+    Look,
+    eye_image,
+    iris_coordinates,
+    part_of_name,
+    parts_of,
+)
 from elastomorph.draw.textures import encoded, pixels_of, places_in, warn_of
 from elastomorph.model.appearance import Material, Texture, Wrap
 from elastomorph.model.mesh import Mesh
@@ -19,23 +28,49 @@ _MOST_ALIKE = 64
 """Corners at one place, beyond which it is no seam; their pairs would take too long."""
 
 
-def dressed_parts(mesh: Mesh) -> list[Part]:
-    """The parts by material, those that let others shine through last.
+@dataclass(frozen=True, eq=False)
+class Dress:
+    """What some polygons look like.
 
-    A material that nothing is said of is white. An image that cannot be shown is warned of once.
+    Attributes:
+        polygons: (F_dress,) their numbers, rising.
+        look: Colour, where there is no image, and highlight.
+        image: (H, W, 3 or 4) sRGB and opacity, the first row at 0, if any.
+        places: (C_dress, 2) where the corners of the polygons lie in the image, from 0 to 1.
+        wrap: What is beside the image.
+        smooth: Whether colours between its pixels are mixed.
+        material: What the file says of opacity, sides and light, if anything.
     """
-    looks = mesh.appearance or {}
+
+    polygons: NDArray[np.int64]
+    look: Look
+    image: NDArray[np.uint8] | None = None
+    places: NDArray[np.float64] | None = None
+    wrap: Wrap = "clamp"
+    smooth: bool = True
+    material: Material | None = None
+
+
+def dresses_of(mesh: Mesh) -> list[Dress]:
+    """What is to be drawn of a mesh, each polygon once at most.
+
+    With an appearance every material is, white where nothing is said of it; an image that cannot be
+    shown is warned of once. Without one, all parts are but the hidden ones.
+    """
+    if mesh.appearance is None:
+        return _plain(mesh)
     labels = np.full(len(mesh.faces), -1) if mesh.materials is None else mesh.materials.of_face
     names = () if mesh.materials is None else mesh.materials.names
-    parts, problems = [], []
+    dresses, problems = [], []
     for label in np.unique(labels).tolist():
         name = names[label] if label >= 0 else ""
-        part, problem = _part(mesh, np.flatnonzero(labels == label), name, looks.get(name))
-        parts.append(part)
+        own = mesh.appearance.get(name)
+        dress, problem = _dress(mesh, np.flatnonzero(labels == label), name, own)
+        dresses.append(dress)
         if problem:
             problems.append((name, problem))
     warn_of(problems, mesh.name)
-    return sorted(parts, key=lambda part: part.blends)
+    return dresses
 
 
 def welded_corners(mesh: Mesh) -> NDArray[np.int64]:
@@ -46,23 +81,36 @@ def welded_corners(mesh: Mesh) -> NDArray[np.int64]:
     return np.where(crowded, len(same) + mesh.faces.indices, corners)
 
 
-def _part(
-    mesh: Mesh, numbers: NDArray[np.int64], name: str, material: Material | None
-) -> tuple[Part, str]:
-    """The polygons of one material, and why it lacks its image."""
+def _plain(mesh: Mesh) -> list[Dress]:
+    parts = parts_of(mesh)
+    drawn = {
+        name: Dress(numbers, LOOKS[name]) for name, numbers in parts.items() if name != "hidden"
+    }
+    if "sclera" in drawn:
+        white = parts["sclera"]
+        own = [parts[name] for name in ("iris", "pupil") if name in parts]
+        places = iris_coordinates(mesh, white, np.concatenate([white[:0], *own]))
+        drawn["sclera"] = Dress(white, LOOKS["sclera"], eye_image(), places)
+    return list(drawn.values())
+
+
+def _dress(
+    mesh: Mesh, polygons: NDArray[np.int64], name: str, material: Material | None
+) -> tuple[Dress, str]:
+    """The dress of one material, and why it lacks its image."""
     own = material or Material()
     kind = LOOKS.get(part_of_name(name), LOOKS["skin"])
     red, green, blue = encoded(np.array(own.colour[:3])).tolist()
-    part = Part(mesh.faces, numbers, Look((red, green, blue), kind.shine, kind.polish))
+    look = Look((red, green, blue), kind.shine, kind.polish)
     image, problem = (None, "") if mesh.uv is None else pixels_of(own)
-    if image is not None and own.texture is not None:
-        places = _places(mesh, numbers, own.texture)
-        if own.opacity == "opaque":
-            image[..., 3] = 255
-        image, places, wrap = _wrapped(own.texture, image, places)
-        part.set_texture(image[::-1], places, wrap=wrap, smooth=own.texture.smooth)
-    part.set_material(own)
-    return part, problem
+    if image is None or own.texture is None:
+        return Dress(polygons, look, material=own), problem
+    places = _places(mesh, polygons, own.texture)
+    if own.opacity == "opaque":
+        image[..., 3] = 255
+    image, places, wrap = _wrapped(own.texture, image, places)
+    smooth = own.texture.smooth
+    return Dress(polygons, look, image[::-1], places, wrap, smooth, own), problem
 
 
 def _places(mesh: Mesh, numbers: NDArray[np.int64], texture: Texture) -> NDArray[np.float64]:

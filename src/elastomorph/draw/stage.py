@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.draw.actors import Lines, Part, corner_normals, corner_pairs, line_actor
 from elastomorph.draw.camera import Camera
-from elastomorph.draw.dressed import dressed_parts, welded_corners
+from elastomorph.draw.dressed import dresses_of, welded_corners
 from elastomorph.draw.framing import View, camera_for
-from elastomorph.draw.materials import LOOKS, eye_image, iris_coordinates, parts_of
 from elastomorph.draw.pictures import (
     COLOUR_MAP,
     RGB,
@@ -90,7 +89,8 @@ class Stage:
         # Who cuts vertices apart along seams does so along sharp edges too, and only there.
         one, other = (mesh.faces.indices[corners] for corners in self._pairs)
         self._smooth = one == other if dressed else None
-        self._parts = dressed_parts(mesh) if dressed else _drawn_parts(mesh)
+        parts = [Part(mesh.faces, dress) for dress in dresses_of(mesh)]
+        self._parts = sorted(parts, key=lambda part: part.blends)
         self._occlusion = _ambient_occlusion()
         border = round(BORDER * max(size))
         self._renderer = rendering().vtkRenderer()
@@ -247,20 +247,6 @@ def render(
     with Stage(mesh, camera, size=size) as stage:
         image = stage.picture(colours=colours, wireframe=wireframe, lit=lit)
     return written(image, path)
-
-
-def _drawn_parts(mesh: Mesh) -> list[Part]:
-    parts = parts_of(mesh)
-    drawn = {
-        name: Part(mesh.faces, numbers, LOOKS[name])
-        for name, numbers in parts.items()
-        if name != "hidden"
-    }
-    if "sclera" in drawn:
-        own = [parts[name] for name in ("iris", "pupil") if name in parts]
-        inner = np.concatenate([parts["sclera"][:0], *own])
-        drawn["sclera"].set_texture(eye_image(), iris_coordinates(mesh, parts["sclera"], inner))
-    return list(drawn.values())
 
 
 def _ambient_occlusion() -> Any:

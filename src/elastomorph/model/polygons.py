@@ -96,17 +96,14 @@ class Polygons(Sequence[NDArray[np.int32]]):
 
     def triangles(self) -> NDArray[np.int32]:
         """(T, 3) int32: every polygon split into a fan from its first vertex."""
+        return self.indices[self.triangle_corners()]
+
+    def triangle_corners(self) -> NDArray[np.int64]:
+        """(T, 3) which corners of the polygons those of `triangles` are."""
         sizes = self.sizes
         first = np.repeat(self.offsets[:-1], sizes - 2)
         step = np.arange(first.size) - np.repeat(np.cumsum(sizes - 2) - (sizes - 2), sizes - 2)
-        return np.stack(
-            [
-                self.indices[first],
-                self.indices[first + step + 1],
-                self.indices[first + step + 2],
-            ],
-            axis=1,
-        )
+        return np.stack([first, first + step + 1, first + step + 2], axis=1)
 
     def __len__(self) -> int:
         return int(self.offsets.size - 1)
