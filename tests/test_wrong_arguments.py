@@ -18,6 +18,7 @@ TARGET = MESH.with_vertices(MESH.vertices + [[0, 0, 0], [0, 0, 1], [0, 0, 1]] * 
 MORPH: Any = em.interpolate(MESH, TARGET, "linear")
 RIG: Any = em.Rig(MESH, {"jawOpen": MORPH, "smile": MORPH})
 MOTION: Any = em.MeshSequence(MESH, MORPH.at([0, 0.5, 1]))
+MARKERS: Any = em.Markers(("chin", "lip", "lip"), np.zeros((2, 3, 3)))
 CURVE: Any = em.BendCurve.power(2)
 NETWORK: Any = em.extract_curves(MESH)
 EM: Any = em
@@ -193,7 +194,14 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("solve within 3", lambda: RIG.solve({1: [0, 0, 1]}, bounds=(0, 1, 2)), "bounds must be two"),
     ("solve bounds", lambda: RIG.solve({1: [0, 0, 1]}, bounds={"a": (0, 1)}), "no slider 'a'"),
     ("solve a prior", lambda: RIG.solve({1: [0, 0, 1]}, prior=-1), "the prior must be a number"),
-    ("track a text", lambda: RIG.track("take.npz", [0, 1, 2, 3]), "markers must be numbers"),
+    ("track a text", lambda: RIG.track("take.npz", [0, 1, 2, 3]), r"em\.read_markers"),
+    ("track switches", lambda: RIG.track([[[True] * 3] * 4], [0, 1, 2, 3]), "must be numbers"),
+    ("read_markers None", lambda: EM.read_markers(None), "a file is named by a text"),
+    ("read_markers a mesh", lambda: EM.read_markers(MESH), "a file is named by a text"),
+    ("read_markers of no take", lambda: EM.read_markers("take.csv"), "no files called 'take.csv'"),
+    ("Markers of none", lambda: MARKERS.of(["nose"]), "no marker is called 'nose'; there are chi"),
+    ("Markers of two", lambda: MARKERS.of(["lip"]), "2 markers are called 'lip'"),
+    ("Markers of a text", lambda: MARKERS.of("chin"), "a list of texts, found 'chin'"),
     ("track nowhere", lambda: RIG.track(np.zeros((2, 4, 3)), None), "places are a list"),
     ("track too far", lambda: RIG.track(np.zeros((2, 1, 3)), [6]), "but the mesh has 6"),
     ("save to None", lambda: RIG.save(None), "a file is named by a text"),
@@ -209,7 +217,15 @@ def test_is_an_error_of_ours(call: Callable[[], object], message: str) -> None:
 
 def test_every_public_call_is_in_the_table() -> None:
     """All but those that only results and errors are made with."""
-    made_elsewhere = {"BendReport", "Captured", "Evaluation", "Suggestion", "Fit", "Learned"}
+    made_elsewhere = {
+        "BendReport",
+        "Captured",
+        "Evaluation",
+        "Suggestion",
+        "Fit",
+        "Learned",
+        "Markers",
+    }
     words = " ".join(
         call.__code__.co_names[1] for _, call, _ in CALLS if len(call.__code__.co_names) > 1
     )

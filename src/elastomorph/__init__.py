@@ -41,9 +41,11 @@ if TYPE_CHECKING:
     from elastomorph.io.registry import read as read
     from elastomorph.io.registry import write as write
     from elastomorph.io.rig_folder import read_rig as read_rig
+    from elastomorph.io.sequences import read_markers as read_markers
     from elastomorph.io.sequences import read_sequence as read_sequence
     from elastomorph.io.sequences import write_sequence as write_sequence
     from elastomorph.model.bend_curve import BendCurve as BendCurve
+    from elastomorph.model.markers import Markers as Markers
     from elastomorph.model.mesh import Mesh as Mesh
     from elastomorph.model.morph import Morph as Morph
     from elastomorph.model.sequence import MeshSequence as MeshSequence
@@ -72,8 +74,9 @@ _HOMES = {
     "fitting.learning": ("learn",),
     "io.registry": ("read", "write"),
     "io.rig_folder": ("read_rig",),
-    "io.sequences": ("read_sequence", "write_sequence"),
+    "io.sequences": ("read_markers", "read_sequence", "write_sequence"),
     "model.bend_curve": ("BendCurve",),
+    "model.markers": ("Markers",),
     "model.mesh": ("Mesh",),
     "model.morph": ("Morph",),
     "model.sequence": ("MeshSequence",),

@@ -59,18 +59,22 @@ def test_places_by_name_and_frames_a_second(weights: np.ndarray) -> None:
     assert (facts["frames"], facts["markers"]) == (9, 11)
     assert facts["scale"] == pytest.approx(3.0, rel=1e-6)
     assert read_performance("take.csv").rate == pytest.approx(24)
-    assert "without a place on the rig: m11" in printed_by(*words, "--overwrite")
+    printed = printed_by(*words, "--overwrite")
+    assert "without a place on the rig: m11" in printed
+    assert "farthest: m" in printed
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["bare.npz", "-o", "a.csv"], "no array 'vertices'"),
+        (["bare.npz", "-o", "a.csv"], "is not said: name a file"),
         (["take.npz", "-o", "a.glb"], "written as .csv"),
         (["take.npz", "-o", "a.csv", "--rate", "0"], "--rate must be"),
         (["take.npz", "-o", "a.csv", "--rest", "4"], "must have all markers"),
-        (["rig.npz", "-o", "a.csv"], "expected (T, N, 3) positions of markers"),
+        (["rig.npz", "-o", "a.csv"], "no array 'frames'"),
         (["bare.npz", "-o", "a.csv", "--landmarks", "other.json"], "name of a marker"),
+        (["other.json", "-o", "a.csv"], "recorded motion is numbered meshes"),
+        (["take.npz", "-o", "a.csv", "--rate", "30"], "has times of its own: leave --rate out"),
         (["back.npz", "-o", "a.csv"], "times must be finite numbers that rise"),
     ],
 )

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from mesh_samples import assert_same_mesh, house, meshes, same_bits
 
 from elastomorph.errors import FormatError
+from elastomorph.io.markers import holds_markers, read_marker_file
 from elastomorph.io.npz import read_npz, read_npz_sequence, write_npz, write_npz_sequence
-from elastomorph.io.npz.mesh import holds_markers, read_markers
 from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
@@ -257,7 +257,7 @@ def test_other_archives_hold_no_markers(tmp_path: Path) -> None:
     assert not holds_markers(tmp_path / "missing.npz")
     assert not holds_markers("scan.####.obj")
     with pytest.raises(FormatError, match="positions or markers or stab"):
-        read_markers(tmp_path / "other.npz")
+        read_marker_file(tmp_path / "other.npz")
 
 
 def test_names_of_markers_must_fit_and_numbers_be_finite(tmp_path: Path) -> None:

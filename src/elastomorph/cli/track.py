@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,16 +13,26 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import FormatError, ParameterError
 
 if TYPE_CHECKING:
-    from elastomorph.io.npz.mesh import Markers
+    from collections.abc import Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from elastomorph.model.markers import Markers
     from elastomorph.rig.handles import Handle
-    from elastomorph.rig.tracking import Tracked
+    from elastomorph.rig.tracked import Tracked
+
+_RATE = 60.0
+_MOST = 1000  # vertices of meshes with those of the rig: more say nothing new
+_SHOWN, _WORST = 12, 3
 
 Take = Annotated[
-    Path,
+    str,
     typer.Argument(
         metavar="MARKERS",
-        help="A .npz with 'names' (M,), 'markers' (T, M, 3), NaN where missing, and perhaps "
-        "'vertices' (M,) of the rig and 'times' (T,) in seconds.",
+        help="A .c3d; a .npz with 'names' (M,), 'markers' (T, M, 3), NaN where missing, and "
+        "perhaps 'times' (T,) in seconds and 'vertices' (M,) of the rig; or meshes of any "
+        "topology, take.####.obj or a .npz with 'frames' (T, V, 3).",
     ),
 ]
 Output = Annotated[
@@ -31,14 +41,25 @@ Output = Annotated[
 Vertices = Annotated[
     Path | None,
     typer.Option(
-        "--landmarks", help="Vertices by names of markers (.json), as 'landmarks' writes them."
+        "--landmarks",
+        help="Vertices of the rig by names of markers, or by numbers of vertices of recorded "
+        "meshes (.json), as 'landmarks' writes them.",
+    ),
+]
+Recorded = Annotated[
+    Path | None,
+    typer.Option(
+        "--mesh-landmarks",
+        help="Vertices of the recorded meshes by the same names (.json), instead of numbers.",
     ),
 ]
 Rest = Annotated[
     int | None,
     typer.Option(help="A frame with the face at rest: takes out how it differs from the rig's."),
 ]
-Rate = Annotated[float, typer.Option(help="Frames a second of a file without times.")]
+Rate = Annotated[
+    float | None, typer.Option(help="Frames a second of a file without times; 60 by default.")
+]
 Smooth = Annotated[float, typer.Option(help="More for noise, less for quick movements.")]
 
 
@@ -48,8 +69,9 @@ def track(
     markers: Take,
     output: Output,
     landmarks: Vertices = None,
+    mesh_landmarks: Recorded = None,
     rest: Rest = None,
-    rate: Rate = 60.0,
+    rate: Rate = None,
     smooth: Smooth = 3e-4,
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
@@ -57,68 +79,133 @@ def track(
     *,
     say: Say,
 ) -> Answer:
-    """Solve a rig to a take of markers, wherever the head is.
+    """Solve a rig to a take of markers, or of meshes of another topology, wherever the head is.
 
-    Example: elastomorph track rig.glb markers.npz --landmarks markers.json --rest 0 -o take.csv
+    Examples:
+      elastomorph track rig.glb take.c3d --landmarks markers.json --rest 0 -o take.csv
+      elastomorph track rig.glb arkit.####.obj --landmarks arkit.json -o take.csv
     """
-    import numpy as np
-
-    from elastomorph.io.npz.mesh import read_markers
-    from elastomorph.io.performance import write_performance_csv
-    from elastomorph.rig.performance import Performance
+    from elastomorph.io.sequences import read_markers
     from elastomorph.rig.tracking import track as tracked
 
     if output.suffix.lower() != ".csv":
         raise ParameterError(f"weights are written as .csv, not as {output.name}")
-    if not rate > 0 or not np.isfinite(rate):
+    if rate is not None and not 0 < rate < float("inf"):
         raise ParameterError(f"--rate must be frames a second above 0, found {rate:g}")
     say(f"reading {markers}")
     taken = read_markers(markers)
-    columns, places = _places(markers, taken, landmarks)
+    if rate is not None and taken.times is not None:
+        raise FormatError(markers, "it has times of its own: leave --rate out")
+    known = _known(markers, taken, landmarks, mesh_landmarks)
     face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
+    columns, places = known or _same(markers, taken, len(face_rig.neutral.vertices))
     found = tracked(
         face_rig, taken.frames[:, columns], places, rest=rest, smooth=smooth, progress=say
     )
-    times = np.arange(len(taken.frames)) / rate if taken.times is None else taken.times
-    pace = rate if taken.times is None else 1.0 / float(np.median(np.diff(times)))
-    write_performance_csv(output, Performance(found.names, times, found.weights, pace))
-    left_out = [name for i, name in enumerate(taken.names) if i not in columns]
+    pace = _write(output, found, taken.times, rate or _RATE)
+    left = {taken.names[i]: each for i, each in zip(columns, found.left.tolist(), strict=True)}
+    left_out = sorted(set(taken.names) - set(left), key=taken.names.index)
     facts = {
-        "frames": len(times),
+        "frames": len(taken),
+        "rate": pace,
         "markers": len(columns),
         "left_out": left_out,
+        "left": {name: each for name, each in left.items() if each == each},
+        "never_seen": [name for name, each in left.items() if each != each],
+        "frames_between": found.between.tolist(),
         "scale": found.scale,
+        "unit": taken.unit,
         "written": str(output),
     }
-    return Answer(facts, lambda: _tell(found, left_out, output))
+    return Answer(facts, lambda: _tell(found, facts))
 
 
-def _places(path: Path, taken: Markers, landmarks: Path | None) -> tuple[list[int], list[Handle]]:
-    """Columns of the markers whose place on the rig is known, and their places."""
+def _known(
+    path: str, taken: Markers, landmarks: Path | None, recorded: Path | None
+) -> tuple[list[int], list[Handle]] | None:
+    """Columns of the markers whose place on the rig is said, and their places."""
     from elastomorph.capturing.landmarks.landmarks import read_landmarks
 
-    if landmarks is not None:
-        known = read_landmarks(landmarks).vertices
-        columns = [i for i, name in enumerate(taken.names) if name in known]
-        if not columns:
-            raise FormatError(
-                landmarks, f"none of its vertices has the name of a marker of {path.name}"
+    if landmarks is None:
+        if recorded is not None:
+            raise ParameterError(
+                f"--mesh-landmarks {recorded} says where names are on the meshes; --landmarks must "
+                "say where they are on the rig"
             )
-        return columns, [known[taken.names[i]] for i in columns]
-    if taken.vertices is None:
+        if taken.vertices is None:
+            return None
+        return list(range(len(taken.names))), list(taken.vertices)
+    known = read_landmarks(landmarks).vertices
+    if recorded is not None:
+        own = read_landmarks(recorded).vertices
+        beyond = [name for name in own if str(own[name]) not in taken.names]
+        if beyond:
+            raise FormatError(
+                recorded,
+                f"{beyond[0]} is vertex {own[beyond[0]]} of {path}, which has {taken.listed()}",
+            )
+        known = {str(own[name]): vertex for name, vertex in known.items() if name in own}
+    # Systems of motion capture put the name of the subject before that of a marker.
+    called = [name if name in known else name.rpartition(":")[2] for name in taken.names]
+    columns = [i for i, name in enumerate(called) if name in known]
+    names = [called[i] for i in columns]
+    if not columns:
         raise FormatError(
-            path, "there is no array 'vertices' of where the markers are: add it, or --landmarks"
+            landmarks, f"none of its vertices has the name of a marker of {path}: {taken.listed()}"
         )
-    return list(range(len(taken.names))), list(taken.vertices)
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise FormatError(path, f"{names.count(twice)} markers are called {twice}; rename them")
+    return columns, [known[name] for name in names]
 
 
-def _tell(found: Tracked, left_out: list[str], output: Path) -> None:
+def _same(path: str, taken: Markers, count: int) -> tuple[list[int], list[Handle]]:
+    """Some vertices of meshes that have those of the rig."""
+    from elastomorph.rig.sliders import spread_rows
+
+    if taken.names != tuple(map(str, range(count))):
+        raise FormatError(
+            path,
+            "where its markers are on the rig is not said: name a file with --landmarks, or add an "
+            "array 'vertices' to a .npz",
+        )
+    columns = spread_rows(count, _MOST).tolist()
+    return columns, list(columns)
+
+
+def _write(output: Path, found: Tracked, times: NDArray[np.float64] | None, rate: float) -> float:
+    """Write the weights; the frames a second that they have."""
+    import numpy as np
+
+    from elastomorph.io.performance import write_performance_csv
+    from elastomorph.rig.performance import Performance
+
+    if times is None:
+        times = np.arange(len(found.weights)) / rate
+    elif len(times) > 1:
+        rate = 1.0 / float(np.median(np.diff(times)))
+    write_performance_csv(output, Performance(found.names, times, found.weights, rate))
+    return rate
+
+
+def _tell(found: Tracked, facts: Mapping[str, Any]) -> None:
     from rich.console import Console
 
     console = Console()
-    console.print(str(found), highlight=False, soft_wrap=True)
-    if left_out:
-        console.print(
-            f"without a place on the rig: {', '.join(left_out)}", markup=False, highlight=False
-        )
-    console.print(f"written to {output}", markup=False, highlight=False, soft_wrap=True)
+    how: dict[str, Any] = {"markup": False, "highlight": False, "soft_wrap": True}
+    console.print(str(found), **how)
+    far = sorted(facts["left"].items(), key=lambda each: -each[1])[:_WORST]
+    told = {
+        "farthest": ", ".join(f"{name} {each:.3g}" for name, each in far),
+        "never seen": ", ".join(facts["never_seen"]),
+        "without a place on the rig": _some(facts["left_out"]),
+    }
+    for what, names in told.items():
+        if names:
+            console.print(f"{what}: {names}", **how)
+    console.print(f"written to {facts['written']}", **how)
+
+
+def _some(names: list[str]) -> str:
+    more = len(names) - _SHOWN
+    return ", ".join(names[:_SHOWN]) + (f" and {more:,} more" if more > 0 else "")

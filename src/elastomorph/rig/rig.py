@@ -27,7 +27,7 @@ from elastomorph.rig.sliders import (
 )
 from elastomorph.rig.solving import PRIOR, Bounds, Solved, solve
 from elastomorph.rig.targets import paths_to
-from elastomorph.rig.tracking import Tracked, track
+from elastomorph.rig.tracking import track
 
 if TYPE_CHECKING:
     from elastomorph.paths import Method
@@ -195,19 +195,7 @@ class Rig:
         """
         return solve(self, handles, weights, bounds, prior, landmarks)
 
-    def track(self, markers: ArrayLike, places: Sequence[Handle], **settings: Any) -> Tracked:
-        """Slider weights of a whole take of markers, wherever the head is in each frame.
-
-        Args:
-            markers: (T, M, 3) positions, NaN where a marker is missing.
-            places: Where each marker is on the face, as the handles of `solve`.
-            **settings: Of `elastomorph.rig.tracking.track`: a frame at rest, bounds, prior,
-                smoothness, landmarks.
-
-        Raises:
-            ParameterError: A place or setting that cannot be, or fewer than four markers.
-        """
-        return track(self, markers, places, **settings)
+    track = track
 
     def batch(
         self,

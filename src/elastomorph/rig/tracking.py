@@ -13,7 +13,8 @@ McClure). Frames are solved one after the other, forward and then back.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from pathlib import PurePath
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -22,11 +23,13 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.errors import ParameterError
 from elastomorph.model.geometry import fit_rotation
+from elastomorph.model.markers import Markers
 from elastomorph.numbers import as_number, as_numbers, is_whole
 from elastomorph.rig.handles import Handle, HandledPoints, Place, mixed
 from elastomorph.rig.nearest import Box, nearest
 from elastomorph.rig.sliders import spread_rows
 from elastomorph.rig.solving import Bounds, limits
+from elastomorph.rig.tracked import Tracked
 
 if TYPE_CHECKING:
     from elastomorph.rig.rig import Rig
@@ -43,38 +46,6 @@ _FITS = 4
 _SCALE_FRAMES = 100
 
 
-@dataclass(frozen=True, eq=False)
-class Tracked:
-    """The weights of a take, and where the head was.
-
-    Attributes:
-        names: J sliders.
-        weights: (T, J) weights; of frames with too few markers those between their neighbours.
-        scale: Size of the recorded face over that of the rig.
-        rotations: (T, 3, 3) of the head, NaN for frames with too few markers.
-        offsets: (T, 3) of the head, in the unit of the markers: y = scale·R·p + offset.
-        distances: (T, M) of each marker from the face, in the unit of the rig; NaN where missing.
-        trust: (T, M) how much each marker counts, from 0, missing or far off, to 1.
-    """
-
-    names: tuple[str, ...]
-    weights: Floats
-    scale: float
-    rotations: Floats
-    offsets: Floats
-    distances: Floats
-    trust: Floats
-
-    def __str__(self) -> str:
-        seen = np.isfinite(self.distances)
-        off = seen & (self.trust < 0.1)
-        rms = np.sqrt(np.mean(np.square(self.distances[seen & ~off])))
-        return (
-            f"{len(self.weights):,} frames, scale {self.scale:.4g}, {rms:.3g} left (RMS); "
-            f"{(~seen).mean():.1%} of the markers missing, {off.mean():.1%} far off and left out"
-        )
-
-
 def track(
     rig: Rig,
     markers: ArrayLike,
@@ -87,16 +58,18 @@ def track(
     landmarks: Mapping[str, Place] | None = None,
     progress: Callable[[str], object] = lambda said: None,
 ) -> Tracked:
-    """The take that `Rig.track` finds.
+    """Slider weights of a whole take of markers, wherever the head is in each frame.
 
     Args:
         rig: Whose sliders.
-        markers: (T, M, 3) positions in any unit, NaN where a marker is missing.
-        places: M vertices, points between vertices or landmarks, as for `Rig.solve`.
+        markers: (T, M, 3) positions in any unit, NaN where a marker is missing, as `read_markers`
+            finds them in files: ``em.read_markers("take.c3d").of(names)``.
+        places: Where each marker is on the face: M handles as for `Rig.solve`.
         rest: A frame in which the face is at rest: the markers are then taken to be where they
             are in it, which removes the difference between this face and that of the rig.
         bounds: As for `Rig.solve`.
-        prior: As for `Rig.solve`.
+        prior: Cost of moving a slider by 1, beside half the squared distances over the farthest
+            that a slider moves a marker.
         smooth: μ of the sum above; more for noise, less for quick movements.
         landmarks: Vertex of each landmark that places name.
         progress: Told how far it is.
@@ -117,7 +90,7 @@ def track(
         if not len(whole):
             raise ParameterError(f"no frame has {_LEAST_MARKERS} markers; a face needs as many")
         if rest is not None:
-            points = _worn(points, taken, rest)
+            points = _worn(points, taken, rest, places)
         scale = _scale(points, taken[whole if rest is None else [rest]])
         if rest is None:
             # Extents differ by expressions, too: the scale at which faces fit tells the two apart.
@@ -271,18 +244,28 @@ def _scale(points: HandledPoints, frames: Floats) -> float:
     return scale
 
 
-def _worn(points: HandledPoints, taken: Floats, rest: int) -> HandledPoints:
+def _worn(
+    points: HandledPoints, taken: Floats, rest: int, places: Sequence[Handle]
+) -> HandledPoints:
     """The points where the markers are on the face at rest, by a frame that shows it."""
     if not is_whole(rest):
         raise ParameterError(f"rest is the number of a frame, found {rest!r}")
     if not 0 <= rest < len(taken):
         raise ParameterError(f"rest is frame {rest}, but there are {len(taken):,} from 0")
-    frame = taken[rest]
-    if not np.isfinite(frame).all():
-        raise ParameterError(f"the frame at rest, {rest}, must have all markers")
-    size = _scale(points, frame[None])
-    rotation, offset = fit_rotation(points.rest, frame / size)
-    return replace(points, rest=(frame / size - offset) @ rotation)
+    there = np.asarray(np.isfinite(taken).all(axis=2))
+    lacking = np.flatnonzero(there.any(axis=0) & ~there[rest]).tolist()
+    if lacking:
+        raise ParameterError(
+            f"the frame at rest, {rest}, must have all markers, but lacks that at "
+            + ", ".join(str(places[marker]) for marker in lacking[:12])
+        )
+    seen = there[rest]
+    size = _scale(points, taken[rest : rest + 1])
+    frame = taken[rest, seen] / size
+    rotation, offset = fit_rotation(points.rest[seen], frame)
+    worn = points.rest.copy()
+    worn[seen] = (frame - offset) @ rotation
+    return replace(points, rest=worn)
 
 
 def _listed(places: Sequence[Handle]) -> Sequence[Handle]:
@@ -295,6 +278,11 @@ def _listed(places: Sequence[Handle]) -> Sequence[Handle]:
 
 def _taken(markers: ArrayLike, count: int) -> Floats:
     """(T, M, 3) positions, a marker that lacks a coordinate missing."""
+    if isinstance(markers, str | PurePath | Markers):
+        raise ParameterError(
+            "markers are an array of (T, M, 3) positions, such as em.read_markers('take.c3d')"
+            f".of(names), found {str(markers)!r:.80}"
+        )
     taken = as_numbers(markers, "markers")
     if taken.ndim != 3 or taken.shape[1:] != (count, 3) or not len(taken):
         raise ParameterError(

@@ -1,4 +1,4 @@
-"""NumPy archives (.npz): meshes, recorded motion, rigs and markers, complete and bit for bit."""
+"""NumPy archives (.npz): meshes, recorded motion and rigs, complete and bit for bit."""
 
 from __future__ import annotations
 

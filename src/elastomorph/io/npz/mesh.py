@@ -1,16 +1,15 @@
-"""NumPy archives (.npz): meshes, recorded motion and markers, complete and bit for bit.
+"""NumPy archives (.npz): meshes and recorded motion, complete and bit for bit.
 
 A mesh is stored as ``vertices`` (V, 3), ``face_indices`` (C,) and ``face_offsets`` (F + 1,), and
 where it has them ``uv_coordinates`` (T, 2 or 3) and ``uv_corners`` (C,), ``material_names`` and
 ``material_of_face`` (F,), ``group_names`` and ``group_of_face`` (F,), ``material_library``, and
 ``name_encoding`` where names were Latin-1. A sequence has ``frames`` (T, V, 3), ``times`` (T,),
 ``names`` and ``missing`` in place of ``vertices``. Polygons may be left out, and a sequence may
-leave out all but its frames. Markers are named points in motion, without polygons.
+leave out all but its frames. `elastomorph.io.markers` reads archives of markers.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,14 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
-from elastomorph.io.atomic import is_file
 from elastomorph.io.npz.members import NpzMembers, open_npz, write_arrays
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 from elastomorph.model.sequence import MeshSequence
-
-_MARKERS = ("positions", "markers", "stab")
 
 
 def read_npz(path: str | Path) -> Mesh:
@@ -74,44 +70,6 @@ def write_npz_sequence(path: str | Path, sequence: MeshSequence) -> None:
         "missing": np.array(sequence.missing, dtype=np.str_),
     }
     write_arrays(path, {**motion, **surface_arrays(sequence.mesh)})
-
-
-def holds_markers(path: str | Path) -> bool:
-    """Whether a file is an archive of markers rather than of a mesh in motion."""
-    if Path(path).suffix.lower() != ".npz" or not is_file(path):
-        return False
-    with open_npz(path) as members:
-        return "names" in members.names and any(p in members.names for p in _MARKERS)
-
-
-@dataclass(frozen=True, eq=False)
-class Markers:
-    """Named markers as they were recorded, where the head was and with gaps."""
-
-    names: tuple[str, ...]
-    frames: NDArray[np.float64]  # (T, N, 3), NaN where one is missing
-    times: NDArray[np.float64] | None  # (T,) seconds, rising
-    vertices: tuple[int, ...] | None  # (N,) of the rig where they are
-
-
-def read_markers(path: str | Path) -> Markers:
-    """An archive of (N,) ``names``, (T, N, 3) positions, and perhaps ``times`` and ``vertices``."""
-    with open_npz(path) as members:
-        called = next((p for p in _MARKERS if p in members.names), None)
-        if called is None:
-            raise FormatError(
-                path, f"expected (T, N, 3) positions of markers called {' or '.join(_MARKERS)}"
-            )
-        frames = members.array(called, "f", (None, None, 3)).astype(np.float64)
-        names = members.texts("names", frames.shape[1])
-        times = vertices = None
-        if "times" in members.names:
-            times = members.array("times", "f", (len(frames),)).astype(np.float64)
-            if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-                raise FormatError(path, "its times must be finite numbers that rise")
-        if "vertices" in members.names:
-            vertices = tuple(members.whole("vertices", (len(names),)).tolist())
-    return Markers(tuple(names), frames, times, vertices)
 
 
 def surface_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:

@@ -15,11 +15,14 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ElastomorphWarning, FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_file, require_name, size_of
-from elastomorph.io.npz.mesh import Markers, holds_markers, read_markers, read_npz_sequence
+from elastomorph.io.markers import holds_markers, read_marker_file
+from elastomorph.io.npz.members import open_npz
+from elastomorph.io.npz.mesh import read_npz_sequence
 from elastomorph.io.point_cache import read_mdd, read_pc2
 from elastomorph.io.registry import MESH_FORMATS, known_suffixes, read
 from elastomorph.io.sequences.meshes import read_numbered
 from elastomorph.io.untrusted import MemoryBudget, naming_file
+from elastomorph.model.markers import Markers
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 
@@ -44,11 +47,13 @@ class Recording:
             that see it, and held before the first and after the last of them.
         names: Of markers, (V,); otherwise none.
         seen: (T, V) whether a marker was seen in a frame; None where all were, or there are none.
+        seconds: How long it takes, where the file says it.
     """
 
     motion: MeshSequence
     names: tuple[str, ...] = ()
     seen: NDArray[np.bool_] | None = None
+    seconds: float | None = None
 
 
 def read_sequence(pattern: str | Path, *, clip: str | None = None) -> MeshSequence:
@@ -95,24 +100,32 @@ def read_recording(path: str | Path, *, clip: str | None = None) -> Recording:
         raise ParameterError(f"{path}: only {', '.join(_PLAYED)} have animations to choose one of")
     if not is_file(path):
         return Recording(read_numbered(path))
+    if holds_markers(path):
+        return _of_markers(path)
     if suffix == ".npz":
-        return _of_markers(path) if holds_markers(path) else Recording(read_npz_sequence(path))
+        return _of_archive(path)
     if suffix in _CACHES:
-        return Recording(_of_cache(path))
+        return _of_cache(path)
     if suffix in _PLAYED:
-        return Recording(_of_clip(path, clip))
+        return _of_clip(path, clip)
     if suffix in _NOT_PLAYED:
         raise FormatError(
             path,
             f"animations in {suffix} are not read; write the motion as .glb, as a point cache "
             "(.mdd, .pc2) with its mesh beside it, or as numbered meshes",
         )
+    if suffix not in known_suffixes(MESH_FORMATS):
+        raise FormatError(
+            path,
+            "recorded motion is numbered meshes such as take.####.obj, .npz, .c3d, "
+            f"{', '.join([*_CACHES, *_PLAYED])}",
+        )
     return Recording(read_numbered(path))
 
 
 def _of_markers(path: str | Path) -> Recording:
     """Markers, gaps closed. The rigid motion of the head is removed from these."""
-    taken = read_markers(path)
+    taken = read_marker_file(path)
     if len(taken.frames) < 2:
         raise FormatError(path, f"a take needs at least 2 frames, found {len(taken.frames)}")
     seen: NDArray[np.bool_] = np.asarray(np.isfinite(taken.frames).all(axis=2))
@@ -148,7 +161,18 @@ def _closed(taken: Markers, seen: NDArray[np.bool_], ever: NDArray[np.bool_]) ->
     return frames
 
 
-def _of_cache(path: str | Path) -> MeshSequence:
+def _of_archive(path: str | Path) -> Recording:
+    """The frames of an archive; times from 0 to 1, as motions are kept with, are no seconds."""
+    motion, seconds = read_npz_sequence(path), None
+    with open_npz(path) as members:
+        if "times" in members.names:
+            times = members.array("times", "fiu", (len(motion),))
+            ends = float(times[0]), float(times[-1])
+            seconds = None if ends == (0.0, 1.0) else ends[1] - ends[0]
+    return Recording(motion, seconds=seconds)
+
+
+def _of_cache(path: str | Path) -> Recording:
     """A point cache on the mesh of its name beside it."""
     file = Path(path)
     suffixes = known_suffixes(MESH_FORMATS)
@@ -171,11 +195,13 @@ def _of_cache(path: str | Path) -> MeshSequence:
         raise FormatError(path, f"a motion needs at least 2 frames, found {count}")
     frames = cache.frames.astype(np.float64)
     frames.flags.writeable = False
+    # Frames of a .pc2 have numbers instead of times.
+    seconds = float(np.ptp(cache.times)) if file.suffix.lower() == ".mdd" else None
     with naming_file(path):
-        return MeshSequence(mesh, frames, cache.times)
+        return Recording(MeshSequence(mesh, frames, cache.times), seconds=seconds)
 
 
-def _of_clip(path: str | Path, name: str | None) -> MeshSequence:
+def _of_clip(path: str | Path, name: str | None) -> Recording:
     """An animation of morph targets, as our own rig plays it."""
     from elastomorph.io.gltf import read_glb
     from elastomorph.io.gltf.clips import read_weight_clips
@@ -209,4 +235,4 @@ def _of_clip(path: str | Path, name: str | None) -> MeshSequence:
         start += len(faces)
     frames.flags.writeable = False
     with naming_file(path):
-        return MeshSequence(rig.neutral, frames, times)
+        return Recording(MeshSequence(rig.neutral, frames, times), seconds=float(np.ptp(times)))
