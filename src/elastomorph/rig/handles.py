@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -97,6 +98,13 @@ class HandledPoints:
         lengths = np.linalg.norm(self.fields[self.deltas].reshape(-1, 3), axis=1)
         return float(lengths.max(initial=0.0))
 
+    @cached_property
+    def _bends(self) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+        """Morphs that have a first bend, and its row; those that have a second, and so on."""
+        counts = np.array([len(curves) for curves in self.bend_curves], dtype=np.intp)
+        have = [np.flatnonzero(counts > bend) for bend in range(counts.max(initial=0))]
+        return [(morphs, self.deltas[morphs] + 1 + bend) for bend, morphs in enumerate(have)]
+
     def at(self, row: Floats) -> Moving:
         """Where the points are at (sliders,) weights, and how they move from there."""
         times, through = self.sliders.drive_rates(row)
@@ -106,13 +114,11 @@ class HandledPoints:
             for bend, curve in enumerate(curves, int(first) + 1):
                 factors[:, bend] = curve.derivatives_at(time)
         positions = self.rest + (factors[0] @ self.fields).reshape(-1, 3)
-        if not len(self.deltas):
-            nothing = np.zeros((0, positions.size))
-            return Moving(positions, nothing, nothing, through)
-        speeds, turns = (
-            np.add.reduceat(factors[order, :, None] * self.fields, self.deltas, axis=0)
-            for order in (1, 2)
-        )
+        speeds = self.fields[self.deltas]
+        turns = np.zeros_like(speeds)
+        for morphs, bends in self._bends:
+            for order, rates in ((1, speeds), (2, turns)):
+                rates[morphs] += factors[order, bends, None] * self.fields[bends]
         return Moving(positions, speeds, turns, through)
 
 
