@@ -5,8 +5,8 @@ Run:  python benchmarks/dragging.py [--data FOLDER] [--take 4030] [--picture doc
 On the production rig (57 sliders), or the built-in head where that is not at hand. Poses of five
 random sliders are asked for at one to twenty vertices that tell the sliders apart:
 
-- processor time of a drag from rest, within reach and pulled away by noise of 1 % of D, beside one
-  `rig.pose` of five sliders and the same least squares by SciPy;
+- processor time of a drag from rest, within reach and pulled away by noise of 1 % of D, and of each
+  step of a drag by hand, beside one `rig.pose` of five sliders and the same least squares by SciPy;
 - the largest error of a weight from twenty vertices without noise, and the error of the whole face
   with noise, at the prior that suits it;
 - with --take, seconds and errors of `rig.track` on so many frames of 41 markers;
@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +35,8 @@ from elastomorph.rig.handles import HandledPoints, asked
 from elastomorph.rig.solving import PRIOR
 from measuring import data_folder
 
-FACES, ACTIVE, HANDLES = 24, 5, (1, 3, 10, 20)
+FACES, ACTIVE, HANDLES, GOAL = 24, 5, (1, 3, 10, 20), 5.0
+DRAGS, STEPS = 6, 25
 NOISE, NOISY_PRIOR, PLAIN_PRIOR = 0.01, 3e-3, 1e-3
 # On the built-in head: the chin, the corners of the mouth.
 MARKERS, MOVED = 41, 14
@@ -49,7 +50,7 @@ def telling_vertices(rig: Rig, count: int) -> list[int]:
     return list(dict.fromkeys(order[: 10 * count].tolist()))[:count]
 
 
-def milliseconds(task: Callable[[], object], rounds: int = 3) -> float:
+def milliseconds(task: Callable[[], object], rounds: int = 5) -> float:
     """Processor time, shortest of several runs; other programs keep the machine busy."""
     found = []
     for _ in range(rounds):
@@ -86,12 +87,37 @@ def speed(rig: Rig, vertices: list[int], noise: float) -> None:
                 some = random.permutation(vertices)[:count].tolist()
                 handles = {v: face[v] + away * random.normal(size=3) for v in some}
                 times.append(milliseconds(lambda handles=handles: rig.solve(handles)))
-            print(
-                f"  {count:2} handles, {'pulled away' if away else 'within reach'}: median "
-                f"{np.median(times):5.2f} ms = {np.median(times) / posing:.1f} × rig.pose, "
-                f"slowest {max(times):.1f} ms"
-            )
+            _say(count, "pulled away" if away else "within reach", times, posing)
+        _say(count, f"in {STEPS} steps", in_steps(rig, vertices, count), posing)
     print(f"  SciPy, 10 handles, within reach: {scipy_milliseconds(rig, vertices[:10]):.0f} ms")
+
+
+def _say(count: int, words: str, times: list[float], posing: float) -> None:
+    print(
+        f"  {count:2} handles, {words}: median {np.median(times):5.2f} ms = "
+        f"{np.median(times) / posing:.1f} × rig.pose, slowest {max(times):.1f} ms, "
+        f"{sum(each > GOAL for each in times)} of {len(times)} above {GOAL:g} ms"
+    )
+
+
+def in_steps(rig: Rig, vertices: list[int], count: int) -> list[float]:
+    """Drags as a hand makes them: one handle goes straight, each step from the weights before.
+
+    The others are pinned where they are at rest.
+    """
+    random, rest = np.random.default_rng(6), rig.neutral.vertices
+    times = []
+    for weights in poses(rig)[:DRAGS]:
+        face = rig.pose(weights)
+        some = random.permutation(vertices)[:count].tolist()
+        moved = max(some, key=lambda v: float(np.linalg.norm(face[v] - rest[v])))
+        at: Mapping[str, float] = {}
+        for part in np.linspace(0, 1, STEPS + 1)[1:]:
+            handles = {v: rest[v] for v in some}
+            handles[moved] = rest[moved] + part * (face[moved] - rest[moved])
+            times.append(milliseconds(lambda h=handles, w=at: rig.solve(h, w)))
+            at = rig.solve(handles, at).weights
+    return times
 
 
 def scipy_milliseconds(rig: Rig, vertices: list[int]) -> float:

@@ -202,3 +202,23 @@ def test_nearest_is_no_farther_than_a_general_solver(seed: int, prior: float) ->
     other = least_squares(residuals, 0.5 * most, bounds=(0 * most, most)).x
     up, down = np.split(other, 2)
     assert cost(found) <= cost(start + up - down) + 1e-7
+
+
+def test_least_sums_at_the_end_of_a_curved_way_are_found_in_few_looks() -> None:
+    """y = (1 - x)² is reached by many; x + y is least where its derivative 1 - 2(1 - x) is 0.
+
+    Straight steps leave the curve: without a correction they must be so short that there are forty.
+    """
+    looks = 0
+
+    def residuals(at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        nonlocal looks
+        looks += 1
+        left = (1 - at[0]) ** 2 - at[1]
+        rates = np.array([[-2 * (1 - at[0]), -1.0]])
+        return np.array([left]), rates, np.diag([max(2 * left, 0.0), 0.0])
+
+    box = Box(np.zeros(2), np.ones(2), np.zeros(2), prior=1e-4, ridge=1e-12)
+    found = nearest(residuals, box, np.array([0.05, 0.9]))
+    np.testing.assert_allclose(found, [0.5, 0.25], atol=2e-3)
+    assert looks <= 12

@@ -70,8 +70,9 @@ class HandledPoints:
     sliders: Sliders
     rest: Floats  # (H, 3) in the neutral
     fields: Floats  # (F, 3H) how Δ and bends of all morphs move them
-    deltas: NDArray[np.intp]  # (J,) row of each morph's Δ; its bends follow
-    bend_curves: tuple[tuple[BendCurve, ...], ...]  # Of each morph
+    deltas: NDArray[np.intp]  # (morphs,) row of each morph's Δ; its bends follow
+    bends: NDArray[np.intp]  # (K,) the rows that are bends
+    curves: tuple[tuple[int, BendCurve], ...]  # Of each, with the number of its morph
 
     @classmethod
     def of(cls, rig: Rig, points: Mix) -> HandledPoints:
@@ -83,13 +84,15 @@ class HandledPoints:
             if morph.bend_curves:
                 parts.append(morph.bends.take(points.vertices, axis=1))
         fields = points.of(np.concatenate(parts))
-        counts = [1 + len(morph.bend_curves) for morph in morphs]
+        rows = len(fields) - 1
+        deltas = np.cumsum([0, *(1 + len(morph.bend_curves) for morph in morphs)])[:-1]
         return cls(
             rig.sliders,
             fields[0],
-            fields[1:].reshape(sum(counts), fields[0].size),
-            np.cumsum([0, *counts])[:-1],
-            tuple(morph.bend_curves for morph in morphs),
+            fields[1:].reshape(rows, fields[0].size),
+            deltas,
+            np.delete(np.arange(rows), deltas),
+            tuple((j, curve) for j, morph in enumerate(morphs) for curve in morph.bend_curves),
         )
 
     @property
@@ -109,10 +112,10 @@ class HandledPoints:
         """Where the points are at (sliders,) weights, and how they move from there."""
         times, through = self.sliders.drive_rates(row)
         factors = np.zeros((3, len(self.fields)))
-        factors[:2, self.deltas] = times, np.ones_like(times)
-        for first, time, curves in zip(self.deltas, times.tolist(), self.bend_curves, strict=True):
-            for bend, curve in enumerate(curves, int(first) + 1):
-                factors[:, bend] = curve.derivatives_at(time)
+        factors[0, self.deltas], factors[1, self.deltas] = times, 1.0
+        each = times.tolist()
+        given = [curve.derivatives_at(each[morph]) for morph, curve in self.curves]
+        factors[:, self.bends] = np.array(given).reshape(-1, 3).T
         positions = self.rest + (factors[0] @ self.fields).reshape(-1, 3)
         speeds = self.fields[self.deltas]
         turns = np.zeros_like(speeds)
