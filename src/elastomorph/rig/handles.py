@@ -104,7 +104,8 @@ class HandledPoints:
     @cached_property
     def _bends(self) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
         """Morphs that have a first bend, and its row; those that have a second, and so on."""
-        counts = np.array([len(curves) for curves in self.bend_curves], dtype=np.intp)
+        own = [morph for morph, _ in self.curves]
+        counts = np.bincount(np.array(own, dtype=np.intp), minlength=len(self.deltas))
         have = [np.flatnonzero(counts > bend) for bend in range(counts.max(initial=0))]
         return [(morphs, self.deltas[morphs] + 1 + bend) for bend, morphs in enumerate(have)]
 
