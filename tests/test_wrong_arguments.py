@@ -22,6 +22,7 @@ MARKERS: Any = em.Markers(("chin", "lip", "lip"), np.zeros((2, 3, 3)))
 CURVE: Any = em.BendCurve.power(2)
 NETWORK: Any = em.extract_curves(MESH)
 EM: Any = em
+ONE = {"mixture": [{"kind": "sparse", "active": 1}]}
 
 CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("Mesh of texts", lambda: EM.Mesh([["a", "b", "c"]]), "vertices must be numbers"),
@@ -123,6 +124,16 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("suggest words", lambda: EM.suggest_inbetweens(MOTION, "one"), "has room for"),
     ("suggest along", lambda: EM.suggest_inbetweens(MOTION, 1, curves=3), "be a CurveNetwork"),
     ("suggest effort", lambda: EM.suggest_inbetweens(MOTION, 1, effort="a"), "effort must be"),
+    ("FaceSampler of a file", lambda: EM.FaceSampler("rig.glb"), "faces are of a Rig"),
+    ("faces of a file", lambda: EM.make_faces("rig.glb", "f", 9), r"em\.read\('rig\.glb'\)"),
+    ("faces nowhere", lambda: EM.make_faces(RIG, None, 9), "named by a folder or an address"),
+    ("faces of none", lambda: EM.make_faces(RIG, "f", 0, recipe=ONE), "one face or more"),
+    ("faces in vain", lambda: EM.make_faces(RIG, "f", recipe=ONE), "one face or more"),
+    ("faces as", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, vertices="i8"), "vertices are"),
+    ("faces within", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, tolerance=1), "a tolerance is"),
+    ("faces at", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, landmarks={"a": 9}), "vertex 9"),
+    ("open no faces", lambda: EM.open_faces(3), "named by a folder or an address"),
+    ("open faces with", lambda: EM.open_faces("f", storage_options=3), "options are a mapping"),
     ("fit None", lambda: EM.fit(None), "motion"),
     ("fit a mesh", lambda: EM.fit([MESH]), "must be a MeshSequence"),
     ("fit along", lambda: EM.fit(MOTION, "curves"), "must be a CurveNetwork"),
@@ -220,6 +231,7 @@ def test_every_public_call_is_in_the_table() -> None:
     made_elsewhere = {
         "BendReport",
         "Captured",
+        "FaceSet",
         "Evaluation",
         "Suggestion",
         "Fit",

@@ -42,6 +42,7 @@ CALLS = [
     (["animate", "ours.glb", "take.csv", "-o", "{}"], "ours.glb"),
     (["animate", "ours.glb", "take.csv", "--picture", "{}"], "take.csv"),
     (["track", "ours.glb", "motion.npz", "-o", "{}"], "motion.npz"),
+    (["farm", "ours.glb", "--faces", "9", "-o", "{}"], "ours.glb"),
     (["render", "ours.glb", "-p", "smile=1", "-o", "{}"], "ours.glb"),
     (["view", "ours.glb", "-o", "{}"], "ours.glb"),
 ]  # fmt: skip

@@ -39,6 +39,7 @@ VERBS = {
     "export": "Write a rig for other programs.",
     "animate": "Play a recorded performance on a rig.",
     "track": "Solve a rig to a take of markers, wherever the head is.",
+    "farm": "Make a data set of faces.",
     "render": "Draw a face.",
     "view": "Look at a rig, or compare several, in the browser.",
     "landmarks": "Place the points of a face in photographs and on meshes, in the browser.",

@@ -1,0 +1,178 @@
+"""Where a data set lies: a local folder, or any address that fsspec knows, as a Zarr store."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import time
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from elastomorph.errors import FileError, MissingExtraError, ParameterError
+
+if TYPE_CHECKING:
+    from zarr.abc.store import Store
+
+Result = TypeVar("Result")
+
+_AT_ONCE = 32  # Requests under way together: stores far away answer slowly
+_MINUTE = 60.0
+
+
+@dataclass(frozen=True)
+class Order:
+    """All that a worker needs to know of a data set: where it is. Small, and can be pickled.
+
+    Attributes:
+        url: A folder, or an address as fsspec takes it.
+        storage_options: What fsspec needs to reach it.
+    """
+
+    url: str
+    storage_options: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def key(self) -> tuple[str, str]:
+        """What tells two orders apart, hashable."""
+        return self.url, json.dumps(self.storage_options, sort_keys=True, default=repr)
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    @cached_property
+    def folder(self) -> Path | None:
+        """The local folder, or None elsewhere."""
+        if self.url.startswith("file://"):
+            return Path(self.url.removeprefix("file://"))
+        return None if "://" in self.url or "::" in self.url else Path(self.url)
+
+
+class Objects:
+    """The objects of a store by their keys: a few operations that Zarr has no calls for."""
+
+    def __init__(self, order: Order, *, read_only: bool = False) -> None:
+        self.order = order
+        self.store = _store(order, read_only)
+
+    def get(self, key: str) -> bytes | None:
+        """The bytes of an object, or None where there is none."""
+        return self.get_all([key])[0]
+
+    def get_all(self, keys: Iterable[str]) -> list[bytes | None]:
+        """The bytes of several, many requests at a time."""
+        from zarr.core.buffer import default_buffer_prototype
+
+        async def one(key: str) -> bytes | None:
+            found = await self.store.get(key, default_buffer_prototype())
+            return None if found is None else found.to_bytes()
+
+        return self._wait(_together(one, keys))
+
+    def size(self, key: str) -> int:
+        """Bytes of an object; 0 where there is none."""
+        folder = self.order.folder
+        try:
+            if folder is not None:
+                return (folder / key).stat().st_size
+            return int(self._wait(self.store.getsize(key)))
+        except FileNotFoundError:
+            return 0
+
+    def sizes(self, prefix: str) -> dict[str, int]:
+        """Bytes of all objects right below a prefix, by their names there."""
+        folder = self.order.folder
+        if folder is not None:
+            with suppress(FileNotFoundError), os.scandir(folder / prefix) as entries:
+                return {entry.name: entry.stat().st_size for entry in entries if entry.is_file()}
+            return {}
+
+        async def found() -> dict[str, int]:
+            names = [name async for name in self.store.list_dir(prefix)]
+            keys = [f"{prefix}/{name}" if prefix else name for name in names]
+            all_sizes = await _together(self.store.getsize, keys)
+            return dict(zip(names, all_sizes, strict=True))
+
+        return self._wait(found())
+
+    def settle(self, keys: Iterable[str]) -> None:
+        """Wait until the disk has these objects, for machines that go; stores far away have."""
+        if self.order.folder is not None:
+            for key in keys:
+                with suppress(FileNotFoundError), (self.order.folder / key).open("rb") as file:
+                    os.fsync(file.fileno())
+
+    def sweep(self, *, all_of_them: bool) -> int:
+        """Remove what killed processes left half written; of the last minute only at the end."""
+        folder, removed = self.order.folder, 0
+        for partial in [] if folder is None else folder.rglob("*.partial"):
+            with suppress(OSError):
+                if all_of_them or partial.stat().st_mtime < time.time() - _MINUTE:
+                    partial.unlink()
+                    removed += 1
+        return removed
+
+    def _wait(self, work: Coroutine[Any, Any, Result]) -> Result:
+        from zarr.core.sync import sync
+
+        return sync(work)
+
+
+async def _together(
+    ask: Callable[[str], Coroutine[Any, Any, Result]], keys: Iterable[str]
+) -> list[Result]:
+    gate = asyncio.Semaphore(_AT_ONCE)
+
+    async def passed(key: str) -> Result:
+        async with gate:
+            return await ask(key)
+
+    return await asyncio.gather(*map(passed, keys))
+
+
+def order_of(place: object, storage_options: Mapping[str, Any] | None = None) -> Order:
+    """The order that a user's words stand for.
+
+    Raises:
+        ParameterError: The place is no text and no path, or options are no mapping.
+    """
+    if isinstance(place, Order):
+        return place
+    if not isinstance(place, str | os.PathLike) or not os.fspath(place):
+        raise ParameterError(f"a data set is named by a folder or an address, found {place!r}")
+    if storage_options is not None and not isinstance(storage_options, Mapping):
+        raise ParameterError(f"storage options are a mapping, found {storage_options!r}")
+    return Order(os.fspath(place), dict(storage_options or {}))
+
+
+def _store(order: Order, read_only: bool) -> Store:
+    try:
+        from zarr.storage import FsspecStore, LocalStore
+    except ImportError:
+        raise MissingExtraError("zarr", "farm") from None
+    if order.folder is not None:
+        return LocalStore(order.folder, read_only=read_only)
+    try:
+        return FsspecStore.from_url(
+            order.url, storage_options=dict(order.storage_options), read_only=read_only
+        )
+    except (ImportError, ValueError, TypeError) as error:
+        raise FileError(order.url, f"this address cannot be reached: {error}") from None
+
+
+@contextmanager
+def naming_store(order: Order) -> Iterator[None]:
+    """Errors of a disk or a store as one sentence that says how to go on."""
+    try:
+        yield
+    except OSError as error:
+        said = error.strerror or str(error)
+        raise FileError(
+            order.url,
+            f"this could not be read or written ({said}); what is finished is kept: when that is "
+            "mended, the same command goes on",
+        ) from error

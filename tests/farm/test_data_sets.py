@@ -1,0 +1,116 @@
+"""Data sets made, gone on with and read: what is stored is what the rig gives."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import dask.array
+import numpy as np
+import pytest
+import zarr
+
+import elastomorph as em
+from elastomorph.errors import FormatError
+from elastomorph.rig.build import extent_of
+
+FACES = 300
+ONE = {"mixture": [{"kind": "sparse", "active": 0.5}]}
+
+
+@pytest.fixture(scope="module")
+def folder(rig: em.Rig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A data set of all that is stored."""
+    folder = tmp_path_factory.mktemp("farm") / "faces.zarr"
+    em.make_faces(
+        rig, folder, FACES, seed=3, vertices="int16", normals=True, landmarks={"nose": 4, "chin": 9}
+    )
+    return folder
+
+
+def test_faces_are_those_of_the_rig(rig: em.Rig, tmp_path: Path) -> None:
+    faces = em.make_faces(rig, tmp_path / "faces.zarr", FACES, seed=3)
+    assert faces.shape == (FACES, 90, 3)
+    assert len(faces) == FACES
+    assert (faces.codes[:] == em.FaceSampler(rig, seed=3).codes(0, FACES)).all()
+    assert np.allclose(faces[:], rig.batch(faces.weights[:]), atol=1e-6)
+    assert faces[10:20].shape == (10, 90, 3)
+    assert faces.rig.names == rig.names
+
+
+def test_a_face_has_the_same_bits_in_any_company(rig: em.Rig, tmp_path: Path) -> None:
+    faces = em.make_faces(rig, tmp_path / "faces.zarr", FACES)
+    whole = faces[:]
+    rows = np.random.default_rng(0).permutation(FACES)[:100]
+    assert (faces[rows] == whole[rows]).all()
+    assert (faces[77:231:7] == whole[77:231:7]).all()
+    assert (faces[-1] == whole[-1]).all()
+    assert (faces[5, :, 1] == whole[5, :, 1]).all()
+    assert (faces[..., 2] == whole[..., 2]).all()
+    assert (faces[::-1] == whole[::-1]).all()
+    assert (faces[whole[:, 0, 0] > 2] == whole[whole[:, 0, 0] > 2]).all()
+    for wrong in (FACES, -FACES - 1, [0, FACES]):
+        with pytest.raises(IndexError):
+            faces[wrong]
+
+
+def test_plain_zarr_and_dask_read_what_is_stored(rig: em.Rig, folder: Path) -> None:
+    """With the attributes of the arrays and nothing of ours."""
+    group = zarr.open_group(folder, mode="r")
+    codes, vertices = group["weights"], group["vertices"]
+    low, high = np.transpose(codes.attrs["ranges"])
+    weights = low + codes[:] * (high - low) / 65535
+    positions = group["neutral"][:] + vertices.attrs["scale"] * vertices[:]
+    exact = rig.batch(weights[:, : len(rig.names)], dtype=np.float64)
+    error = vertices.attrs["largest_error_of_D"]
+    assert 0.2 * error < np.abs(positions - exact).max() / extent_of(rig) <= error <= 1.01e-4
+    lazy = dask.array.from_zarr(str(folder / "vertices"))
+    assert (lazy[250:].compute() == vertices[250:]).all()
+    assert np.allclose(em.open_faces(folder)[:], positions, atol=1e-6)
+    assert group["landmarks"].attrs["names"] == ["nose", "chin"]
+    assert np.allclose(group["landmarks"][:], exact[:, [4, 9]], atol=1e-6)
+
+
+def test_normals_are_at_right_angles_to_the_surface(rig: em.Rig, folder: Path) -> None:
+    """On a sheet without depth they are known."""
+    normals = em.open_faces(folder).labels["normals"][:]
+    assert np.allclose(np.linalg.norm(normals, axis=2), 1, atol=1e-6)
+    flat = em.Mesh(rig.neutral.vertices * [1, 1, 0], rig.neutral.faces)
+    still = em.Rig(flat, {"none": em.interpolate(flat, flat, "linear")})
+    faces = em.make_faces(still, folder.parent / "flat.zarr", 2, recipe=ONE, normals=True)
+    assert (faces.labels["normals"][:] == [0, 0, 1]).all()
+
+
+def test_the_same_call_makes_nothing_twice(
+    rig: em.Rig, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = {file: file.stat().st_mtime_ns for file in folder.rglob("c.*")}
+    em.make_faces(
+        rig, folder, FACES, seed=3, vertices="int16", normals=True, landmarks={"nose": 4, "chin": 9}
+    )
+    assert {file: file.stat().st_mtime_ns for file in folder.rglob("c.*")} == before
+
+
+def test_what_was_begun_for_something_else_is_refused(rig: em.Rig, tmp_path: Path) -> None:
+    place = tmp_path / "faces.zarr"
+    em.make_faces(rig, place, 10)
+    there = sorted(place.rglob("*"))
+    other = rig.only(rig.names[:7])
+    for own, options, said in [
+        (other, {}, "another rig"),
+        (rig, {"seed": 1}, "another recipe or seed"),
+        (rig, {"normals": True}, "other contents"),
+    ]:
+        with pytest.raises(FormatError, match=said):
+            em.make_faces(own, place, 10, **options)
+    assert sorted(place.rglob("*")) == there
+
+
+def test_an_unknown_format_is_refused(rig: em.Rig, tmp_path: Path) -> None:
+    place = tmp_path / "faces.zarr"
+    em.make_faces(rig, place, 10)
+    root = json.loads((place / "zarr.json").read_text())
+    root["attributes"]["elastomorph"]["format"] = 7
+    (place / "zarr.json").write_text(json.dumps(root))
+    with pytest.raises(FormatError, match="format 7, expected 1; update"):
+        em.open_faces(place)
