@@ -65,9 +65,30 @@ def write_all(folder: Path) -> None:
     weights = np.linspace(0, 1, 6)[:, None] * [1.0, 0.5]
     take = Performance(("jawOpen", "smile"), np.arange(6) / 30, weights, 30.0)
     write_performance_csv(folder / "take.csv", take)
+    _write_take(folder)
     (folder / "curves.json").write_text(json.dumps([[0, 5, 10, 15, 20]]))
     (folder / "part.json").write_text(json.dumps(list(range(12))))
     (folder / "own.toml").write_text('[method]\ndefault = "cosine"\n')
+
+
+def _write_take(folder: Path) -> None:
+    """A rig that no turning head could be taken for, ``waves``, meshes of its movement and places."""
+    start = sheet().vertices
+    x, y, _ = start.T
+    ends = {"jawOpen": np.sin(3 * x), "smile": np.cos(2 * y + x)}
+    waves = {name: start + end[:, None] * [0.1, 0.0, 1.0] for name, end in ends.items()}
+    (folder / "waves").mkdir()
+    em.write(folder / "waves" / "neutral.obj", sheet())
+    for name, vertices in waves.items():
+        em.write(folder / "waves" / f"{name}.obj", sheet().with_vertices(vertices))
+    rig = em.read_rig(folder / "waves")
+    weights = np.stack([_TIMES, 0.5 * _TIMES**2], axis=1)
+    moving = MeshSequence(sheet(), rig.batch(weights, dtype=np.float64))
+    em.write_sequence(folder / "wave.####.obj", moving)
+    for name, step in (("places", 1), ("moved", 2)):
+        vertices = {str(v): v * step for v in (0, 1, 3, 4, 7, 9, 11)}
+        content = {"version": 1, "vertices": vertices}
+        (folder / f"{name}.json").write_text(json.dumps(content))
 
 
 _TIMES = np.linspace(0, 1, 5)

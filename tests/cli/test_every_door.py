@@ -40,6 +40,7 @@ DOORS = {
     "blend all": ["blend", "{}", "--levels", "2", "-t", "0.5", "-o", "out.npz"],
     "animate a rig": ["animate", "{}", "take.csv", "-o", "out.glb"],
     "animate a cache": ["animate", "{}", "take.csv", "-o", "out.pc2"],
+    "track": ["track", "{}", "scan.####.obj", "-o", "out.csv"],
     "view": ["view", "{}", "-o", "out.html"],
     "doctor": ["doctor", "{}", "--json"],
     "render": ["render", "{}", "-p", "jawOpen=0.5", "--size", "32x32", "-o", "out.png"],

@@ -10,6 +10,7 @@ from calls import status_of as run
 
 INTERPOLATE = ["interpolate", "neutral.obj", "jawOpen.obj", "-t", "0.3"]
 RENDER = ["render", "face", "--size", "32x32", "-p", "jawOpen=1"]
+TRACK = ["track", "waves", "wave.####.obj"]
 AGAINST = ["render", "face", "--size", "240x240", "-p", "jawOpen=1", "-t", "0.5"]
 OPTIONS = [
     (INTERPOLATE, ["--method", "beam:2"], "out.obj"),
@@ -54,6 +55,13 @@ OPTIONS = [
     (["animate", "face", "take.csv"], ["--start", "0.1"], "out.npz"),
     (["animate", "face", "take.csv"], ["--stop", "0.1"], "out.npz"),
     (["animate", "face", "take.csv"], ["--method", "ease:2"], "out.npz"),
+    (TRACK, ["--rate", "12"], "out.csv"),
+    (TRACK, ["--rest", "2"], "out.csv"),
+    (TRACK, ["--smooth", "9"], "out.csv"),
+    (TRACK, ["--method", "ease:2"], "out.csv"),
+    (TRACK, ["--settings", "own.toml"], "out.csv"),
+    (TRACK, ["--landmarks", "places.json"], "out.csv"),
+    ([*TRACK, "--landmarks", "places.json"], ["--mesh-landmarks", "moved.json"], "out.csv"),
     (["curves", "neutral.obj"], ["--curves", "curves.json"], "out.json"),
     (["fit", "motion.npz"], ["--degree", "2"], "out.json"),
     (["fit", "motion.npz"], ["--per-curve"], "out.json"),
