@@ -44,6 +44,8 @@ class Box(NamedTuple):
     start: Floats
     prior: float  # λ
     ridge: float  # ρ
+    # Of residuals; without it those that stay large would blind the search to the others.
+    fine: float = np.inf
 
     def cost(self, x: Floats) -> float:
         """λ Σ |x_j - x⁰_j| + ½ ρ |x - x⁰|²."""
@@ -80,7 +82,8 @@ def nearest(residuals: Residuals, box: Box, near: Floats) -> Floats:
         modelled = left + rows @ moved
         promised = cost - _half_square(modelled) - box.cost(aim)
         promised -= 0.5 * float(moved @ curved @ moved)
-        if np.abs(moved).max(initial=0.0) <= _PRECISION or promised <= _WORTH * cost:
+        worth = min(_WORTH * cost, 0.5 * box.fine**2)
+        if np.abs(moved).max(initial=0.0) <= _PRECISION or promised <= worth:
             break
         trial = tried(aim)
         if cost - trial.cost <= 0.5 * promised:
@@ -110,7 +113,7 @@ def _model_minimum(model: Floats, offset: Floats, box: Box, near: Floats) -> Flo
     """
     from scipy.linalg.lapack import dposv
 
-    low, high, start, prior, ridge = box
+    low, high, start, prior, ridge, _ = box
     model = model + ridge * np.eye(len(near))
     offset = offset - ridge * start
     x, sides = near.copy(), np.sign(near - start)

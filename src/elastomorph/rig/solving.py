@@ -95,7 +95,7 @@ def solve(
         start = np.clip(at, low, high)
         found = start
         for cost in sorted({max(strength, _FIRST_PRIOR), strength}, reverse=True):
-            box = Box(low, high, start, cost, max(_RIDGE * cost, _LEAST_RIDGE))
+            box = Box(low, high, start, cost, max(_RIDGE * cost, _LEAST_RIDGE), _REACHED)
             found = nearest(residuals, box, found)
         left = np.linalg.norm(points.at(found).positions - goals, axis=1)
     return Solved(
