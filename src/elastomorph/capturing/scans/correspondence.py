@@ -108,7 +108,7 @@ class ScanPoints:
                 differ by 1.
         """
         tree, turn = self._tree_of(turn)
-        own = tree.query(np.hstack([points, turn * normals]), workers=2)[1]
+        own = tree.query(np.hstack([points, turn * normals]))[1]
         there = self.normals[own]
         height = np.einsum("ij,ij->i", points - self.points[own], there)
         # Of the nearest point only what is across counts beyond its plane: points are dense.
