@@ -6,17 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from farm_rigs import NAMES, RIG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elastomorph as em
 from elastomorph.farm.columns import Column, Columns
-from elastomorph.rig.performance.naming import ARKIT
-
-MESH = em.Mesh(np.eye(3), [[0, 1, 2]])
-MOVED = em.interpolate(MESH, MESH.with_vertices(MESH.vertices + 1), "linear")
-NAMES = (*ARKIT, "scar", "age", "wrinkles", "ears", "neck")
-RIG = em.Rig(MESH, dict.fromkeys(NAMES, MOVED), groups={"late": NAMES[52:]})
 
 
 def test_a_face_depends_on_seed_and_number_alone() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,18 +49,22 @@ class Controls:
     Attributes:
         sliders: Of the rig.
         columns: One for each, with its limits.
-        others: Columns that no mixture moves unless it names them: the identity.
+        others: Columns that no mixture moves: the identity.
+        folder: Where the files of the recipe are.
     """
 
     sliders: Sliders
     columns: Columns
     others: frozenset[int] = frozenset()
+    folder: Path = Path()
 
     def chosen(self, words: tuple[str, ...], where: Where) -> Places:
-        """Columns of the sliders that a mixture moves: those named, else all but the identity."""
-        if words:
-            return np.array(places_of(self.sliders, words, where), dtype=np.intp)
-        return np.array([i for i in range(len(self.columns)) if i not in self.others], np.intp)
+        """Columns of the sliders that a mixture moves: those named or all, never the identity."""
+        named = places_of(self.sliders, words, where) if words else range(len(self.columns))
+        found = [place for place in named if place not in self.others]
+        if not found:
+            raise KeyedError(where, "only sliders of the identity are left, which no mixture moves")
+        return np.array(found, dtype=np.intp)
 
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:

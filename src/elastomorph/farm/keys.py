@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 
-from elastomorph.character.document import Document, Where
+from elastomorph.character.document import Document, Where, nearest, shown
 from elastomorph.character.schema import Key
 
 Described = TypeVar("Described")
@@ -33,6 +33,8 @@ class RecipeKey:
     above: float | None = None
     least: float | None = None
     most: float | None = None
+    needed: bool = False  # whether a table without it is none
+    choices: tuple[str, ...] = ()  # the texts that it may be
 
     @property
     def bounds(self) -> str:
@@ -54,9 +56,9 @@ class RecipeKey:
         )
 
 
-def key(default: Any, kind: str, means: str, example: str, **bounds: float) -> Any:
+def key(default: Any, kind: str, means: str, example: str, **more: Any) -> Any:
     """A field that a key of a recipe fills."""
-    return field(default=default, metadata={"key": RecipeKey(kind, means, example, **bounds)})
+    return field(default=default, metadata={"key": RecipeKey(kind, means, example, **more)})
 
 
 def keys_of(described: Any) -> dict[str, RecipeKey]:
@@ -77,10 +79,15 @@ def read_keys(
     keys = keys_of(described)
     document.require_known(where, [*others, *keys])
     table = document.table(where)
-    return described(
-        **{name: read_value(document, (*where, name), keys[name], table[name])
-           for name in table if name in keys}
-    )  # fmt: skip
+    for name, own in keys.items():
+        if own.needed and name not in table:
+            document.refuse(where, f"[{shown(where)}] needs '{name}', such as {own.example}")
+    values = {
+        name: read_value(document, (*where, name), keys[name], table[name])
+        for name in table
+        if name in keys
+    }
+    return described(**values)
 
 
 def read_value(document: Document, where: Where, own: RecipeKey, given: Any) -> Any:
@@ -91,9 +98,12 @@ def read_value(document: Document, where: Where, own: RecipeKey, given: Any) -> 
         value = (float(low), float(high))
         if low > high:
             document.refuse(
-                where, f"'{where[-1]}' goes from {low:g} to {high:g}; the lowest stands first"
+                where, f"'{shown(where)}' goes from {low:g} to {high:g}; the lowest stands first"
             )
-    for number in value if own.kind in ("span", "numbers") else (value,):
-        if own.bounds and not own.holds(number):
-            document.refuse(where, f"'{where[-1]}' must be {own.bounds}, found {number:g}")
+    for each in value if isinstance(value, tuple) else (value,):
+        if own.bounds and not own.holds(each):
+            document.refuse(where, f"'{shown(where)}' must be {own.bounds}, found {each:g}")
+        if own.choices and each not in own.choices:
+            hint = nearest(each, own.choices)
+            document.refuse(where, f"'{shown(where)}' cannot be {each!r}: {hint}")
     return float(value) if own.kind == "number" else value

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.farm.columns import LEVELS, Codes, Column
+from elastomorph.errors import ParameterError
+from elastomorph.farm.columns import LEVELS, Codes, Column, Columns
 
 Floats = NDArray[np.float64]
 
@@ -18,13 +19,12 @@ def quantiles() -> Floats:
     return np.asarray((np.arange(LEVELS + 1) + 0.5) / (LEVELS + 1))
 
 
-def sizes(column: Column, power: float) -> Codes:
-    """Codes of a slider that is on, by how far it is on; lane 0 is off.
+def sizes(rest: int, power: float) -> Codes:
+    """Codes of a slider that rests at a code, by how far it is on; lane 0 is off.
 
     The distance from rest is u^power of the way to the end of the range, u uniform; a range on both
     sides of 0 has on each side as many as it is long.
     """
-    rest = column.rest
     code = np.arange(LEVELS + 1)
     longest = np.where(code < rest, rest, LEVELS - rest)
     way = np.abs(code - rest) / np.maximum(longest, 1)
@@ -32,3 +32,26 @@ def sizes(column: Column, power: float) -> Codes:
     table = (rest + moved).astype(np.uint16)
     table[0] = rest
     return table
+
+
+def codes_of(column: Column, values: Floats) -> Codes:
+    """(65536,) codes of values of a column."""
+    return Columns((column,)).encode(values[:, None])[:, 0]
+
+
+def normal(low: float, high: float, mean: float, deviation: float) -> Floats:
+    """(65536,) quantiles of the normal law that is cut off at low and high."""
+    from scipy.special import ndtr, ndtri
+
+    if not low <= mean <= high:
+        raise ParameterError(f"the mean must be from {low:g} to {high:g}, found {mean:g}")
+    below, above = ndtr((np.array([low, high]) - mean) / deviation)
+    values = mean + deviation * ndtri(below + (above - below) * quantiles())
+    return np.asarray(np.clip(values, low, high))
+
+
+def gamma(shape: float) -> Floats:
+    """(65536,) quantiles of the gamma law of a shape, of scale 1."""
+    from scipy.special import gammaincinv
+
+    return np.asarray(gammaincinv(shape, quantiles()))

@@ -12,18 +12,24 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.farm.columns import Codes, Columns
-from elastomorph.farm.controls import Controls
-from elastomorph.farm.lanes import random_lanes, stride_of, whole_numbers
+from elastomorph.farm.controls import Controls, KeyedError, places_of
+from elastomorph.farm.lanes import Lanes, random_lanes, stride_of, whole_numbers
 from elastomorph.farm.mixtures import Drawing
-from elastomorph.farm.recipe import Recipe, read_recipe, recipe_from, recipe_from_text
+from elastomorph.farm.reading_recipes import read_recipe, recipe_from, recipe_from_text
+from elastomorph.farm.recipe import Recipe
 from elastomorph.farm.rules import slider_columns
+from elastomorph.farm.singles import scene_singles
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
+
+Tables = Mapping[str, NDArray[Any]]
 
 _BLOCK = 2048
 """Faces drawn at once: what they take stays in the cache of a core."""
 
 _MOST_FACES = 2**48
+_CHOICE = 2
+"""Lanes that say which mixture a face is of."""
 
 
 class FaceSampler:
@@ -55,33 +61,18 @@ class FaceSampler:
         *,
         seed: int | None = None,
     ) -> None:
-        if not isinstance(rig, Rig):
-            raise ParameterError(f"faces are of a Rig, as em.read('rig.glb') gives it: {rig!r}")
-        own = _as_recipe(recipe)
-        if seed is not None:
-            if not is_whole(seed) or not 0 <= seed < 2**64:
-                raise ParameterError(f"a seed is a whole number from 0 to 2^64 - 1, found {seed!r}")
-            own = replace(own, seed=int(seed))
-        self.recipe = own
-        self.tables: dict[str, NDArray[Any]] = {}
-        with own.naming():
-            controls = Controls(rig.sliders, slider_columns(rig.sliders, own.limits))
-        self.columns = Columns((*controls.columns,))
-        self._drawings = [self._prepared(i, controls) for i in range(len(own.mixtures))]
-        self.count = self._drawings[0].count if len(self._drawings) == 1 else None
-        shares = np.cumsum([mixture.share for mixture in own.mixtures])
-        self._bounds = np.rint(shares / shares[-1] * 2.0**32)[:-1].astype(np.uint64)
-        self._first = 2
-        self._stride = stride_of(self._first + max(drawing.lanes for drawing in self._drawings))
+        self._begin(rig, recipe, seed, None)
 
     @classmethod
-    def restored(cls, rig: Rig, text: str, tables: Mapping[str, NDArray[Any]]) -> FaceSampler:
+    def restored(cls, rig: Rig, text: str, tables: Tables) -> FaceSampler:
         """The sampler whose `recipe.text()` and `tables` were kept with its faces.
 
         Raises:
             ParameterError: They do not suit the rig, or are none.
         """
-        return cls(rig, recipe_from_text(text))
+        sampler = cls.__new__(cls)
+        sampler._begin(rig, recipe_from_text(text), None, tables)
+        return sampler
 
     def codes(self, start: int, stop: int) -> Codes:
         """(stop - start, C) uint16: the faces from number `start` to before `stop`.
@@ -108,20 +99,107 @@ class FaceSampler:
         kinds = ", ".join(mixture.kind for mixture in self.recipe.mixtures)
         return f"FaceSampler({len(self.columns)} columns, {kinds}, seed {self.recipe.seed})"
 
+    def _begin(
+        self,
+        rig: Rig,
+        recipe: Recipe | Mapping[str, Any] | str | Path | None,
+        seed: int | None,
+        tables: Tables | None,
+    ) -> None:
+        if not isinstance(rig, Rig):
+            raise ParameterError(
+                f"faces are of a Rig, as em.read('rig.glb') gives it, found {rig!r}"
+            )
+        own = _as_recipe(recipe)
+        if seed is not None:
+            if not is_whole(seed) or not 0 <= seed < 2**64:
+                raise ParameterError(f"a seed is a whole number from 0 to 2^64 - 1, found {seed!r}")
+            own = replace(own, seed=int(seed))
+        self.recipe = own
+        controls = self._controls(rig)
+        self._sliders = len(rig.names)
+        self._drawings = [
+            self._drawing(number, controls, tables) for number in range(len(own.mixtures))
+        ]
+        self.tables: dict[str, NDArray[Any]] = {
+            f"mixture-{number}-{name}": table
+            for number, drawing in enumerate(self._drawings)
+            for name, table in drawing.tables.items()
+        }
+        self.count = self._drawings[0].count if len(self._drawings) == 1 else None
+        self._excluding = []
+        for number, exclusion in enumerate(own.exclusions):
+            with own.naming("exclude", number):
+                self._excluding.append(exclusion.prepared(controls))
+        self._prepare_singles(controls)
+        shares = np.cumsum([mixture.share for mixture in own.mixtures])
+        self._bounds = np.rint(shares / shares[-1] * 2.0**32)[:-1].astype(np.uint64)
+        self._first = _CHOICE + len(self._singles)
+        self._stride = stride_of(self._first + max(drawing.lanes for drawing in self._drawings))
+
+    def _controls(self, rig: Rig) -> Controls:
+        own = self.recipe
+        others: list[int] = []
+        if own.identity is not None:
+            with own.naming("identity"):
+                others = places_of(rig.sliders, own.identity.sliders, ("sliders",))
+        ranges = dict.fromkeys(others, own.identity.range) if own.identity is not None else {}
+        with own.naming():
+            for name, vertex in own.landmarks.items():
+                if vertex >= len(rig.neutral.vertices):
+                    raise KeyedError(
+                        ("landmarks", name),
+                        f"there is no vertex {vertex:,}; the rig has {len(rig.neutral.vertices):,}",
+                    )
+            columns = slider_columns(rig.sliders, own.limits, ranges)
+        return Controls(rig.sliders, columns, frozenset(others), own.document.path.parent)
+
+    def _drawing(self, number: int, controls: Controls, tables: Tables | None) -> Drawing:
+        start = f"mixture-{number}-"
+        kept = tables and {
+            name.removeprefix(start): own for name, own in tables.items() if name.startswith(start)
+        }
+        with self.recipe.naming("mixture", number):
+            return self.recipe.mixtures[number].prepared(controls, kept)
+
+    def _prepare_singles(self, controls: Controls) -> None:
+        """What is drawn by itself: its column and table; the identity's are columns of sliders."""
+        own = self.recipe
+        added = [own.timing.single()] if own.timing is not None else []
+        added += scene_singles(own.scene)
+        names = [single.column.name for single in added]
+        for name in names:
+            if name in controls.columns.names:
+                raise ParameterError(
+                    f"the rig has a slider {name!r}, which is the name of a column of its own; "
+                    "rename it"
+                )
+        with own.naming("identity"):
+            identity = list(own.identity.singles(controls)) if own.identity is not None else []
+        self._singles = [*identity, *enumerate(added, start=self._sliders)]
+        self.columns = Columns((*controls.columns, *(single.column for single in added)))
+
     def _draw(self, start: int, stop: int, out: Codes) -> None:
+        """Fill (n, C) codes of a few faces."""
         lanes = random_lanes(self.recipe.seed, start, stop, self._stride)
-        rows = np.arange(start, stop)
+        sliders = out[:, : self._sliders]
+        self._draw_mixtures(start, lanes, sliders)
+        for number, (place, single) in enumerate(self._singles, start=_CHOICE):
+            own = lanes[:, number]
+            out[:, place] = own if single.table is None else single.table[own]
+        for excluding in self._excluding:
+            excluding.apply(sliders)
+
+    def _draw_mixtures(self, start: int, lanes: Lanes, out: Codes) -> None:
+        own = lanes[:, self._first :]
         if len(self._drawings) == 1:
-            out[:] = self._drawings[0].codes(lanes[:, self._first :], rows)
+            rows = None if self.count is None else np.arange(start, start + len(lanes))
+            out[:] = self._drawings[0].codes(own, rows)
             return
-        choice = np.searchsorted(self._bounds, whole_numbers(lanes[:, :2]), side="right")
+        choice = np.searchsorted(self._bounds, whole_numbers(lanes[:, :_CHOICE]), side="right")
         for number, drawing in enumerate(self._drawings):
             chosen = np.flatnonzero(choice == number)
-            out[chosen] = drawing.codes(lanes[chosen, self._first :], None)
-
-    def _prepared(self, number: int, controls: Controls) -> Drawing:
-        with self.recipe.naming("mixture", number):
-            return self.recipe.mixtures[number].prepared(controls)
+            out[chosen] = drawing.codes(own[chosen], None)
 
     def _require_range(self, start: int, stop: int) -> None:
         if not (is_whole(start) and is_whole(stop) and 0 <= start <= stop <= _MOST_FACES):
