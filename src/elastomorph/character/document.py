@@ -105,7 +105,7 @@ class Document:
             self.refuse(
                 where,
                 f"'{shown(where)}' must be {expected}, such as {key.example}; "
-                f"found {_found(given)}",
+                f"found {as_found(given)}",
             )
         if key.kind == "file":
             self.require_file(where, given)
@@ -217,7 +217,7 @@ def shown(where: Where) -> str:
     return names.replace(".#", " #")
 
 
-def _found(value: Any) -> str:
+def as_found(value: Any) -> str:
     """A value of the file, short enough for a message."""
     if isinstance(value, dict):
         return "a table"

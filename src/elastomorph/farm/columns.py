@@ -7,6 +7,7 @@ exactly.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -42,7 +43,7 @@ class Column:
     high: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite([self.low, self.high]).all() and self.low <= self.high):
+        if not (math.isfinite(self.high - self.low) and self.low <= self.high):
             raise ParameterError(
                 f"the range of {self.name!r} must be two finite numbers, the lower first, found "
                 f"{self.low:g} and {self.high:g}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 
-from elastomorph.character.document import Document, Where, nearest, shown
+from elastomorph.character.document import Document, Where, as_found, nearest, shown
 from elastomorph.character.schema import Key
 
 Described = TypeVar("Described")
@@ -102,7 +102,7 @@ def read_value(document: Document, where: Where, own: RecipeKey, given: Any) -> 
             )
     for each in value if isinstance(value, tuple) else (value,):
         if own.bounds and not own.holds(each):
-            document.refuse(where, f"'{shown(where)}' must be {own.bounds}, found {each:g}")
+            document.refuse(where, f"'{shown(where)}' must be {own.bounds}, found {as_found(each)}")
         if own.choices and each not in own.choices:
             hint = nearest(each, own.choices)
             document.refuse(where, f"'{shown(where)}' cannot be {each!r}: {hint}")

@@ -64,7 +64,9 @@ class Mixture(ABC):
     """How the sliders of some of the faces are drawn; one class a kind."""
 
     kind: ClassVar[str]
-    share: float = key(1.0, "number", "how many of all faces, beside the others", "0.6", above=0)
+    share: float = key(
+        1.0, "number", "how many of all faces, beside the others", "0.6", above=0, most=1e9
+    )
     sliders: tuple[str, ...] = key(
         (), "texts", "names, patterns or groups that it moves; all by default", '["jaw*", "lids"]'
     )
@@ -108,10 +110,15 @@ class _Sparse(Drawing):
         super().__init__(controls, chosen)
         count = len(chosen)
         active = min(6, count / 2) if mixture.active is None else mixture.active
-        if active > count:
-            raise KeyedError(("active",), f"of {count} sliders {active:g} cannot be on")
+        chances = round(active / count * _CHANCES)
+        if not 0 < chances <= _CHANCES:
+            raise KeyedError(
+                ("active",),
+                f"of {count} sliders {active:g} cannot be on, on average; from "
+                f"{count / _CHANCES:.2g} to {count} can",
+            )
         self.lanes = 2 * count + 1
-        self.last_on = max(round(active / count * _CHANCES), 1) - 1
+        self.last_on = chances - 1
         self.least_unlike = round(mixture.symmetric * _CHANCES)
         place = {int(column): i for i, column in enumerate(chosen)}
         pairs = [(place[a], place[b]) for a, b in controls.pairs if a in place and b in place]
@@ -163,7 +170,9 @@ class Dirichlet(Mixture):
     concentration: float = key(
         1.0, "number", "1: all mixtures alike; less: few sliders each", "0.3", least=0.05, most=1000
     )
-    sum: float = key(1.0, "number", "of the weights of a face, before limits", "1.5", above=0)
+    sum: float = key(
+        1.0, "number", "of the weights of a face, before limits", "1.5", above=0, most=1e6
+    )
 
     def _drawing(self, controls: Controls, chosen: Places, tables: Tables | None) -> Drawing:
         return _Dirichlet(self, controls, chosen)

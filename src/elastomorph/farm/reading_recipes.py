@@ -7,13 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from elastomorph.character.document import Document, Where, nearest, open_document, shown
+import numpy as np
+
+from elastomorph.character.document import Document, Where, as_found, nearest, open_document, shown
 from elastomorph.errors import ElastomorphError, ParameterError
 from elastomorph.farm.keys import RecipeKey, read_keys, read_value
 from elastomorph.farm.mixtures import Mixture
 from elastomorph.farm.pictures.settings import SETTINGS
 from elastomorph.farm.recipe import KINDS, SCENE, VERSION, GivenRecipe, Pictures, Recipe
-from elastomorph.farm.rules import Exclusion, Span
+from elastomorph.farm.rules import FARTHEST, Exclusion, Span
 from elastomorph.farm.singles import Identity, Timing
 from elastomorph.numbers import is_whole
 
@@ -24,7 +26,7 @@ _TABLES = (
     "landmarks",
 )  # fmt: skip
 _SEED = RecipeKey("whole", "other seeds, other faces", "7", least=0, most=2**64 - 1)
-_LIMITS = RecipeKey("span", "lowest and highest weight", "[0, 0.8]")
+_LIMITS = RecipeKey("span", "lowest and highest weight", "[0, 0.8]", least=-FARTHEST, most=FARTHEST)
 _VERTEX = RecipeKey("whole", "a vertex of the rig", "2010", least=0, most=2**31 - 1)
 _FILE = RecipeKey("file", "a file of landmarks", '"landmarks.json"')
 _MOST_MIXTURES = 1000
@@ -50,7 +52,7 @@ def recipe_from(content: Mapping[str, Any]) -> Recipe:
     Raises:
         ParameterError: As `read_recipe`, without lines.
     """
-    return _read(GivenRecipe(content))
+    return _read(GivenRecipe(_plain(content)))
 
 
 def recipe_from_text(text: str) -> Recipe:
@@ -70,8 +72,8 @@ def _read(document: Document) -> Recipe:
     if not is_whole(version) or version != VERSION:
         document.refuse(
             ("version",),
-            f"this is version {version!r} of recipes, and this package knows {VERSION}; another "
-            "elastomorph may read it",
+            f"this is version {as_found(version)} of recipes, and this package knows {VERSION}; "
+            "another elastomorph may read it",
         )
     document.require_known((), _TABLES)
     mixtures = tuple(_mixture(document, where) for where in _entries(document, "mixture"))
@@ -98,6 +100,15 @@ def _read(document: Document) -> Recipe:
     return recipe
 
 
+def _plain(value: Any) -> Any:
+    """What Python holds, as TOML would: lists for tuples, numbers for those of NumPy."""
+    if isinstance(value, Mapping):
+        return {str(name): _plain(own) for name, own in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def _entries(document: Document, name: str) -> list[Where]:
     found = document.entries(name)
     if len(found) > _MOST_MIXTURES:
@@ -108,12 +119,11 @@ def _entries(document: Document, name: str) -> list[Where]:
 def _mixture(document: Document, where: Where) -> Mixture:
     kind = document.table(where).get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
-        found = (
-            f"found {kind!r}: {nearest(str(kind), KINDS)}"
-            if kind is not None
-            else (f"such as {', '.join(KINDS)}")
+        found = "it has none" if kind is None else f"found {as_found(kind)}"
+        document.refuse(
+            (*where, "kind"),
+            f"'{shown(where)}' needs a kind of mixture, {found}: {nearest(str(kind), KINDS)}",
         )
-        document.refuse((*where, "kind"), f"'{shown(where)}' needs a 'kind' that is known, {found}")
     return read_keys(document, where, KINDS[kind], "kind")
 
 

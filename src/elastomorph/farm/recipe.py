@@ -79,7 +79,7 @@ class Recipe:
         return replace(self, scene=scene, pictures=pictures)
 
     def text(self) -> str:
-        """The recipe as TOML, complete: read again it is the same, whatever defaults become."""
+        """The recipe as TOML, with all defaults that do not follow from the rig."""
         content: dict[str, Any] = {"version": VERSION, "seed": self.seed}
         content |= {"limits": dict(self.limits)} if self.limits else {}
         content["mixture"] = [{"kind": each.kind, **stated(each)} for each in self.mixtures]

@@ -15,6 +15,9 @@ from elastomorph.rig.sliders import Sliders
 
 Span = tuple[float, float]
 
+FARTHEST = 1000.0
+"""The largest weight that a slider may have, on either side of 0."""
+
 
 def slider_columns(
     sliders: Sliders, limits: Mapping[str, Span], own: Mapping[int, Span]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.farm.columns import Codes, Columns
+from elastomorph.farm.columns import LEVELS, Codes, Columns
 from elastomorph.farm.controls import Controls, KeyedError, places_of
 from elastomorph.farm.lanes import Lanes, random_lanes, stride_of, whole_numbers
 from elastomorph.farm.mixtures import Drawing
@@ -28,6 +28,7 @@ _BLOCK = 2048
 """Faces drawn at once: what they take stays in the cache of a core."""
 
 _MOST_FACES = 2**48
+_ON = LEVELS // 10
 _CHOICE = 2
 """Lanes that say which mixture a face is of."""
 
@@ -95,6 +96,28 @@ class FaceSampler:
         """
         return self.columns.decode(self.codes(start, stop))
 
+    def describe(self) -> str:
+        """What the faces are, for people; how many sliders are on is counted in some of them."""
+        own = self.recipe
+        count = "any number of" if self.count is None else f"{self.count:,}"
+        added = [column.name for column in self.columns[self._sliders :]]
+        beside = f", {', '.join(added)}" if added else ""
+        lines = [f"{count} faces of {self._sliders} sliders{beside}; seed {own.seed}"]
+        lanes = random_lanes(own.seed, 0, _BLOCK, self._stride)[:, self._first :]
+        rest = self.columns.rest[: self._sliders]
+        total = sum(mixture.share for mixture in own.mixtures)
+        for mixture, drawing in zip(own.mixtures, self._drawings, strict=True):
+            way = np.abs(drawing.codes(lanes, None).astype(np.int32) - rest)
+            on = (way > _ON).sum(axis=1)
+            lines.append(
+                f"  {mixture.share / total:.3g} of them {mixture.kind}: of {len(drawing.chosen)} "
+                f"sliders {on.mean():.1f} are on by more than a tenth, at most {on.max()}"
+            )
+        for exclusion in own.exclusions:
+            rule = "only the largest" if exclusion.one else f"together at most {exclusion.most:g}"
+            lines.append(f"  {', '.join(exclusion.sliders)}: {rule}")
+        return "\n".join(lines)
+
     def __repr__(self) -> str:
         kinds = ", ".join(mixture.kind for mixture in self.recipe.mixtures)
         return f"FaceSampler({len(self.columns)} columns, {kinds}, seed {self.recipe.seed})"
@@ -133,7 +156,12 @@ class FaceSampler:
                 self._excluding.append(exclusion.prepared(controls))
         self._prepare_singles(controls)
         shares = np.cumsum([mixture.share for mixture in own.mixtures])
-        self._bounds = np.rint(shares / shares[-1] * 2.0**32)[:-1].astype(np.uint64)
+        bounds = np.rint(shares / shares[-1] * 2.0**32)
+        never = np.flatnonzero(np.diff(bounds, prepend=0) == 0)
+        if never.size:
+            with own.naming("mixture", int(never[0])):
+                raise KeyedError(("share",), "it is so small beside the others that no face has it")
+        self._bounds = bounds[:-1].astype(np.uint64)
         self._first = _CHOICE + len(self._singles)
         self._stride = stride_of(self._first + max(drawing.lanes for drawing in self._drawings))
 

@@ -12,7 +12,7 @@ from elastomorph.farm.columns import LEVELS, Codes, Column
 from elastomorph.farm.controls import Controls, KeyedError
 from elastomorph.farm.keys import key
 from elastomorph.farm.laws import codes_of, normal
-from elastomorph.farm.rules import Span
+from elastomorph.farm.rules import FARTHEST, Span
 from elastomorph.rig.timing import NAMES, by_name
 
 TIME = "t"
@@ -31,7 +31,9 @@ class Single:
 class Timing:
     """A common time of the paths of a face: its weights are then the ζ of `Rig.blend`."""
 
-    range: Span = key((0.0, 1.0), "span", "from where to where on the paths", "[0, 1]")
+    range: Span = key(
+        (0.0, 1.0), "span", "from where to where on the paths", "[0, 1]", least=-10, most=10
+    )
     law: str = key(
         "linear", "text", f"how a uniform number becomes t: {', '.join(NAMES)}", '"minimum-jerk"'
     )
@@ -59,13 +61,20 @@ class Identity:
     sliders: tuple[str, ...] = key(
         (), "texts", "names, patterns or groups", '["identity*"]', needed=True
     )
-    range: Span = key((-3.0, 3.0), "span", "their limits, where [limits] has none", "[-2, 2]")
+    range: Span = key(
+        (-3.0, 3.0),
+        "span",
+        "their limits, where [limits] has none",
+        "[-2, 2]",
+        least=-FARTHEST,
+        most=FARTHEST,
+    )
     law: str = key(
         "normal", "text", "normal, cut off at the limits, or uniform", '"uniform"',
         choices=("normal", "uniform"),
     )  # fmt: skip
     mean: float = key(0.0, "number", "of the normal law", "0.5")
-    deviation: float = key(1.0, "number", "of the normal law", "0.7", above=0)
+    deviation: float = key(1.0, "number", "of the normal law", "0.7", above=0, most=FARTHEST)
 
     def singles(self, controls: Controls) -> Iterator[tuple[int, Single]]:
         """The place and the law of each slider.
@@ -87,4 +96,4 @@ class Identity:
 
 def scene_singles(scene: Mapping[str, Span]) -> list[Single]:
     """Head, camera, light and background: each uniform in its range."""
-    return [Single(Column.within(name, *span)) for name, span in scene.items()]
+    return [Single(Column(name, *span)) for name, span in scene.items()]
