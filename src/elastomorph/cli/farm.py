@@ -13,43 +13,66 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
-    from elastomorph.farm.faces import FaceSet
+    from elastomorph.rig import Rig
 
-Output = Annotated[
+_Rig = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[RIG]",
+        help="A rig: .glb, .vrm, .usd, .fbx, .npz, a folder, settings (.toml); 'built-in' for "
+        "ours. Not for --verify.",
+    ),
+]
+_Output = Annotated[
     str, typer.Option("--output", "-o", help="A folder, or an address that fsspec knows.")
 ]
-Count = Annotated[int | None, typer.Option(help="How many; may be left out for a finite recipe.")]
-Recipe = Annotated[
+_Count = Annotated[int | None, typer.Option(help="How many; may be left out for a finite recipe.")]
+_Recipe = Annotated[
     Path | None, typer.Option(help="What faces there are (TOML). Default: sparse mixtures of all.")
 ]
-Seed = Annotated[int | None, typer.Option(help="Other faces of the same kind; 0 by default.")]
-Stored = Annotated[
+_Seed = Annotated[
+    int | None, typer.Option(help="Other faces of the same kind; that of the recipe, or 0.")
+]
+_Stored = Annotated[
     str | None,
     typer.Option(help="Store vertices too: float32, float16 or int16. Default: the recipe alone."),
 ]
-Tolerance = Annotated[
+_Tolerance = Annotated[
     float | None, typer.Option(help="Largest error of stored vertices, as a part of D.")
 ]
-Normals = Annotated[bool, typer.Option("--normals", help="Store normals of the vertices.")]
-Landmarks = Annotated[
+_Normals = Annotated[bool, typer.Option("--normals", help="Store normals of the vertices.")]
+_Landmarks = Annotated[
     Path | None,
-    typer.Option(
-        help="Store positions of landmarks: vertices by name, of 'landmarks' writes them."
-    ),
+    typer.Option(help="Store where landmarks are: vertices by name, as 'landmarks' writes them."),
+]
+_Verify = Annotated[
+    bool, typer.Option("--verify", help="Make a random sample of the data set again and compare.")
+]
+_Sample = Annotated[int, typer.Option(help="Units that --verify makes again.")]
+_DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Say what it would take, from a second's trial here.")
+]
+_Prices = Annotated[
+    str,
+    typer.Option(help="For --dry-run: of a core-hour, and of a GB kept for a month, as 0.05,0.02."),
 ]
 
 
 @verb
 def farm(
-    rig: options.RigName,
-    output: Output,
-    faces: Count = None,
-    recipe: Recipe = None,
-    seed: Seed = None,
-    vertices: Stored = None,
-    tolerance: Tolerance = None,
-    normals: Normals = False,
-    landmarks: Landmarks = None,
+    rig: _Rig = None,
+    output: _Output = "",
+    faces: _Count = None,
+    recipe: _Recipe = None,
+    seed: _Seed = None,
+    vertices: _Stored = None,
+    tolerance: _Tolerance = None,
+    normals: _Normals = False,
+    landmarks: _Landmarks = None,
+    verify: _Verify = False,
+    sample: _Sample = 4,
+    dry_run: _DryRun = False,
+    prices: _Prices = "0.05,0.02",
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
@@ -60,22 +83,77 @@ def farm(
 
     Example: elastomorph farm rig.glb --faces 1000000 -o faces.zarr
     """
+    if verify:
+        return _verified(output, sample, say)
+    if rig is None:
+        raise ParameterError("name the rig whose faces are made, or 'built-in' for ours")
+    wanted: dict[str, Any] = {
+        "vertices": vertices,
+        "tolerance": tolerance,
+        "normals": normals,
+        "landmarks": _landmarks(landmarks),
+    }
+    face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
+    if dry_run:
+        return _estimated(face_rig, recipe, seed, faces, wanted, _two_prices(prices), say)
+    return _made(face_rig, output, recipe, seed, faces, wanted, say)
+
+
+def _made(
+    rig: Rig,
+    output: str,
+    recipe: Path | None,
+    seed: int | None,
+    faces: int | None,
+    wanted: dict[str, Any],
+    say: Say,
+) -> Answer:
     from elastomorph.farm.run import make_faces
 
-    face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
+    if not output:
+        raise ParameterError("name where the data set goes, as -o faces.zarr")
     found = make_faces(
-        face_rig,
+        rig,
         output,
         faces,
         recipe=recipe,
         seed=seed,
-        vertices=vertices,
-        tolerance=tolerance,
-        normals=normals,
-        landmarks=_landmarks(landmarks),
         progress=lambda state: say(str(state)),
+        **wanted,
     )
-    return _answer(found)
+    facts = {
+        "faces": len(found),
+        "vertices": found.shape[1],
+        "stored": list(found.data.plan.arrays),
+        "written": output,
+    }
+    return Answer(facts, lambda: print_facts(facts, 10))
+
+
+def _verified(output: str, sample: int, say: Say) -> Answer:
+    from elastomorph.farm.verify import verify_faces
+
+    found = verify_faces(output, sample, progress=say)
+    facts = {"units": found.units, "faces": found.faces, "same": found.same}
+    return Answer(facts, lambda: typer.echo(str(found)))
+
+
+def _estimated(
+    rig: Rig,
+    recipe: Path | None,
+    seed: int | None,
+    faces: int | None,
+    wanted: dict[str, Any],
+    prices: tuple[float, float],
+    say: Say,
+) -> Answer:
+    from dataclasses import asdict
+
+    from elastomorph.farm.trial import estimate
+
+    say("trying for a second")
+    found = estimate(rig, faces, recipe=recipe, seed=seed, **wanted)
+    return Answer(asdict(found), lambda: print_facts(found.told(*prices), 8))
 
 
 def _landmarks(path: Path | None) -> dict[str, int] | None:
@@ -89,11 +167,11 @@ def _landmarks(path: Path | None) -> dict[str, int] | None:
     return found
 
 
-def _answer(found: FaceSet) -> Answer:
-    facts: dict[str, Any] = {
-        "faces": len(found),
-        "vertices": found.shape[1],
-        "stored": list(found.data.plan.arrays),
-        "written": found.data.order.url,
-    }
-    return Answer(facts, lambda: print_facts(facts, 10))
+def _two_prices(text: str) -> tuple[float, float]:
+    try:
+        core_hour, gigabyte_month = map(float, text.split(","))
+    except ValueError:
+        core_hour = gigabyte_month = float("nan")
+    if not (core_hour >= 0 and gigabyte_month >= 0):
+        raise ParameterError(f"--prices are two numbers from 0, as 0.05,0.02; found {text!r}")
+    return core_hour, gigabyte_month

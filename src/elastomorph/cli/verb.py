@@ -73,6 +73,9 @@ def verb(function: Callable[..., Answer | None]) -> Callable[..., None]:
             try:
                 with progress(as_json) as say:
                     answer = function(**given, say=say)
+            except KeyboardInterrupt as interrupt:  # typer would end without a word
+                sys.stderr.write(f"{interrupt or 'interrupted'}\n")
+                raise typer.Exit(130) from None
             except ElastomorphError as error:
                 if function.__name__ not in STATUS_OF_ERRORS:
                     raise

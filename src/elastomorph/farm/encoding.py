@@ -59,7 +59,7 @@ class Encoding:
             )
         rig = poser.rig
         extent = extent_of(rig) or 1.0
-        reach = _largest_displacement(rig, poser.columns, poser.normalize)
+        reach = _largest_displacement(rig, poser.columns)
         size = float(np.abs(rig.neutral.vertices).max(initial=0)) + reach
         rounded = _ROUNDINGS * reach / extent
         scale = 1.0
@@ -143,7 +143,7 @@ class VertexEncoder:
         return self.poser.rig.neutral.vertices.astype(np.float32)
 
 
-def _largest_displacement(rig: Rig, columns: Columns, normalize: bool) -> float:
+def _largest_displacement(rig: Rig, columns: Columns) -> float:
     """No less than what any coordinate of any face can be moved by: Σ_j max |ζ_j (w^j(t) - V₀)|."""
     ranges = {column.name: (column.low, column.high) for column in columns}
     moved = np.zeros(rig.neutral.vertices.size)
@@ -151,7 +151,7 @@ def _largest_displacement(rig: Rig, columns: Columns, normalize: bool) -> float:
         low, high = _product([ranges[own] for own in rig.sliders.correctives.get(name, (name,))])
         zeta = 1.0
         if "t" in ranges:
-            zeta = 1.0 if normalize else max(abs(low), abs(high))
+            zeta = max(abs(low), abs(high))
             low, high = ranges["t"]
         factors = [max(abs(low), abs(high))]
         for curve in morph.bend_curves:  # within [0, 1] at most its peak, straight outside

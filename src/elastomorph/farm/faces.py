@@ -15,7 +15,7 @@ from elastomorph.errors import FormatError
 from elastomorph.farm.columns import Columns
 from elastomorph.farm.contents import Vertices
 from elastomorph.farm.layout import DataSet
-from elastomorph.farm.stores import naming_store, order_of
+from elastomorph.farm.stores import naming_damage, naming_store, order_of
 from elastomorph.rig.rig import Rig
 
 Selection = slice | NDArray[np.int64]
@@ -184,28 +184,29 @@ class FaceSet:
 
         def read(rows: Selection) -> NDArray[Any]:
             self._require_finished(rows)
-            with naming_store(self.data.order):
+            with naming_store(self.data.order), naming_damage(self.data.order, name):
                 return np.asarray(array[rows] if isinstance(rows, slice) else array.oindex[rows])
 
         return Rows(array.shape, np.dtype(array.dtype), read)
 
     def _require_finished(self, rows: Selection) -> None:
         """Refuse faces that are not made yet."""
-        unit = self.data.plan.unit
-        if isinstance(rows, slice):
-            asked = set(range(rows.start // unit, -(-rows.stop // unit)))
-        else:
-            asked = set(np.unique(rows // unit).tolist())
-        for number in sorted(asked - self._finished):
-            entry = self.data.manifest.entry(number)
-            faces = self.data.manifest.rows(number)
-            if entry is None or entry[0] < len(faces):
+        manifest, unit = self.data.manifest, self.data.plan.unit
+        numbers = np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
+        units, last = np.divmod(numbers, unit)
+        for number in np.unique(units).tolist():
+            if number in self._finished:
+                continue
+            entry = manifest.entry(number)
+            there = 0 if entry is None else int(entry[0])
+            if there <= last[units == number].max():
                 raise FormatError(
                     self.data.order.url,
-                    f"the faces {faces.start:,} to {faces.stop - 1:,} are not made yet: give its "
-                    "command again, which goes on",
+                    f"the faces {number * unit + there:,} to {manifest.rows(number)[-1]:,} are not "
+                    "made yet: give the command that began it again, it goes on",
                 )
-            self._finished.add(number)
+            if there == len(manifest.rows(number)):
+                self._finished.add(number)
 
 
 def open_faces(

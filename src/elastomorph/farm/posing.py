@@ -43,12 +43,10 @@ class Poser:
     Args:
         rig: The rig.
         columns: What the codes mean; the first are the sliders of the rig.
-        normalize: Weights are divided by their sum, as for `Rig.batch`.
     """
 
     rig: Rig
     columns: Columns
-    normalize: bool = False
 
     def coefficients(self, codes: NDArray[np.uint16]) -> NDArray[np.float32]:
         """(S, F) what each field, Δ and bends of all morphs, is multiplied with in each face."""
@@ -56,7 +54,7 @@ class Poser:
         sliders, times = values[:, : len(self.rig.names)], None
         if "t" in self.columns.names:
             times = values[:, self.columns.names.index("t")]
-        zeta, moments = table_moments(self.rig.sliders, sliders, times, self.normalize)
+        zeta, moments = table_moments(self.rig.sliders, sliders, times, normalize=False)
         blocks = [
             zeta[:, j, None] * morph.factors(moments[:, j])
             for j, morph in enumerate(self.rig.fields.morphs)

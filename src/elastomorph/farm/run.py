@@ -12,13 +12,16 @@ from typing import Any
 
 from elastomorph.blas_threads import usable_cores
 from elastomorph.errors import ParameterError
+from elastomorph.farm.beginning import begin
 from elastomorph.farm.encoding import Encoding
 from elastomorph.farm.faces import FaceSet, open_faces
-from elastomorph.farm.layout import DataSet, begin, poser_of
+from elastomorph.farm.layout import DataSet
+from elastomorph.farm.posing import Poser
 from elastomorph.farm.recipe import Recipe
 from elastomorph.farm.sampler import FaceSampler
 from elastomorph.farm.stores import Order, naming_store, order_of
 from elastomorph.farm.unit import Made, make_unit
+from elastomorph.farm.words import size_text, time_text
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
 
@@ -102,11 +105,12 @@ def make_faces(
         MissingExtraError: Zarr is not installed.
     """
     order = order_of(output, storage_options)
+    sampler = FaceSampler(rig, recipe, seed=seed)
     with naming_store(order):
         data = begun(
             order,
             rig,
-            FaceSampler(rig, recipe, seed=seed),
+            sampler,
             faces,
             vertices=vertices,
             tolerance=tolerance,
@@ -134,7 +138,7 @@ def begun(
         raise ParameterError(f"a data set has one face or more, found {faces!r}")
     chosen: dict[str, Any] = {}
     if vertices is not None:
-        encoding = Encoding.of(poser_of(rig, sampler), vertices, tolerance)
+        encoding = Encoding.of(Poser(rig, sampler.columns), vertices, tolerance)
         chosen["vertices"] = encoding.as_json()
     elif tolerance is not None:
         raise ParameterError("a tolerance is for stored vertices: name their type, as 'int16'")
@@ -167,13 +171,18 @@ def work_off(data: DataSet, progress: Callable[[Progress], object] = lambda _: N
     sizes = {unit: len(data.manifest.rows(unit)) for unit in waiting}
     state = Progress(data.faces, data.faces - sum(sizes.values()))
     progress(state)
-    for made in _made(data.order, waiting):
-        state.add(made)
-        progress(state)
+    try:
+        for made in made_units(data.order, waiting):
+            state.add(made)
+            progress(state)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"interrupted after {state.done:,} of {data.faces:,} faces; the same command goes on"
+        ) from None
     data.objects.sweep(all_of_them=True)
 
 
-def _made(order: Order, units: list[int]) -> Iterator[Made]:
+def made_units(order: Order, units: list[int]) -> Iterator[Made]:
     """Make units in threads, a few more under way than there are cores; as they are finished."""
     threads = min(usable_cores(), len(units)) or 1
     pool = ThreadPoolExecutor(threads)
@@ -191,21 +200,3 @@ def _made(order: Order, units: list[int]) -> Iterator[Made]:
                 yield future.result()
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def size_text(size: float) -> str:
-    """Bytes for people."""
-    for unit in ("bytes", "kB", "MB", "GB", "TB"):
-        if size < 1000 or unit == "TB":
-            break
-        size /= 1000
-    return f"{size:,.0f} {unit}" if unit == "bytes" else f"{size:,.1f} {unit}"
-
-
-def time_text(seconds: float) -> str:
-    """A time for people."""
-    if seconds == float("inf"):
-        return "unknown time"
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:,.1f} h"

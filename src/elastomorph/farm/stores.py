@@ -13,7 +13,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from elastomorph.errors import FileError, MissingExtraError, ParameterError
+from elastomorph.errors import (
+    ElastomorphError,
+    FileError,
+    FormatError,
+    MissingExtraError,
+    ParameterError,
+)
 
 if TYPE_CHECKING:
     from zarr.abc.store import Store
@@ -99,6 +105,14 @@ class Objects:
 
         return self._wait(found())
 
+    def remove(self, keys: Iterable[str]) -> None:
+        """Remove objects, where they are there."""
+
+        async def one(key: str) -> None:
+            await self.store.delete(key)
+
+        self._wait(_together(one, [key for key in keys if self.size(key)]))
+
     def settle(self, keys: Iterable[str]) -> None:
         """Wait until the disk has these objects, for machines that go; stores far away have."""
         if self.order.folder is not None:
@@ -162,6 +176,21 @@ def _store(order: Order, read_only: bool) -> Store:
         )
     except (ImportError, ValueError, TypeError) as error:
         raise FileError(order.url, f"this address cannot be reached: {error}") from None
+
+
+@contextmanager
+def naming_damage(order: Order, what: str) -> Iterator[None]:
+    """Errors of codecs as one sentence: they are of a dozen kinds."""
+    try:
+        yield
+    except (OSError, ElastomorphError):
+        raise
+    except Exception as error:
+        raise FormatError(
+            order.url,
+            f"{what} cannot be read ({str(error)[:100]}), what is stored is damaged: give the "
+            "command that made it again, which makes again what is not whole",
+        ) from error
 
 
 @contextmanager

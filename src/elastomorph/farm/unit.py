@@ -36,6 +36,8 @@ def make_unit(order: Order, unit: int) -> Made:
         if data.manifest.finished(unit):
             return Made(unit, len(rows), 0.0, 0)
         made = unit_rows(data, rows)
+        # What a killed writer or a fault left would be read first, to be written over in part.
+        data.objects.remove(data.manifest.shard(name, unit) for name in made)
         for name, values in made.items():
             data.array(name)[rows.start : rows.stop] = values
         size = data.manifest.finish(unit, {name: checksum(own) for name, own in made.items()})

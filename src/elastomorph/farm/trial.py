@@ -1,0 +1,95 @@
+"""What a data set would take: bytes, time and cost, from a second of making it on this machine."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from elastomorph.blas_threads import usable_cores
+from elastomorph.farm.run import begun, made_units
+from elastomorph.farm.sampler import FaceSampler
+from elastomorph.farm.stores import Order, naming_store
+from elastomorph.farm.words import size_text, time_text
+from elastomorph.io.temporaries import temporary_folder
+from elastomorph.rig.rig import Rig
+
+_SECONDS = 1.0
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a data set would take on machines such as this one.
+
+    Attributes:
+        faces: How many were asked for.
+        bytes: Stored in all.
+        objects: Files, or objects of a store.
+        seconds: On this machine alone.
+        cores: Of this machine.
+        tried: Faces made in the trial.
+    """
+
+    faces: int
+    bytes: float
+    objects: int
+    seconds: float
+    cores: int
+    tried: int
+
+    @property
+    def core_hours(self) -> float:
+        """Work of one core."""
+        return self.seconds * self.cores / 3600
+
+    def cost(self, core_hour: float, gigabyte_month: float) -> tuple[float, float]:
+        """Of making it, and of keeping it for a month, at these prices."""
+        return self.core_hours * core_hour, self.bytes / 1e9 * gigabyte_month
+
+    def told(self, core_hour: float, gigabyte_month: float) -> dict[str, str]:
+        """Its facts for people."""
+        made, kept = self.cost(core_hour, gigabyte_month)
+        return {
+            "faces": f"{self.faces:,}",
+            "bytes": f"{size_text(self.bytes)} in {self.objects:,} objects",
+            "time": f"{time_text(self.seconds)} on {self.cores} cores, "
+            f"{self.faces / self.seconds:,.0f} faces a second",
+            "cost": f"{made:,.2g} to make, {kept:,.2g} a month to keep, at {core_hour:g} a "
+            f"core-hour and {gigabyte_month:g} a GB-month",
+            "from": f"a trial of {self.tried:,} faces on this machine",
+        }
+
+
+def estimate(rig: Rig, faces: int | None, **wanted: Any) -> Estimate:
+    """Make faces for a second, in a data set that is thrown away, and count on from there.
+
+    Args:
+        rig: The rig.
+        faces: How many it would be.
+        **wanted: As for `elastomorph.make_faces`.
+
+    Raises:
+        FileError: Where the system keeps temporary files, there is no room.
+        ParameterError: As for `elastomorph.make_faces`.
+    """
+    sampler = FaceSampler(rig, wanted.pop("recipe", None), seed=wanted.pop("seed", None))
+    with temporary_folder() as folder:
+        order = Order(str(folder / "trial.zarr"))
+        with naming_store(order):
+            data = begun(order, rig, sampler, faces, **wanted)
+            data.prepare()
+            start, tried, size = time.perf_counter(), 0, 0
+            for made in made_units(order, list(range(data.manifest.units))):
+                tried, size = tried + made.faces, size + made.bytes
+                if (spent := time.perf_counter() - start) > _SECONDS:
+                    break
+            once = sum(sum(data.objects.sizes(name).values()) for name in ("rig", "neutral"))
+    units, arrays = data.manifest.units, len(data.plan.arrays)
+    return Estimate(
+        data.faces,
+        once + units * 8 * (1 + 2 * arrays) + size / tried * data.faces,
+        units * (1 + arrays) + arrays + 4,
+        data.faces / tried * spent,
+        usable_cores(),
+        tried,
+    )

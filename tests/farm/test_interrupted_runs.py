@@ -1,0 +1,207 @@
+"""Runs that end early, disks that are full, files that are damaged: the same call goes on."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import elastomorph as em
+from elastomorph.errors import FileError, FormatError
+from elastomorph.farm import beginning
+from elastomorph.farm.layout import DataSet
+from elastomorph.farm.unit import pending
+from elastomorph.farm.verify import verify_faces
+
+UNIT = 32
+FACES = 10 * UNIT + 7
+
+
+@pytest.fixture(autouse=True)
+def _small_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(beginning, "_MOST_UNIT", UNIT)
+
+
+@pytest.fixture
+def make(rig: em.Rig, tmp_path: Path) -> Callable[..., em.FaceSet]:
+    """Makes or goes on with a data set in units of 32 faces."""
+
+    def made(name: str = "faces.zarr", faces: int = FACES, **options: Any) -> em.FaceSet:
+        return em.make_faces(rig, tmp_path / name, faces, vertices="int16", **options)
+
+    return made
+
+
+def stop_after(count: int, error: BaseException) -> Callable[[object], None]:
+    """Raises in the middle of a run."""
+    told = []
+
+    def progress(state: object) -> None:
+        told.append(state)
+        if len(told) > count:
+            raise error
+
+    return progress
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """Every shard by its name."""
+    return {str(f.relative_to(folder)): f.read_bytes() for f in folder.rglob("c.*")}
+
+
+def test_an_interrupted_run_goes_on_and_ends_with_the_same_bytes(
+    make: Callable[..., em.FaceSet], tmp_path: Path
+) -> None:
+    make("whole.zarr")
+    with pytest.raises(KeyboardInterrupt, match="the same command goes on"):
+        make(progress=stop_after(3, KeyboardInterrupt()))
+    order = em.open_faces(tmp_path / "faces.zarr").data.order
+    assert 0 < len(pending(order)) < 11
+    there = content(tmp_path / "faces.zarr")
+    times = {name: (tmp_path / "faces.zarr" / name).stat().st_mtime_ns for name in there}
+    make()
+    assert content(tmp_path / "faces.zarr") == content(tmp_path / "whole.zarr")
+    for name, time in times.items():  # what was finished was not made again
+        unit = name.split(".")[1]
+        if f"manifest/c.{unit}.0" in there:
+            assert (tmp_path / "faces.zarr" / name).stat().st_mtime_ns == time
+
+
+def test_faces_that_are_not_made_yet_are_not_read(
+    make: Callable[..., em.FaceSet], tmp_path: Path
+) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        make(progress=stop_after(0, KeyboardInterrupt()))
+    faces = em.open_faces(tmp_path / "faces.zarr")
+    with pytest.raises(FormatError, match=f"faces {FACES - 7} to {FACES - 1} are not made yet"):
+        faces[-1]
+
+
+@pytest.mark.parametrize("damage", ["cut", "gone", "no entry", "half an entry"])
+def test_a_damaged_unit_is_made_again(
+    make: Callable[..., em.FaceSet], tmp_path: Path, damage: str
+) -> None:
+    make()
+    folder = tmp_path / "faces.zarr"
+    before = content(folder)
+    shard, entry = folder / "vertices/c.4.0.0", folder / "manifest/c.4.0"
+    if damage == "cut":
+        shard.write_bytes(shard.read_bytes()[:-5])
+    elif damage == "half an entry":
+        entry.write_bytes(entry.read_bytes()[:-5])
+    else:
+        (shard if damage == "gone" else entry).unlink()
+    assert pending(em.open_faces(folder).data.order) == [4]
+    make()
+    assert content(folder) == before
+
+
+def test_a_full_disk_is_one_sentence_and_the_same_call_goes_on(
+    make: Callable[..., em.FaceSet], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from zarr.storage import LocalStore
+
+    write = LocalStore.set
+
+    async def full(self: LocalStore, key: str, value: Any) -> None:
+        if key == "vertices/c.5.0.0":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        await write(self, key, value)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(LocalStore, "set", full)
+        with pytest.raises(FileError, match=r"No space left on device.*same command goes on$"):
+            make()
+    make()
+    assert pending(em.open_faces(tmp_path / "faces.zarr").data.order) == []
+
+
+def test_what_killed_writers_left_is_removed(
+    make: Callable[..., em.FaceSet], tmp_path: Path
+) -> None:
+    make()
+    left = tmp_path / "faces.zarr/vertices/c.3.0.0123.partial"
+    left.write_bytes(b"half")
+    make()
+    assert not left.exists()
+
+
+def test_a_beginning_that_was_cut_short_is_begun_again(
+    make: Callable[..., em.FaceSet], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(beginning, "_make_array", killed)
+        with pytest.raises(KeyboardInterrupt):
+            make()
+    with pytest.raises(FormatError, match="not begun to the end"):
+        em.open_faces(tmp_path / "faces.zarr")
+    assert len(make()) == FACES
+
+
+def test_a_data_set_grows_but_does_not_shrink(
+    make: Callable[..., em.FaceSet], tmp_path: Path
+) -> None:
+    make("whole.zarr", FACES)
+    make(faces=2 * UNIT + 5)
+    grown = make()
+    assert len(grown) == FACES
+    assert content(tmp_path / "faces.zarr") == content(tmp_path / "whole.zarr")
+    with pytest.raises(FormatError, match="has 327 faces, and 9 were asked for"):
+        make(faces=9)
+
+
+def test_what_is_no_data_set_of_ours_is_refused(rig: em.Rig, tmp_path: Path) -> None:
+    import zarr
+
+    file, folder, foreign = (tmp_path / name for name in ("file", "folder", "foreign.zarr"))
+    file.write_text("x")
+    folder.mkdir()
+    (folder / "photo.jpg").write_text("x")
+    zarr.create_group(foreign)
+    for place, said in [
+        (file, "this is a file"),
+        (folder, "holds something else"),
+        (foreign, "no data set of ours"),
+    ]:
+        with pytest.raises(FormatError, match=said):
+            em.make_faces(rig, place, 9)
+    assert sorted(own.name for own in folder.iterdir()) == ["photo.jpg"]
+    with pytest.raises(FormatError, match="there is no data set"):
+        em.open_faces(tmp_path / "nowhere.zarr")
+    assert not (tmp_path / "nowhere.zarr").exists()
+
+
+def test_verification_finds_what_was_changed(
+    make: Callable[..., em.FaceSet], tmp_path: Path
+) -> None:
+    faces = make()
+    place = tmp_path / "faces.zarr"
+    found = verify_faces(place, 99)
+    assert (found.units, found.faces, found.same) == (11, FACES, True)
+    assert verify_faces(place, 2, seed=1).units == 2
+    array = DataSet(faces.data.order).array("vertices")
+    array[70, 5, 1] = 1 + array[70, 5, 1]
+    with pytest.raises(FormatError, match=r"faces 64 to 95: .*remove vertices/c\.2\.0\.0"):
+        verify_faces(place, 99)
+
+
+def test_faces_in_memory_and_at_addresses(rig: em.Rig, tmp_path: Path) -> None:
+    """The same faces in a store of fsspec as in a folder."""
+    here = em.make_faces(rig, f"file://{tmp_path}/faces.zarr", FACES)
+    url = "memory://faces.zarr"
+    there = em.make_faces(rig, url, FACES)
+    assert (there[:] == here[:]).all()
+    assert pending(there.data.order) == []
+    assert verify_faces(url).same
+    assert len(em.open_faces(url)) == FACES
+    with pytest.raises(FileError, match="cannot be reached"):
+        em.open_faces("nowhere://faces.zarr")
+    assert np.isfinite(here[:]).all()
