@@ -72,7 +72,7 @@ def write_all(folder: Path) -> None:
 
 
 def _write_take(folder: Path) -> None:
-    """A rig that no turning head could be taken for, ``waves``, meshes of its movement and places."""
+    """A rig no turning head is taken for, ``waves``, meshes of its movement, and places."""
     start = sheet().vertices
     x, y, _ = start.T
     ends = {"jawOpen": np.sin(3 * x), "smile": np.cos(2 * y + x)}
