@@ -20,6 +20,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -46,7 +47,8 @@ REPETITIONS = {
 """Movements of like directions; an offset is played backwards."""
 Take = tuple[Recording, CurveNetwork]
 DENSE, SHEET = (67, 1000), (175, 200)
-WAYS = ("jaw", "317-408", ("Chin", "Mouth_Lend"))
+WAYS = ("jaw", "317-408", {"chin, markers": "Chin", "corner of the mouth, markers": "Mouth_Lend"})
+WAYS_OF_HEAD = {"chin, built-in head": 912, "corner of the mouth, built-in head": 1968}
 
 
 def main() -> int:
@@ -221,30 +223,42 @@ def _carry_over(takes: dict[str, Take], bends: int) -> None:
 
 
 def _draw(takes: dict[str, Take], file: Path) -> None:
-    """The ways of two markers, each in the plane in which it moves most."""
+    """The ways of markers and of vertices of our head, each in the plane in which it moves most."""
     from matplotlib.figure import Figure
 
-    source, part, words = WAYS
+    source, part, names = WAYS
     take, network = takes[source]
-    motion = take.motion.part(*map(int, part.split("-")))
-    paths = {
-        "linear": em.interpolate(motion.neutral, motion.target, "linear"),
-        "arc": em.interpolate(motion.neutral, motion.target, "arc", curves=network),
-        "learned, 1 bend": em.learn(motion, 1, curves=network),
-        "learned, 2 bends": em.learn(motion, 2, curves=network),
-    }
-    figure = Figure(figsize=(10, 5), layout="constrained")
-    for panel, word in zip(figure.subplots(1, len(words)), words, strict=True):
-        marker = take.names.index(word)
-        own = motion.frames[:, marker] - motion.frames[0, marker]
-        plane = np.linalg.svd(own - own.mean(axis=0), full_matrices=False)[2][:2]
-        panel.plot(*(own @ plane.T).T, ".", color="0.6", label="recorded")
-        for label, path in paths.items():
-            way = path.at(np.linspace(0, 1, 101))[:, marker] - motion.frames[0, marker]
-            panel.plot(*(way @ plane.T).T, label=label)
-        panel.set(title=take.names[marker], xlabel="cm", aspect="equal", adjustable="datalim")
-    figure.axes[0].legend()
+    markers = take.motion.part(*map(int, part.split("-")))
+    head = recorded_motion()
+    rows = (
+        (markers, network, {title: take.names.index(name) for title, name in names.items()}, "arc"),
+        (head, em.extract_curves(head.mesh), WAYS_OF_HEAD, "auto"),
+    )
+    figure = Figure(figsize=(10, 6.4), layout="constrained")
+    panels = figure.subplots(len(rows), len(names))
+    for own, (motion, curves, points, method) in zip(panels, rows, strict=True):
+        paths = {"linear": em.interpolate(motion.neutral, motion.target, "linear")}
+        paths[method] = em.interpolate(motion.neutral, motion.target, method, curves=curves)
+        paths |= {
+            f"learned, {bends} bend{'s' * (bends > 1)}": em.learn(motion, bends, curves=curves)
+            for bends in (1, 2)
+        }
+        for panel, (name, point) in zip(own, points.items(), strict=True):
+            _ways(panel, motion, point, paths)
+            panel.set(title=name, xlabel="cm", aspect="equal", adjustable="datalim")
+        own[0].legend(loc="lower center", ncols=2)
     figure.savefig(file, dpi=110)
+
+
+def _ways(panel: Any, motion: em.MeshSequence, point: int, paths: dict[str, em.Morph]) -> None:
+    """One vertex, recorded and along paths."""
+    start = motion.frames[0, point]
+    own = motion.frames[:, point] - start
+    plane = np.linalg.svd(own - own.mean(axis=0), full_matrices=False)[2][:2]
+    panel.plot(*(own @ plane.T).T, "o", color="0.7", label="recorded")
+    for number, (label, path) in enumerate(paths.items()):
+        way = path.at(np.linspace(0, 1, 101))[:, point] - start
+        panel.plot(*(way @ plane.T).T, "--" if number == 3 else "-", label=label)
 
 
 if __name__ == "__main__":
