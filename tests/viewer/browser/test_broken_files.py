@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from faces import Faces, distances, glb
-from visiting import SMALL, Visit, empty_page, positions, settled, state, update, wait
+from visiting import COARSE, SMALL, Visit, empty_page, positions, settled, state, update, wait
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -107,7 +107,7 @@ def test_the_welcome_page_survives_a_broken_file(visit: Visit, faces: Faces) -> 
 
 
 def test_a_file_of_the_same_vertices_joins(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     choose(page, "other.glb", glb(faces.rigs["linear"]))
     wait(page, "elastomorph.models().length === 2")
     now = state(page)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from faces import Faces
-from visiting import Visit, empty_page, positions, wait
+from visiting import COARSE, Visit, empty_page, positions, wait
 
 from elastomorph.viewer import page as pages
 from elastomorph.viewer import serve
@@ -16,7 +16,7 @@ WELCOME = "Shows faces whose expressions move along curved, elastic paths"
 
 
 def test_from_disk(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.together)
+    page = visit(faces.together, **COARSE)
     found = page.evaluate("elastomorph.models()")
     assert [model["name"] for model in found] == list(faces.rigs)
     assert all(model["vertices"] >= len(faces.neutral.vertices) for model in found)

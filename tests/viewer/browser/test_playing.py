@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from faces import RATE, Faces, distances
-from visiting import SMALL, Visit, positions, settled, state, update, wait
+from visiting import COARSE, SMALL, Visit, positions, settled, state, update, wait
 
 from elastomorph import timing
 from elastomorph.viewer import Scene
@@ -75,7 +75,7 @@ def test_a_take_plays_and_pauses(visit: Visit, faces: Faces) -> None:
 
 def test_moving_a_slider_takes_over(visit: Visit, faces: Faces) -> None:
     """The pose of that moment stays, and the hand goes on from there."""
-    page = visit(faces.performed)
+    page = visit(faces.performed, **COARSE)
     update(page, clip="a take", clipTime=0.4, playing=False)
     settled(page)
     page.get_by_role("slider", name="browInnerUp", exact=True).press("End")
@@ -127,7 +127,7 @@ def test_the_drawn_timing_is_the_law(visit: Visit, faces: Faces) -> None:
         "cosine": timing.cosine,
         "blink": timing.blink(),
     }
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     choice = page.get_by_role("combobox", name="Timing")
     for name, law in laws.items():
         choice.select_option(name)

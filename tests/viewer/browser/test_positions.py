@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from faces import METHODS, Faces, distances, glb
-from visiting import SMALL, Visit, positions, update
+from visiting import COARSE, SMALL, Visit, positions, update
 
 import elastomorph as em
 from character_makers import make
@@ -73,7 +73,7 @@ def test_methods_differ_where_they_should(visit: Visit, faces: Faces) -> None:
 
 
 def test_a_driven_corrective_has_no_slider(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone)
+    page = visit(faces.alone, **COARSE)
     assert page.get_by_role("slider", name="jawOpen", exact=True).count() == 1
     assert page.get_by_role("slider", name="pursed", exact=True).count() == 1
     assert page.get_by_role("slider", name="squash", exact=True).count() == 0
