@@ -131,6 +131,8 @@ def test_examples_run_on_the_real_rig(page: Path, files: Path, data_dir: Path) -
 def run_page(page: Path, mark: str) -> None:
     names: dict[str, object] = {}
     for block in blocks(page):
+        if block.mark.startswith(FILE):
+            Path(block.mark.removeprefix(FILE)).write_text(block.text, encoding="utf-8")
         if block.mark != mark:
             continue
         if block.language == "python":

@@ -93,7 +93,7 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("Rig with correctives", lambda: EM.Rig(MESH, {}, correctives=["a"]), "correctives are a map"),
     ("Rig with a driver", lambda: EM.Rig(MESH, {}, correctives={"a": "b"}), "lists of names"),
     ("Rig with groups", lambda: EM.Rig(MESH, {}, groups={"a": 3}), "groups are a mapping"),
-    ("FaceSampler of a file", lambda: EM.FaceSampler("rig.glb"), r"em\.read\('rig\.glb'\)"),
+    ("FaceSampler of a file", lambda: EM.FaceSampler("rig.glb"), r"em\.read_rig\('rig\.glb'\)"),
     ("FaceSampler with a number", lambda: EM.FaceSampler(RIG, 3), "a recipe is a .toml file"),
     ("FaceSampler with a seed", lambda: EM.FaceSampler(RIG, seed="7"), "a seed is a whole number"),
     ("codes to None", lambda: EM.FaceSampler(RIG).codes(0, None), "numbered from 0"),

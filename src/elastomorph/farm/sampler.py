@@ -131,7 +131,7 @@ class FaceSampler:
     ) -> None:
         if not isinstance(rig, Rig):
             raise ParameterError(
-                f"faces are of a Rig, as em.read('rig.glb') gives it, found {rig!r}"
+                f"faces are of a Rig, as em.read_rig('rig.glb') gives it, found {rig!r}"
             )
         own = _as_recipe(recipe)
         if seed is not None:
