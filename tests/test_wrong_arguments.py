@@ -130,7 +130,7 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("suggest along", lambda: EM.suggest_inbetweens(MOTION, 1, curves=3), "be a CurveNetwork"),
     ("suggest effort", lambda: EM.suggest_inbetweens(MOTION, 1, effort="a"), "effort must be"),
     ("FaceSampler of a file", lambda: EM.FaceSampler("rig.glb"), "faces are of a Rig"),
-    ("faces of a file", lambda: EM.make_faces("rig.glb", "f", 9), r"em\.read\('rig\.glb'\)"),
+    ("faces of a file", lambda: EM.make_faces("rig.glb", "f", 9), r"em\.read_rig\('rig\.glb'\)"),
     ("faces nowhere", lambda: EM.make_faces(RIG, None, 9), "named by a folder or an address"),
     ("faces of none", lambda: EM.make_faces(RIG, "f", 0, recipe=ONE), "one face or more"),
     ("faces in vain", lambda: EM.make_faces(RIG, "f", recipe=ONE), "one face or more"),
