@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from farm_rigs import NAMES, RIG, column
@@ -206,3 +208,18 @@ class TestSingles:
 
 
 GRID = np.linspace(0, 1, 2001)
+
+
+def test_time_does_not_undo_who_it_is(tmp_path: Path) -> None:
+    """The identity is there in full at every time; the others are where t says, on their paths."""
+    mesh = em.Mesh(np.eye(3), [[0, 1, 2]])
+    bent = em.Morph(
+        mesh, mesh.with_vertices(2 * np.eye(3)), [np.ones((3, 3))], [em.BendCurve.power(2)]
+    )
+    rig = em.Rig(mesh, {"who": bent, "jawOpen": bent})
+    recipe = {"timing": {}, "identity": {"sliders": ["who"]}, "mixture": [{"kind": "uniform"}]}
+    values = em.FaceSampler(rig, recipe, seed=3).values(0, 40)
+    faces = em.make_faces(rig, tmp_path / "faces.zarr", 40, recipe=recipe, seed=3)[:]
+    for face, (who, jaw, t) in zip(faces, values, strict=True):
+        expected = rig.blend({"who": who, "jawOpen": jaw}, {"who": 1.0, "jawOpen": t})
+        np.testing.assert_allclose(face, expected, atol=1e-5)

@@ -8,7 +8,7 @@ exactly.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,6 +21,9 @@ from elastomorph.numbers import as_numbers
 
 LEVELS = 65535
 """The largest code."""
+
+TIME = "t"
+"""The name of the column of times."""
 
 Codes = NDArray[np.uint16]
 
@@ -68,21 +71,15 @@ class Column:
 
 @dataclass(frozen=True)
 class Columns(Sequence[Column]):
-    """The columns of a data set, in order."""
+    """The columns of a data set, in order: the sliders of the rig, then others.
+
+    Attributes:
+        columns: Each.
+        whole: Which are weights of whole targets, as of the identity, wherever `t` is.
+    """
 
     columns: tuple[Column, ...]
-
-    @classmethod
-    def of(cls, listed: Iterable[Sequence[Any]]) -> Columns:
-        """From names, lows and highs, as they stand beside the data.
-
-        Raises:
-            ParameterError: They are none.
-        """
-        try:
-            return cls(tuple(Column(str(n), float(low), float(high)) for n, low, high in listed))
-        except (TypeError, ValueError) as error:
-            raise ParameterError(f"columns are lists [name, low, high]: {error}") from None
+    whole: frozenset[int] = frozenset()
 
     def listed(self) -> list[list[Any]]:
         """[[name, low, high], …], to be kept beside the data."""
@@ -92,6 +89,16 @@ class Columns(Sequence[Column]):
     def names(self) -> tuple[str, ...]:
         """Their names."""
         return tuple(column.name for column in self.columns)
+
+    def times(self, values: NDArray[np.float64], sliders: int) -> NDArray[np.float64] | None:
+        """The times of `Rig.batch` in (n, C) values: None, one a face, or one for each slider."""
+        if TIME not in self.names:
+            return None
+        times: NDArray[np.float64] = values[:, self.names.index(TIME)]
+        if self.whole:
+            times = np.repeat(times[:, None], sliders, axis=1)
+            times[:, sorted(self.whole)] = 1.0
+        return times
 
     @cached_property
     def rest(self) -> Codes:

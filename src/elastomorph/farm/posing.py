@@ -51,9 +51,8 @@ class Poser:
     def coefficients(self, codes: NDArray[np.uint16]) -> NDArray[np.float32]:
         """(S, F) what each field, Δ and bends of all morphs, is multiplied with in each face."""
         values = self.columns.decode(codes)
-        sliders, times = values[:, : len(self.rig.names)], None
-        if "t" in self.columns.names:
-            times = values[:, self.columns.names.index("t")]
+        sliders = values[:, : len(self.rig.names)]
+        times = self.columns.times(values, len(self.rig.names))
         zeta, moments = table_moments(self.rig.sliders, sliders, times, normalize=False)
         blocks = [
             zeta[:, j, None] * morph.factors(moments[:, j])

@@ -205,7 +205,9 @@ class FaceSampler:
         with own.naming("identity"):
             identity = list(own.identity.singles(controls)) if own.identity is not None else []
         self._singles = [*identity, *enumerate(added, start=self._sliders)]
-        self.columns = Columns((*controls.columns, *(single.column for single in added)))
+        self.columns = Columns(
+            (*controls.columns, *(single.column for single in added)), controls.others
+        )
 
     def _draw(self, start: int, stop: int, out: Codes) -> None:
         """Fill (n, C) codes of a few faces."""

@@ -8,15 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastomorph.errors import ParameterError
-from elastomorph.farm.columns import LEVELS, Codes, Column
+from elastomorph.farm.columns import LEVELS, TIME, Codes, Column
 from elastomorph.farm.controls import Controls, KeyedError
 from elastomorph.farm.keys import key
 from elastomorph.farm.laws import codes_of, normal
 from elastomorph.farm.rules import FARTHEST, Span
 from elastomorph.rig.timing import NAMES, by_name
-
-TIME = "t"
-"""The name of the column of times."""
 
 
 @dataclass(frozen=True, eq=False)
