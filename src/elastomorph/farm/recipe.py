@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from numpy.typing import NDArray
+
 from elastomorph.character.document import Document, shown
 from elastomorph.errors import ParameterError
 from elastomorph.farm.controls import KeyedError
@@ -59,6 +61,7 @@ class Recipe:
         scene: Lowest and highest of each column of head, camera, light and background.
         pictures: Pictures of the faces, or None.
         landmarks: Vertex of each named point.
+        tables: What was kept of the files that it names; None where they are to be read.
     """
 
     seed: int = 0
@@ -70,6 +73,7 @@ class Recipe:
     scene: Mapping[str, Span] = field(default_factory=dict)
     pictures: Pictures | None = None
     landmarks: Mapping[str, int] = field(default_factory=dict)
+    tables: Mapping[str, NDArray[Any]] | None = field(default=None, compare=False, repr=False)
     document: Document = field(default_factory=lambda: GivenRecipe({}), compare=False, repr=False)
 
     def pictured(self, size: int) -> Recipe:
@@ -77,6 +81,17 @@ class Recipe:
         scene = {name: self.scene.get(name, (its.low, its.high)) for name, its in SETTINGS.items()}
         pictures = replace(self.pictures or Pictures(), size=size)
         return replace(self, scene=scene, pictures=pictures)
+
+    def kept(self, mixture: int) -> dict[str, NDArray[Any]] | None:
+        """What was kept of the files of a mixture; None where they are to be read."""
+        if self.tables is None:
+            return None
+        start = f"mixture-{mixture}-"
+        return {
+            name.removeprefix(start): table
+            for name, table in self.tables.items()
+            if name.startswith(start)
+        }
 
     def text(self) -> str:
         """The recipe as TOML, with all defaults that do not follow from the rig."""
