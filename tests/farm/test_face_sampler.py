@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import elastomorph as em
 from elastomorph.farm.columns import Column, Columns
+from elastomorph.farm.lanes import random_lanes
 
 
 def test_a_face_depends_on_seed_and_number_alone() -> None:
@@ -27,14 +28,56 @@ def test_seeds_have_nothing_to_do_with_each_other() -> None:
     assert np.abs(across).max() < 5 / np.sqrt(20_000)
 
 
+RICH = {
+    "limits": {"jawOpen": [0.1, 0.8], "late": [-1, 1]},
+    "mixture": [
+        {"kind": "sparse", "share": 3, "power": 1.5},
+        {"kind": "dirichlet", "sliders": ["mouth*"], "concentration": 0.4},
+        {"kind": "grid", "sliders": ["jaw*"], "levels": 3},
+        {"kind": "uniform"},
+    ],
+    "exclude": [{"sliders": ["mouthPress*", "jawOpen"], "most": 0.9}],
+    "identity": {"sliders": ["late"]},
+    "timing": {"law": "cosine"},
+    "head": {},
+}
+
+
 @settings(max_examples=30, deadline=None)
-@given(st.lists(st.integers(0, 3000), min_size=1, max_size=6), st.integers(0, 2**40))
-def test_any_split_of_any_range_is_the_whole(cuts: list[int], first: int) -> None:
-    sampler = em.FaceSampler(RIG, seed=1)
+@given(
+    st.sampled_from([{}, RICH]),
+    st.lists(st.integers(0, 3000), min_size=1, max_size=6),
+    st.integers(0, 2**40),
+)
+def test_any_split_of_any_range_is_the_whole(
+    recipe: dict[str, object], cuts: list[int], first: int
+) -> None:
+    sampler = em.FaceSampler(RIG, recipe, seed=1)
     whole = sampler.codes(first, first + 3000)
     ends = sorted({0, *cuts, 3000})
     parts = [sampler.codes(first + a, first + b) for a, b in reversed(list(pairwise(ends)))]
     assert (np.concatenate(parts[::-1]) == whole).all()
+
+
+@given(st.integers(0, 2**64 - 1), st.integers(0, 2**70), st.integers(1, 3))
+def test_random_bits_are_those_of_the_generator(seed: int, face: int, steps: int) -> None:
+    """As written down in the paper, Sec. 4.3, from the counter after that of the face."""
+    lanes = random_lanes(seed, face, face + 2, 16 * steps).ravel().tolist()
+    words = [word for step in range(2 * steps) for word in philox(face * steps + step + 1, seed)]
+    assert lanes == [word >> 16 * lane & 0xFFFF for word in words for lane in range(4)]
+
+
+def philox(counter: int, seed: int) -> list[int]:
+    """Philox-4x64-10 of a counter, with whole numbers of Python."""
+    word = 2**64
+    x = [counter >> 64 * place & (word - 1) for place in range(4)]
+    keys = [seed, int.from_bytes(b"elasto", "big")]
+    for _ in range(10):
+        high0, low0 = divmod(0xD2E7470EE14C6C93 * x[0], word)
+        high1, low1 = divmod(0xCA5A826395121157 * x[2], word)
+        x = [high1 ^ x[1] ^ keys[0], low1, high0 ^ x[3] ^ keys[1], low0]
+        keys = [(keys[0] + 0x9E3779B97F4A7C15) % word, (keys[1] + 0xBB67AE8584CAA73B) % word]
+    return x
 
 
 def test_as_many_sliders_are_on_as_the_recipe_says() -> None:
