@@ -189,7 +189,7 @@ def test_verification_finds_what_was_changed(
     assert verify_faces(place, 2, seed=1).units == 2
     array = DataSet(faces.data.order).array("vertices")
     array[70, 5, 1] = 1 + array[70, 5, 1]
-    with pytest.raises(FormatError, match=r"faces 64 to 95: .*remove vertices/c\.2\.0\.0"):
+    with pytest.raises(FormatError, match=r"faces 64 to 95: .*vertices/c\.2\.0\.0 is not what"):
         verify_faces(place, 99)
 
 

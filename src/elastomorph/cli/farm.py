@@ -45,6 +45,7 @@ _Landmarks = Annotated[
     Path | None,
     typer.Option(help="Store where landmarks are: vertices by name, as 'landmarks' writes them."),
 ]
+_Codec = Annotated[str, typer.Option(help="How it is compressed: lz4, zstd or none.")]
 _Verify = Annotated[
     bool, typer.Option("--verify", help="Make a random sample of the data set again and compare.")
 ]
@@ -69,6 +70,7 @@ def farm(
     tolerance: _Tolerance = None,
     normals: _Normals = False,
     landmarks: _Landmarks = None,
+    codec: _Codec = "lz4",
     verify: _Verify = False,
     sample: _Sample = 4,
     dry_run: _DryRun = False,
@@ -92,6 +94,7 @@ def farm(
         "tolerance": tolerance,
         "normals": normals,
         "landmarks": _landmarks(landmarks),
+        "codec": codec,
     }
     face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
     if dry_run:

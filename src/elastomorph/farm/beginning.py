@@ -21,6 +21,7 @@ from elastomorph.farm.layout import ATTRIBUTE, ROOT, DataSet, Plan, group_of, op
 from elastomorph.farm.posing import Poser
 from elastomorph.farm.rigs import packed, rig_hash, same_rig
 from elastomorph.farm.sampler import FaceSampler
+from elastomorph.farm.shards import require_codec, zarr_codec
 from elastomorph.farm.stores import Objects, Order
 from elastomorph.rig.rig import Rig
 
@@ -35,14 +36,15 @@ _NAMES = {"default": "name", "separator": "."}
 
 
 def begin(
-    order: Order, rig: Rig, sampler: FaceSampler, faces: int, chosen: Mapping[str, Any]
+    order: Order, rig: Rig, sampler: FaceSampler, faces: int, chosen: Mapping[str, Any], codec: str
 ) -> DataSet:
     """Begin a data set, or go on with one that was begun for the same; nothing is made yet.
 
     Raises:
         FormatError: What is there was begun for something else, or is no data set.
     """
-    plan, labels = _planned(rig, sampler, chosen)
+    require_codec(codec)
+    plan, labels = _planned(rig, sampler, chosen, codec)
     objects = Objects(order)
     if _is_there(order, objects):
         found = DataSet(order)
@@ -61,7 +63,7 @@ def begin(
 
 
 def _planned(
-    rig: Rig, sampler: FaceSampler, chosen: Mapping[str, Any]
+    rig: Rig, sampler: FaceSampler, chosen: Mapping[str, Any], codec: str
 ) -> tuple[Plan, dict[str, Label]]:
     columns = sampler.columns
     ranges = [[column.low, column.high] for column in columns]
@@ -87,6 +89,7 @@ def _planned(
         dict(chosen),
         list(labels),
         list(sampler.tables),
+        codec,
     )
     return plan, labels
 
@@ -111,7 +114,7 @@ def _lay_out(
     for name, table in sampler.tables.items():
         _store_whole(group, f"tables/{name}", table)
     for name, label in labels.items():
-        _make_array(group, name, label, faces, plan.unit)
+        _make_array(group, name, label, faces, plan.unit, plan.codec)
     width = 1 + 2 * len(plan.arrays)
     group.create_array(
         manifests.NAME,
@@ -134,9 +137,7 @@ def _lengthen(data: DataSet, faces: int) -> None:
             array.resize((length, *array.shape[1:]))
 
 
-def _make_array(group: Any, name: str, label: Label, faces: int, unit: int) -> None:
-    from zarr.codecs import BloscCodec
-
+def _make_array(group: Any, name: str, label: Label, faces: int, unit: int, codec: str) -> None:
     together = 2 ** int(np.log2(max(1, _CHUNK_BYTES // max(_bytes_of(label), 1))))
     group.create_array(
         name,
@@ -144,7 +145,7 @@ def _make_array(group: Any, name: str, label: Label, faces: int, unit: int) -> N
         shards=(unit, *label.shape),
         chunks=(min(unit, together), *label.shape),
         dtype=label.dtype,
-        compressors=BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),
+        compressors=zarr_codec(codec),
         fill_value=0,
         attributes=dict(label.attributes),
         chunk_key_encoding=_KEYS,
@@ -189,6 +190,7 @@ def _require_same(there: DataSet, plan: Plan, rig: Rig) -> None:
             ("recipe", "another recipe or seed"),
             ("columns", "other columns"),
             ("contents", "other contents"),
+            ("codec", "another codec"),
         )
         if not _alike(getattr(there.plan, name), getattr(plan, name))
     ]

@@ -7,7 +7,7 @@ codes; nothing else knows about it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
@@ -31,15 +31,39 @@ class Label:
 
 
 class Faces:
-    """Some faces while they are made: codes, and positions once a content asks for them."""
+    """Some faces while they are made.
 
-    def __init__(self, poser: Poser, codes: NDArray[np.uint16], numbers: NDArray[np.int64]) -> None:
+    Attributes:
+        codes: (S, C) of the columns.
+        numbers: (S,) of the faces.
+        coefficients: (S, F) of the rig's fields.
+    """
+
+    def __init__(
+        self,
+        poser: Poser,
+        codes: NDArray[np.uint16],
+        numbers: NDArray[np.int64],
+        coefficients: NDArray[np.float32] | None = None,
+    ) -> None:
         self.poser, self.codes, self.numbers = poser, codes, numbers
+        self.coefficients = poser.coefficients(codes) if coefficients is None else coefficients
+
+    def blocks(self, size: int) -> Iterator[Faces]:
+        """The faces, so many at a time."""
+        for start in range(0, len(self.codes), size):
+            part = slice(start, start + size)
+            yield Faces(self.poser, self.codes[part], self.numbers[part], self.coefficients[part])
 
     @cached_property
     def positions(self) -> NDArray[np.float32]:
         """(S, V, 3) in the space of the rig."""
-        return self.poser.positions(self.codes, self.numbers)
+        return self.poser.positions(self.coefficients, self.numbers)
+
+    @cached_property
+    def values(self) -> NDArray[np.float64]:
+        """(S, C) of the columns."""
+        return self.poser.columns.decode(self.codes)
 
 
 class Content(Protocol):
@@ -74,7 +98,7 @@ class Vertices:
 
     def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
         """Rows of ``vertices``."""
-        return {"vertices": self.encoder.encoded(faces.codes, faces.numbers)}
+        return {"vertices": self.encoder.encoded(faces.coefficients, faces.numbers)}
 
 
 class Normals:

@@ -98,13 +98,13 @@ class VertexEncoder:
     poser: Poser
     encoding: Encoding
 
-    def encoded(self, codes: NDArray[np.uint16], numbers: NDArray[np.int64]) -> NDArray[np.generic]:
-        """(S, V, 3) of the type of the encoding, of the faces of these codes and numbers."""
+    def encoded(self, left: NDArray[np.float32], numbers: NDArray[np.int64]) -> NDArray[np.generic]:
+        """(S, V, 3) of the type of the encoding, of the faces of these coefficients and numbers."""
         if self.encoding.dtype == "float32":
-            return self.poser.positions(codes, numbers)
-        shape = (len(codes), *self.poser.rig.neutral.vertices.shape)
+            return self.poser.positions(left, numbers)
+        shape = (len(left), *self.poser.rig.neutral.vertices.shape)
         out = np.empty(shape, self.encoding.dtype)
-        flat = out.reshape(len(codes), shape[1] * 3)
+        flat = out.reshape(len(left), shape[1] * 3)
         whole = self.encoding.dtype == "int16"
 
         def write(rows: Rows, run: Run, moved: NDArray[np.float32]) -> None:
@@ -114,7 +114,7 @@ class VertexEncoder:
 
         for still in self.poser.still:
             flat[:, still] = 0
-        self.poser.products(codes, numbers, self._runs, write)
+        self.poser.products(left, numbers, self._runs, write)
         return out
 
     def prepare(self) -> None:

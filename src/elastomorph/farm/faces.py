@@ -177,7 +177,8 @@ class FaceSet:
 
     def _made(self, rows: Selection) -> NDArray[np.float32]:
         numbers = np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
-        return self.data.poser.positions(self.codes.read(rows), numbers)
+        left = self.data.poser.coefficients(self.codes.read(rows))
+        return self.data.poser.positions(left, numbers)
 
     def _stored(self, name: str) -> Rows:
         array = self.data.array(name)

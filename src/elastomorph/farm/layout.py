@@ -38,6 +38,7 @@ class Plan:
     contents: dict[str, Any]  # What was chosen of each content
     arrays: list[str]  # In the order of the manifest
     tables: list[str] = field(default_factory=list)
+    codec: str = "lz4"
     version: str = field(default_factory=lambda: version("elastomorph"))
     format: int = FORMAT
 

@@ -2,7 +2,7 @@
 
 A row of A arrays holds 1 + 2A numbers: how many faces of the unit are finished, then for each
 array, in the order of the attribute ``arrays``, the bytes of its shard (0 where it holds only the
-fill value and is not stored) and the CRC-32 of its rows, as bytes in C order.
+fill value and is not stored) and their CRC-32.
 """
 
 from __future__ import annotations
@@ -18,11 +18,6 @@ from numpy.typing import NDArray
 from elastomorph.farm.stores import Objects
 
 NAME = "manifest"
-
-
-def checksum(rows: NDArray[Any]) -> int:
-    """The CRC-32 of an array's bytes in C order."""
-    return zlib.crc32(np.ascontiguousarray(rows).data)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,15 +73,13 @@ class Manifest:
         rows = {int(n.split(".")[1]): self._parsed(c) for n, c in zip(names, contents, strict=True)}
         return {unit: row for unit, row in rows.items() if row is not None}
 
-    def finish(self, unit: int, checksums: Mapping[str, int]) -> int:
+    def finish(self, unit: int, shards: Mapping[str, bytes]) -> int:
         """Write the row of a unit whose shards are all there; returns their bytes."""
-        shards = [self.shard(name, unit) for name in self.arrays]
-        self.objects.settle(shards)
-        sizes = [self.objects.size(shard) for shard in shards]
-        numbers = [[size, checksums[name]] for name, size in zip(self.arrays, sizes, strict=True)]
+        self.objects.settle(self.shard(name, unit) for name in self.arrays)
+        numbers = [[len(shards[name]), zlib.crc32(shards[name])] for name in self.arrays]
         row = [len(self.rows(unit)), *np.ravel(numbers).tolist()]
         self.array[unit] = np.array(row, np.uint64)
-        return sum(sizes)
+        return sum(map(len, shards.values()))
 
     def shard(self, name: str, unit: int) -> str:
         """The key of a unit's shard of an array."""

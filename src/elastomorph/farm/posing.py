@@ -62,21 +62,21 @@ class Poser:
 
     def positions(
         self,
-        codes: NDArray[np.uint16],
+        left: NDArray[np.float32],
         numbers: NDArray[np.int64],
         out: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
-        """(S, V, 3) positions of the faces of these codes and (S,) numbers, on all cores."""
-        shape = (len(codes), *self.rig.neutral.vertices.shape)
+        """(S, V, 3) positions of the faces of these coefficients and (S,) numbers, on all cores."""
+        shape = (len(left), *self.rig.neutral.vertices.shape)
         out = np.empty(shape, np.float32) if out is None else out
-        flat = out.reshape(len(codes), shape[1] * 3)
+        flat = out.reshape(len(left), shape[1] * 3)
 
         def write(rows: Rows, run: Run, moved: NDArray[np.float32]) -> None:
             flat[rows, run.place] = np.add(moved, run.neutral, out=moved)
 
         for still in self.still:
             flat[:, still] = self._neutral[still]
-        self.products(codes, numbers, self._runs, write)
+        self.products(left, numbers, self._runs, write)
         return out
 
     def prepare(self) -> None:
@@ -93,7 +93,7 @@ class Poser:
 
     def products(
         self,
-        codes: NDArray[np.uint16],
+        left: NDArray[np.float32],
         numbers: NDArray[np.int64],
         runs: list[Run],
         write: Callable[[Rows, Run, NDArray[np.float32]], object],
@@ -102,7 +102,6 @@ class Poser:
 
         The sums are overwritten by the next; `write` is called by several threads.
         """
-        left = self.coefficients(codes)
         widest = max((run.fields.shape[1] for run in runs), default=0)
 
         def work(some: list[tuple[Rows, Rows]]) -> None:
@@ -170,4 +169,5 @@ def faces_of(
     out: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
     """(n, V, 3) float32 positions of the faces that (n, C) codes of columns stand for."""
-    return Poser(rig, columns).positions(codes, np.arange(len(codes)), out)
+    poser = Poser(rig, columns)
+    return poser.positions(poser.coefficients(codes), np.arange(len(codes)), out)

@@ -70,6 +70,7 @@ def make_faces(
     tolerance: float | None = None,
     normals: bool = False,
     landmarks: Mapping[str, int] | None = None,
+    codec: str = "lz4",
     storage_options: Mapping[str, Any] | None = None,
     progress: Callable[[Progress], object] = lambda _: None,
 ) -> FaceSet:
@@ -91,6 +92,8 @@ def make_faces(
             for int16 1e-4, or the least that the rig allows.
         normals: Store (V, 3) float32 normals.
         landmarks: Store (L, 3) float32 positions of vertices, by name.
+        codec: How what is stored is compressed: ``lz4``, ``zstd``, which is slower and a quarter
+            smaller, or ``none``.
         storage_options: What fsspec needs to reach the address.
         progress: Told how far it is, an object that prints as a sentence, after each unit.
 
@@ -116,6 +119,7 @@ def make_faces(
             tolerance=tolerance,
             normals=normals,
             landmarks=landmarks,
+            codec=codec,
         )
         work_off(data, progress)
     return open_faces(order.url, storage_options=storage_options)
@@ -131,6 +135,7 @@ def begun(
     tolerance: float | None = None,
     normals: bool = False,
     landmarks: Mapping[str, int] | None = None,
+    codec: str = "lz4",
 ) -> DataSet:
     """The data set that is asked for, laid out with what was finished before."""
     count = sampler.count if faces is None else faces
@@ -146,7 +151,7 @@ def begun(
         chosen["normals"] = {}
     if landmarks is not None:
         chosen["landmarks"] = _landmarks(rig, landmarks)
-    data = begin(order, rig, sampler, count, chosen)
+    data = begin(order, rig, sampler, count, chosen, codec)
     data.objects.sweep(all_of_them=False)
     return data
 

@@ -105,13 +105,19 @@ class Objects:
 
         return self._wait(found())
 
-    def remove(self, keys: Iterable[str]) -> None:
-        """Remove objects, where they are there."""
+    def put(self, contents: Mapping[str, bytes]) -> None:
+        """Write objects, each whole or not at all; one of no bytes is removed."""
+        from zarr.core.buffer import default_buffer_prototype
+
+        make = default_buffer_prototype().buffer.from_bytes
 
         async def one(key: str) -> None:
-            await self.store.delete(key)
+            if contents[key]:
+                await self.store.set(key, make(contents[key]))
+            else:
+                await self.store.delete(key)
 
-        self._wait(_together(one, [key for key in keys if self.size(key)]))
+        self._wait(_together(one, contents))
 
     def settle(self, keys: Iterable[str]) -> None:
         """Wait until the disk has these objects, for machines that go; stores far away have."""

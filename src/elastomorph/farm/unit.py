@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastomorph.farm.contents import Faces
 from elastomorph.farm.layout import DataSet, opened
-from elastomorph.farm.manifest import checksum
+from elastomorph.farm.posing import TOGETHER
+from elastomorph.farm.shards import Shard, packing
 from elastomorph.farm.stores import Order, naming_store
+
+BLOCK = 4 * TOGETHER
+"""Faces in memory at a time beside their codes."""
 
 
 @dataclass(frozen=True)
@@ -35,23 +42,34 @@ def make_unit(order: Order, unit: int) -> Made:
         rows = data.manifest.rows(unit)
         if data.manifest.finished(unit):
             return Made(unit, len(rows), 0.0, 0)
-        made = unit_rows(data, rows)
-        # What a killed writer or a fault left would be read first, to be written over in part.
-        data.objects.remove(data.manifest.shard(name, unit) for name in made)
-        for name, values in made.items():
-            data.array(name)[rows.start : rows.stop] = values
-        size = data.manifest.finish(unit, {name: checksum(own) for name, own in made.items()})
+        shards = unit_shards(data, rows)
+        data.objects.put({data.manifest.shard(n, unit): own for n, own in shards.items()})
+        size = data.manifest.finish(unit, shards)
     return Made(unit, len(rows), time.perf_counter() - start, size)
 
 
-def unit_rows(data: DataSet, rows: range) -> dict[str, np.ndarray]:
-    """The rows of every array of the data set for some faces."""
+def unit_shards(data: DataSet, rows: range) -> dict[str, bytes]:
+    """The shard of every array for the faces of a unit; empty where it need not be there."""
+    pack = packing(data.plan.codec)
+    arrays = {name: data.array(name) for name in data.plan.arrays}
+    shards = {n: Shard(data.plan.unit, own.chunks[0], pack) for n, own in arrays.items()}
+    for made in unit_rows(data, rows):
+        for name, values in made.items():
+            shards[name].add(values)
+    return {name: shard.content() for name, shard in shards.items()}
+
+
+def unit_rows(data: DataSet, rows: range) -> Iterator[dict[str, NDArray[Any]]]:
+    """The rows of every array for some faces, a block at a time, so that little is in memory."""
     codes = data.sampler.codes(rows.start, rows.stop)
-    faces = Faces(data.poser, codes, np.arange(rows.start, rows.stop))
-    made = {"weights": codes}
-    for content in data.contents:
-        made |= content.made(faces)
-    return made
+    if not data.contents:
+        yield {"weights": codes}
+        return
+    for faces in Faces(data.poser, codes, np.arange(rows.start, rows.stop)).blocks(BLOCK):
+        made: dict[str, NDArray[Any]] = {"weights": faces.codes}
+        for content in data.contents:
+            made |= content.made(faces)
+        yield made
 
 
 def pending(order: Order) -> list[int]:
