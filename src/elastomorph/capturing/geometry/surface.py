@@ -117,6 +117,15 @@ class Surface:
         shape = directions.shape[:-1]
         return Hits(depths.reshape(shape), triangles.reshape(shape), weights.reshape((*shape, 3)))
 
+    def free(self, origins: Points, directions: Points) -> NDArray[np.bool_]:
+        """(...) whether nothing is on the rays from (..., 3) origins along (..., 3) directions."""
+        starts, rays = (
+            np.ascontiguousarray(own.reshape(-1, 3), dtype=np.float32)
+            for own in (origins, directions)
+        )
+        found: NDArray[np.bool_] = self._scene.run(starts, rays, query="OCCLUDED") < 0
+        return found.reshape(directions.shape[:-1])
+
     def seen(self, camera: Camera) -> Hits:
         """(H, W) where the ray through each pixel meets it; depths are along the axis."""
         return self.cast(camera.position, camera.directions())
