@@ -15,7 +15,7 @@ from elastomorph.errors import ParameterError
 from elastomorph.farm.controls import KeyedError
 from elastomorph.farm.keys import key, stated
 from elastomorph.farm.mixtures import Dirichlet, Grid, Mixture, Sparse, Uniform
-from elastomorph.farm.pictures.settings import SETTINGS
+from elastomorph.farm.pictures.settings import ARRAYS, SETTINGS
 from elastomorph.farm.rules import Exclusion, Span
 from elastomorph.farm.singles import Identity, Timing
 from elastomorph.farm.takes import Take
@@ -31,9 +31,6 @@ KINDS: Mapping[str, type[Mixture]] = {
 
 SCENE = tuple(dict.fromkeys(name.partition(".")[0] for name in SETTINGS))
 """The tables whose keys are columns of pictures: head, camera, light, …"""
-
-ARRAYS = ("colour", "depth", "normals", "parts", "landmarks", "camera")
-"""What can be made of each picture."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,15 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.farm.pictures.colours import colour_picture
 from elastomorph.farm.pictures.scenes import Frame, Scene, scene_of
+from elastomorph.farm.pictures.settings import ARRAYS
 from elastomorph.farm.pictures.subject import PARTS, Subject
 from elastomorph.farm.pictures.view import View
 from elastomorph.rig.build import extent_of
 from elastomorph.rig.rig import Rig
 
-__all__ = ["ARRAYS", "LARGEST", "Painter"]
+__all__ = ["LARGEST", "Painter"]
 
-ARRAYS = ("colour", "depth", "normals", "parts", "landmarks", "camera")
-"""What may be asked for; the camera is three arrays: camera, head and intrinsics."""
 LARGEST = 4096
 Label = tuple[tuple[int, ...], str, Mapping[str, Any]]
 _PIXELS = "x right, y down, the middle of the first pixel at 0, 0"
@@ -141,7 +140,7 @@ class Painter:
 
 def _pixels(view: View, size: tuple[int, int]) -> NDArray[np.int64]:
     """Numbers of the pixels in the box round the subject, rising."""
-    used = view.places[np.unique(view.subject.triangles)]
+    used = view.places[view.subject.vertices]
     used = used[np.isfinite(used).all(axis=1)]
     last = np.array([size[1] - 1, size[0] - 1])
     if not len(used):

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-__all__ = ["SETTINGS", "Setting"]
+__all__ = ["ARRAYS", "SETTINGS", "Setting"]
+
+ARRAYS = ("colour", "depth", "normals", "parts", "landmarks", "camera")
+"""What may be made of each picture; the camera is three arrays: camera, head and intrinsics."""
 
 
 @dataclass(frozen=True)

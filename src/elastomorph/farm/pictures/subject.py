@@ -52,6 +52,7 @@ class Subject:
 
     Attributes:
         triangles: (T, 3) vertices.
+        vertices: (U,) those that are drawn.
         corners: (T, 3) corners of the polygons, of which there are normals.
         part: (T,) uint8, numbers of `PARTS`.
         cloth: (T,) index into `cloths`.
@@ -74,6 +75,7 @@ class Subject:
         drawn = of_face[face] >= 0
         self.corners, face = every[drawn], face[drawn]
         self.triangles = mesh.faces.indices[self.corners].astype(np.int64)
+        self.vertices = np.unique(self.triangles)
         self.cloth = of_face[face]
         self.part = _part_numbers(mesh)[face]
         self.cloths = tuple(_cloth(dress, pixels) for dress in dresses)
