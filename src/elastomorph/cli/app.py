@@ -38,7 +38,7 @@ VERBS = {
     "unbend": "Take the bends out of a character again.",
     "export": "Write a rig for other programs.",
     "animate": "Play a recorded performance on a rig.",
-    "track": "Solve a rig to a take of markers, wherever the head is.",
+    "track": "Solve a rig to a take of markers, or of meshes of another topology.",
     "farm": "Make a data set of faces.",
     "render": "Draw a face.",
     "view": "Look at a rig, or compare several, in the browser.",
