@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.sparse import coo_array, diags_array
 
 from elastomorph.errors import MeshError
 from elastomorph.model import cholesky
-from elastomorph.model.cholesky import Cholesky, EliminationTree
+from elastomorph.model.cholesky import Cholesky, EliminationTree, symmetric_factor
 
 
 def grid(side: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -143,3 +144,21 @@ def test_a_matrix_of_zeros_is_refused_and_not_tried_for_ever() -> None:
     tree = EliminationTree.of(np.eye(3)[:2], ends)
     with pytest.raises(MeshError, match="nothing holds a part of it"):
         Cholesky.of(tree, np.ones(2, bool), ends, np.zeros(1), np.zeros(2))
+
+
+def test_a_symmetric_matrix_keeps_its_diagonal_as_pivots_definite_or_not() -> None:
+    """So the signs of the pivots are those of the eigenvalues (Sylvester's law of inertia)."""
+    _, ends = grid(6)
+    one, other = ends.T
+    laplacian = coo_array((np.full(len(ends), -1.0), (one, other)), shape=(36, 36))
+    laplacian = laplacian + laplacian.T
+    whole = laplacian - diags_array(laplacian.sum(axis=1)) - diags_array(np.full(36, 1.7))
+    factor = symmetric_factor(whole.tocsc())
+    np.testing.assert_array_equal(factor.perm_r, factor.perm_c)
+    below = np.linalg.eigvalsh(whole.toarray()) < 0
+    assert 0 < below.sum() < 36
+    assert (factor.U.diagonal() < 0).sum() == below.sum()
+    wanted = np.random.default_rng(0).normal(size=36)
+    np.testing.assert_allclose(whole @ factor.solve(wanted), wanted, atol=1e-10)
+    with pytest.raises(RuntimeError, match="singular"):
+        symmetric_factor(coo_array((36, 36)).tocsc())

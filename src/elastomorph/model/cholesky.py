@@ -10,6 +10,7 @@ eliminates its own vertices and leaves the rest to its parent.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,30 @@ from numpy.typing import NDArray
 from elastomorph.errors import MeshError
 from elastomorph.model.geometry import component_of
 
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
 # Pieces of at most this many vertices are not cut again: small dense matrices are fast.
 _LEAF = 120
+
+
+def symmetric_factor(matrix: csc_array, *, ordered: bool = False) -> Any:
+    """A factor of any symmetric sparse matrix, definite or not, real or complex, by SuperLU.
+
+    The diagonal has the pivots, whatever their sign: half the fill, and the inertia can be read
+    off. Rows are eliminated as they come where they are ordered, else by minimum degree.
+
+    Raises:
+        RuntimeError: The matrix is singular.
+    """
+    from scipy.sparse.linalg import splu
+
+    return splu(
+        matrix,
+        permc_spec="NATURAL" if ordered else "MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.model.cholesky import symmetric_factor
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -199,19 +200,12 @@ class Pencil:
 
     def _decompose(self, shift: complex) -> Any:
         from scipy.sparse import csc_array, diags_array
-        from scipy.sparse.linalg import splu
 
         number = complex(shift)
         sigma = number if number.imag else number.real
         shifted = csc_array(self.matrix - diags_array(sigma * self.mass))
         try:
-            # The diagonal as pivots, whatever its sign: half the fill, and inertia can be read off.
-            return splu(
-                shifted,
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
+            return symmetric_factor(shifted)
         except RuntimeError:
             raise ParameterError(
                 f"the operator of the surface is singular at {sigma:g}: it is an eigenvalue"

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
+from elastomorph.model.cholesky import symmetric_factor
 from elastomorph.model.geometry import component_of, sides_of
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.model.surface import triangulate
@@ -81,7 +82,6 @@ class _Poisson:
     ) -> _Poisson:
         """Factor the Laplacian of the first frame."""
         from scipy.sparse import coo_array, csc_array
-        from scipy.sparse.linalg import splu
 
         start, end = recording.frames
         count = len(start)
@@ -95,8 +95,7 @@ class _Poisson:
         floating = np.bincount(part_of, held) == 0
         held[np.unique(part_of, return_index=True)[1][floating]] = True
         free = csc_array(laplacian[~held][:, ~held])
-        options = {"SymmetricMode": True}
-        factor = splu(free, permc_spec="MMD_AT_PLUS_A", options=options) if free.shape[0] else None
+        factor = symmetric_factor(free) if free.shape[0] else None
         scaled = (shares * areas)[:, None, None] * slopes
         return cls(triangles, scaled, laplacian, held, part_of, floating, factor)
 

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.curves import CurveNetwork
-from elastomorph.errors import MeshError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method, interpolate
-from elastomorph.rivals.rival import Faces, Rival
+from elastomorph.rivals.rival import Faces, Rival, require_surface
 
 
 @dataclass(frozen=True)
@@ -31,8 +30,8 @@ class OwnMethod(Rival):
 
     def require(self, mesh: Mesh) -> None:
         """As for every rival."""
-        if self.method.on_surfaces and not len(mesh.faces):
-            raise MeshError("it needs a surface, which markers do not have")
+        if self.method.on_surfaces:
+            require_surface(mesh)
 
     def faces(
         self, recording: MeshSequence, curves: CurveNetwork, times: NDArray[np.float64]

@@ -58,8 +58,8 @@ class Rival(ABC):
             MeshError: It needs a surface, and markers have none.
             MissingExtraError: It needs a package that is not installed.
         """
-        if self.on_surfaces and not len(mesh.faces):
-            raise MeshError("it needs a surface, which markers do not have")
+        if self.on_surfaces:
+            require_surface(mesh)
         if self.package and find_spec(self.package) is None:
             raise MissingExtraError(self.package, "rivals")
 
@@ -105,6 +105,12 @@ class Rival(ABC):
         self, recording: MeshSequence, curves: CurveNetwork, times: NDArray[np.float64]
     ) -> Faces:
         """The face at each time."""
+
+
+def require_surface(mesh: Mesh) -> None:
+    """Raise MeshError where a mesh has no polygons."""
+    if not len(mesh.faces):
+        raise MeshError("it needs a surface, which markers do not have")
 
 
 def _as_moments(times: ArrayLike) -> NDArray[np.float64]:

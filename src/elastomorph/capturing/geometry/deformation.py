@@ -12,13 +12,14 @@ with the rest positions P, edges ij and the mean-of-neighbours Laplacian L: as r
 from __future__ import annotations
 
 from copy import copy
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.surface import edges_of
+from elastomorph.model.cholesky import symmetric_factor
 from elastomorph.model.geometry import component_of
 
 Points = NDArray[np.float64]
@@ -126,7 +127,8 @@ class Deformation:
             (quadratic[self._order], np.arange(count), np.arange(count + 1)),
             shape=(3 * count, 3 * count),
         )
-        return _factored(sparse.kron(stiffness, sparse.eye_array(3)) + blocks, "NATURAL")
+        matrix = sparse.kron(stiffness, sparse.eye_array(3)) + blocks
+        return symmetric_factor(matrix.tocsc(), ordered=True)
 
 
 def _order(pattern: Any) -> NDArray[np.int64]:
@@ -135,20 +137,8 @@ def _order(pattern: Any) -> NDArray[np.int64]:
     The minimum degree order suits surfaces with many layers, a mouth within a head: its factor
     has a fraction of the entries that cuts along planes leave.
     """
-    factor = _factored(pattern + sparse.eye_array(pattern.shape[0]), "MMD_AT_PLUS_A")
+    factor = symmetric_factor((pattern + sparse.eye_array(pattern.shape[0])).tocsc())
     return np.argsort(factor.perm_c)
-
-
-def _factored(matrix: Any, order: Literal["NATURAL", "MMD_AT_PLUS_A"]) -> Any:
-    """The factor of a symmetric positive definite matrix, eliminated in an order."""
-    from scipy.sparse.linalg import splu
-
-    return splu(
-        matrix.tocsc(),
-        permc_spec=order,
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
 
 
 def _ties(rest: Points, edges: NDArray[np.integer]) -> NDArray[np.int64]:
