@@ -6,8 +6,10 @@ from sheets import between, turn
 
 import elastomorph as em
 from elastomorph.rivals import ElasticSolid
+from elastomorph.rivals.elastic_solid import Head
 from elastomorph.rivals.lattice import Closed, Lattice
 from elastomorph.rivals.solid import Solid
+from elastomorph.samples import recorded_motion
 
 AXIS = np.array([1.0, 2.0, -0.5])
 CUBE = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
@@ -134,6 +136,19 @@ def test_the_jaw_turns_the_skull_stays_and_both_ends_are_met(elasticity: str) ->
     assert (found[:, still] == mesh.vertices[still]).all()
     halfway = mesh.vertices[-8:] @ turn(np.array([1.0, 0.0, 0.0]), 0.25).T
     np.testing.assert_allclose(found[1, -8:], halfway, atol=1e-6)
+
+
+def test_flesh_is_between_jaw_and_skull() -> None:
+    """On a head with throat and neck no tetrahedron joins the two, which would turn it over."""
+    mesh, end = recorded_motion().mesh, recorded_motion().frames[-1]
+    found = Head.between(between(mesh, end), 1500, 0.09)
+    corners = found.lattice.tetrahedra
+    of_jaw, of_skull = (
+        own[corners].any(axis=1) for own in (found.turning, found.bone & ~found.turning)
+    )
+    assert of_jaw.any()
+    assert of_skull.any()
+    assert not (of_jaw & of_skull).any()
 
 
 @pytest.mark.usefixtures("skfem")

@@ -12,13 +12,14 @@ nearest rotation to ∇x for each tetrahedron, found in turns with x: stiffness 
 and Gross, *Interactive Virtual Materials* (2004), K = Σ_e R Kₑ Rᵀ.
 
 Ours, where the sources leave it open. The tetrahedra are a lattice that the skin rides on
-(`Lattice`). Parts that turn rigidly (lower teeth, tongue)
-are the jaw, and lie on their screw; what both ends have at the same place is still. A node is
-bone if it is deeper below the skin than `depth`, or within a cell of a jaw's part: of the jaw if
-such a part is the nearest thing that turns or is still, else of the skull; a node whose skin is all
-still is still. The skin is free. What this leaves of the target (a smile is no work of bones) is
-added in proportion to t, so that both ends are exact. A tetrahedron that
-the target stretches more than `torn` times spans the open mouth: it is softened a thousandfold.
+(`Lattice`). Parts that turn rigidly (lower teeth, tongue) are the jaw, and lie on their screw; what
+both ends have at the same place is still. A node is bone if it is deeper below the skin than
+`depth`, or within a cell of a jaw's part. It is of the jaw if such a part is nearer than anything
+that is still, and no farther than `depth`: what is behind the throat is nearer to the tongue than
+to still skin, yet of the neck, and would be turned into it. All other bone is of the skull; a node
+whose skin is all still is still. The skin is free. What this leaves of the target (a smile is no
+work of bones) is added in proportion to t, so that both ends are exact. A tetrahedron that the
+target stretches more than `torn` times spans the open mouth: it is softened a thousandfold.
 """
 
 from __future__ import annotations
@@ -141,7 +142,8 @@ class Head:
         moving[lattice.tetrahedra[on_skin[~still[skin]]]] = True
         unmoved = np.zeros(len(nodes), dtype=bool)
         unmoved[lattice.tetrahedra[on_skin[still[skin]]]] = True
-        turning = (deep | (to_jaw < cell)) & (to_jaw < to_still)
+        near = to_jaw < np.where(deep, max(depth * mesh.diameter, cell), cell)
+        turning = near & (to_jaw < to_still)
         bone = turning | deep | (unmoved & ~moving)
         rides = (lattice.carrier >= 0) & ~still
         rides[jaw.vertices] = False
