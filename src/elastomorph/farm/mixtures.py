@@ -30,11 +30,13 @@ class Drawing(ABC):
         lanes: How many lanes of a face it uses.
         count: How many faces it has, where they are numbered; None where they are drawn.
         tables: Arrays that it read from files, by name.
+        said: What else there is to say of it on this rig, for people.
     """
 
     lanes: int
     count: int | None = None
     tables: Tables = {}  # noqa: RUF012  (a default that nobody changes)
+    said: str = ""
 
     def __init__(self, controls: Controls, chosen: Places) -> None:
         self.chosen = chosen
@@ -122,6 +124,7 @@ class _Sparse(Drawing):
         self.least_unlike = round(mixture.symmetric * _CHANCES)
         place = {int(column): i for i, column in enumerate(chosen)}
         pairs = [(place[a], place[b]) for a, b in controls.pairs if a in place and b in place]
+        self.said = f"; {len(pairs)} pairs of sides"
         self.left, self.right = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
         # A table for all sliders that rest at one code; one from 0 of a uniform size needs none.
         self.sizes = [

@@ -116,6 +116,7 @@ class FaceSampler:
             lines.append(
                 f"  {mixture.share / total:.3g} of them {mixture.kind}: of {len(drawing.chosen)} "
                 f"sliders {on.mean():.1f} are on by more than a tenth, at most {on.max()}"
+                f"{drawing.said}"
             )
         for exclusion in own.exclusions:
             rule = "only the largest" if exclusion.one else f"together at most {exclusion.most:g}"

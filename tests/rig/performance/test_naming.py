@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from spellings import DIRECTIONS, STYLES, spelled
 
-from elastomorph.rig.performance.naming import ARKIT, is_rotation, shape_of, wholes
+from elastomorph.rig.performance.naming import ARKIT, is_rotation, shape_of, side_pairs, wholes
 
 
 def test_there_are_52_shapes() -> None:
@@ -71,3 +71,18 @@ def test_rotations() -> None:
     assert is_rotation("leftEyePitch")
     assert not is_rotation("eyeLookUpLeft")
     assert not is_rotation("head.HeadYaw")
+
+
+def test_pairs_of_sides() -> None:
+    pairs = side_pairs(ARKIT)
+    assert len(pairs) == 18
+    for left, right in pairs:
+        assert ARKIT[left].replace("Left", "Right") == ARKIT[right]
+    assert not {ARKIT[place] for pair in pairs for place in pair} & DIRECTIONS
+
+
+def test_pairs_of_sides_in_other_spellings() -> None:
+    """On one node each; wholes and directions are no halves, halves without the other no pairs."""
+    names = ["face.mouthSmile_L", "teeth.mouthSmileRight", "face.MouthSmileRight", "cheekRaiser_R"]
+    names += ["browInnerUp", "browInnerUp_L", "cheekRaiser_L", "ear_L", "nose_R", "a.jawLeft"]
+    assert side_pairs([*names, "a.jawRight"]) == [(0, 2), (6, 3)]

@@ -102,17 +102,25 @@ def wholes() -> tuple[Whole, ...]:
     return _WHOLES
 
 
+_HALVES = {f"{whole}{side}": (whole, side) for whole in _SIDED for side in ("Left", "Right")}
+
+
 def side_pairs(names: Sequence[str]) -> list[tuple[int, int]]:
-    """Places of the names that are the left and the right half of one shape, on one node."""
-    found: dict[tuple[str, str], int] = {}
+    """Places of the names that are the left and the right half of one shape, on one node.
+
+    Halves that no table has are those whose names differ only in a last ``_L`` and ``_R``.
+    """
+    halves: dict[tuple[str, str], int] = {}
     for place, name in enumerate(names):
         shape = shape_of(name)
-        if shape is not None:
+        if shape in _HALVES:
             node = name[: max(name.rfind(":"), name.rfind(".")) + 1]
-            found.setdefault((node, shape), place)
-    pairs = []
-    for (node, shape), place in found.items():
-        right = (node, f"{shape.removesuffix('Left')}Right")
-        if shape.removesuffix("Left") in _SIDED and shape.endswith("Left") and right in found:
-            pairs.append((place, found[right]))
-    return pairs
+            whole, side = _HALVES[shape]
+            halves.setdefault((node + whole, side), place)
+        elif shape is None and name.endswith(("_L", "_R")):
+            halves.setdefault((name[:-2], "Left" if name.endswith("L") else "Right"), place)
+    return [
+        (place, halves[whole, "Right"])
+        for (whole, side), place in halves.items()
+        if side == "Left" and (whole, "Right") in halves
+    ]
