@@ -36,6 +36,9 @@ from scenes import ball, joined
         ("MouthSocket", "mouth"),
         ("nostrils", "nostril"),
         ("scalp", "hair"),
+        ("Wolf3D_Outfit_Top", "clothes"),
+        ("Wolf3D_Glasses", "clothes"),
+        ("T-Shirt", "clothes"),
         ("M_Face", "skin"),
         # words that only contain the telling letters
         ("temporal", "skin"),

@@ -39,6 +39,7 @@ LOOKS: dict[str, Look] = {
     "tongue": Look((0.74, 0.43, 0.43), 0.15, 20.0),
     "mouth": Look((0.42, 0.21, 0.21), 0.05),
     "nostril": Look((0.44, 0.27, 0.24), 0.05),
+    "clothes": Look((0.46, 0.48, 0.52), 0.05),
 }
 """The look of each part that is drawn.
 
@@ -64,6 +65,12 @@ _WORDS = (
     ("mouth", rf"mouth(_?(socket|bag|inner|inside|interior|cavity))?{_SIDE}$|oral|throat"),
     ("nostril", "nostrils?"),
     ("hair", "hair|scalp|beard"),
+    (
+        "clothes",
+        "outfit|cloth(es|ing)?|garment|(t_?)?shirt|jacket|coat|suit|dress|tops|pants|trousers|jeans|"
+        "skirt|shoes?|boots?|foot_?wear|socks?|gloves?|hat|helmet|head_?wear|hood|scarf|tie|"
+        "(eye_?)?glasses|goggles|eye_?wear|ear_?rings?|necklace|accessor(y|ies)",
+    ),
     ("sclera", f"eyes?{_SIDE}$"),
 )
 """Whole words, the telling ones first: "lacrimal fluid of the eye" is no eye."""

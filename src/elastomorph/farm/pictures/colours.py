@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.draw.textures import encoded
-from elastomorph.farm.pictures.light import hollows, shadows
+from elastomorph.farm.pictures.light import hollows, shadows, smoothed
 from elastomorph.farm.pictures.shading import radiance
 from elastomorph.farm.pictures.view import Points, Seen, View
 
@@ -47,19 +47,24 @@ def colour_picture(
     open_ = hollows(position, normal, wide, extent).reshape(-1)
     edges = _edges(position, normal, cloth, extent)
 
+    lit = np.ones(size, dtype=np.float32)
+    lit[row, column] = shadows(view, points, own, size[1], extent)
+    depth = np.where(cloth >= 0, position[..., 2], np.inf)
+    shares = smoothed(lit, depth, _STEP * extent).reshape(-1)
+
     inner = ~edges.reshape(-1)[own]
     fine_pixel, fine = _refined(view, edges)
     every = Points.joined([points.only(inner), fine])
     of_pixel = np.concatenate([own[inner], fine_pixel])
-    shown = radiance(view, every, shadows(view, every, extent), open_[of_pixel])[0]
+    shown = radiance(view, every, shares[of_pixel], open_[of_pixel])[0]
     picture = np.tile(view.scene.background.astype(np.float32), (count, 1))
     middle = len(of_pixel) - len(fine_pixel)
     picture[own[inner]] = shown[:middle]
     _average(picture, fine_pixel, shown[middle:])
     for veil in reversed(found.veils):
         where = pixel[veil.ray]
-        lit = shadows(view, veil.points, extent)
-        colour, opacity = radiance(view, veil.points, lit, open_[where])
+        veiled = shadows(view, veil.points, where, size[1], extent)
+        colour, opacity = radiance(view, veil.points, veiled, open_[where])
         picture[where] += opacity[:, None] * (colour - picture[where])
     codes = np.rint(np.clip(picture, 0, 1) * np.float32(len(_CODES) - 1)).astype(np.int64)
     return np.asarray(_CODES[codes].reshape(*size, 3))
