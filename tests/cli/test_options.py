@@ -57,6 +57,7 @@ OPTIONS = [
     (["animate", "face", "take.csv"], ["--method", "ease:2"], "out.npz"),
     (TRACK, ["--rate", "12"], "out.csv"),
     (TRACK, ["--rest", "2"], "out.csv"),
+    (TRACK, ["--prior", "0.1"], "out.csv"),
     (TRACK, ["--smooth", "9"], "out.csv"),
     (TRACK, ["--method", "ease:2"], "out.csv"),
     (TRACK, ["--settings", "own.toml"], "out.csv"),

@@ -78,6 +78,18 @@ def test_markers_that_jump_are_left_out(
     assert "far off and left out" in str(found)
 
 
+def test_a_slider_that_two_markers_show_may_jump(wide: Rig) -> None:
+    """Two of thirty markers that are far off together are no errors."""
+    lifted = wide.neutral.vertices.copy()
+    lifted[:2] += [0.0, 0.0, 1.0]
+    brow = em.interpolate(wide.neutral, wide.neutral.with_vertices(lifted), "linear")
+    rig = Rig(wide.neutral, {**wide.morphs, "brow": brow})
+    weights = np.zeros((4, 7))
+    weights[2:, -1] = 1.0
+    found = rig.track(rig.batch(weights, dtype=np.float64), range(30))
+    np.testing.assert_allclose(found.weights, weights, atol=0.02)
+
+
 def test_frames_without_markers_are_between_their_neighbours(
     wide: Rig, markers: np.ndarray
 ) -> None:
@@ -88,6 +100,18 @@ def test_frames_without_markers_are_between_their_neighbours(
     np.testing.assert_allclose(steps, np.repeat(steps[:1], 3, axis=0), atol=1e-12)
     assert np.isnan(found.rotations[5:7]).all()
     assert np.isfinite(found.rotations[[4, 7]]).all()
+    np.testing.assert_array_equal(found.between, [5, 6])
+    assert str(found).endswith("; 2 frames with too few are between their neighbours")
+
+
+def test_a_marker_that_is_never_seen_is_done_without(
+    wide: Rig, weights: np.ndarray, markers: np.ndarray
+) -> None:
+    taken = markers.copy()
+    taken[:, 3] = np.nan
+    found = wide.track(taken, range(30), rest=0)
+    np.testing.assert_allclose(found.weights, weights, atol=0.01)
+    assert np.flatnonzero(np.isnan(found.left)).tolist() == [3]
 
 
 def test_smoothness_lessens_noise(wide: Rig, weights: np.ndarray, markers: np.ndarray) -> None:
@@ -131,6 +155,7 @@ def test_places_may_be_landmarks_and_points_between_vertices(
         (np.zeros((2, 5, 3)), "chin", {}, "places are a list"),
         (np.zeros((2, 5, 3)), ["chin", 1, 2, 3, 4], {}, "landmark 'chin' is not known"),
         (np.ones((2, 5, 3)), range(5), {"rest": 2}, "rest is frame 2, but there are 2"),
+        ("take.npz", range(5), {}, r"em\.read_markers"),
         (np.ones((2, 5, 3)), range(5), {"rest": "first"}, "rest is the number of a frame"),
         (np.ones((2, 5, 3)), range(5), {"smooth": -1}, "smooth must be a number ≥ 0"),
         (np.ones((2, 5, 3)), range(5), {}, "all in one place"),

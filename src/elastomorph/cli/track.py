@@ -60,6 +60,10 @@ Rest = Annotated[
 Rate = Annotated[
     float | None, typer.Option(help="Frames a second of a file without times; 60 by default.")
 ]
+Prior = Annotated[
+    float,
+    typer.Option(help="More keeps at rest what markers say little of: 1e-3 for another face."),
+]
 Smooth = Annotated[float, typer.Option(help="More for noise, less for quick movements.")]
 
 
@@ -72,6 +76,7 @@ def track(
     mesh_landmarks: Recorded = None,
     rest: Rest = None,
     rate: Rate = None,
+    prior: Prior = 1e-4,
     smooth: Smooth = 3e-4,
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
@@ -99,9 +104,8 @@ def track(
     known = _known(markers, taken, landmarks, mesh_landmarks)
     face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
     columns, places = known or _same(markers, taken, len(face_rig.neutral.vertices))
-    found = tracked(
-        face_rig, taken.frames[:, columns], places, rest=rest, smooth=smooth, progress=say
-    )
+    how: dict[str, Any] = {"rest": rest, "prior": prior, "smooth": smooth, "progress": say}
+    found = tracked(face_rig, taken.frames[:, columns], places, **how)
     pace = _write(output, found, taken.times, rate or _RATE)
     left = {taken.names[i]: each for i, each in zip(columns, found.left.tolist(), strict=True)}
     left_out = sorted(set(taken.names) - set(left), key=taken.names.index)

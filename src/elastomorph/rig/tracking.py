@@ -43,6 +43,7 @@ _RIDGE = 1e-3
 _FAR, _NEAR = 4.0, 0.02
 _LEAST_MARKERS = 4
 _FITS = 4
+_HALF = 0.5
 _SCALE_FRAMES = 100
 
 
@@ -142,17 +143,40 @@ class _Frames:
             if 0 <= near < len(self.weights) and not np.isnan(self.weights[near, :1]).any()
         ]
         own = self.weights[frame]
-        near = own if not np.isnan(own[:1]).any() else (known[0] if known else self.box.start)
+        again = not np.isnan(own[:1]).any()
+        near = own if again else (known[0] if known else self.box.start)
         seen = np.isfinite(self.taken[frame]).all(axis=1)
         goals = np.where(seen[:, None], self.taken[frame], 0.0)
-        trust = self._trust(self.points.at(near).positions, goals, seen.astype(float))
         held = self.smooth * len(known)
         middle = np.mean(known, axis=0) if known else near
 
-        def residuals(row: Floats) -> tuple[Floats, Floats, Floats]:
-            return self._residuals(row, goals, trust, np.sqrt(held), middle)
+        def face_near(row: Floats, trust: Floats) -> Floats:
+            def residuals(row: Floats) -> tuple[Floats, Floats, Floats]:
+                return self._residuals(row, goals, trust, np.sqrt(held), middle)
 
-        found = nearest(residuals, self.box, near)
+            return nearest(residuals, self.box, row)
+
+        every = seen.astype(float)
+        trust, usual = self._trust(near, goals, every)
+        found = face_near(near, trust)
+        if not again and (trust[seen] < _HALF).any():
+            # Markers far off that move together are no errors but a slider that few of them show.
+            other = face_near(near, every)
+            own, far = self._trust(other, goals, every)
+            other = face_near(other, own)
+            usual = min(usual, far)
+
+            def cost(row: Floats, trust: Floats) -> float:
+                face = self.points.at(row).positions
+                back = self._head(face, goals, trust).back(goals)
+                away = np.square(back - face).sum(axis=1)[seen]
+                faded = float((away / (1.0 + away / usual**2)).sum()) / self.reach**2
+                return self.box.cost(row) + 0.5 * (
+                    faded + held * float(np.square(row - middle).sum())
+                )
+
+            if cost(other, own) < cost(found, trust):
+                found, trust = other, own
         face = self.points.at(found).positions
         head = self._head(face, goals, trust)
         away = np.linalg.norm(head.back(goals) - face, axis=1)
@@ -174,14 +198,15 @@ class _Frames:
         )
         return _Head(rotation, shares @ goals - size * rotation @ middle, size)
 
-    def _trust(self, face: Floats, goals: Floats, seen: Floats) -> Floats:
-        """(M,) how much markers count, from their distances to a face near the one looked for."""
+    def _trust(self, row: Floats, goals: Floats, seen: Floats) -> tuple[Floats, float]:
+        """(M,) how much markers count beside a face near the one looked for; what is far there."""
+        face = self.points.at(row).positions
         trust = seen
         for _ in range(_FITS):
             away = np.linalg.norm(self._head(face, goals, trust).back(goals) - face, axis=1)
             usual = max(_FAR * float(np.median(away[seen > 0])), _NEAR * self.reach)
             trust = seen / np.square(1.0 + np.square(away / usual))
-        return trust
+        return trust, usual
 
     def _residuals(
         self, row: Floats, goals: Floats, trust: Floats, held: float, middle: Floats
