@@ -87,3 +87,44 @@ def test_what_cannot_be_meant(
     assert run("track", "rig.npz", *words) == 1
     assert message in " ".join(capsys.readouterr().err.split())
     assert not Path("a.csv").exists()
+
+
+def test_meshes_of_another_topology(weights: np.ndarray) -> None:
+    """Their vertices are markers, by number or by the names that two files of landmarks share."""
+    rig = em.read_rig("rig.npz")
+    order = np.random.default_rng(2).permutation(12)
+    faces = rig.batch(weights, dtype=np.float64)[:, order]
+    for number in (0, 1, 2, 3, 5, 6, 7, 8):
+        em.write(f"scan.{number}.obj", em.Mesh(faces[number], [[0, 1, 2], [9, 10, 11]]))
+    np.savez("scan.npz", frames=faces, times=np.arange(9) / 25)
+    numbers = {str(vertex): int(place) for vertex, place in enumerate(order)}
+    write_landmarks("numbers.json", Landmarks(numbers))
+    names = {f"p{vertex}": vertex for vertex in range(9)}
+    write_landmarks("scan.json", Landmarks(names))
+    write_landmarks("rig.json", Landmarks({name: int(order[v]) for name, v in names.items()}))
+    for words in (
+        ("scan.#.obj", "--landmarks", "numbers.json", "--rate", "25"),
+        ("scan.npz", "--landmarks", "rig.json", "--mesh-landmarks", "scan.json"),
+    ):
+        printed_by("track", "rig.npz", *words, "-o", "a.csv", "--smooth", "0", "--overwrite")
+        found = read_performance("a.csv")
+        np.testing.assert_allclose(found.weights, weights, atol=0.02)
+        np.testing.assert_allclose(found.times, np.arange(9) / 25)
+
+
+def test_names_with_a_subject_and_names_that_two_markers_have(
+    weights: np.ndarray, capsys: pytest.CaptureFixture[str]
+) -> None:
+    held = np.load("bare.npz")
+    np.savez("actor.npz", names=[f"Ada:{name}" for name in NAMES], markers=held["markers"])
+    np.savez("twice.npz", names=["m1", *NAMES[1:]], markers=held["markers"])
+    words = ("--landmarks", "markers.json", "-o", "a.csv")
+    facts = json.loads(printed_by("track", "rig.npz", "actor.npz", *words, "--json"))
+    assert (facts["markers"], facts["left_out"]) == (11, ["Ada:m11"])
+    assert facts["left"].keys() == {f"Ada:m{number}" for number in range(11)}
+    Path("a.csv").unlink()
+    assert run("track", "rig.npz", "twice.npz", *words) == 1
+    assert "2 markers are called m1; rename them" in " ".join(capsys.readouterr().err.split())
+    assert run("track", "rig.npz", "bare.npz", "--mesh-landmarks", *words[1:]) == 1
+    assert "--landmarks must say where they are" in " ".join(capsys.readouterr().err.split())
+    assert not Path("a.csv").exists()

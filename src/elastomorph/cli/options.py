@@ -83,7 +83,7 @@ NeutralPose = Annotated[
     ),
 ]
 
-RECORDED = "scan.####.obj, a folder, .npz of meshes or markers, .mdd, .pc2, .glb"
+RECORDED = "scan.####.obj, a folder, .npz of meshes or markers, .c3d, .mdd, .pc2, .glb"
 """What a recorded motion is read from, for the help of verbs that take one."""
 
 ClipName = Annotated[

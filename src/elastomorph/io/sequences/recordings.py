@@ -65,7 +65,7 @@ def read_sequence(pattern: str | Path, *, clip: str | None = None) -> MeshSequen
     Args:
         pattern: ``scan.####.obj`` (a run of # stands for a number of any width), a wildcard such
             as ``scan.*.obj``, or a folder with mesh files of one suffix. Or one file: a ``.npz``
-            archive of frames or of markers, a point cache (``.mdd``, ``.pc2``) with the mesh it
+            archive of frames or of markers, ``.c3d``, a point cache (``.mdd``, ``.pc2``) with the mesh it
             moves beside it under the same name, or a ``.glb``, ``.gltf`` or ``.vrm`` whose
             animation moves morph targets.
         clip: Name of the animation, in a file with several.
@@ -124,7 +124,7 @@ def read_recording(path: str | Path, *, clip: str | None = None) -> Recording:
 
 
 def _of_markers(path: str | Path) -> Recording:
-    """Markers, gaps closed. The rigid motion of the head is removed from these."""
+    """Markers, gaps closed. What the head does is part of the motion, unless it was removed."""
     taken = read_marker_file(path)
     if len(taken.frames) < 2:
         raise FormatError(path, f"a take needs at least 2 frames, found {len(taken.frames)}")
