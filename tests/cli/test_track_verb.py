@@ -75,6 +75,7 @@ def test_places_by_name_and_frames_a_second(weights: np.ndarray) -> None:
         (["bare.npz", "-o", "a.csv", "--landmarks", "other.json"], "name of a marker"),
         (["other.json", "-o", "a.csv"], "recorded motion is numbered meshes"),
         (["take.npz", "-o", "a.csv", "--rate", "30"], "has times of its own: leave --rate out"),
+        (["take.npz", "-o", "a.csv", "--clip", "x"], "have animations to choose one of"),
         (["back.npz", "-o", "a.csv"], "times must be finite numbers that rise"),
     ],
 )
@@ -110,6 +111,15 @@ def test_meshes_of_another_topology(weights: np.ndarray) -> None:
         found = read_performance("a.csv")
         np.testing.assert_allclose(found.weights, weights, atol=0.02)
         np.testing.assert_allclose(found.times, np.arange(9) / 25)
+
+
+def test_a_clip_of_an_animated_rig(weights: np.ndarray) -> None:
+    """Its vertices are those of the rig, so places need not be said; the file says the times."""
+    rig = em.read_rig("rig.npz")
+    em.write("played.glb", rig, animation=(np.arange(9) / 30, weights, "take"))
+    words = ("track", "rig.npz", "played.glb", "--clip", "take", "--smooth", "0", "-o", "a.csv")
+    assert json.loads(printed_by(*words, "--json"))["rate"] == pytest.approx(30)
+    np.testing.assert_allclose(read_performance("a.csv").weights, weights, atol=0.02)
 
 
 def test_names_with_a_subject_and_names_that_two_markers_have(

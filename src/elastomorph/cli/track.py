@@ -76,6 +76,7 @@ def track(
     mesh_landmarks: Recorded = None,
     rest: Rest = None,
     rate: Rate = None,
+    clip: options.ClipName = None,
     prior: Prior = 1e-4,
     smooth: Smooth = 3e-4,
     method: options.MethodText = None,
@@ -98,7 +99,7 @@ def track(
     if rate is not None and not 0 < rate < float("inf"):
         raise ParameterError(f"--rate must be frames a second above 0, found {rate:g}")
     say(f"reading {markers}")
-    taken = read_markers(markers)
+    taken = read_markers(markers, clip=clip)
     if rate is not None and taken.times is not None:
         raise FormatError(markers, "it has times of its own: leave --rate out")
     known = _known(markers, taken, landmarks, mesh_landmarks)

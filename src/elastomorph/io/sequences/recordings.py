@@ -65,9 +65,9 @@ def read_sequence(pattern: str | Path, *, clip: str | None = None) -> MeshSequen
     Args:
         pattern: ``scan.####.obj`` (a run of # stands for a number of any width), a wildcard such
             as ``scan.*.obj``, or a folder with mesh files of one suffix. Or one file: a ``.npz``
-            archive of frames or of markers, ``.c3d``, a point cache (``.mdd``, ``.pc2``) with the mesh it
-            moves beside it under the same name, or a ``.glb``, ``.gltf`` or ``.vrm`` whose
-            animation moves morph targets.
+            archive of frames or of markers, markers as ``.c3d``, a point cache (``.mdd``,
+            ``.pc2``) with the mesh it moves beside it under the same name, or a ``.glb``,
+            ``.gltf`` or ``.vrm`` whose animation moves morph targets.
         clip: Name of the animation, in a file with several.
 
     Raises:
