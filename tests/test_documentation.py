@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from small_scans import in_single_steps
 
 import elastomorph as em
 from elastomorph import errors
@@ -99,7 +100,8 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def files(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An own copy of them to work in; nothing waits for a browser, and nothing opens one.
 
-    Pictures that nobody looks at are of one sample a pixel, and clips of few frames.
+    Pictures that nobody looks at are of one sample a pixel, clips of few frames, and scans are
+    registered in few steps.
     """
     folder = tmp_path / "work"
     shutil.copytree(samples, folder)
@@ -109,6 +111,7 @@ def files(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     monkeypatch.setattr("webbrowser.open", lambda address: True)
     monkeypatch.setattr("elastomorph.draw.stage.LARGE", 0)
     monkeypatch.setattr("elastomorph.cli.render._SWING_FRAMES", 6)
+    in_single_steps(monkeypatch)
     return folder
 
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 import elastomorph as em
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import Landmarks
+from elastomorph.capturing.scans import registration
 from elastomorph.model.surface import triangulate
 
 Points = NDArray[np.float64]
@@ -65,6 +68,13 @@ def scanned(face: Points, noise: float = 0.01, seed: int = 0, rows: int = 130) -
     faces = faces[sides < 4 * np.median(sides)]
     used, faces = np.unique(faces, return_inverse=True)
     return em.Mesh(points.reshape(-1, 3)[used], faces.reshape(-1, 3))
+
+
+def in_single_steps(patch: pytest.MonkeyPatch) -> None:
+    """Templates are drawn onto scans in one step of each stage, for who looks at something else."""
+    for name in ("ADAPT", "FOLLOW", "FINISH"):
+        steps = tuple(replace(stage, steps=1) for stage in getattr(registration, name))
+        patch.setattr(registration, name, steps)
 
 
 def moved(mesh: em.Mesh, scale: float = 1.0, turn: Points | None = None) -> em.Mesh:
