@@ -107,6 +107,18 @@ def test_the_text_of_a_recipe_makes_the_same_faces() -> None:
     assert (values[:, 52:] == 0).mean() > 0.8
 
 
+def test_what_people_are_told() -> None:
+    lines = em.FaceSampler(RIG, RICH, seed=5).describe().splitlines()
+    assert lines[0] == "any number of faces of 57 sliders, t, head; seed 5"
+    assert lines[1].startswith("  0.5 of them sparse: of 52 sliders ")
+    assert lines[1].endswith("; 18 pairs of sides")
+    assert lines[-1] == "  mouthPress*, jawOpen: together at most 0.9"
+    grid = {"mixture": [{"kind": "grid", "sliders": ["jaw*"], "levels": 2}]}
+    (first, second) = em.FaceSampler(RIG, grid).describe().splitlines()
+    assert first == "15 faces of 57 sliders; seed 0"
+    assert second.endswith("at most 4")
+
+
 class TestColumns:
     def test_codes_come_back(self) -> None:
         columns = Columns((Column("a"), Column.within("b", -0.3, 1.1), Column("c", 2, 2)))

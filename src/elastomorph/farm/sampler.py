@@ -105,8 +105,8 @@ class FaceSampler:
         """What the faces are, for people; how many sliders are on is counted in some of them."""
         own, sliders = self.recipe, self._prepared.sliders
         count = "any number of" if self.count is None else f"{self.count:,}"
-        added = [column.name for column in self.columns[sliders:]]
-        beside = f", {', '.join(added)}" if added else ""
+        tables = dict.fromkeys(name.partition(".")[0] for name in self.columns.names[sliders:])
+        beside = f", {', '.join(tables)}" if tables else ""
         lines = [f"{count} faces of {sliders} sliders{beside}; seed {own.seed}"]
         counted = self._prepared.on(random_lanes(own.seed, 0, _BLOCK, self._stride))
         total = sum(mixture.share for mixture in own.mixtures)
