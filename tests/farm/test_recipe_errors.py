@@ -28,6 +28,7 @@ REFUSED = [
     ("[[mixture]]\nshare = 1", 1, "'mixture #1' needs a kind of mixture, it has none: there are"),
     (SPARSE + '[[mixture]]\nkind = "sprase"', 4, "found 'sprase': did you mean 'sparse'"),
     (SPARSE + SPARSE + "actve = 3", 5, r"unknown key 'actve' in \[mixture #2\].*'active'"),
+    (SPARSE * 101, 201, r"there are more than 100 \[\[mixture\]\]"),
     (SPARSE + "share = 0", 3, "'mixture #1.share' must be above 0 and at most 1e.09, found 0"),
     (SPARSE + SPARSE + "share = 1e-12", 5, "mixture #2.share: it is so small beside the others"),
     (SPARSE + "symmetric = 1.2", 3, "'mixture #1.symmetric' must be at least 0 and at most 1"),

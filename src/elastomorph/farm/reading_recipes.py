@@ -29,7 +29,7 @@ _SEED = RecipeKey("whole", "other seeds, other faces", "7", least=0, most=2**64 
 _LIMITS = RecipeKey("span", "lowest and highest weight", "[0, 0.8]", least=-FARTHEST, most=FARTHEST)
 _VERTEX = RecipeKey("whole", "a vertex of the rig", "2010", least=0, most=2**31 - 1)
 _FILE = RecipeKey("file", "a file of landmarks", '"landmarks.json"')
-_MOST_MIXTURES = 1000
+_MOST_ENTRIES = 100
 
 
 def read_recipe(path: str | Path) -> Recipe:
@@ -111,8 +111,8 @@ def _plain(value: Any) -> Any:
 
 def _entries(document: Document, name: str) -> list[Where]:
     found = document.entries(name)
-    if len(found) > _MOST_MIXTURES:
-        document.refuse(found[_MOST_MIXTURES], f"there are more than {_MOST_MIXTURES:,} [[{name}]]")
+    if len(found) > _MOST_ENTRIES:
+        document.refuse(found[_MOST_ENTRIES], f"there are more than {_MOST_ENTRIES} [[{name}]]")
     return found
 
 
