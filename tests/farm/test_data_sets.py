@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import dask.array
@@ -12,6 +13,9 @@ import zarr
 
 import elastomorph as em
 from elastomorph.errors import FormatError
+from elastomorph.farm.pictures.painter import Painter
+from elastomorph.farm.rigs import packed, unpacked
+from elastomorph.model.appearance import Material, Texture
 from elastomorph.rig.build import extent_of
 
 FACES = 300
@@ -114,3 +118,25 @@ def test_an_unknown_format_is_refused(rig: em.Rig, tmp_path: Path) -> None:
     (place / "zarr.json").write_text(json.dumps(root))
     with pytest.raises(FormatError, match="format 7, expected 1; update"):
         em.open_faces(place)
+
+
+def test_pictures_are_drawn_of_the_faces_that_are_stored(rig: em.Rig, tmp_path: Path) -> None:
+    """From the rig that is kept with the data."""
+    faces = em.make_faces(rig, tmp_path / "faces.zarr", 6, render=16, landmarks={"nose": 44})
+    painter = Painter(faces.rig, (16, 16), {"nose": 44})
+    drawn = painter.draw(faces[:], dict(zip(faces.columns.names, faces.values[:].T, strict=True)))
+    assert set(drawn) == {n.split("/")[1] for n in faces.labels if n.startswith("images/")}
+    for name, values in drawn.items():
+        assert (faces.labels[f"images/{name}"][:] == values).all(), name
+    assert (drawn["colour"].std(axis=(1, 2)) > 1).all()
+
+
+def test_the_look_of_a_rig_is_kept_with_it(rig: em.Rig) -> None:
+    image = Texture(b"a picture", "skin.png", wrap=("clamp", "repeat"), scale=(2.0, 1.0))
+    looks = {"skin": Material((0.5, 0.4, 0.3, 1.0), image, unlit=True), "plain": Material()}
+    mesh = em.Mesh(rig.neutral.vertices, rig.neutral.faces, appearance=looks)
+    other = unpacked(packed(em.Rig(mesh, {"a": em.interpolate(mesh, mesh, "linear")})))
+    assert other.neutral.appearance is not None
+    assert {n: asdict(m) for n, m in other.neutral.appearance.items()} == {
+        n: asdict(m) for n, m in looks.items()
+    }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +14,9 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
+    from elastomorph.farm.recipe import Recipe as RecipeTables
+    from elastomorph.farm.sampler import FaceSampler
+    from elastomorph.farm.wanted import Wanted
     from elastomorph.rig import Rig
 
 _Rig = Annotated[
@@ -45,6 +49,10 @@ _Landmarks = Annotated[
     Path | None,
     typer.Option(help="Store where landmarks are: vertices by name, as 'landmarks' writes them."),
 ]
+_Render = Annotated[
+    int | None,
+    typer.Option(help="Store pictures of so many pixels a side, with depth, parts and the like."),
+]
 _Codec = Annotated[str, typer.Option(help="How it is compressed: lz4, zstd or none.")]
 _Verify = Annotated[
     bool, typer.Option("--verify", help="Make a random sample of the data set again and compare.")
@@ -70,6 +78,7 @@ def farm(
     tolerance: _Tolerance = None,
     normals: _Normals = False,
     landmarks: _Landmarks = None,
+    render: _Render = None,
     codec: _Codec = "lz4",
     verify: _Verify = False,
     sample: _Sample = 4,
@@ -89,40 +98,27 @@ def farm(
         return _verified(output, sample, say)
     if rig is None:
         raise ParameterError("name the rig whose faces are made, or 'built-in' for ours")
-    wanted: dict[str, Any] = {
-        "vertices": vertices,
-        "tolerance": tolerance,
-        "normals": normals,
-        "landmarks": _landmarks(landmarks),
-        "codec": codec,
-    }
-    face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
-    if dry_run:
-        return _estimated(face_rig, recipe, seed, faces, wanted, _two_prices(prices), say)
-    return _made(face_rig, output, recipe, seed, faces, wanted, say)
-
-
-def _made(
-    rig: Rig,
-    output: str,
-    recipe: Path | None,
-    seed: int | None,
-    faces: int | None,
-    wanted: dict[str, Any],
-    say: Say,
-) -> Answer:
-    from elastomorph.farm.run import make_faces
-
-    if not output:
+    if not output and not dry_run:
         raise ParameterError("name where the data set goes, as -o faces.zarr")
+    from elastomorph.farm.run import make_faces
+    from elastomorph.farm.sampler import FaceSampler
+    from elastomorph.farm.wanted import Wanted, pictured
+
+    own = pictured(recipe, render)
+    face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
+    marks = _landmarks(landmarks, own, rig, face_rig)
+    wanted = Wanted(vertices, tolerance, normals, marks, codec)
+    if dry_run:
+        sampler = FaceSampler(face_rig, own, seed=seed)
+        return _estimated(face_rig, sampler, faces, wanted, _two_prices(prices), say)
     found = make_faces(
-        rig,
+        face_rig,
         output,
         faces,
-        recipe=recipe,
+        recipe=own,
         seed=seed,
         progress=lambda state: say(str(state)),
-        **wanted,
+        **vars(wanted),
     )
     facts = {
         "faces": len(found),
@@ -143,10 +139,9 @@ def _verified(output: str, sample: int, say: Say) -> Answer:
 
 def _estimated(
     rig: Rig,
-    recipe: Path | None,
-    seed: int | None,
+    sampler: FaceSampler,
     faces: int | None,
-    wanted: dict[str, Any],
+    wanted: Wanted,
     prices: tuple[float, float],
     say: Say,
 ) -> Answer:
@@ -155,16 +150,21 @@ def _estimated(
     from elastomorph.farm.trial import estimate
 
     say("trying for a second")
-    found = estimate(rig, faces, recipe=recipe, seed=seed, **wanted)
+    found = estimate(rig, sampler, faces, wanted)
     return Answer(asdict(found), lambda: print_facts(found.told(*prices), 8))
 
 
-def _landmarks(path: Path | None) -> dict[str, int] | None:
-    if path is None:
-        return None
+def _landmarks(
+    path: Path | None, recipe: RecipeTables, place: str, rig: Rig
+) -> Mapping[str, int] | None:
+    """Those of the file named; for pictures without any, those that come with the rig."""
+    from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
     from elastomorph.capturing.landmarks.landmarks import read_landmarks
 
-    found = dict(read_landmarks(path).vertices)
+    if path is None:
+        known = recipe.pictures is not None and not recipe.landmarks
+        return (known_landmarks(place, rig.neutral) or None) if known else None
+    found = read_landmarks(path).vertices
     if not found:
         raise ParameterError(f"{path} names no vertices of a rig; place them with 'landmarks'")
     return found

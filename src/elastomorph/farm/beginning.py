@@ -7,8 +7,8 @@ and the manifest comes last: a beginning that was cut short is done again.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError
 from elastomorph.farm import manifest as manifests
-from elastomorph.farm.contents import Label, contents_of
+from elastomorph.farm.contents import Content, Label, contents_of
 from elastomorph.farm.layout import ATTRIBUTE, ROOT, DataSet, Plan, group_of, opened, plan_of
 from elastomorph.farm.posing import Poser
 from elastomorph.farm.rigs import packed, rig_hash, same_rig
@@ -36,7 +36,13 @@ _NAMES = {"default": "name", "separator": "."}
 
 
 def begin(
-    order: Order, rig: Rig, sampler: FaceSampler, faces: int, chosen: Mapping[str, Any], codec: str
+    order: Order,
+    rig: Rig,
+    sampler: FaceSampler,
+    faces: int,
+    chosen: Mapping[str, Any],
+    codec: str,
+    unit: int | None = None,
 ) -> DataSet:
     """Begin a data set, or go on with one that was begun for the same; nothing is made yet.
 
@@ -45,6 +51,7 @@ def begin(
     """
     require_codec(codec)
     plan, labels = _planned(rig, sampler, chosen, codec)
+    plan = plan if unit is None else replace(plan, unit=unit)
     objects = Objects(order)
     if _is_there(order, objects):
         found = DataSet(order)
@@ -77,13 +84,12 @@ def _planned(
         },
     )
     labels: dict[str, Label] = {"weights": weights}
-    for content in contents_of(Poser(rig, columns), chosen):
+    contents = contents_of(Poser(rig, columns), chosen)
+    for content in contents:
         labels |= content.labels
-    largest = max(_bytes_of(label) for label in labels.values())
-    unit = 2 ** int(np.log2(max(1, _UNIT_BYTES // max(largest, 1))))
     plan = Plan(
         rig_hash(rig),
-        int(np.clip(unit, _LEAST_UNIT, _MOST_UNIT)),
+        unit_size(labels, contents),
         sampler.recipe.text(),
         columns.listed(),
         dict(chosen),
@@ -92,6 +98,14 @@ def _planned(
         codec,
     )
     return plan, labels
+
+
+def unit_size(labels: Mapping[str, Label], contents: Sequence[Content]) -> int:
+    """Faces in a unit: a power of two, by what its largest array takes and how long it takes."""
+    largest = max(_bytes_of(label) for label in labels.values())
+    fitting = int(2 ** int(np.log2(max(1, _UNIT_BYTES // max(largest, 1)))))
+    most = min([_MOST_UNIT, *(content.most for content in contents)])
+    return int(max(_LEAST_UNIT, min(fitting, most)))
 
 
 def _lay_out(

@@ -71,6 +71,8 @@ class Content(Protocol):
 
     labels: Mapping[str, Label]
     """Its arrays by name; a name may have folders, as ``images/colour``."""
+    most: int
+    """Faces that one unit may have, so that what is lost with it is made in seconds."""
 
     def prepare(self) -> None:
         """Make once what all rows need, before threads ask for it together."""
@@ -83,6 +85,8 @@ class Content(Protocol):
 
 class Vertices:
     """``vertices``: positions as numbers of an encoding."""
+
+    most = 2**16
 
     def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
         encoding = Encoding(**chosen)
@@ -103,6 +107,8 @@ class Vertices:
 
 class Normals:
     """``normals``: of the vertices, of unit length, the mean of those of the triangles by area."""
+
+    most = 2**12
 
     def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
         self._poser, neutral = poser, poser.rig.neutral
@@ -131,6 +137,8 @@ class Normals:
 class Landmarks:
     """``landmarks``: positions of named vertices."""
 
+    most = 2**16
+
     def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
         self._poser = poser
         self._vertices = np.array(list(chosen.values()), np.int64)
@@ -148,10 +156,36 @@ class Landmarks:
         return {"landmarks": faces.positions[:, self._vertices]}
 
 
+class Pictures:
+    """``images/…``: pictures of the faces and what is to be learned from them."""
+
+    most = 2**7
+
+    def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
+        from elastomorph.farm.pictures.painter import Painter
+
+        self._poser, size = poser, int(chosen["size"])
+        self._painter = Painter(poser.rig, (size, size), chosen["landmarks"], chosen["arrays"])
+        self.labels: Mapping[str, Label] = {
+            f"images/{name}": Label(*own) for name, own in self._painter.labels.items()
+        }
+
+    def prepare(self) -> None:
+        """Positions of faces need their fields."""
+        self._poser.prepare()
+
+    def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
+        """Rows of every image array."""
+        columns = dict(zip(faces.poser.columns.names, faces.values.T, strict=True))
+        drawn = self._painter.draw(faces.positions, columns)
+        return {f"images/{name}": rows for name, rows in drawn.items()}
+
+
 CONTENTS: Mapping[str, Callable[[Poser, Mapping[str, Any]], Content]] = {
     "vertices": Vertices,
     "normals": Normals,
     "landmarks": Landmarks,
+    "pictures": Pictures,
 }
 """Each kind, by the name under which the attributes of a data set hold what was chosen."""
 

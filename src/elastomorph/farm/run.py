@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -13,50 +11,16 @@ from typing import Any
 from elastomorph.blas_threads import usable_cores
 from elastomorph.errors import ParameterError
 from elastomorph.farm.beginning import begin
-from elastomorph.farm.encoding import Encoding
 from elastomorph.farm.faces import FaceSet, open_faces
 from elastomorph.farm.layout import DataSet
-from elastomorph.farm.posing import Poser
+from elastomorph.farm.progress import Progress
 from elastomorph.farm.recipe import Recipe
 from elastomorph.farm.sampler import FaceSampler
 from elastomorph.farm.stores import Order, naming_store, order_of
 from elastomorph.farm.unit import Made, make_unit
-from elastomorph.farm.words import size_text, time_text
+from elastomorph.farm.wanted import Wanted, pictured
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
-
-
-@dataclass
-class Progress:
-    """How far a run is. Its text is for people."""
-
-    faces: int  # To be made in all
-    done: int  # Finished, before this run and in it
-    bytes: int = 0  # Written in this run
-    before: int = field(default=0)  # Finished before this run
-    start: float = field(default_factory=time.monotonic)
-
-    def __post_init__(self) -> None:
-        self.before = self.done
-
-    def add(self, made: Made) -> None:
-        """Count a unit."""
-        self.done += made.faces
-        self.bytes += made.bytes
-
-    @property
-    def rate(self) -> float:
-        """Faces a second in this run."""
-        return (self.done - self.before) / max(time.monotonic() - self.start, 1e-9)
-
-    def __str__(self) -> str:
-        left = (self.faces - self.done) / self.rate if self.rate else float("inf")
-        per_face = self.bytes / max(self.done - self.before, 1)
-        return (
-            f"{self.done:,} of {self.faces:,} faces, {self.rate:,.0f} a second, "
-            f"{size_text(self.bytes)} written, {time_text(left)} and "
-            f"{size_text((self.faces - self.done) * per_face)} to go"
-        )
 
 
 def make_faces(
@@ -70,6 +34,7 @@ def make_faces(
     tolerance: float | None = None,
     normals: bool = False,
     landmarks: Mapping[str, int] | None = None,
+    render: int | None = None,
     codec: str = "lz4",
     storage_options: Mapping[str, Any] | None = None,
     progress: Callable[[Progress], object] = lambda _: None,
@@ -91,7 +56,10 @@ def make_faces(
         tolerance: Largest error of stored positions in units of D. By default that of the type;
             for int16 1e-4, or the least that the rig allows.
         normals: Store (V, 3) float32 normals.
-        landmarks: Store (L, 3) float32 positions of vertices, by name.
+        landmarks: Store (L, 3) float32 positions of vertices, by name; those of the recipe by
+            default.
+        render: Store pictures of so many pixels a side with their labels, as the recipe says;
+            those of the recipe by default.
         codec: How what is stored is compressed: ``lz4``, ``zstd``, which is slower and a quarter
             smaller, or ``none``.
         storage_options: What fsspec needs to reach the address.
@@ -108,20 +76,10 @@ def make_faces(
         MissingExtraError: Zarr is not installed.
     """
     order = order_of(output, storage_options)
-    sampler = FaceSampler(rig, recipe, seed=seed)
+    sampler = FaceSampler(rig, pictured(recipe, render), seed=seed)
+    wanted = Wanted(vertices, tolerance, normals, landmarks, codec)
     with naming_store(order):
-        data = begun(
-            order,
-            rig,
-            sampler,
-            faces,
-            vertices=vertices,
-            tolerance=tolerance,
-            normals=normals,
-            landmarks=landmarks,
-            codec=codec,
-        )
-        work_off(data, progress)
+        work_off(begun(order, rig, sampler, faces, wanted), progress)
     return open_faces(order.url, storage_options=storage_options)
 
 
@@ -130,42 +88,21 @@ def begun(
     rig: Rig,
     sampler: FaceSampler,
     faces: int | None,
-    *,
-    vertices: str | None = None,
-    tolerance: float | None = None,
-    normals: bool = False,
-    landmarks: Mapping[str, int] | None = None,
-    codec: str = "lz4",
+    wanted: Wanted,
+    unit: int | None = None,
 ) -> DataSet:
     """The data set that is asked for, laid out with what was finished before."""
     count = sampler.count if faces is None else faces
     if not is_whole(count) or count < 1:
         raise ParameterError(f"a data set has one face or more, found {faces!r}")
-    chosen: dict[str, Any] = {}
-    if vertices is not None:
-        encoding = Encoding.of(Poser(rig, sampler.columns), vertices, tolerance)
-        chosen["vertices"] = encoding.as_json()
-    elif tolerance is not None:
-        raise ParameterError("a tolerance is for stored vertices: name their type, as 'int16'")
-    if normals:
-        chosen["normals"] = {}
-    if landmarks is not None:
-        chosen["landmarks"] = _landmarks(rig, landmarks)
-    data = begin(order, rig, sampler, count, chosen, codec)
+    if sampler.count is not None and count > sampler.count:
+        raise ParameterError(
+            f"the recipe has {sampler.count:,} faces, and {count:,} were asked for: leave the "
+            "number out for all of them"
+        )
+    data = begin(order, rig, sampler, count, wanted.contents(rig, sampler), wanted.codec, unit)
     data.objects.sweep(all_of_them=False)
     return data
-
-
-def _landmarks(rig: Rig, given: Mapping[str, int]) -> dict[str, int]:
-    count = len(rig.neutral.vertices)
-    if not isinstance(given, Mapping) or not given:
-        raise ParameterError(f"landmarks are vertices by name, found {given!r}")
-    for name, vertex in given.items():
-        if not is_whole(vertex) or not 0 <= vertex < count:
-            raise ParameterError(
-                f"the landmark {name!r} is the vertex {vertex!r}, expected 0 to {count - 1:,}"
-            )
-    return {str(name): int(vertex) for name, vertex in given.items()}
 
 
 def work_off(data: DataSet, progress: Callable[[Progress], object] = lambda _: None) -> None:

@@ -58,7 +58,7 @@ class FaceSampler:
             raise ParameterError(
                 f"faces are of a Rig, as em.read_rig('rig.glb') gives it, found {rig!r}"
             )
-        own = _as_recipe(recipe)
+        own = as_recipe(recipe)
         if seed is not None:
             if not is_whole(seed) or not 0 <= seed < 2**64:
                 raise ParameterError(f"a seed is a whole number from 0 to 2^64 - 1, found {seed!r}")
@@ -139,7 +139,8 @@ class FaceSampler:
             )
 
 
-def _as_recipe(recipe: Recipe | Mapping[str, Any] | str | Path | None) -> Recipe:
+def as_recipe(recipe: Recipe | Mapping[str, Any] | str | Path | None) -> Recipe:
+    """The recipe that a caller gave in one of these ways."""
     if recipe is None:
         return Recipe()
     if isinstance(recipe, Recipe):

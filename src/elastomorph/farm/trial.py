@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any
 
 from elastomorph.blas_threads import usable_cores
+from elastomorph.farm.beginning import unit_size
+from elastomorph.farm.contents import Label
+from elastomorph.farm.posing import TOGETHER
+from elastomorph.farm.progress import size_text, time_text
 from elastomorph.farm.run import begun, made_units
 from elastomorph.farm.sampler import FaceSampler
 from elastomorph.farm.stores import Order, naming_store
-from elastomorph.farm.words import size_text, time_text
+from elastomorph.farm.wanted import Wanted
 from elastomorph.io.temporaries import temporary_folder
 from elastomorph.rig.rig import Rig
 
@@ -60,23 +63,24 @@ class Estimate:
         }
 
 
-def estimate(rig: Rig, faces: int | None, **wanted: Any) -> Estimate:
+def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) -> Estimate:
     """Make faces for a second, in a data set that is thrown away, and count on from there.
 
     Args:
         rig: The rig.
+        sampler: The recipe at work.
         faces: How many it would be.
-        **wanted: As for `elastomorph.make_faces`.
+        wanted: What is stored.
 
     Raises:
         FileError: Where the system keeps temporary files, there is no room.
         ParameterError: As for `elastomorph.make_faces`.
     """
-    sampler = FaceSampler(rig, wanted.pop("recipe", None), seed=wanted.pop("seed", None))
+    pictures = sampler.recipe.pictures is not None  # a unit of theirs takes longer than a second
     with temporary_folder() as folder:
         order = Order(str(folder / "trial.zarr"))
         with naming_store(order):
-            data = begun(order, rig, sampler, faces, **wanted)
+            data = begun(order, rig, sampler, faces, wanted, unit=TOGETHER if pictures else None)
             data.prepare()
             start, tried, size = time.perf_counter(), 0, 0
             for made in made_units(order, list(range(data.manifest.units))):
@@ -84,7 +88,10 @@ def estimate(rig: Rig, faces: int | None, **wanted: Any) -> Estimate:
                 if (spent := time.perf_counter() - start) > _SECONDS:
                     break
             once = sum(sum(data.objects.sizes(name).values()) for name in ("rig", "neutral"))
-    units, arrays = data.manifest.units, len(data.plan.arrays)
+    labels = {name: own for content in data.contents for name, own in content.labels.items()}
+    labels |= {"weights": Label((len(data.columns),), "uint16")}
+    units = -(-data.faces // unit_size(labels, data.contents))
+    arrays = len(data.plan.arrays)
     return Estimate(
         data.faces,
         once + units * 8 * (1 + 2 * arrays) + size / tried * data.faces,
