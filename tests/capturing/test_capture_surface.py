@@ -104,3 +104,12 @@ def test_a_camera_sees_the_half_that_faces_it():
 def test_normals_of_a_ball_point_outwards():
     surface = ball()
     np.testing.assert_allclose(surface.normals, surface.vertices, atol=0.1)
+
+
+@given(seed=st.integers(0, 1000))
+def test_rays_are_free_where_they_meet_nothing(seed):
+    surface = soup(seed)
+    random = np.random.default_rng(seed)
+    starts, ways = random.normal(size=(2, 5, 8, 3))
+    free = surface.free(starts, ways)
+    np.testing.assert_array_equal(free, ~surface.cast(starts, ways).met)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from cards import BACK, GREEN, RED, WHITE, card, image_of, texture, unlit
+from character_makers import make
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.pictures.scenes import Frame, lamp_colour, scene_of
@@ -26,6 +27,9 @@ extra("embreex", "farm")
 SIZE = (40, 40)
 STRAIGHT = {"camera.fill": 0.5, "camera.distance": 4.0}
 """A card of 2 × 2, whose D is its diagonal, is 14 pixels wide."""
+
+SIDES = (np.s_[:48], np.s_[48:])
+"""Of a picture of 96 pixels: the face's right is on the left."""
 
 
 def painted(mesh: Mesh, **values: float) -> dict[str, NDArray[Any]]:
@@ -215,3 +219,20 @@ def test_a_contact_sheet_shows_all_arrays_and_the_landmarks(tmp_path: Path) -> N
     assert (sheet == [60, 230, 90]).all(axis=-1).sum() > 20
     smaller = contact_sheet({"colour": drawn["colour"]}, [5, 17, 1000])
     assert smaller.shape[1] < sheet.shape[1] / 2
+
+
+def test_a_character_with_images_closes_its_eyes_in_all_arrays(tmp_path: Path) -> None:
+    """Skin of the colour of its image; the lid covers the eye in colour, depth and parts alike."""
+    rig = em.read_rig(make("plain", tmp_path))
+    closed = rig.batch(np.eye(len(rig.names))[[rig.names.index("eyeBlinkLeft")]])
+    painter = Painter(rig, (96, 96))
+    straight = {"camera.fill": 0.9, "light.azimuth": 0.0, "light.elevation": 0.0}
+    drawn = painter.draw(np.concatenate([rig.neutral.vertices[None], closed]), straight)
+    pupil = painter.labels["parts"][2]["names"].index("pupil")
+    eyes = [(drawn["parts"][face] == pupil)[:, side].sum() for face in (0, 1) for side in SIDES]
+    assert min(eyes[0], eyes[1], eyes[2]) > 5
+    assert eyes[3] == 0
+    covered = (drawn["parts"][0] == pupil) & (drawn["parts"][1] != pupil)
+    assert (drawn["depth"][1][covered] < drawn["depth"][0][covered]).all()
+    red, green, blue = drawn["colour"][1][covered].mean(axis=0)
+    assert red > green + 15 > blue + 25
