@@ -2,8 +2,9 @@
 
 Run:  python benchmarks/farm_pictures.py [RIG …] [--sizes 128 256 512] [--sheet SHEET.png]
 
-Rates are of one thread, by the time of the processor, for a machine may have other things to do.
-Beside them: one picture as VTK draws it for `elastomorph.render`, colour alone.
+Rates are of one core, by the time of the processor, for a machine may have other things to do.
+Beside them: one picture as VTK draws it for `elastomorph.render`, colour alone; and what a picture
+takes in a data set.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numcodecs import Blosc
 from numpy.typing import NDArray
 
 import elastomorph as em
@@ -66,6 +68,20 @@ def table(name: str, sizes: list[int], count: int) -> None:
         print(f"  {size:>8}{rates[0]:>10.1f}{rates[1]:>10.1f}{count / drawn:>10.1f}")
 
 
+def bytes_of(name: str, count: int) -> None:
+    rig = rig_of(name)
+    positions, columns = faces_of(rig, count)
+    made = Painter(rig, (256, 256)).draw(positions, columns)
+    print(
+        f"kB a picture of 256 pixels, {Path(name).name}\n  {'':10}{'bare':>8}{'lz4':>8}{'zstd':>8}"
+    )
+    for array in ("colour", "depth", "normals", "parts"):
+        own = np.ascontiguousarray(made[array])
+        sizes = [len(Blosc(codec).encode(own)) for codec in ("lz4", "zstd")]
+        kilo = [size / count / 1000 for size in (own.nbytes, *sizes)]
+        print(f"  {array:10}" + "".join(f"{each:>8.1f}" for each in kilo))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("rigs", nargs="*", default=[BUILT_IN], help="files of rigs")
@@ -81,6 +97,7 @@ def main() -> None:
         return
     for name in given.rigs:
         table(name, given.sizes, given.faces)
+        bytes_of(name, given.faces)
 
 
 if __name__ == "__main__":
