@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +15,10 @@ extra("embreex", "capture")
 cv2 = extra("cv2", "capture")
 
 from painted import paint  # noqa: E402
-from small_scans import marked, middle, posed, rig, scanned  # noqa: E402
+from small_scans import in_single_steps, marked, middle, posed, rig, scanned  # noqa: E402
 
 from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
 from elastomorph.capturing.geometry.surface import Surface  # noqa: E402
-from elastomorph.capturing.scans import registration  # noqa: E402
 from elastomorph.capturing.scans.face import read_face  # noqa: E402
 from elastomorph.capturing.scans.nonrigid import Elastic  # noqa: E402
 from elastomorph.capturing.scans.placing import Marks, placed_next  # noqa: E402
@@ -33,18 +31,19 @@ from elastomorph.model.surface import triangulate  # noqa: E402
 SMILE = {"jawOpen": 0.25, "mouthSmile_L": 0.7}
 
 
-def skin_at(points: np.ndarray, face: np.ndarray) -> np.ndarray:
-    """(N,) grey of a painted skin at points of a posed head: that of the place at rest."""
-    triangles = triangulate(rig().neutral)[0].astype(np.int64)
-    near = Surface(face, triangles).closest(points)
-    rest = np.einsum("nk,nkj->nj", near.weights, posed()[triangles[near.triangles]])
-    grey = paint(3)((rest - middle()) / 12)
-    return np.clip(np.round(grey), 0, 255).astype(np.uint8)
+def surface_of(face: np.ndarray) -> Surface:
+    return Surface(face, triangulate(rig().neutral)[0].astype(np.int64))
+
+
+def painted(rest: np.ndarray) -> np.ndarray:
+    """(N,) grey of a painted skin at points of the head at rest."""
+    return np.clip(np.round(paint(3)((rest - middle()) / 12)), 0, 255).astype(np.uint8)
 
 
 def as_ply(path: Path, mesh: em.Mesh, face: np.ndarray) -> Path:
     """A scan with colours at its vertices."""
-    grey = skin_at(mesh.vertices, face)
+    surface = surface_of(face)
+    grey = painted(surface.at(surface.closest(mesh.vertices), posed()))
     corners = mesh.faces.triangles()
     names = "\n".join(f"property uchar {name}" for name in ("red", "green", "blue"))
     head = (
@@ -66,12 +65,10 @@ def as_glb(path: Path, mesh: em.Mesh, face: np.ndarray, wide: int = 1024) -> Pat
         2 * np.pi * (np.arange(wide) + 0.5) / wide, 1.35 - 2.3 * (np.arange(512) + 0.5) / 512
     )
     ways = np.stack([np.sin(around) * np.cos(up), np.sin(up), np.cos(around) * np.cos(up)], -1)
-    triangles = triangulate(rig().neutral)[0].astype(np.int64)
-    starts = middle() + 40 * ways
-    depths = Surface(face, triangles).cast(starts, -ways).depths
-    met = np.isfinite(depths)
-    picture = np.full(met.shape, 90, np.uint8)
-    picture[met] = skin_at((starts - np.where(met, depths, 0)[..., None] * ways)[met], face)
+    surface = surface_of(face)
+    hits = surface.cast(middle() + 40 * ways, -ways)
+    picture = np.full(hits.met.shape, 90, np.uint8)
+    picture[hits.met] = painted(surface.at(hits, posed())[hits.met])
     own = mesh.vertices - middle()
     own = own / np.linalg.norm(own, axis=1, keepdims=True)
     corners = mesh.faces.triangles()
@@ -94,7 +91,9 @@ def test_skin_is_followed_from_an_image_to_colours_of_vertices(tmp_path: Path) -
     face = posed(**SMILE)
     one = as_glb(tmp_path / "neutral.glb", scanned(posed(), rows=200), posed())
     two = as_ply(tmp_path / "smile.ply", scanned(face, rows=300, seed=1), face)
-    poses = em.register_all([one, two], rig().neutral)
+    # Where the head is without landmarks is found in other tests.
+    marks = marked(posed(), one.name)
+    poses = em.register_all([one, two], rig().neutral, landmarks=marks)
     smile, neutral = poses["smile"], poses["neutral"]
     assert smile.figures["correspondence"] == "by the skin's colours"
     extent = smile.figures["extent"]
@@ -120,9 +119,7 @@ def test_a_scan_of_the_neutral_is_registered_first(
     scans: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So that a pose alone is what it is among all of them, however many steps are taken."""
-    for name in ("ADAPT", "FOLLOW"):
-        steps = tuple(replace(stage, steps=1) for stage in getattr(registration, name))
-        monkeypatch.setattr(registration, name, steps)
+    in_single_steps(monkeypatch)
     template, marks = rig().neutral, marked(posed(), scans[0].name)
     with pytest.warns(ElastomorphWarning, match="correspondence along the surface"):
         both = em.register_all(scans, template, landmarks=marks)
