@@ -56,6 +56,7 @@ class Visit:
         """
         page = self.blank(subject, size=size, **options)
         page.evaluate("elastomorph.ready")
+        settled(page)  # before its first frame the picture has no size
         return page
 
     def blank(
