@@ -54,6 +54,14 @@ _Render = Annotated[
     typer.Option(help="Store pictures of so many pixels a side, with depth, parts and the like."),
 ]
 _Codec = Annotated[str, typer.Option(help="How it is compressed: lz4, zstd or none.")]
+_Unit = Annotated[
+    int | None,
+    typer.Option(help="Faces made and written together, a power of two; about 32 MiB by default."),
+]
+_Sheet = Annotated[
+    Path | None,
+    typer.Option(help="Picture of some faces with their labels; alone, of a data set there is."),
+]
 _Verify = Annotated[
     bool, typer.Option("--verify", help="Make a random sample of the data set again and compare.")
 ]
@@ -80,6 +88,8 @@ def farm(
     landmarks: _Landmarks = None,
     render: _Render = None,
     codec: _Codec = "lz4",
+    unit: _Unit = None,
+    sheet: _Sheet = None,
     verify: _Verify = False,
     sample: _Sample = 4,
     dry_run: _DryRun = False,
@@ -94,12 +104,14 @@ def farm(
 
     Example: elastomorph farm rig.glb --faces 1000000 -o faces.zarr
     """
+    if not output and not dry_run:
+        raise ParameterError("name where the data set is, as -o faces.zarr")
     if verify:
         return _verified(output, sample, say)
+    if rig is None and sheet is not None:
+        return _answer(output, sheet)
     if rig is None:
         raise ParameterError("name the rig whose faces are made, or 'built-in' for ours")
-    if not output and not dry_run:
-        raise ParameterError("name where the data set goes, as -o faces.zarr")
     from elastomorph.farm.run import make_faces
     from elastomorph.farm.sampler import FaceSampler
     from elastomorph.farm.wanted import Wanted, pictured
@@ -107,11 +119,11 @@ def farm(
     own = pictured(recipe, render)
     face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
     marks = _landmarks(landmarks, own, rig, face_rig)
-    wanted = Wanted(vertices, tolerance, normals, marks, codec)
+    wanted = Wanted(vertices, tolerance, normals, marks, codec, unit)
     if dry_run:
         sampler = FaceSampler(face_rig, own, seed=seed)
         return _estimated(face_rig, sampler, faces, wanted, _two_prices(prices), say)
-    found = make_faces(
+    make_faces(
         face_rig,
         output,
         faces,
@@ -120,6 +132,18 @@ def farm(
         progress=lambda state: say(str(state)),
         **vars(wanted),
     )
+    return _answer(output, sheet)
+
+
+def _answer(output: str, sheet: Path | None) -> Answer:
+    """What is there now, and a picture of it."""
+    from elastomorph.farm.faces import open_faces
+
+    found = open_faces(output)
+    if sheet is not None:
+        from elastomorph.farm.sheets import sheet_of
+
+        sheet_of(found, sheet)
     facts = {
         "faces": len(found),
         "vertices": found.shape[1],

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -21,13 +21,14 @@ from elastomorph.farm.layout import ATTRIBUTE, ROOT, DataSet, Plan, group_of, op
 from elastomorph.farm.posing import Poser
 from elastomorph.farm.rigs import packed, rig_hash, same_rig
 from elastomorph.farm.sampler import FaceSampler
-from elastomorph.farm.shards import require_codec, zarr_codec
+from elastomorph.farm.shards import zarr_codec
 from elastomorph.farm.stores import Objects, Order
+from elastomorph.farm.wanted import LEAST, Wanted
 from elastomorph.rig.rig import Rig
 
 _UNIT_BYTES = 32 * 2**20  # Of the largest array of a unit: a few of them are in memory at a time
 _CHUNK_BYTES = 2**20  # Read to get at one face
-_MOST_UNIT, _LEAST_UNIT = 2**16, 32
+_MOST_UNIT = 2**16
 _WHOLE_CHUNK = 16 * 2**20
 
 _KEYS: Any = {"name": "default", "separator": "."}  # A folder an array, not one a shard
@@ -35,27 +36,17 @@ _BEGUN = "this data set was begun with {}: give what it was begun with, or anoth
 _NAMES = {"default": "name", "separator": "."}
 
 
-def begin(
-    order: Order,
-    rig: Rig,
-    sampler: FaceSampler,
-    faces: int,
-    chosen: Mapping[str, Any],
-    codec: str,
-    unit: int | None = None,
-) -> DataSet:
+def begin(order: Order, rig: Rig, sampler: FaceSampler, faces: int, wanted: Wanted) -> DataSet:
     """Begin a data set, or go on with one that was begun for the same; nothing is made yet.
 
     Raises:
         FormatError: What is there was begun for something else, or is no data set.
     """
-    require_codec(codec)
-    plan, labels = _planned(rig, sampler, chosen, codec)
-    plan = plan if unit is None else replace(plan, unit=unit)
+    plan, labels = _planned(rig, sampler, wanted)
     objects = Objects(order)
     if _is_there(order, objects):
         found = DataSet(order)
-        _require_same(found, plan, rig)
+        _require_same(found, plan, rig, sampler)
         if faces < found.faces:
             raise FormatError(
                 order.url,
@@ -69,9 +60,7 @@ def begin(
     return opened(order)
 
 
-def _planned(
-    rig: Rig, sampler: FaceSampler, chosen: Mapping[str, Any], codec: str
-) -> tuple[Plan, dict[str, Label]]:
+def _planned(rig: Rig, sampler: FaceSampler, wanted: Wanted) -> tuple[Plan, dict[str, Label]]:
     columns = sampler.columns
     ranges = [[column.low, column.high] for column in columns]
     weights = Label(
@@ -84,18 +73,19 @@ def _planned(
         },
     )
     labels: dict[str, Label] = {"weights": weights}
+    chosen = wanted.contents(rig, sampler)
     contents = contents_of(Poser(rig, columns), chosen)
     for content in contents:
         labels |= content.labels
     plan = Plan(
         rig_hash(rig),
-        unit_size(labels, contents),
+        wanted.unit or unit_size(labels, contents),
         sampler.recipe.text(),
         columns.listed(),
-        dict(chosen),
+        chosen,
         list(labels),
         list(sampler.tables),
-        codec,
+        wanted.codec,
     )
     return plan, labels
 
@@ -105,7 +95,7 @@ def unit_size(labels: Mapping[str, Label], contents: Sequence[Content]) -> int:
     largest = max(_bytes_of(label) for label in labels.values())
     fitting = int(2 ** int(np.log2(max(1, _UNIT_BYTES // max(largest, 1)))))
     most = min([_MOST_UNIT, *(content.most for content in contents)])
-    return int(max(_LEAST_UNIT, min(fitting, most)))
+    return int(max(LEAST, min(fitting, most)))
 
 
 def _lay_out(
@@ -196,7 +186,7 @@ def _is_there(order: Order, objects: Objects) -> bool:
     return False
 
 
-def _require_same(there: DataSet, plan: Plan, rig: Rig) -> None:
+def _require_same(there: DataSet, plan: Plan, rig: Rig, sampler: FaceSampler) -> None:
     """Refuse to go on with a data set that was begun for something else."""
     differ = [
         what
@@ -210,8 +200,14 @@ def _require_same(there: DataSet, plan: Plan, rig: Rig) -> None:
     ]
     if there.plan.rig != plan.rig and not same_rig(there.rig, rig):
         differ.insert(0, "another rig")
+    if not differ and not _same_tables(there.sampler.tables, sampler.tables):
+        differ = ["other takes"]
     if differ:
         raise FormatError(there.order.url, _BEGUN.format(differ[0]))
+
+
+def _same_tables(a: Mapping[str, NDArray[Any]], b: Mapping[str, NDArray[Any]]) -> bool:
+    return a.keys() == b.keys() and all(np.array_equal(a[name], b[name]) for name in a)
 
 
 def _alike(a: Any, b: Any) -> bool:

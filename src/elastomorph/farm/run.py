@@ -36,14 +36,14 @@ def make_faces(
     landmarks: Mapping[str, int] | None = None,
     render: int | None = None,
     codec: str = "lz4",
+    unit: int | None = None,
     storage_options: Mapping[str, Any] | None = None,
     progress: Callable[[Progress], object] = lambda _: None,
 ) -> FaceSet:
     """Make a data set of faces, or go on where it stood.
 
-    It holds the recipe, the rig and the weights of each face; positions are made from them when
-    they are read, or stored too. Units of some thousand faces are made on all cores, and written
-    whole: whatever ends the process, the same call goes on.
+    It holds recipe, rig and weights; positions are made when they are read, or stored too. Units
+    are made on all cores and written whole: whatever ends the process, the same call goes on.
 
     Args:
         rig: The rig.
@@ -62,6 +62,8 @@ def make_faces(
             those of the recipe by default.
         codec: How what is stored is compressed: ``lz4``, ``zstd``, which is slower and a quarter
             smaller, or ``none``.
+        unit: Faces made and written together, a power of two from 32. By default as many as make
+            32 MiB of the largest array, fewer with pictures.
         storage_options: What fsspec needs to reach the address.
         progress: Told how far it is, an object that prints as a sentence, after each unit.
 
@@ -77,19 +79,14 @@ def make_faces(
     """
     order = order_of(output, storage_options)
     sampler = FaceSampler(rig, pictured(recipe, render), seed=seed)
-    wanted = Wanted(vertices, tolerance, normals, landmarks, codec)
+    wanted = Wanted(vertices, tolerance, normals, landmarks, codec, unit)
     with naming_store(order):
         work_off(begun(order, rig, sampler, faces, wanted), progress)
     return open_faces(order.url, storage_options=storage_options)
 
 
 def begun(
-    order: Order,
-    rig: Rig,
-    sampler: FaceSampler,
-    faces: int | None,
-    wanted: Wanted,
-    unit: int | None = None,
+    order: Order, rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted
 ) -> DataSet:
     """The data set that is asked for, laid out with what was finished before."""
     count = sampler.count if faces is None else faces
@@ -100,7 +97,7 @@ def begun(
             f"the recipe has {sampler.count:,} faces, and {count:,} were asked for: leave the "
             "number out for all of them"
         )
-    data = begin(order, rig, sampler, count, wanted.contents(rig, sampler), wanted.codec, unit)
+    data = begin(order, rig, sampler, count, wanted)
     data.objects.sweep(all_of_them=False)
     return data
 

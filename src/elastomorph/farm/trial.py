@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from elastomorph.blas_threads import usable_cores
 from elastomorph.farm.beginning import unit_size
@@ -76,11 +76,12 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
         FileError: Where the system keeps temporary files, there is no room.
         ParameterError: As for `elastomorph.make_faces`.
     """
-    pictures = sampler.recipe.pictures is not None  # a unit of theirs takes longer than a second
+    # A unit of pictures takes longer than a second.
+    tried_with = replace(wanted, unit=TOGETHER) if sampler.recipe.pictures else wanted
     with temporary_folder() as folder:
         order = Order(str(folder / "trial.zarr"))
         with naming_store(order):
-            data = begun(order, rig, sampler, faces, wanted, unit=TOGETHER if pictures else None)
+            data = begun(order, rig, sampler, faces, tried_with)
             data.prepare()
             start, tried, size = time.perf_counter(), 0, 0
             for made in made_units(order, list(range(data.manifest.units))):
@@ -90,7 +91,7 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
             once = sum(sum(data.objects.sizes(name).values()) for name in ("rig", "neutral"))
     labels = {name: own for content in data.contents for name, own in content.labels.items()}
     labels |= {"weights": Label((len(data.columns),), "uint16")}
-    units = -(-data.faces // unit_size(labels, data.contents))
+    units = -(-data.faces // (wanted.unit or unit_size(labels, data.contents)))
     arrays = len(data.plan.arrays)
     return Estimate(
         data.faces,

@@ -11,8 +11,12 @@ from elastomorph.farm.encoding import Encoding
 from elastomorph.farm.posing import Poser
 from elastomorph.farm.recipe import Recipe
 from elastomorph.farm.sampler import FaceSampler, as_recipe
+from elastomorph.farm.shards import require_codec
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
+
+LEAST, MOST = 32, 2**20
+"""Faces in a unit."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,17 @@ class Wanted:
     normals: bool = False
     landmarks: Mapping[str, int] | None = None
     codec: str = "lz4"
+    unit: int | None = None
+
+    def __post_init__(self) -> None:
+        require_codec(self.codec)
+        unit = self.unit
+        if unit is not None and (
+            not is_whole(unit) or not LEAST <= unit <= MOST or unit & unit - 1
+        ):
+            raise ParameterError(
+                f"a unit is a power of two from {LEAST} to {MOST:,} faces, found {unit!r}"
+            )
 
     def contents(self, rig: Rig, sampler: FaceSampler) -> dict[str, Any]:
         """What is chosen of each content, as JSON.
