@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from elastomorph.draw.textures import encoded
 from elastomorph.farm.pictures.light import hollows, shadows, smoothed
@@ -22,6 +25,23 @@ _FAR = 1e6
 _CODES = np.rint(255 * encoded(np.linspace(0, 1, 4096))).astype(np.uint8)
 
 
+@dataclass(frozen=True, eq=False)
+class _Middles:
+    """What the middles of pixels show, (H, W).
+
+    Attributes:
+        depth: Along the camera's axis; infinite where nothing is.
+        edges: Whether a pixel differs from one beside it.
+        lit: How much of the lamp it sees, see `shadows`.
+        open_: How much of the light from all around, see `hollows`.
+    """
+
+    depth: NDArray[np.float32]
+    edges: NDArray[np.bool_]
+    lit: NDArray[np.float32]
+    open_: NDArray[np.float32]
+
+
 def colour_picture(
     view: View, found: Seen, pixel: NDArray[np.int64], size: tuple[int, int], extent: float
 ) -> NDArray[np.uint8]:
@@ -34,40 +54,50 @@ def colour_picture(
         size: Height and width.
         extent: D.
     """
-    count, points = size[0] * size[1], found.points
-    own = pixel[found.ray]
-    position = np.full((*size, 3), _FAR * extent, dtype=np.float32)
-    normal = np.zeros((*size, 3), dtype=np.float32)
-    cloth = np.full(size, -1)
-    row, column = own // size[1], own % size[1]
-    position[row, column], normal[row, column] = points.position, points.normal
-    cloth[row, column] = view.subject.cloth[points.triangle]
-    far = float(points.position[:, 2].mean()) if len(own) else extent
-    wide = float(view.scene.intrinsics[0, 0]) * extent / far
-    open_ = hollows(position, normal, wide, extent).reshape(-1)
-    edges = _edges(position, normal, cloth, extent)
-
-    lit = np.ones(size, dtype=np.float32)
-    lit[row, column] = shadows(view, points, own, size[1], extent)
-    depth = np.where(cloth >= 0, position[..., 2], np.inf)
-    shares = smoothed(lit, depth, _STEP * extent).reshape(-1)
-
-    inner = ~edges.reshape(-1)[own]
-    fine_pixel, fine = _refined(view, edges)
-    every = Points.joined([points.only(inner), fine])
+    own, far = pixel[found.ray], _STEP * extent
+    middles = _middles(view, found.points, own, size, extent)
+    inner = ~middles.edges.reshape(-1)[own]
+    fine_pixel, fine = _refined(view, middles.edges)
+    every = Points.joined([found.points.only(inner), fine])
     of_pixel = np.concatenate([own[inner], fine_pixel])
-    shown = radiance(view, every, shares[of_pixel], open_[of_pixel])[0]
-    picture = np.tile(view.scene.background.astype(np.float32), (count, 1))
-    middle = len(of_pixel) - len(fine_pixel)
-    picture[own[inner]] = shown[:middle]
-    _average(picture, fine_pixel, shown[middle:])
+    count = len(of_pixel) - len(fine_pixel)
+    behind = np.zeros(len(of_pixel))
+    behind[count:] = fine.position[:, 2] - middles.depth.reshape(-1)[fine_pixel]
+    lit, open_ = (
+        _taken(each, of_pixel, behind > far, behind < -far) for each in (middles.lit, middles.open_)
+    )
+    shown = radiance(view, every, lit, open_)[0]
+    picture = np.tile(view.scene.background.astype(np.float32), (size[0] * size[1], 1))
+    picture[own[inner]] = shown[:count]
+    _average(picture, fine_pixel, shown[count:])
     for veil in reversed(found.veils):
         where = pixel[veil.ray]
         veiled = shadows(view, veil.points, where, size[1], extent)
-        colour, opacity = radiance(view, veil.points, veiled, open_[where])
+        colour, opacity = radiance(view, veil.points, veiled, middles.open_.reshape(-1)[where])
         picture[where] += opacity[:, None] * (colour - picture[where])
     codes = np.rint(np.clip(picture, 0, 1) * np.float32(len(_CODES) - 1)).astype(np.int64)
     return np.asarray(_CODES[codes].reshape(*size, 3))
+
+
+def _middles(
+    view: View, points: Points, pixel: NDArray[np.int64], size: tuple[int, int], extent: float
+) -> _Middles:
+    row, column = pixel // size[1], pixel % size[1]
+    position = np.full((*size, 3), _FAR * extent, dtype=np.float32)
+    normal = np.zeros((*size, 3), dtype=np.float32)
+    cloth, lit = np.full(size, -1), np.ones(size, dtype=np.float32)
+    position[row, column], normal[row, column] = points.position, points.normal
+    cloth[row, column] = view.subject.cloth[points.triangle]
+    lit[row, column] = shadows(view, points, pixel, size[1], extent)
+    depth = np.where(cloth >= 0, position[..., 2], np.inf)
+    mean = float(points.position[:, 2].mean()) if len(pixel) else extent
+    wide = float(view.scene.intrinsics[0, 0]) * extent / mean
+    return _Middles(
+        depth=depth,
+        edges=_edges(position, normal, cloth, extent),
+        lit=smoothed(lit, depth, _STEP * extent),
+        open_=hollows(position, normal, wide, extent),
+    )
 
 
 def _edges(
@@ -97,6 +127,23 @@ def _refined(view: View, edges: NDArray[np.bool_]) -> tuple[NDArray[np.int64], P
     found = view.look(np.column_stack([x.reshape(-1), y.reshape(-1)]))
     of_sample = (row * edges.shape[1] + column).repeat(_FINER**2)
     return of_sample[found.ray], found.points
+
+
+def _taken(
+    shares: NDArray[np.float32],
+    pixel: NDArray[np.int64],
+    beyond: NDArray[np.bool_],
+    before: NDArray[np.bool_],
+) -> NDArray[np.float32]:
+    """(N,) of (H, W) shares of light at pixels, for samples beyond or before what these show.
+
+    Those are of a surface that a pixel beside shows: the darkest beyond an edge, as in a nostril
+    or between lips, the brightest before it.
+    """
+    found = shares.reshape(-1)[pixel]
+    found[beyond] = minimum_filter(shares, 3).reshape(-1)[pixel[beyond]]
+    found[before] = maximum_filter(shares, 3).reshape(-1)[pixel[before]]
+    return np.asarray(found)
 
 
 def _average(
