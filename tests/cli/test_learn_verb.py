@@ -106,3 +106,42 @@ def test_what_cannot_be_meant_is_refused(
     shown = capsys.readouterr().err
     assert said in shown
     assert shown.count("\n") == 1
+
+
+@pytest.mark.parametrize("verb", ["evaluate", "fit", "inbetweens", "learn"])
+def test_every_verb_of_recordings_plays_an_animation(verb: str, take: em.MeshSequence) -> None:
+    """The clip that is named, of two, as the frames that it was written from."""
+    path = em.learn(take, 1)
+    straight = em.interpolate(take.neutral, take.target, "linear")
+    em.write("two.glb", em.Rig(take.neutral, {"bent": path, "straight": straight}))
+    words = ["suggest"] if verb == "inbetweens" else []
+    words += ["two.glb", "--clip", "bent", "--json"]
+    if verb == "evaluate":
+        words += ["--method", "linear"]
+    facts = json.loads(printed_by(verb, *words))
+    if verb == "fit":
+        return
+    found = {
+        "evaluate": lambda: facts["methods"][0],
+        "inbetweens": lambda: facts["suggestions"][0],
+        "learn": lambda: facts["linear"],
+    }[verb]()
+    assert found["lme"] == pytest.approx(path.straight.lme, rel=0.05)
+
+
+def test_a_take_with_gaps_is_learned_and_what_is_lost_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ways = np.random.default_rng(4).normal(size=(2, 6, 3))
+    frames = ways[0] + (TIMES**2)[:, None, None] * ways[1]
+    frames[3:6, 1] = frames[:, 5] = np.nan
+    np.savez("take.npz", markers=frames, names=np.array(list("abcdef")))
+    Path("curves.json").write_text(json.dumps([["a", "b", "c"], ["d", "e"]]))
+    words = ("take.npz", "--curves", "curves.json")
+    assert run("learn", *words) == 0
+    shown = capsys.readouterr()
+    assert "warning: take.npz: never seen, and left out: f" in shown.err
+    assert "only another one can tell" in " ".join(shown.out.split())
+    assert run("fit", *words) == 1
+    assert "the marker b is missing in frame 3" in capsys.readouterr().err
