@@ -5,21 +5,37 @@ Run:  python benchmarks/farm_speed.py [recipe ...]
 - `recipe`: rows of weights of 57 sliders from `FaceSampler`, by one thread and by two, beside the
   random bits alone that they are made of, for several recipes. Both by the clock and by the time
   of the processor, for a machine may have other things to do.
+- `vertices`: int16 vertices made and written on a RAM disk by two threads beside `rig.stream` of
+  the same faces into memory: the built-in's five expressions, all its sliders, the ICT rig;
+- `reading`: faces of a data set of the recipe alone, beside `rig.batch` of the same weights;
+- `memory`: the most that a process takes, for two numbers of faces.
 """
 
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 import elastomorph as em
 from elastomorph.farm.lanes import random_lanes
+from elastomorph.farm.run import begun, work_off
+from elastomorph.farm.stores import Order
+from elastomorph.farm.wanted import Wanted
 from elastomorph.rig.performance.naming import ARKIT
+from elastomorph.samples.paper_expressions import EXPRESSIONS
+from measuring import data_folder
 
 WANTED = 2e6
 """Faces a second from the recipe alone."""
@@ -87,8 +103,112 @@ def recipe_speed(faces: int, repeats: int) -> None:
             print(f"  {'wanted of two cores':24}{WANTED / 1e6:>36.2f}")
 
 
+def rigs(data: Path) -> dict[str, tuple[em.Rig, float]]:
+    """Rigs by what they are, and how many sliders are on."""
+    built_in = em.read_rig("built-in")
+    five = [name for name in EXPRESSIONS if name in built_in.morphs]
+    found = {"five expressions": (built_in.only(five), 2.5), "built-in": (built_in, 6.0)}
+    if (data / "ict-facekit").is_dir():
+        found["ICT rig"] = (em.read_rig(data / "ict-facekit"), 6.0)
+    return found
+
+
+def in_turn(tasks: Mapping[str, Callable[[], object]], faces: int, rounds: int) -> list[Rate]:
+    """The best rate of each, in turn, so that a busy moment hits all."""
+    runs = [[best_rate(task, faces, 1) for task in tasks.values()] for _ in range(rounds)]
+    return [Rate(*(max(own) for own in zip(*of, strict=True))) for of in zip(*runs, strict=True)]
+
+
+def sampler_of(rig: em.Rig, active: float) -> em.FaceSampler:
+    return em.FaceSampler(rig, {"mixture": [{"kind": "sparse", "active": active}]})
+
+
+def vertices_speed(given: argparse.Namespace) -> None:
+    print("int16 vertices on a RAM disk beside rig.stream into memory, two threads; faces a second")
+    print(
+        f"  {'':18}{'codec':>6}{'stream':>10}{'stored':>10}{'ratio':>7}{'processor':>11}{'MB':>8}"
+    )
+    for name, (rig, active) in rigs(given.data).items():
+        faces = max(256, int(given.bytes * 1e6 / rig.neutral.vertices.size / 2) // 128 * 128)
+        sampler = sampler_of(rig, active)
+        values = sampler.values(0, faces)
+        for codec in ("lz4", "none"):
+            with TemporaryDirectory(dir="/dev/shm") as folder, threadpool_limits(2):
+                order = Order(f"{folder}/faces.zarr")
+                wanted = Wanted(vertices="int16", codec=codec)
+
+                def stream() -> None:
+                    for _ in rig.stream(values):  # noqa: B023
+                        pass
+
+                runs = []
+                for _ in range(given.rounds):
+                    rmtree(order.url, ignore_errors=True)
+                    data = begun(order, rig, sampler, faces, wanted)
+                    data.prepare()  # once for a data set, whatever its size
+                    store = partial(work_off, data)
+                    runs.append([best_rate(task, faces, 1) for task in (stream, store)])
+                bare, stored = (
+                    Rate(*map(max, zip(*of, strict=True))) for of in zip(*runs, strict=True)
+                )
+                size = sum(own.stat().st_size for own in Path(order.url).rglob("c.*"))
+            print(
+                f"  {name:18}{codec:>6}{bare.clock:>10,.0f}{stored.clock:>10,.0f}"
+                f"{stored.clock / bare.clock:>7.2f}{stored.processor / bare.processor:>11.2f}"
+                f"{size / 1e6:>8.0f}"
+            )
+
+
+def reading_speed(given: argparse.Namespace) -> None:
+    print("faces read from a recipe beside rig.batch; faces a second")
+    for name, (rig, active) in rigs(given.data).items():
+        faces = max(128, int(given.bytes * 1e6 / rig.neutral.vertices.size / 4) // 128 * 128)
+        with TemporaryDirectory() as folder, threadpool_limits(2):
+            found = em.make_faces(
+                rig,
+                f"{folder}/faces.zarr",
+                faces,
+                recipe={"mixture": [{"kind": "sparse", "active": active}]},
+            )
+            values = found.weights[:]
+            tasks = {
+                "batch": partial(rig.batch, values),
+                "read": partial(found.__getitem__, slice(None)),
+            }
+            batch, read = in_turn(tasks, faces, given.rounds)
+        print(
+            f"  {name:18}{batch.clock:>10,.0f}{read.clock:>10,.0f}{read.clock / batch.clock:>7.2f}"
+            f"{read.processor / batch.processor:>14.2f} of processor"
+        )
+
+
+def memory(given: argparse.Namespace) -> None:
+    print("the most that a process takes, MB")
+    program = (
+        "import sys, resource, elastomorph as em\n"
+        "place, faces, kind, out = sys.argv[1:]\n"
+        "rig = em.read_rig(place)\n"
+        "em.make_faces(rig, out, int(faces), vertices=kind or None)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)\n"
+    )
+    places = {"built-in": ("built-in", 10_000, 1_000_000)}
+    if (given.data / "ict-facekit").is_dir():
+        places["ICT rig"] = (str(given.data / "ict-facekit"), 512, 1_000_000)
+    for name, (place, some, many) in places.items():
+        for kind, count in (("int16", some), ("", many)):
+            found = []
+            for faces in (count, 4 * count):
+                with TemporaryDirectory(dir="/dev/shm") as folder:
+                    words = [sys.executable, "-c", program, place, str(faces), kind, f"{folder}/f"]
+                    found.append(f"{faces:,} faces {int(subprocess.check_output(words))}")
+            print(f"  {name:10}{kind or 'recipe alone':14}{', '.join(found)}")
+
+
 PARTS: Mapping[str, Callable[[argparse.Namespace], None]] = {
     "recipe": lambda given: recipe_speed(given.faces, given.repeats),
+    "vertices": vertices_speed,
+    "reading": reading_speed,
+    "memory": memory,
 }
 
 
@@ -97,6 +217,9 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", default=[*PARTS], help=f"of {', '.join(PARTS)}")
     parser.add_argument("--faces", type=int, default=100_000)
     parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--data", type=Path, default=data_folder())
+    parser.add_argument("--bytes", type=float, default=200, help="MB of vertices in a run")
+    parser.add_argument("--rounds", type=int, default=5)
     given = parser.parse_args()
     for part in given.parts:
         if part not in PARTS:

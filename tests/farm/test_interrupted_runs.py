@@ -104,17 +104,15 @@ def test_a_damaged_unit_is_made_again(
 def test_a_full_disk_is_one_sentence_and_the_same_call_goes_on(
     make: Callable[..., em.FaceSet], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from zarr.storage import LocalStore
+    replace = Path.replace
 
-    write = LocalStore.set
-
-    async def full(self: LocalStore, key: str, value: Any) -> None:
-        if key == "vertices/c.5.0.0":
+    def full(self: Path, target: Path) -> Path:
+        if target.name == "c.5.0.0":
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        await write(self, key, value)
+        return replace(self, target)
 
     with monkeypatch.context() as patch:
-        patch.setattr(LocalStore, "set", full)
+        patch.setattr(Path, "replace", full)
         with pytest.raises(FileError, match=r"No space left on device.*same command goes on$"):
             make()
     make()

@@ -58,7 +58,6 @@ class DataSet:
         self.faces = self.array("weights").shape[0]
         self.manifest = Manifest(
             self.objects,
-            self.array(manifests.NAME),
             {name: self.array(name).ndim for name in self.plan.arrays},
             self.plan.unit,
             self.faces,

@@ -10,7 +10,6 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +24,6 @@ class Manifest:
     """The finished units of a data set."""
 
     objects: Objects
-    array: Any  # (units, 1 + 2A) uint64 of Zarr, a chunk a unit
     arrays: Mapping[str, int]  # The data set's arrays in the order of the rows, and their axes
     unit: int  # Faces in a unit
     faces: int  # In all
@@ -75,10 +73,9 @@ class Manifest:
 
     def finish(self, unit: int, shards: Mapping[str, bytes]) -> int:
         """Write the row of a unit whose shards are all there; returns their bytes."""
-        self.objects.settle(self.shard(name, unit) for name in self.arrays)
         numbers = [[len(shards[name]), zlib.crc32(shards[name])] for name in self.arrays]
         row = [len(self.rows(unit)), *np.ravel(numbers).tolist()]
-        self.array[unit] = np.array(row, np.uint64)
+        self.objects.put({f"{NAME}/c.{unit}.0": np.array(row, "<u8").tobytes()})
         return sum(map(len, shards.values()))
 
     def shard(self, name: str, unit: int) -> str:

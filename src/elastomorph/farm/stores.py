@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
+from uuid import uuid4
 
 from elastomorph.errors import (
     ElastomorphError,
@@ -71,6 +72,8 @@ class Objects:
 
     def get_all(self, keys: Iterable[str]) -> list[bytes | None]:
         """The bytes of several, many requests at a time."""
+        if (folder := self.order.folder) is not None:
+            return [_content(folder / key) for key in keys]
         from zarr.core.buffer import default_buffer_prototype
 
         async def one(key: str) -> bytes | None:
@@ -106,7 +109,15 @@ class Objects:
         return self._wait(found())
 
     def put(self, contents: Mapping[str, bytes]) -> None:
-        """Write objects, each whole or not at all; one of no bytes is removed."""
+        """Write objects, each whole or not at all; one of no bytes is removed.
+
+        When it returns they are on the disk, or with whoever keeps them, even if this machine goes.
+        """
+        if (folder := self.order.folder) is not None:
+            # By ourselves: Zarr's store does not wait for the disk.
+            for key, content in contents.items():
+                _write(folder / key, content)
+            return
         from zarr.core.buffer import default_buffer_prototype
 
         make = default_buffer_prototype().buffer.from_bytes
@@ -118,13 +129,6 @@ class Objects:
                 await self.store.delete(key)
 
         self._wait(_together(one, contents))
-
-    def settle(self, keys: Iterable[str]) -> None:
-        """Wait until the disk has these objects, for machines that go; stores far away have."""
-        if self.order.folder is not None:
-            for key in keys:
-                with suppress(FileNotFoundError), (self.order.folder / key).open("rb") as file:
-                    os.fsync(file.fileno())
 
     def sweep(self, *, all_of_them: bool) -> int:
         """Remove what killed processes left half written; of the last minute only at the end."""
@@ -140,6 +144,30 @@ class Objects:
         from zarr.core.sync import sync
 
         return sync(work)
+
+
+def _content(file: Path) -> bytes | None:
+    try:
+        return file.read_bytes()
+    except FileNotFoundError:
+        return None
+
+
+def _write(file: Path, content: bytes) -> None:
+    """Write a file under another name and rename it; nothing is left of one that fails."""
+    if not content:
+        file.unlink(missing_ok=True)
+        return
+    partial = file.with_name(f"{file.name}.{uuid4().hex}.partial")
+    try:
+        with partial.open("wb") as written:
+            written.write(content)
+            written.flush()
+            os.fsync(written.fileno())
+        partial.replace(file)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
 
 
 async def _together(
