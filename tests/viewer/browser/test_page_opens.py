@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from faces import Faces
-from visiting import COARSE, Visit, empty_page, positions, wait
+from visiting import COARSE, Visit, empty_page, positions, settled, wait
 
 from elastomorph.viewer import page as pages
 from elastomorph.viewer import serve
@@ -71,6 +71,7 @@ def test_in_a_notebook(visit: Visit, faces: Faces, tmp_path: Path) -> None:
     frame = page.frames[1]
     wait(frame, "window.elastomorph")
     frame.evaluate("elastomorph.ready")
+    settled(frame)
     assert frame.evaluate("elastomorph.models().length") == 1
     assert frame.locator(".picture canvas").is_visible()
 

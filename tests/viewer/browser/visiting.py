@@ -110,7 +110,7 @@ def update(page: Page, **patch: Any) -> None:
     page.evaluate("patch => elastomorph.update(patch)", patch)
 
 
-def settled(page: Page) -> None:
+def settled(page: Page | Frame) -> None:
     """Waits until the interface agrees with the state: it does so at the next frame."""
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
