@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import dask.array
 import numpy as np
@@ -12,11 +13,13 @@ import pytest
 import zarr
 
 import elastomorph as em
-from elastomorph.errors import FormatError
+from elastomorph.errors import FormatError, ParameterError
 from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.rigs import packed, unpacked
+from elastomorph.io.performance import write_performance_csv
 from elastomorph.model.appearance import Material, Texture
 from elastomorph.rig.build import extent_of
+from elastomorph.rig.performance import Performance
 
 FACES = 300
 ONE = {"mixture": [{"kind": "sparse", "active": 0.5}]}
@@ -140,3 +143,53 @@ def test_the_look_of_a_rig_is_kept_with_it(rig: em.Rig) -> None:
     assert {n: asdict(m) for n, m in other.neutral.appearance.items()} == {
         n: asdict(m) for n, m in looks.items()
     }
+
+
+def test_other_takes_than_begun_with_are_refused(rig: em.Rig, tmp_path: Path) -> None:
+    """The recipe still names the same file."""
+    take = Performance(("jawOpen", "cheekPuff"), np.arange(4) / 30, np.eye(4)[:, :2], 30.0)
+    write_performance_csv(tmp_path / "take.csv", take)
+    recipe = tmp_path / "recipe.toml"
+    recipe.write_text('[[mixture]]\nkind = "take"\nfiles = ["take.csv"]\n')
+    em.make_faces(rig, tmp_path / "faces.zarr", 9, recipe=recipe)
+    write_performance_csv(tmp_path / "take.csv", replace(take, weights=take.weights / 2))
+    with pytest.raises(FormatError, match="begun with other takes"):
+        em.make_faces(rig, tmp_path / "faces.zarr", 12, recipe=recipe)
+
+
+def test_more_faces_than_a_recipe_has_are_refused_before_anything_is_written(
+    rig: em.Rig, tmp_path: Path
+) -> None:
+    grid = {"mixture": [{"kind": "grid", "levels": 3, "sliders": ["jawOpen", "cheekPuff"]}]}
+    with pytest.raises(ParameterError, match="and 99 were asked for: leave the number out"):
+        em.make_faces(rig, tmp_path / "faces.zarr", 99, recipe=grid)
+    assert not (tmp_path / "faces.zarr").exists()
+    faces = em.make_faces(rig, tmp_path / "faces.zarr", recipe=grid)
+    assert len(faces) == em.FaceSampler(rig, grid).count
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float16", "int16"])
+def test_the_error_that_is_stated_holds_and_tolerances_are_kept(
+    rig: em.Rig, tmp_path: Path, dtype: str
+) -> None:
+    options: dict[str, Any] = {"tolerance": 2e-3} if dtype != "float32" else {}
+    faces = em.make_faces(rig, tmp_path / "f", 200, vertices=dtype, codec="zstd", **options)
+    stated = faces.labels["vertices"].dtype, faces.data.array("vertices").attrs
+    exact = rig.batch(faces.weights[:], dtype=np.float64)
+    error = np.abs(faces[:] - exact).max() / extent_of(rig)
+    assert stated[0] == dtype
+    assert error <= stated[1]["largest_error_of_D"] <= options.get("tolerance", 1e-5)
+    assert error > 0.01 * stated[1]["largest_error_of_D"]
+
+
+def test_a_tolerance_that_cannot_be_kept_is_refused(rig: em.Rig, tmp_path: Path) -> None:
+    for dtype in ("float32", "float16", "int16"):
+        with pytest.raises(ParameterError, match=f"{dtype} keeps .* of D for this rig"):
+            em.make_faces(rig, tmp_path / "f", 9, vertices=dtype, tolerance=1e-9)
+    assert not (tmp_path / "f").exists()
+
+
+def test_a_wrong_unit_is_refused(rig: em.Rig, tmp_path: Path) -> None:
+    for unit in (16, 48, 2**21, 64.0):
+        with pytest.raises(ParameterError, match="a unit is a power of two"):
+            em.make_faces(rig, tmp_path / "f", 9, unit=unit)  # type: ignore[arg-type]

@@ -85,9 +85,10 @@ class Poser:
 
     def runs(self, step: float = 1.0) -> list[Run]:
         """The coordinates that any field moves, in runs; fields in units of a step."""
-        fields = self.rig.fields.matrix(np.float64)[1:] / step
+        fields = self.rig.fields.matrix(np.float32)[1:]
+        fields *= np.float32(1 / step)
         return [
-            Run(run, np.ascontiguousarray(fields[:, run], np.float32), self._neutral[run])
+            Run(run, np.ascontiguousarray(fields[:, run]), self._neutral[run])
             for run in self._moved
         ]
 
@@ -132,7 +133,11 @@ class Poser:
 
     @cached_property
     def _moved(self) -> list[slice]:
-        moved = np.flatnonzero(np.asarray(self.rig.fields.matrix(np.float32)[1:].any(axis=0)))
+        moves = np.zeros(self.rig.neutral.vertices.shape, bool)
+        for morph in self.rig.fields.morphs:
+            for span in morph.spans:
+                moves[span.vertices] |= span.fields.any(axis=0)
+        moved = np.flatnonzero(moves)
         cuts = np.flatnonzero(np.diff(moved) > _BESIDE) + 1
         return [slice(int(r[0]), int(r[-1]) + 1) for r in np.split(moved, cuts) if len(r)]
 
