@@ -9,6 +9,7 @@
     ├── ParameterError        an argument is out of its range (also a ValueError)
     │   └── ResonanceError    a material and load at which a time law of the solution is singular
     ├── CaptureError          photographs or scans from which no pose can be made
+    ├── ClusterError          machines that make a data set do not answer, or do not suit
     ├── BakeError             a path cannot be stored within the tolerance asked for
     └── MissingExtraError     an optional dependency is not installed
 
@@ -21,10 +22,12 @@ A message names what was found, what was expected and what to do about it.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 __all__ = [
     "BakeError",
     "CaptureError",
+    "ClusterError",
     "CurveError",
     "ElastomorphError",
     "ElastomorphWarning",
@@ -41,6 +44,15 @@ __all__ = [
 
 class ElastomorphError(Exception):
     """Base of every error that elastomorph raises on purpose."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # By its text: made again from its text alone, an error whose class asks for more would fail
+        # on its way from another process.
+        return _restored, (type(self), self.args), self.__dict__
+
+
+def _restored(kind: type[ElastomorphError], words: tuple[object, ...]) -> ElastomorphError:
+    return kind.__new__(kind, *words)
 
 
 class FileError(ElastomorphError):
@@ -96,6 +108,10 @@ class ResonanceError(ParameterError):
 
 class CaptureError(ElastomorphError):
     """Photographs or scans do not show what a pose could be made from."""
+
+
+class ClusterError(ElastomorphError):
+    """Machines that make a data set do not answer, are gone, or do not suit."""
 
 
 class BakeError(ElastomorphError):

@@ -73,6 +73,19 @@ _Prices = Annotated[
     str,
     typer.Option(help="For --dry-run: of a core-hour, and of a GB kept for a month, as 0.05,0.02."),
 ]
+_Scheduler = Annotated[
+    str,
+    typer.Option(
+        help="Who makes them: none (threads of this process), local (processes), the address of a "
+        "Dask scheduler, or a .toml file that describes jobs of a queue."
+    ),
+]
+_Dashboard = Annotated[
+    str | None,
+    typer.Option(
+        help="Address and port of Dask's page. Default: a free port, for this machine alone."
+    ),
+]
 
 
 @verb
@@ -90,6 +103,8 @@ def farm(
     codec: _Codec = "lz4",
     unit: _Unit = None,
     sheet: _Sheet = None,
+    scheduler: _Scheduler = "none",
+    dashboard: _Dashboard = None,
     verify: _Verify = False,
     sample: _Sample = 4,
     dry_run: _DryRun = False,
@@ -123,6 +138,7 @@ def farm(
     if dry_run:
         sampler = FaceSampler(face_rig, own, seed=seed)
         return _estimated(face_rig, sampler, faces, wanted, _two_prices(prices), say)
+    makers = {"scheduler": scheduler, "dashboard": dashboard}
     make_faces(
         face_rig,
         output,
@@ -130,7 +146,7 @@ def farm(
         recipe=own,
         seed=seed,
         progress=lambda state: say(str(state)),
-        **vars(wanted),
+        **vars(wanted) | makers,
     )
     return _answer(output, sheet)
 

@@ -1,14 +1,12 @@
-"""Data sets made by the threads of one process, begun or gone on with."""
+"""Data sets of faces: begun or gone on with, and made to the end."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from elastomorph.blas_threads import usable_cores
 from elastomorph.errors import ParameterError
 from elastomorph.farm.beginning import begin
 from elastomorph.farm.faces import FaceSet, open_faces
@@ -17,7 +15,7 @@ from elastomorph.farm.progress import Progress
 from elastomorph.farm.recipe import Recipe
 from elastomorph.farm.sampler import FaceSampler
 from elastomorph.farm.stores import Order, naming_store, order_of
-from elastomorph.farm.unit import Made, make_unit
+from elastomorph.farm.teams import Team, team_of
 from elastomorph.farm.wanted import Wanted, pictured
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
@@ -38,6 +36,8 @@ def make_faces(
     codec: str = "lz4",
     unit: int | None = None,
     storage_options: Mapping[str, Any] | None = None,
+    scheduler: str = "none",
+    dashboard: str | None = None,
     progress: Callable[[Progress], object] = lambda _: None,
 ) -> FaceSet:
     """Make a data set of faces, or go on where it stood.
@@ -48,23 +48,21 @@ def make_faces(
     Args:
         rig: The rig.
         output: A folder, made where it is missing, or an address that fsspec knows.
-        faces: How many; more than there are make a data set grow. May be left out for a recipe
-            of finite many.
+        faces: How many; more than there are make a data set grow. None: all of a finite recipe.
         recipe: As for `FaceSampler`.
         seed: As for `FaceSampler`.
         vertices: Store positions as ``float32``, ``float16`` or ``int16``.
         tolerance: Largest error of stored positions in units of D. By default that of the type;
             for int16 1e-4, or the least that the rig allows.
         normals: Store (V, 3) float32 normals.
-        landmarks: Store (L, 3) float32 positions of vertices, by name; those of the recipe by
-            default.
-        render: Store pictures of so many pixels a side with their labels, as the recipe says;
-            those of the recipe by default.
-        codec: How what is stored is compressed: ``lz4``, ``zstd``, which is slower and a quarter
-            smaller, or ``none``.
-        unit: Faces made and written together, a power of two from 32. By default as many as make
-            32 MiB of the largest array, fewer with pictures.
+        landmarks: Store (L, 3) float32 positions of vertices, by name. Default: the recipe's.
+        render: Store pictures with labels, so many pixels a side. Default: the recipe's.
+        codec: ``lz4``, ``zstd``, which is slower and a quarter smaller, or ``none``.
+        unit: Faces made and written together, a power of two from 32. Default: as many as make 32
+            MiB of the largest array, fewer with pictures.
         storage_options: What fsspec needs to reach the address.
+        scheduler: ``none``, the threads of this process; or what makes them as for `crew_of`.
+        dashboard: Address of the page that shows what workers do; by default for this machine only.
         progress: Told how far it is, an object that prints as a sentence, after each unit.
 
     Returns:
@@ -72,16 +70,16 @@ def make_faces(
 
     Raises:
         FileError: The output cannot be written; what is finished stays.
-        FormatError: The output is something else, or a data set begun with another rig, recipe,
-            seed or contents.
+        FormatError: The output is something else, or a data set begun with other arguments.
         ParameterError: An argument that cannot be meant.
-        MissingExtraError: Zarr is not installed.
+        ClusterError: The scheduler does not answer or is gone, or its workers do not suit.
+        MissingExtraError: Zarr or Dask is not installed.
     """
     order = order_of(output, storage_options)
     sampler = FaceSampler(rig, pictured(recipe, render), seed=seed)
     wanted = Wanted(vertices, tolerance, normals, landmarks, codec, unit)
-    with naming_store(order):
-        work_off(begun(order, rig, sampler, faces, wanted), progress)
+    with naming_store(order), team_of(scheduler, dashboard) as team:
+        work_off(begun(order, rig, sampler, faces, wanted), team, progress)
     return open_faces(order.url, storage_options=storage_options)
 
 
@@ -102,16 +100,16 @@ def begun(
     return data
 
 
-def work_off(data: DataSet, progress: Callable[[Progress], object] = lambda _: None) -> None:
-    """Make all units that are not finished, on all cores of this process."""
+def work_off(
+    data: DataSet, team: Team, progress: Callable[[Progress], object] = lambda _: None
+) -> None:
+    """Make all units that are not finished."""
     waiting = data.manifest.pending()
-    if waiting:
-        data.prepare()
     sizes = {unit: len(data.manifest.rows(unit)) for unit in waiting}
-    state = Progress(data.faces, data.faces - sum(sizes.values()))
+    state = Progress(data.faces, data.faces - sum(sizes.values()), page=team.page)
     progress(state)
     try:
-        for made in made_units(data.order, waiting):
+        for made in team.made(data, waiting):
             state.add(made)
             progress(state)
     except KeyboardInterrupt:
@@ -119,23 +117,3 @@ def work_off(data: DataSet, progress: Callable[[Progress], object] = lambda _: N
             f"interrupted after {state.done:,} of {data.faces:,} faces; the same command goes on"
         ) from None
     data.objects.sweep(all_of_them=True)
-
-
-def made_units(order: Order, units: list[int]) -> Iterator[Made]:
-    """Make units in threads, a few more under way than there are cores; as they are finished."""
-    threads = min(usable_cores(), len(units)) or 1
-    pool = ThreadPoolExecutor(threads)
-    try:
-        left, going = iter(units), set[Future[Made]]()
-        while True:
-            for unit in left:
-                going.add(pool.submit(make_unit, order, unit))
-                if len(going) > threads:
-                    break
-            if not going:
-                return
-            done, going = wait(going, return_when=FIRST_COMPLETED)
-            for future in done:
-                yield future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)

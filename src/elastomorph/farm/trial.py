@@ -10,9 +10,10 @@ from elastomorph.farm.beginning import unit_size
 from elastomorph.farm.contents import Label
 from elastomorph.farm.posing import TOGETHER
 from elastomorph.farm.progress import size_text, time_text
-from elastomorph.farm.run import begun, made_units
+from elastomorph.farm.run import begun
 from elastomorph.farm.sampler import FaceSampler
 from elastomorph.farm.stores import Order, naming_store
+from elastomorph.farm.teams import made_units
 from elastomorph.farm.wanted import Wanted
 from elastomorph.io.temporaries import temporary_folder
 from elastomorph.rig.rig import Rig
@@ -84,7 +85,7 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
             data = begun(order, rig, sampler, faces, tried_with)
             data.prepare()
             start, tried, size = time.perf_counter(), 0, 0
-            for made in made_units(order, list(range(data.manifest.units))):
+            for made in made_units(data, list(range(data.manifest.units))):
                 tried, size = tried + made.faces, size + made.bytes
                 if (spent := time.perf_counter() - start) > _SECONDS:
                     break
