@@ -57,7 +57,10 @@ def begin(order: Order, rig: Rig, sampler: FaceSampler, faces: int, wanted: Want
     else:
         _lay_out(objects, plan, labels, rig, sampler, faces)
     opened.cache_clear()
-    return opened(order)
+    data = opened(order)
+    if data.plan.rig == plan.rig and "pictures" not in data.plan.contents:
+        data.adopt(rig, sampler)
+    return data
 
 
 def _planned(rig: Rig, sampler: FaceSampler, wanted: Wanted) -> tuple[Plan, dict[str, Label]]:
@@ -158,7 +161,9 @@ def _make_array(group: Any, name: str, label: Label, faces: int, unit: int, code
 
 def _store_whole(group: Any, name: str, values: NDArray[Any]) -> None:
     chunks = (min(len(values), _WHOLE_CHUNK // max(1, values[:1].nbytes)), *values.shape[1:])
-    array = group.create_array(name, shape=values.shape, chunks=chunks, dtype=values.dtype)
+    array = group.create_array(
+        name, shape=values.shape, chunks=chunks, dtype=values.dtype, chunk_key_encoding=_KEYS
+    )
     array[...] = values
 
 

@@ -93,6 +93,10 @@ class DataSet:
         """What is stored beside codes."""
         return contents_of(self.poser, self.plan.contents)
 
+    def adopt(self, rig: Rig, sampler: FaceSampler) -> None:
+        """Use a rig and a recipe that are the same as those kept, rather than a second copy."""
+        vars(self).update(rig=rig, sampler=sampler)
+
     def prepare(self) -> None:
         """Make once what all units need, before threads ask for it at the same time."""
         for content in self.contents:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from elastomorph.blas_threads import usable_cores
 from elastomorph.farm.beginning import unit_size
 from elastomorph.farm.contents import Label
+from elastomorph.farm.layout import ROOT
+from elastomorph.farm.manifest import NAME
 from elastomorph.farm.posing import TOGETHER
 from elastomorph.farm.progress import size_text, time_text
 from elastomorph.farm.run import begun
@@ -89,7 +91,8 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
                 tried, size = tried + made.faces, size + made.bytes
                 if (spent := time.perf_counter() - start) > _SECONDS:
                     break
-            once = sum(sum(data.objects.sizes(name).values()) for name in ("rig", "neutral"))
+            once = sum(sum(data.objects.sizes(name).values()) for name in ("", "rig", "neutral"))
+            once += sum(data.objects.size(f"{name}/{ROOT}") for name in (*data.plan.arrays, NAME))
     labels = {name: own for content in data.contents for name, own in content.labels.items()}
     labels |= {"weights": Label((len(data.columns),), "uint16")}
     units = -(-data.faces // (wanted.unit or unit_size(labels, data.contents)))
