@@ -32,6 +32,7 @@ import elastomorph as em
 from elastomorph.farm.lanes import random_lanes
 from elastomorph.farm.run import begun, work_off
 from elastomorph.farm.stores import Order
+from elastomorph.farm.teams import Team, made_units
 from elastomorph.farm.wanted import Wanted
 from elastomorph.rig.performance.naming import ARKIT
 from elastomorph.samples.paper_expressions import EXPRESSIONS
@@ -146,7 +147,7 @@ def vertices_speed(given: argparse.Namespace) -> None:
                     rmtree(order.url, ignore_errors=True)
                     data = begun(order, rig, sampler, faces, wanted)
                     data.prepare()  # once for a data set, whatever its size
-                    store = partial(work_off, data)
+                    store = partial(work_off, data, Team(made_units))
                     runs.append([best_rate(task, faces, 1) for task in (stream, store)])
                 bare, stored = (
                     Rate(*map(max, zip(*of, strict=True))) for of in zip(*runs, strict=True)
