@@ -56,7 +56,7 @@ class Machines:
     cores: int = 16  # Of each
     network: float = 1.25e9  # Bytes a second of each: 10 Gbit/s
     stream: float = 80e6  # Bytes a second of one request
-    latency: float = 0.03  # Seconds of a request
+    latency: float = 0.1  # Seconds until a request is answered
     requests: float = 3500.0  # Writing requests a second that the store answers under one prefix
     tasks: float = 1000.0  # Units a second that the scheduler gives out
     spread: float = 0.15  # Of the time of units: standard deviation of its logarithm

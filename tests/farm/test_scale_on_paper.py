@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+
 from farm_scale import Machines, Work, simulate
 
 WORK = Work(seconds=0.05, unit_seconds=0.1, bytes=1e5, arrays=8)
