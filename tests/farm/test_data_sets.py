@@ -107,6 +107,7 @@ def test_what_was_begun_for_something_else_is_refused(rig: em.Rig, tmp_path: Pat
         (other, {}, "another rig"),
         (rig, {"seed": 1}, "another recipe or seed"),
         (rig, {"normals": True}, "other contents"),
+        (rig, {"unit": 64}, "units of 65,536 faces"),
     ]:
         with pytest.raises(FormatError, match=said):
             em.make_faces(own, place, 10, **options)

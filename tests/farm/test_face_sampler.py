@@ -110,7 +110,7 @@ def test_the_text_of_a_recipe_makes_the_same_faces() -> None:
 def test_what_people_are_told() -> None:
     lines = em.FaceSampler(RIG, RICH, seed=5).describe().splitlines()
     assert lines[0] == "any number of faces of 57 sliders, t, head; seed 5"
-    assert lines[1].startswith("  0.5 of them sparse: of 52 sliders ")
+    assert lines[1].startswith("  50 % sparse: of 52 sliders ")
     assert lines[1].endswith("; 18 pairs of sides")
     assert lines[-1] == "  mouthPress*, jawOpen: together at most 0.9"
     grid = {"mixture": [{"kind": "grid", "sliders": ["jaw*"], "levels": 2}]}

@@ -191,7 +191,12 @@ def _estimated(
 
     say("trying for a second")
     found = estimate(rig, sampler, faces, wanted)
-    return Answer(asdict(found), lambda: print_facts(found.told(*prices), 8))
+
+    def tell() -> None:
+        typer.echo(sampler.describe())
+        print_facts(found.told(*prices), 8)
+
+    return Answer(asdict(found) | {"recipe": sampler.describe()}, tell)
 
 
 def _landmarks(

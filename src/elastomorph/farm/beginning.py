@@ -47,6 +47,8 @@ def begin(order: Order, rig: Rig, sampler: FaceSampler, faces: int, wanted: Want
     if _is_there(order, objects):
         found = DataSet(order)
         _require_same(found, plan, rig, sampler)
+        if wanted.unit not in (None, found.plan.unit):
+            raise FormatError(order.url, _BEGUN.format(f"units of {found.plan.unit:,} faces"))
         if faces < found.faces:
             raise FormatError(
                 order.url,

@@ -114,7 +114,7 @@ class FaceSampler:
             own.mixtures, self._prepared.drawings, counted, strict=True
         ):
             lines.append(
-                f"  {mixture.share / total:.3g} of them {mixture.kind}: of {len(drawing.chosen)} "
+                f"  {100 * mixture.share / total:.3g} % {mixture.kind}: of {len(drawing.chosen)} "
                 f"sliders {on.mean():.1f} are on by more than a tenth, at most {on.max()}"
                 f"{drawing.said}"
             )
