@@ -2,85 +2,34 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import asdict
+from functools import cached_property, lru_cache
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import FormatError
+from elastomorph.errors import FormatError, ParameterError
 from elastomorph.farm.columns import Columns
 from elastomorph.farm.contents import Vertices
 from elastomorph.farm.layout import DataSet
-from elastomorph.farm.stores import naming_damage, naming_store, order_of
+from elastomorph.farm.rows import Chunks, Rows, Selection
+from elastomorph.farm.stores import Order, naming_damage, naming_store, order_of
 from elastomorph.rig.rig import Rig
 
-Selection = slice | NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """An array with a row a face that is read or made when it is sliced, as NumPy slices.
-
-    Attributes:
-        shape: Its first number is that of the faces.
-        dtype: Of what slices give.
-    """
-
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-    read: Callable[[Selection], NDArray[Any]]
-
-    @property
-    def ndim(self) -> int:
-        """How many axes."""
-        return len(self.shape)
-
-    def __len__(self) -> int:
-        return self.shape[0]
-
-    def __getitem__(self, index: Any) -> NDArray[Any]:
-        first, *others = index if isinstance(index, tuple) else (index,)
-        if first is Ellipsis:
-            first, others = slice(None), [Ellipsis, *others] if others else []
-        if isinstance(first, int | np.integer):
-            row = range(len(self))[first]
-            found = np.asarray(self.read(slice(row, row + 1))[0])
-            return np.asarray(found[tuple(others)]) if others else found
-        rows = self._selection(first)
-        found = self.read(rows)
-        return found[(slice(None), *others)] if others else found
-
-    def __iter__(self) -> Iterator[NDArray[Any]]:
-        return (self[row] for row in range(len(self)))
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        return self[:] if dtype is None else self[:].astype(dtype, copy=False)
-
-    def _selection(self, index: Any) -> Selection:
-        if isinstance(index, slice):
-            rows = range(len(self))[index]
-            if rows.step == 1:
-                return slice(rows.start, max(rows.start, rows.stop))
-            return np.arange(rows.start, rows.stop, rows.step)
-        given = np.asarray(index)
-        if given.dtype == bool and given.shape == (len(self),):
-            return np.flatnonzero(given)
-        if given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
-            raise IndexError(f"faces are taken by a number, a slice or a list, not {index!r}")
-        given = given.astype(np.int64)
-        if given.size and not (-len(self) <= given.min() and given.max() < len(self)):
-            raise IndexError(f"there are {len(self):,} faces, found {given.min()} to {given.max()}")
-        return given % max(len(self), 1)
+if TYPE_CHECKING:
+    from elastomorph.farm.picture_rows import PictureRows
+    from elastomorph.farm.torch_faces import FaceDataset
 
 
 class FaceSet:
     """A data set of faces, open for reading: ``faces[10:20]`` are (10, V, 3) float32 positions.
 
-    Positions are read where they are stored, and made from the recipe where they are not.
+    Positions are read where they are stored, and made from the recipe where they are not. It can
+    be pickled: another process then opens the same data set once.
 
     Attributes:
         rig: The rig.
@@ -112,11 +61,11 @@ class FaceSet:
     def vertices(self) -> Rows:
         """(N, V, 3) float32 positions."""
         shape = (len(self), *self.data.array("neutral").shape)
-        stored = next((own for own in self.data.contents if isinstance(own, Vertices)), None)
-        if stored is None:
+        chosen = self.data.plan.contents.get("vertices")
+        if chosen is None:
             return Rows(shape, np.dtype(np.float32), self._made)
-        array = self.labels["vertices"]
-        return Rows(shape, np.dtype(np.float32), lambda s: stored.encoder.decoded(array.read(s)))
+        array, encoder = self.labels["vertices"], Vertices(self.data.poser, chosen).encoder
+        return Rows(shape, np.dtype(np.float32), lambda s: encoder.decoded(array.read(s)))
 
     @cached_property
     def codes(self) -> Rows:
@@ -147,6 +96,60 @@ class FaceSet:
         """All that is stored of each face, as it is stored, by name."""
         return {name: self._stored(name) for name in self.data.plan.arrays}
 
+    def array(self, name: str) -> Rows:
+        """``vertices``, ``weights``, ``values``, ``codes``, or a name in `labels`.
+
+        Raises:
+            ParameterError: There is no such array.
+        """
+        own: Mapping[str, Callable[[FaceSet], Rows]] = {
+            "vertices": lambda faces: faces.vertices,
+            "weights": lambda faces: faces.weights,
+            "values": lambda faces: faces.values,
+            "codes": lambda faces: faces.codes,
+        }
+        if not isinstance(name, str) or name not in {*own, *self.labels}:
+            there = ", ".join([*own, *(label for label in self.labels if label not in own)])
+            raise ParameterError(f"there is no array {name!r}; there are {there}")
+        return own[name](self) if name in own else self.labels[name]
+
+    def as_dask(self, name: str = "vertices") -> Any:
+        """An array as a Dask array, whose chunks are units or parts of them, of 32 MB at most.
+
+        The graph holds where the data set is, not what it holds; each process opens it once.
+
+        Raises:
+            ParameterError: There is no such array.
+            MissingExtraError: Dask is not installed.
+        """
+        from elastomorph.farm.lazy import lazy_array
+
+        return lazy_array(self, name)
+
+    def as_images(self) -> PictureRows:
+        """The pictures with all that is stored beside them, a dict for each face.
+
+        Raises:
+            ParameterError: The data set holds no pictures.
+        """
+        from elastomorph.farm.picture_rows import PictureRows
+
+        return PictureRows(self)
+
+    def as_torch(self, *names: str) -> FaceDataset:
+        """Arrays as a PyTorch ``Dataset`` of dicts of tensors; its ``batches`` load fast.
+
+        Args:
+            names: Of arrays, as `array` takes them; ``vertices`` and ``weights`` by default.
+
+        Raises:
+            ParameterError: There is no such array.
+            MissingExtraError: PyTorch is not installed.
+        """
+        from elastomorph.farm.torch_faces import FaceDataset
+
+        return FaceDataset(self, names or ("vertices", "weights"))
+
     @property
     def shape(self) -> tuple[int, ...]:
         """(N, V, 3)."""
@@ -175,6 +178,13 @@ class FaceSet:
         stored = ", ".join(self.data.plan.arrays)
         return f"FaceSet({len(self):,} faces of {self.shape[1]:,} vertices; stored: {stored})"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _shared, (self.data.order, self._told())
+
+    def _told(self) -> str:
+        """What tells the data set from others that were or will be at its place."""
+        return json.dumps([len(self), asdict(self.data.plan)], sort_keys=True)
+
     def _made(self, rows: Selection) -> NDArray[np.float32]:
         numbers = np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
         left = self.data.poser.coefficients(self.codes.read(rows))
@@ -182,20 +192,22 @@ class FaceSet:
 
     def _stored(self, name: str) -> Rows:
         array = self.data.array(name)
+        chunks = Chunks(array)
 
         def read(rows: Selection) -> NDArray[Any]:
-            self._require_finished(rows)
+            keep = self._require_finished(rows)
             with naming_store(self.data.order), naming_damage(self.data.order, name):
-                return np.asarray(array[rows] if isinstance(rows, slice) else array.oindex[rows])
+                return chunks.read(rows, keep=keep)
 
-        return Rows(array.shape, np.dtype(array.dtype), read)
+        return Rows(array.shape, np.dtype(array.dtype), read, dict(array.attrs))
 
-    def _require_finished(self, rows: Selection) -> None:
-        """Refuse faces that are not made yet."""
+    def _require_finished(self, rows: Selection) -> bool:
+        """Refuse faces that are not made yet; whether all of their units are finished."""
         manifest, unit = self.data.manifest, self.data.plan.unit
         numbers = np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
         units, last = np.divmod(numbers, unit)
-        for number in np.unique(units).tolist():
+        asked = np.unique(units).tolist()
+        for number in asked:
             if number in self._finished:
                 continue
             entry = manifest.entry(number)
@@ -208,6 +220,7 @@ class FaceSet:
                 )
             if there == len(manifest.rows(number)):
                 self._finished.add(number)
+        return self._finished.issuperset(asked)
 
 
 def open_faces(
@@ -226,3 +239,12 @@ def open_faces(
     order = order_of(path, storage_options)
     with naming_store(order):
         return FaceSet(DataSet(order, read_only=True))
+
+
+@lru_cache(maxsize=4)
+def _shared(order: Order, told: str) -> FaceSet:
+    """The data set that was pickled, opened once by each process."""
+    faces = open_faces(order.url, storage_options=order.storage_options)
+    if faces._told() != told:
+        raise FormatError(order.url, "this is not the data set that it was; open it again")
+    return faces

@@ -1,0 +1,111 @@
+"""Arrays with a row a face that are read or made when they are sliced."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Selection = slice | NDArray[np.int64]
+
+_KEPT_BYTES = 64 * 2**20  # Of one array, decoded
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """An array with a row a face that is read or made when it is sliced, as NumPy slices.
+
+    Attributes:
+        shape: Its first number is that of the faces.
+        dtype: Of what slices give.
+        attributes: What is stored with it, such as ``names`` of landmarks.
+    """
+
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    read: Callable[[Selection], NDArray[Any]]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def ndim(self) -> int:
+        """How many axes."""
+        return len(self.shape)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, index: Any) -> NDArray[Any]:
+        first, *others = index if isinstance(index, tuple) else (index,)
+        if first is Ellipsis:
+            first, others = slice(None), [Ellipsis, *others] if others else []
+        if isinstance(first, int | np.integer):
+            row = range(len(self))[first]
+            found = np.asarray(self.read(slice(row, row + 1))[0])
+            return np.asarray(found[tuple(others)]) if others else found
+        rows = self._selection(first)
+        found = self.read(rows)
+        return found[(slice(None), *others)] if others else found
+
+    def __iter__(self) -> Iterator[NDArray[Any]]:
+        return (self[row] for row in range(len(self)))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return self[:] if dtype is None else self[:].astype(dtype, copy=False)
+
+    def _selection(self, index: Any) -> Selection:
+        if isinstance(index, slice):
+            rows = range(len(self))[index]
+            if rows.step == 1:
+                return slice(rows.start, max(rows.start, rows.stop))
+            return np.arange(rows.start, rows.stop, rows.step)
+        given = np.asarray(index)
+        if given.dtype == bool and given.shape == (len(self),):
+            return np.flatnonzero(given)
+        if given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
+            raise IndexError(f"faces are taken by a number, a slice or a list, not {index!r}")
+        given = given.astype(np.int64)
+        if given.size and not (-len(self) <= given.min() and given.max() < len(self)):
+            raise IndexError(f"there are {len(self):,} faces, found {given.min()} to {given.max()}")
+        return given % max(len(self), 1)
+
+
+class Chunks:
+    """A Zarr array whose chunks that were read last are kept decoded.
+
+    A chunk holds a megabyte: thousands of rows of weights. Reading few rows, or rows in random
+    order, would decode the same chunks again and again.
+    """
+
+    def __init__(self, array: Any) -> None:
+        self._array = array
+        self.rows = int(array.chunks[0])
+        row = int(np.prod(array.shape[1:])) * array.dtype.itemsize
+        self._most = max(1, _KEPT_BYTES // max(1, self.rows * row))
+        self._chunk = lru_cache(maxsize=self._most)(self._decoded)
+
+    def read(self, rows: Selection, *, keep: bool) -> NDArray[Any]:
+        """(S, …) some rows; kept only where what is stored does not change any more."""
+        if isinstance(rows, slice):
+            first, last = rows.start // self.rows, (rows.stop - 1) // self.rows
+            if not keep or not rows.stop > rows.start or last > first + 1:
+                return np.asarray(self._array[rows])
+            cuts = range(first * self.rows, rows.stop, self.rows)
+            parts = [
+                self._chunk(a // self.rows)[max(rows.start - a, 0) : rows.stop - a] for a in cuts
+            ]
+            return np.concatenate(parts)  # A copy also of one: what is kept is nobody's to change
+        chunks, which = np.unique(rows // self.rows, return_inverse=True)
+        if not keep or len(chunks) > self._most:
+            return np.asarray(self._array.oindex[rows])
+        found = np.empty((len(rows), *self._array.shape[1:]), self._array.dtype)
+        for number, chunk in enumerate(chunks.tolist()):
+            of_chunk = which == number
+            found[of_chunk] = self._chunk(chunk)[rows[of_chunk] - chunk * self.rows]
+        return found
+
+    def _decoded(self, chunk: int) -> NDArray[Any]:
+        return np.asarray(self._array[chunk * self.rows : (chunk + 1) * self.rows])
