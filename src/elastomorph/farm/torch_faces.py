@@ -161,4 +161,7 @@ def _tensor(values: NDArray[Any]) -> torch.Tensor:
         values = values.astype(np.float32, copy=False)
     elif values.dtype == np.uint16:
         values = values.astype(np.int32)  # PyTorch can do little with uint16
-    return torch.from_numpy(np.ascontiguousarray(values))
+    tensor = torch.from_numpy(np.ascontiguousarray(values))
+    # A worker's tensors go through shared memory. Left to the thread that sends them, the copy is
+    # torn off where a loader is left early, and the worker aborts.
+    return tensor if torch.utils.data.get_worker_info() is None else tensor.share_memory_()
