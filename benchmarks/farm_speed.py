@@ -8,18 +8,22 @@ Run:  python benchmarks/farm_speed.py [recipe ...]
 - `vertices`: int16 vertices made and written on a RAM disk by two threads beside `rig.stream` of
   the same faces into memory: the built-in's five expressions, all its sliders, the ICT rig;
 - `reading`: faces of a data set of the recipe alone, beside `rig.batch` of the same weights;
-- `memory`: the most that a process takes, for two numbers of faces.
+- `memory`: the most that a process takes, for two numbers of faces;
+- `dask`: units of about 0.6 s, 100 a minute each, made by two workers of Dask, beside two processes
+  that Python hands the same units: what part of the time they made none.
 """
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
+from itertools import repeat
 from pathlib import Path
 from shutil import rmtree
 from tempfile import TemporaryDirectory
@@ -31,13 +35,15 @@ from threadpoolctl import threadpool_limits
 import elastomorph as em
 from elastomorph.farm.lanes import random_lanes
 from elastomorph.farm.run import begun, work_off
+from elastomorph.farm.schedulers import crew_of
 from elastomorph.farm.stores import Order
-from elastomorph.farm.teams import Team, made_units
+from elastomorph.farm.unit import make_unit
 from elastomorph.farm.wanted import Wanted
 from elastomorph.rig.performance.naming import ARKIT
 from elastomorph.samples.paper_expressions import EXPRESSIONS
 from measuring import data_folder
 
+_UNITS, _UNIT_SECONDS = 40, 0.6  # For Dask
 WANTED = 2e6
 """Faces a second from the recipe alone."""
 
@@ -147,7 +153,7 @@ def vertices_speed(given: argparse.Namespace) -> None:
                     rmtree(order.url, ignore_errors=True)
                     data = begun(order, rig, sampler, faces, wanted)
                     data.prepare()  # once for a data set, whatever its size
-                    store = partial(work_off, data, Team(made_units))
+                    store = partial(work_off, data)
                     runs.append([best_rate(task, faces, 1) for task in (stream, store)])
                 bare, stored = (
                     Rate(*map(max, zip(*of, strict=True))) for of in zip(*runs, strict=True)
@@ -205,11 +211,76 @@ def memory(given: argparse.Namespace) -> None:
             print(f"  {name:10}{kind or 'recipe alone':14}{', '.join(found)}")
 
 
+def dask_overhead(given: argparse.Namespace) -> None:
+    rig = em.read_rig("built-in")
+    sampler = sampler_of(rig, 6.0)
+    print(f"{_UNITS} units made by two processes, in seconds, and the time in which they made none")
+    print(f"  {'handed by':12}{'each':>8}{'a minute':>10}{'all':>9}{'lost':>9}")
+    with TemporaryDirectory(dir="/dev/shm") as folder:
+        unit = _unit_of(_UNIT_SECONDS, rig, sampler, folder)
+        wanted = Wanted(vertices="int16", unit=unit)
+        data = begun(Order(f"{folder}/faces.zarr"), rig, sampler, _UNITS * unit, wanted)
+        units = list(range(_UNITS))
+        context = multiprocessing.get_context("spawn")
+        with (
+            ProcessPoolExecutor(2, context, threadpool_limits, (1,)) as pool,
+            crew_of("local") as crew,
+        ):
+            ways = {
+                "Python": lambda: list(pool.map(make_unit, repeat(data.order), units)),
+                "Dask": lambda: list(crew.made(data, units)),
+            }
+            found: dict[str, list[Handed]] = {name: [] for name in ways}
+            for run in range(given.rounds + 1):  # the first opens rig and data set everywhere
+                for name, way in ways.items():
+                    for entry in Path(data.order.url, "manifest").glob("c.*"):
+                        entry.unlink()  # nothing is finished
+                    start = time.perf_counter()
+                    spent = sum(made.seconds for made in way())
+                    found[name] += [Handed(time.perf_counter() - start, spent)] if run else []
+    for name, own in found.items():
+        best = min(own, key=lambda handed: handed.lost)
+        each = best.making / _UNITS
+        print(
+            f"  {name:12}{each:>8.2f}{60 * _UNITS / best.clock:>10.0f}{best.clock:>9.2f}"
+            f"{best.lost:>9.1%}"
+        )
+
+
+class Handed(NamedTuple):
+    """Seconds by the clock, and of both processes within units."""
+
+    clock: float
+    making: float
+
+    @property
+    def lost(self) -> float:
+        """What part of the time the two processes did not make units."""
+        return 1 - self.making / (2 * self.clock)
+
+
+def _unit_of(seconds: float, rig: em.Rig, sampler: em.FaceSampler, folder: str) -> int:
+    """Faces that take one process about so long."""
+    unit = 32
+    while unit < 2**15:
+        order = Order(f"{folder}/{unit}.zarr")
+        data = begun(order, rig, sampler, 2 * unit, Wanted(vertices="int16", unit=unit))
+        with threadpool_limits(1):
+            make_unit(order, 0)
+            spent = make_unit(order, 1).seconds
+        rmtree(data.order.url)
+        if spent > seconds / 1.5:
+            break
+        unit *= 2
+    return unit
+
+
 PARTS: Mapping[str, Callable[[argparse.Namespace], None]] = {
     "recipe": lambda given: recipe_speed(given.faces, given.repeats),
     "vertices": vertices_speed,
     "reading": reading_speed,
     "memory": memory,
+    "dask": dask_overhead,
 }
 
 

@@ -100,7 +100,7 @@ def test_workers_come_from_jobs_of_a_queue(
     """SLURM itself is not there: a job that is handed in runs at once, beside us."""
     jobs = tmp_path / "jobs"
     commands = {
-        "sbatch": f'cp "$1" "$1.own"; setsid sh "$1.own" >{jobs}.log 2>&1 &\n'
+        "sbatch": f'cp "$1" {jobs}.sh; setsid sh {jobs}.sh >{jobs}.log 2>&1 &\n'
         f'echo $! >>{jobs}; echo "Submitted batch job $!"',
         "scancel": 'kill -KILL -- "-$1"',
     }
@@ -113,6 +113,7 @@ def test_workers_come_from_jobs_of_a_queue(
     folder = tmp_path / "faces.zarr"
     em.make_faces(rig, folder, FACES, vertices="int16", scheduler=str(file))
     assert contents(folder) == alone
+    assert "export MALLOC_MMAP_THRESHOLD_=" in (tmp_path / "jobs.sh").read_text()
     numbers = [int(line) for line in jobs.read_text().split()]
     assert numbers
     limit = time.monotonic() + 20

@@ -18,6 +18,9 @@ _KEYS = {
 }
 _HOUR = 3600.0
 
+MEMORY_KEPT = {"MALLOC_TRIM_THRESHOLD_": 2**28, "MALLOC_MMAP_THRESHOLD_": 2**25}
+"""For workers: Dask has them give memory back at once, and units took half as long again."""
+
 
 @dataclass(frozen=True)
 class Queue:
@@ -45,7 +48,13 @@ class Queue:
             level: Of what is logged.
         """
         options = {"dashboard_address": dashboard, **self.arguments.get("scheduler_options", {})}
-        own = {**self.arguments, "scheduler_options": options, "silence_logs": level}
+        kept = [f"export {name}={value}" for name, value in MEMORY_KEPT.items()]
+        own = {
+            **self.arguments,
+            "scheduler_options": options,
+            "job_script_prologue": [*kept, *self.arguments.get("job_script_prologue", [])],
+            "silence_logs": level,
+        }
         cluster = self.kind(**own)
         command = str(self.kind.job_cls.submit_command or "").split()
         if command and shutil.which(command[0]) is None:

@@ -15,7 +15,7 @@ from elastomorph.farm.progress import Progress
 from elastomorph.farm.recipe import Recipe
 from elastomorph.farm.sampler import FaceSampler
 from elastomorph.farm.stores import Order, naming_store, order_of
-from elastomorph.farm.teams import Team, team_of
+from elastomorph.farm.teams import THREADS, Team, team_of
 from elastomorph.farm.wanted import Wanted, pictured
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
@@ -101,7 +101,9 @@ def begun(
 
 
 def work_off(
-    data: DataSet, team: Team, progress: Callable[[Progress], object] = lambda _: None
+    data: DataSet,
+    team: Team = THREADS,
+    progress: Callable[[Progress], object] = lambda _: None,
 ) -> None:
     """Make all units that are not finished."""
     waiting = data.manifest.pending()

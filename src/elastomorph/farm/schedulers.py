@@ -20,7 +20,7 @@ from elastomorph.blas_threads import usable_cores
 from elastomorph.errors import ClusterError, MissingExtraError, ParameterError
 from elastomorph.farm.cluster import Crew
 from elastomorph.farm.main_guard import require_guarded_main
-from elastomorph.farm.queues import Queue, read_queue
+from elastomorph.farm.queues import MEMORY_KEPT, Queue, read_queue
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -72,10 +72,17 @@ def crew_of(scheduler: str, dashboard: str = LOOPBACK) -> Iterator[Crew]:
 def _local(dashboard: str) -> Iterator[Client]:
     """A worker for each core, with its share of the memory; a nanny replaces one that dies."""
     require_guarded_main()
+    import dask.config
     from distributed import LocalCluster
 
+    environment = "distributed.nanny.pre-spawn-environ"
+    variables = {**dask.config.get(environment), **MEMORY_KEPT}
     with _environment_kept():
-        with _as_sentence("the processes of this machine did not start"), _interrupts_kept():
+        with (
+            dask.config.set({environment: variables}),
+            _as_sentence("the processes of this machine did not start"),
+            _interrupts_kept(),
+        ):
             cluster = LocalCluster(
                 n_workers=usable_cores(),
                 threads_per_worker=1,

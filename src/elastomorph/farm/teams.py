@@ -29,7 +29,7 @@ class Team:
 def team_of(scheduler: str, dashboard: str | None = None) -> Iterator[Team]:
     """Those that a user's word stands for: ``none`` for threads, or a word for `crew_of`."""
     if scheduler == "none":
-        yield Team(made_units)
+        yield THREADS
         return
     from elastomorph.farm.schedulers import LOOPBACK, crew_of
 
@@ -57,3 +57,6 @@ def made_units(data: DataSet, units: list[int]) -> Iterator[Made]:
                 yield future.result()
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+THREADS = Team(made_units)
