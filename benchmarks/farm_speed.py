@@ -7,7 +7,8 @@ Run:  python benchmarks/farm_speed.py [recipe ...]
   of the processor, for a machine may have other things to do.
 - `vertices`: int16 vertices made and written on a RAM disk by two threads beside `rig.stream` of
   the same faces into memory: the built-in's five expressions, all its sliders, the ICT rig;
-- `reading`: faces of a data set of the recipe alone, beside `rig.batch` of the same weights;
+- `reading`: faces of a data set of the recipe alone, beside `rig.batch` of the same weights: by
+  slices, and by the batches of two workers of PyTorch, where it is installed;
 - `memory`: the most that a process takes, for two numbers of faces;
 - `dask`: units of about 0.6 s, 100 a minute each, made by two workers of Dask, beside two processes
   that Python hands the same units: what part of the time they made none.
@@ -20,9 +21,11 @@ import multiprocessing
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
+from importlib.util import find_spec
 from itertools import repeat
 from pathlib import Path
 from shutil import rmtree
@@ -120,9 +123,9 @@ def rigs(data: Path) -> dict[str, tuple[em.Rig, float]]:
     return found
 
 
-def in_turn(tasks: Mapping[str, Callable[[], object]], faces: int, rounds: int) -> list[Rate]:
+def in_turn(tasks: Sequence[Callable[[], object]], faces: int, rounds: int) -> list[Rate]:
     """The best rate of each, in turn, so that a busy moment hits all."""
-    runs = [[best_rate(task, faces, 1) for task in tasks.values()] for _ in range(rounds)]
+    runs = [[best_rate(task, faces, 1) for task in tasks] for _ in range(rounds)]
     return [Rate(*(max(own) for own in zip(*of, strict=True))) for of in zip(*runs, strict=True)]
 
 
@@ -167,26 +170,41 @@ def vertices_speed(given: argparse.Namespace) -> None:
 
 
 def reading_speed(given: argparse.Namespace) -> None:
-    print("faces read from a recipe beside rig.batch; faces a second")
+    print("faces read from a recipe beside rig.batch of as many, two threads; faces a second")
+    print(f"  {'':18}{'at once':>16}{'batch':>10}{'read':>10}{'ratio':>7}{'processor':>11}")
     for name, (rig, active) in rigs(given.data).items():
-        faces = max(128, int(given.bytes * 1e6 / rig.neutral.vertices.size / 4) // 128 * 128)
+        most = int(given.bytes * 1e6 / rig.neutral.vertices.size / 4)
         with TemporaryDirectory() as folder, threadpool_limits(2):
-            found = em.make_faces(
-                rig,
-                f"{folder}/faces.zarr",
-                faces,
-                recipe={"mixture": [{"kind": "sparse", "active": active}]},
-            )
-            values = found.weights[:]
-            tasks = {
-                "batch": partial(rig.batch, values),
-                "read": partial(found.__getitem__, slice(None)),
-            }
-            batch, read = in_turn(tasks, faces, given.rounds)
-        print(
-            f"  {name:18}{batch.clock:>10,.0f}{read.clock:>10,.0f}{read.clock / batch.clock:>7.2f}"
-            f"{read.processor / batch.processor:>14.2f} of processor"
-        )
+            recipe = {"mixture": [{"kind": "sparse", "active": active}]}
+            found = em.make_faces(rig, f"{folder}/faces.zarr", 65536, recipe=recipe)
+            for size in (256, min(4096, most // 256 * 256)):
+                values = found.weights[:size]
+                tasks = [partial(rig.batch, values), partial(found.__getitem__, slice(0, size))]
+                told(name, f"{size:,}", *in_turn(tasks, size, given.rounds))
+            told(name, "256, 2 workers", *by_workers(found, 32))
+
+
+def by_workers(faces: em.FaceSet, batches: int) -> tuple[Rate, Rate]:
+    """Batches of 256 by `rig.batch` here, and shuffled by two workers of PyTorch once they run."""
+    if find_spec("torch") is None:
+        print("  without PyTorch: no workers")
+        return Rate(np.nan, np.nan), Rate(np.nan, np.nan)
+    values = faces.weights[:256]
+    batch = best_rate(partial(faces.rig.batch, values), 256, 5)
+    loader = faces.as_torch("vertices").batches(256, faces=slice(0, 256 * batches), workers=2)
+    with threadpool_limits(1):  # in each worker
+        own = iter(loader)
+    next(own)
+    read = best_rate(lambda: deque(own, maxlen=0), 256 * (batches - 1), 1)
+    again = best_rate(partial(faces.rig.batch, values), 256, 5)
+    return max(batch, again), Rate(read.clock, np.nan)
+
+
+def told(name: str, size: str, batch: Rate, read: Rate) -> None:
+    print(
+        f"  {name:18}{size:>16}{batch.clock:>10,.0f}{read.clock:>10,.0f}"
+        f"{read.clock / batch.clock:>7.2f}{read.processor / batch.processor:>11.2f}"
+    )
 
 
 def memory(given: argparse.Namespace) -> None:
