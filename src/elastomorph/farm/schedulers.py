@@ -79,7 +79,7 @@ def _local(dashboard: str) -> Iterator[Client]:
     variables = {**dask.config.get(environment), **MEMORY_KEPT}
     with _environment_kept():
         with (
-            dask.config.set({environment: variables}),
+            dask.config.set({environment: variables, "distributed.worker.profile.enabled": False}),
             _as_sentence("the processes of this machine did not start"),
             _interrupts_kept(),
         ):
