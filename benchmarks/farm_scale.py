@@ -22,10 +22,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import elastomorph as em
-from elastomorph.farm.run import begun
-from elastomorph.farm.stores import Order
-from elastomorph.farm.unit import make_unit
-from elastomorph.farm.wanted import Wanted
+from elastomorph.farm.making.run import begun
+from elastomorph.farm.making.unit import make_unit
+from elastomorph.farm.storage.stores import Order
+from elastomorph.farm.storage.wanted import Wanted
 from elastomorph.samples import head, shapes
 
 SIZE = 256

@@ -36,12 +36,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 import elastomorph as em
-from elastomorph.farm.lanes import random_lanes
-from elastomorph.farm.run import begun, work_off
-from elastomorph.farm.schedulers import crew_of
-from elastomorph.farm.stores import Order
-from elastomorph.farm.unit import make_unit
-from elastomorph.farm.wanted import Wanted
+from elastomorph.farm.making.run import begun, work_off
+from elastomorph.farm.making.schedulers import crew_of
+from elastomorph.farm.making.unit import make_unit
+from elastomorph.farm.sampling.lanes import random_lanes
+from elastomorph.farm.storage.stores import Order
+from elastomorph.farm.storage.wanted import Wanted
 from elastomorph.rig.performance.naming import ARKIT
 from elastomorph.samples.paper_expressions import EXPRESSIONS
 from measuring import data_folder

@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from elastomorph.evaluation import Suggestion as Suggestion
     from elastomorph.evaluation import evaluate as evaluate
     from elastomorph.evaluation import suggest_inbetweens as suggest_inbetweens
-    from elastomorph.farm.faces import FaceSet as FaceSet
-    from elastomorph.farm.faces import open_faces as open_faces
-    from elastomorph.farm.run import make_faces as make_faces
-    from elastomorph.farm.sampler import FaceSampler as FaceSampler
+    from elastomorph.farm.making.run import make_faces as make_faces
+    from elastomorph.farm.reading.faces import FaceSet as FaceSet
+    from elastomorph.farm.reading.faces import open_faces as open_faces
+    from elastomorph.farm.sampling.sampler import FaceSampler as FaceSampler
     from elastomorph.fitting import Fit as Fit
     from elastomorph.fitting import Learned as Learned
     from elastomorph.fitting.fit import fit as fit
@@ -71,9 +71,9 @@ _HOMES = {
     "curves": ("Curve", "CurveNetwork", "edge_loops"),
     "curves.extraction": ("extract_curves",),
     "evaluation": ("Evaluation", "Suggestion", "evaluate", "suggest_inbetweens"),
-    "farm.sampler": ("FaceSampler",),
-    "farm.faces": ("FaceSet", "open_faces"),
-    "farm.run": ("make_faces",),
+    "farm.sampling.sampler": ("FaceSampler",),
+    "farm.reading.faces": ("FaceSet", "open_faces"),
+    "farm.making.run": ("make_faces",),
     "fitting": ("Fit", "Learned"),
     "fitting.fit": ("fit",),
     "fitting.learning": ("learn",),

@@ -76,7 +76,7 @@ def test_an_interrupt_is_one_sentence_that_says_how_far_it_is(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("elastomorph.farm.teams.make_unit", interrupted)
+        patch.setattr("elastomorph.farm.making.teams.make_unit", interrupted)
         assert run("farm", "rig.npz", "--faces", "9", "-o", "f") == 130
     assert capsys.readouterr().err == "interrupted after 0 of 9 faces; the same command goes on\n"
     assert run("farm", "rig.npz", "--faces", "9", "-o", "f") == 0

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elastomorph as em
-from elastomorph.farm.columns import Column, Columns
-from elastomorph.farm.lanes import random_lanes
+from elastomorph.farm.sampling.columns import Column, Columns
+from elastomorph.farm.sampling.lanes import random_lanes
 
 
 def test_a_face_depends_on_seed_and_number_alone() -> None:

@@ -16,8 +16,8 @@ import pytest
 
 import elastomorph as em
 from children import started
-from elastomorph.farm import beginning, cluster, schedulers
-from elastomorph.farm.queues import read_queue
+from elastomorph.farm.making.queues import read_queue
+from elastomorph.farm.storage import beginning, cluster, schedulers
 from needs import extra
 
 extra("distributed", "farm")
@@ -192,7 +192,7 @@ def test_what_is_no_scheduler_is_refused(
 
 def test_a_script_that_would_start_itself_again_is_refused(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    call = "from elastomorph.farm.main_guard import require_guarded_main as f\n\n"
+    call = "from elastomorph.farm.making.main_guard import require_guarded_main as f\n\n"
     call += "def main():\n    f()\n"
     for guard, fine in (("if True:", False), ("if __name__ == '__main__':", True)):
         script.write_text(f"{call}\n{guard}\n    main()\n")

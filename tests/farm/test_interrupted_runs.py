@@ -13,10 +13,10 @@ import pytest
 
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
-from elastomorph.farm import beginning
-from elastomorph.farm.layout import DataSet
-from elastomorph.farm.unit import pending
-from elastomorph.farm.verify import verify_faces
+from elastomorph.farm.making.unit import pending
+from elastomorph.farm.making.verify import verify_faces
+from elastomorph.farm.storage import beginning
+from elastomorph.farm.storage.layout import DataSet
 
 UNIT = 32
 FACES = 10 * UNIT + 7

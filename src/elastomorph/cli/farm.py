@@ -14,9 +14,9 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
-    from elastomorph.farm.recipe import Recipe as RecipeTables
-    from elastomorph.farm.sampler import FaceSampler
-    from elastomorph.farm.wanted import Wanted
+    from elastomorph.farm.sampling.recipe import Recipe as RecipeTables
+    from elastomorph.farm.sampling.sampler import FaceSampler
+    from elastomorph.farm.storage.wanted import Wanted
     from elastomorph.rig import Rig
 
 _Rig = Annotated[
@@ -127,9 +127,9 @@ def farm(
         return _answer(output, sheet)
     if rig is None:
         raise ParameterError("name the rig whose faces are made, or 'built-in' for ours")
-    from elastomorph.farm.run import make_faces
-    from elastomorph.farm.sampler import FaceSampler
-    from elastomorph.farm.wanted import Wanted, pictured
+    from elastomorph.farm.making.run import make_faces
+    from elastomorph.farm.sampling.sampler import FaceSampler
+    from elastomorph.farm.storage.wanted import Wanted, pictured
 
     own = pictured(recipe, render)
     face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
@@ -153,11 +153,11 @@ def farm(
 
 def _answer(output: str, sheet: Path | None) -> Answer:
     """What is there now, and a picture of it."""
-    from elastomorph.farm.faces import open_faces
+    from elastomorph.farm.reading.faces import open_faces
 
     found = open_faces(output)
     if sheet is not None:
-        from elastomorph.farm.sheets import sheet_of
+        from elastomorph.farm.reading.sheets import sheet_of
 
         sheet_of(found, sheet)
     facts = {
@@ -170,7 +170,7 @@ def _answer(output: str, sheet: Path | None) -> Answer:
 
 
 def _verified(output: str, sample: int, say: Say) -> Answer:
-    from elastomorph.farm.verify import verify_faces
+    from elastomorph.farm.making.verify import verify_faces
 
     found = verify_faces(output, sample, progress=say)
     facts = {"units": found.units, "faces": found.faces, "same": found.same}
@@ -187,7 +187,7 @@ def _estimated(
 ) -> Answer:
     from dataclasses import asdict
 
-    from elastomorph.farm.trial import estimate
+    from elastomorph.farm.making.trial import estimate
 
     say("trying for a second")
     found = estimate(rig, sampler, faces, wanted)

@@ -1,0 +1,107 @@
+"""What a data set would take: bytes, time and cost, from a second of making it on this machine."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+from elastomorph.blas_threads import usable_cores
+from elastomorph.farm.making.progress import size_text, time_text
+from elastomorph.farm.making.run import begun
+from elastomorph.farm.making.teams import made_units
+from elastomorph.farm.sampling.sampler import FaceSampler
+from elastomorph.farm.storage.beginning import unit_size
+from elastomorph.farm.storage.contents import Label
+from elastomorph.farm.storage.layout import ROOT
+from elastomorph.farm.storage.manifest import NAME
+from elastomorph.farm.storage.posing import TOGETHER
+from elastomorph.farm.storage.stores import Order, naming_store
+from elastomorph.farm.storage.wanted import Wanted
+from elastomorph.io.temporaries import temporary_folder
+from elastomorph.rig.rig import Rig
+
+_SECONDS = 1.0
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a data set would take on machines such as this one.
+
+    Attributes:
+        faces: How many were asked for.
+        bytes: Stored in all.
+        objects: Files, or objects of a store.
+        seconds: On this machine alone.
+        cores: Of this machine.
+        tried: Faces made in the trial.
+    """
+
+    faces: int
+    bytes: float
+    objects: int
+    seconds: float
+    cores: int
+    tried: int
+
+    @property
+    def core_hours(self) -> float:
+        """Work of one core."""
+        return self.seconds * self.cores / 3600
+
+    def cost(self, core_hour: float, gigabyte_month: float) -> tuple[float, float]:
+        """Of making it, and of keeping it for a month, at these prices."""
+        return self.core_hours * core_hour, self.bytes / 1e9 * gigabyte_month
+
+    def told(self, core_hour: float, gigabyte_month: float) -> dict[str, str]:
+        """Its facts for people."""
+        made, kept = self.cost(core_hour, gigabyte_month)
+        return {
+            "faces": f"{self.faces:,}",
+            "bytes": f"{size_text(self.bytes)} in {self.objects:,} objects",
+            "time": f"{time_text(self.seconds)} on {self.cores} cores, "
+            f"{self.faces / self.seconds:,.0f} faces a second",
+            "cost": f"{made:,.2g} to make, {kept:,.2g} a month to keep, at {core_hour:g} a "
+            f"core-hour and {gigabyte_month:g} a GB-month",
+            "from": f"a trial of {self.tried:,} faces on this machine",
+        }
+
+
+def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) -> Estimate:
+    """Make faces for a second, in a data set that is thrown away, and count on from there.
+
+    Args:
+        rig: The rig.
+        sampler: The recipe at work.
+        faces: How many it would be.
+        wanted: What is stored.
+
+    Raises:
+        FileError: Where the system keeps temporary files, there is no room.
+        ParameterError: As for `elastomorph.make_faces`.
+    """
+    # A unit of pictures takes longer than a second.
+    tried_with = replace(wanted, unit=TOGETHER) if sampler.recipe.pictures else wanted
+    with temporary_folder() as folder:
+        order = Order(str(folder / "trial.zarr"))
+        with naming_store(order):
+            data = begun(order, rig, sampler, faces, tried_with)
+            data.prepare()
+            start, tried, size = time.perf_counter(), 0, 0
+            for made in made_units(data, list(range(data.manifest.units))):
+                tried, size = tried + made.faces, size + made.bytes
+                if (spent := time.perf_counter() - start) > _SECONDS:
+                    break
+            once = sum(sum(data.objects.sizes(name).values()) for name in ("", "rig", "neutral"))
+            once += sum(data.objects.size(f"{name}/{ROOT}") for name in (*data.plan.arrays, NAME))
+    labels = {name: own for content in data.contents for name, own in content.labels.items()}
+    labels |= {"weights": Label((len(data.columns),), "uint16")}
+    units = -(-data.faces // (wanted.unit or unit_size(labels, data.contents)))
+    arrays = len(data.plan.arrays)
+    return Estimate(
+        data.faces,
+        once + units * 8 * (1 + 2 * arrays) + size / tried * data.faces,
+        units * (1 + arrays) + arrays + 4,
+        data.faces / tried * spent,
+        usable_cores(),
+        tried,
+    )

@@ -1,0 +1,78 @@
+"""One unit of a data set: made and written whole, once, by whoever is asked to."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.farm.storage.contents import Faces
+from elastomorph.farm.storage.layout import DataSet, opened
+from elastomorph.farm.storage.posing import TOGETHER
+from elastomorph.farm.storage.shards import Shard, packing
+from elastomorph.farm.storage.stores import Order, naming_store
+
+BLOCK = 4 * TOGETHER
+"""Faces in memory at a time beside their codes."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was done: 0 seconds and bytes where the unit was finished before."""
+
+    unit: int
+    faces: int
+    seconds: float
+    bytes: int
+
+
+def make_unit(order: Order, unit: int) -> Made:
+    """Make and write a unit, unless it is finished; the same bits wherever it is done.
+
+    Raises:
+        FileError: The store cannot be written, or is no data set.
+    """
+    start = time.perf_counter()
+    with naming_store(order):
+        data = opened(order)
+        rows = data.manifest.rows(unit)
+        if data.manifest.finished(unit):
+            return Made(unit, len(rows), 0.0, 0)
+        shards = unit_shards(data, rows)
+        data.objects.put({data.manifest.shard(n, unit): own for n, own in shards.items()})
+        size = data.manifest.finish(unit, shards)
+    return Made(unit, len(rows), time.perf_counter() - start, size)
+
+
+def unit_shards(data: DataSet, rows: range) -> dict[str, bytes]:
+    """The shard of every array for the faces of a unit; empty where it need not be there."""
+    pack = packing(data.plan.codec)
+    arrays = {name: data.array(name) for name in data.plan.arrays}
+    shards = {n: Shard(data.plan.unit, own.chunks[0], pack) for n, own in arrays.items()}
+    for made in unit_rows(data, rows):
+        for name, values in made.items():
+            shards[name].add(values)
+    return {name: shard.content() for name, shard in shards.items()}
+
+
+def unit_rows(data: DataSet, rows: range) -> Iterator[dict[str, NDArray[Any]]]:
+    """The rows of every array for some faces, a block at a time, so that little is in memory."""
+    codes = data.sampler.codes(rows.start, rows.stop)
+    if not data.contents:
+        yield {"weights": codes}
+        return
+    for faces in Faces(data.poser, codes, np.arange(rows.start, rows.stop)).blocks(BLOCK):
+        made: dict[str, NDArray[Any]] = {"weights": faces.codes}
+        for content in data.contents:
+            made |= content.made(faces)
+        yield made
+
+
+def pending(order: Order) -> list[int]:
+    """The units that are not finished, the sizes of their shards looked at."""
+    with naming_store(order):
+        return opened(order).manifest.pending()

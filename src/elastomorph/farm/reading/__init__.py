@@ -1,0 +1,1 @@
+"""Data sets read: faces, labels and pictures as arrays."""

@@ -1,0 +1,195 @@
+"""What a data set holds of each face beside its codes: contents, each one or more arrays.
+
+A content is chosen when the data set is begun, as JSON in its attributes, from which every worker
+makes the same content again. It says what its arrays are (`labels`), and makes rows of them from
+codes; nothing else knows about it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from elastomorph.farm.storage.encoding import Encoding, VertexEncoder
+from elastomorph.farm.storage.posing import Poser
+from elastomorph.model.surface import triangulate
+
+
+@dataclass(frozen=True)
+class Label:
+    """An array of a data set: what it holds of one face."""
+
+    shape: tuple[int, ...]
+    dtype: str
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Faces:
+    """Some faces while they are made.
+
+    Attributes:
+        codes: (S, C) of the columns.
+        numbers: (S,) of the faces.
+        coefficients: (S, F) of the rig's fields.
+    """
+
+    def __init__(
+        self,
+        poser: Poser,
+        codes: NDArray[np.uint16],
+        numbers: NDArray[np.int64],
+        coefficients: NDArray[np.float32] | None = None,
+    ) -> None:
+        self.poser, self.codes, self.numbers = poser, codes, numbers
+        self.coefficients = poser.coefficients(codes) if coefficients is None else coefficients
+
+    def blocks(self, size: int) -> Iterator[Faces]:
+        """The faces, so many at a time."""
+        for start in range(0, len(self.codes), size):
+            part = slice(start, start + size)
+            yield Faces(self.poser, self.codes[part], self.numbers[part], self.coefficients[part])
+
+    @cached_property
+    def positions(self) -> NDArray[np.float32]:
+        """(S, V, 3) in the space of the rig."""
+        return self.poser.positions(self.coefficients, self.numbers)
+
+    @cached_property
+    def values(self) -> NDArray[np.float64]:
+        """(S, C) of the columns."""
+        return self.poser.columns.decode(self.codes)
+
+
+class Content(Protocol):
+    """What makes some arrays of a data set."""
+
+    labels: Mapping[str, Label]
+    """Its arrays by name; a name may have folders, as ``images/colour``."""
+    most: int
+    """Faces that one unit may have, so that what is lost with it is made in seconds."""
+
+    def prepare(self) -> None:
+        """Make once what all rows need, before threads ask for it together."""
+        ...
+
+    def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
+        """(S, …) rows of each array."""
+        ...
+
+
+class Vertices:
+    """``vertices``: positions as numbers of an encoding."""
+
+    most = 2**16
+
+    def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
+        encoding = Encoding(**chosen)
+        self.encoder = VertexEncoder(poser, encoding)
+        shape = poser.rig.neutral.vertices.shape
+        self.labels: Mapping[str, Label] = {
+            "vertices": Label(shape, encoding.dtype, encoding.attributes())
+        }
+
+    def prepare(self) -> None:
+        """The fields in units of the scale."""
+        self.encoder.prepare()
+
+    def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
+        """Rows of ``vertices``."""
+        return {"vertices": self.encoder.encoded(faces.coefficients, faces.numbers)}
+
+
+class Normals:
+    """``normals``: of the vertices, of unit length, the mean of those of the triangles by area."""
+
+    most = 2**12
+
+    def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
+        self._poser, neutral = poser, poser.rig.neutral
+        self.labels: Mapping[str, Label] = {"normals": Label(neutral.vertices.shape, "float32")}
+        self._triangles, shares = triangulate(neutral)
+        corners, count = self._triangles.T.reshape(-1), len(self._triangles)
+        entries = np.tile(shares, 3).astype(np.float32)
+        places = (corners, np.tile(np.arange(count), 3))
+        self._sums = csr_array((entries, places), shape=(len(neutral.vertices), count))
+
+    def prepare(self) -> None:
+        """Positions of faces need their fields."""
+        self._poser.prepare()
+
+    def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
+        """Rows of ``normals``."""
+        found = np.empty_like(faces.positions)
+        for positions, normals in zip(faces.positions, found, strict=True):
+            a, b, c = (positions[corner] for corner in self._triangles.T)
+            normals[:] = self._sums @ np.cross(b - a, c - a)
+            length = np.linalg.norm(normals, axis=1, keepdims=True)
+            np.divide(normals, length, out=normals, where=length > 0)
+        return {"normals": found}
+
+
+class Landmarks:
+    """``landmarks``: positions of named vertices."""
+
+    most = 2**16
+
+    def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
+        self._poser = poser
+        self._vertices = np.array(list(chosen.values()), np.int64)
+        attributes = {"names": list(chosen), "vertices": list(chosen.values())}
+        self.labels: Mapping[str, Label] = {
+            "landmarks": Label((len(chosen), 3), "float32", attributes)
+        }
+
+    def prepare(self) -> None:
+        """Positions of faces need their fields."""
+        self._poser.prepare()
+
+    def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
+        """Rows of ``landmarks``."""
+        return {"landmarks": faces.positions[:, self._vertices]}
+
+
+class Pictures:
+    """``images/…``: pictures of the faces and what is to be learned from them."""
+
+    most = 2**7
+
+    def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
+        from elastomorph.farm.pictures.painter import Painter
+
+        self._poser, size = poser, int(chosen["size"])
+        self._painter = Painter(poser.rig, (size, size), chosen["landmarks"], chosen["arrays"])
+        self.labels: Mapping[str, Label] = {
+            f"images/{name}": Label(*own) for name, own in self._painter.labels.items()
+        }
+
+    def prepare(self) -> None:
+        """Positions of faces need their fields."""
+        self._poser.prepare()
+
+    def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
+        """Rows of every image array."""
+        columns = dict(zip(faces.poser.columns.names, faces.values.T, strict=True))
+        drawn = self._painter.draw(faces.positions, columns)
+        return {f"images/{name}": rows for name, rows in drawn.items()}
+
+
+CONTENTS: Mapping[str, Callable[[Poser, Mapping[str, Any]], Content]] = {
+    "vertices": Vertices,
+    "normals": Normals,
+    "landmarks": Landmarks,
+    "pictures": Pictures,
+}
+"""Each kind, by the name under which the attributes of a data set hold what was chosen."""
+
+
+def contents_of(poser: Poser, chosen: Mapping[str, Any]) -> list[Content]:
+    """The contents that the attributes of a data set name."""
+    return [CONTENTS[name](poser, choice) for name, choice in chosen.items()]

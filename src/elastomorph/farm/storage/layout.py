@@ -1,0 +1,141 @@
+"""The Zarr group of a data set, opened: what was asked for, its arrays, and what makes their rows.
+
+The group's attribute ``elastomorph`` holds what was asked for; the array ``manifest`` is made last,
+so that a data set whose beginning was cut short is known by that and begun again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from importlib.metadata import version
+from typing import Any
+
+from elastomorph.errors import FormatError
+from elastomorph.farm.sampling.columns import Columns
+from elastomorph.farm.sampling.sampler import FaceSampler
+from elastomorph.farm.storage import manifest as manifests
+from elastomorph.farm.storage.contents import Content, contents_of
+from elastomorph.farm.storage.manifest import Manifest
+from elastomorph.farm.storage.posing import Poser
+from elastomorph.farm.storage.rigs import unpacked
+from elastomorph.farm.storage.stores import Objects, Order
+from elastomorph.rig.rig import Rig
+
+FORMAT = 1
+ATTRIBUTE = "elastomorph"
+ROOT = "zarr.json"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What was asked for, the attribute of the group."""
+
+    rig: str  # Hash of what matters of the rig
+    unit: int
+    recipe: str  # TOML
+    columns: list[list[Any]]  # Name, low and high of each
+    contents: dict[str, Any]  # What was chosen of each content
+    arrays: list[str]  # In the order of the manifest
+    tables: list[str] = field(default_factory=list)
+    codec: str = "lz4"
+    version: str = field(default_factory=lambda: version("elastomorph"))
+    format: int = FORMAT
+
+
+class DataSet:
+    """A data set that is there, and what is needed to make its units."""
+
+    def __init__(self, order: Order, *, read_only: bool = False) -> None:
+        self.order = order
+        self.objects = Objects(order, read_only=read_only)
+        self.group = group_of(order, self.objects)
+        self.plan = plan_of(order, self.group)
+        if manifests.NAME not in self.group:
+            raise FormatError(
+                order.url, "this data set was not begun to the end; give its command again"
+            )
+        self.faces = self.array("weights").shape[0]
+        self.manifest = Manifest(
+            self.objects,
+            {name: self.array(name).ndim for name in self.plan.arrays},
+            self.plan.unit,
+            self.faces,
+        )
+
+    def array(self, name: str) -> Any:
+        """An array of the group."""
+        return self.group[name]
+
+    @cached_property
+    def rig(self) -> Rig:
+        """The rig with which the data set was begun."""
+        return unpacked(self.array("rig")[:].tobytes())
+
+    @cached_property
+    def sampler(self) -> FaceSampler:
+        """The recipe at work."""
+        tables = {name: self.array(f"tables/{name}")[...] for name in self.plan.tables}
+        return FaceSampler.restored(self.rig, self.plan.recipe, tables)
+
+    @property
+    def columns(self) -> Columns:
+        """What the columns of codes are."""
+        return self.sampler.columns
+
+    @cached_property
+    def poser(self) -> Poser:
+        """Makes positions."""
+        return Poser(self.rig, self.columns)
+
+    @cached_property
+    def contents(self) -> list[Content]:
+        """What is stored beside codes."""
+        return contents_of(self.poser, self.plan.contents)
+
+    def adopt(self, rig: Rig, sampler: FaceSampler) -> None:
+        """Use a rig and a recipe that are the same as those kept, rather than a second copy."""
+        vars(self).update(rig=rig, sampler=sampler)
+
+    def prepare(self) -> None:
+        """Make once what all units need, before threads ask for it at the same time."""
+        for content in self.contents:
+            content.prepare()
+
+
+@lru_cache(maxsize=4)
+def opened(order: Order) -> DataSet:
+    """A data set for those that make its units, kept by each process.
+
+    Raises:
+        FileError: There is none, or it cannot be read.
+    """
+    return DataSet(order)
+
+
+def group_of(order: Order, objects: Objects) -> Any:
+    """The Zarr group at a place, refused where there is none."""
+    import zarr
+
+    if not objects.size(ROOT):
+        raise FormatError(order.url, "there is no data set; make one with  elastomorph farm")
+    return zarr.open_group(objects.store, mode="r" if objects.store.read_only else "r+")
+
+
+def plan_of(order: Order, group: Any) -> Plan:
+    """What a group was begun for, refused where it is none of ours."""
+    found = group.attrs.get(ATTRIBUTE)
+    if not isinstance(found, dict):
+        raise FormatError(
+            order.url, "this is a Zarr group, but no data set of ours; name another output"
+        )
+    if found.get("format") != FORMAT:
+        raise FormatError(
+            order.url,
+            f"this data set has format {found.get('format')!r}, expected {FORMAT}; update "
+            "elastomorph",
+        )
+    try:
+        return Plan(**found)
+    except TypeError as error:
+        raise FormatError(order.url, f"its attributes are damaged: {error}") from None
