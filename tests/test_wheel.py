@@ -106,7 +106,7 @@ def test_the_core_needs_six_packages(wheel: Path) -> None:
     plain = re.findall(r"^Requires-Dist: ([\w-]+)(?!.*extra ==)", text, re.MULTILINE)
     assert set(plain) == CORE
     extras = set(re.findall(r"^Provides-Extra: (\S+)", text, re.MULTILINE))
-    named = {"demo", "gltf", "usd", "fbx", "torch", "notebook", "dev", "capture", "rivals"}
+    named = {"demo", "gltf", "usd", "fbx", "torch", "notebook", "dev", "capture", "rivals", "farm"}
     assert extras == {*named, "mocap"}
 
 

@@ -16,8 +16,9 @@ import pytest
 
 import elastomorph as em
 from children import started
+from elastomorph.farm.making import cluster, schedulers
 from elastomorph.farm.making.queues import read_queue
-from elastomorph.farm.storage import beginning, cluster, schedulers
+from elastomorph.farm.storage import beginning
 from needs import extra
 
 extra("distributed", "farm")
