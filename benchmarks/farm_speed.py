@@ -8,7 +8,8 @@ Run:  python benchmarks/farm_speed.py [recipe ...]
 - `vertices`: int16 vertices made and written on a RAM disk by two threads beside `rig.stream` of
   the same faces into memory: the built-in's five expressions, all its sliders, the ICT rig;
 - `reading`: faces of a data set of the recipe alone, beside `rig.batch` of the same weights: by
-  slices, and by the batches of two workers of PyTorch, where it is installed;
+  slices, and by shuffled batches of PyTorch, where it is installed, read by this process or by
+  two workers, whose batches go through shared memory;
 - `memory`: the most that a process takes, for two numbers of faces;
 - `dask`: units of about 0.6 s, 100 a minute each, made by two workers of Dask, beside two processes
   that Python hands the same units: what part of the time they made none.
@@ -181,23 +182,24 @@ def reading_speed(given: argparse.Namespace) -> None:
                 values = found.weights[:size]
                 tasks = [partial(rig.batch, values), partial(found.__getitem__, slice(0, size))]
                 told(name, f"{size:,}", *in_turn(tasks, size, given.rounds))
-            told(name, "256, 2 workers", *by_workers(found, 32))
+            if find_spec("torch") is None:
+                print("  without PyTorch: no batches of it")
+                continue
+            told(name, "256, PyTorch", *by_loader(found, 32, 0))
+            told(name, "256, 2 workers", *by_loader(found, 32, 2))
 
 
-def by_workers(faces: em.FaceSet, batches: int) -> tuple[Rate, Rate]:
-    """Batches of 256 by `rig.batch` here, and shuffled by two workers of PyTorch once they run."""
-    if find_spec("torch") is None:
-        print("  without PyTorch: no workers")
-        return Rate(np.nan, np.nan), Rate(np.nan, np.nan)
-    values = faces.weights[:256]
-    batch = best_rate(partial(faces.rig.batch, values), 256, 5)
-    loader = faces.as_torch("vertices").batches(256, faces=slice(0, 256 * batches), workers=2)
-    with threadpool_limits(1):  # in each worker
+def by_loader(faces: em.FaceSet, batches: int, workers: int) -> tuple[Rate, Rate]:
+    """Batches of 256 by `rig.batch`, and shuffled by PyTorch, once its workers run."""
+    batch = partial(faces.rig.batch, faces.weights[:256])
+    before = best_rate(batch, 256, 5)
+    loader = faces.as_torch("vertices").batches(256, faces=slice(256 * batches), workers=workers)
+    with threadpool_limits(1 if workers else 2):  # in each process
         own = iter(loader)
     next(own)
     read = best_rate(lambda: deque(own, maxlen=0), 256 * (batches - 1), 1)
-    again = best_rate(partial(faces.rig.batch, values), 256, 5)
-    return max(batch, again), Rate(read.clock, np.nan)
+    rate = max(before, best_rate(batch, 256, 5))
+    return rate, read._replace(processor=np.nan) if workers else read
 
 
 def told(name: str, size: str, batch: Rate, read: Rate) -> None:
