@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -194,3 +196,25 @@ def test_a_wrong_unit_is_refused(rig: em.Rig, tmp_path: Path) -> None:
     for unit in (16, 48, 2**21, 64.0):
         with pytest.raises(ParameterError, match="a unit is a power of two"):
             em.make_faces(rig, tmp_path / "f", 9, unit=unit)  # type: ignore[arg-type]
+
+
+def test_other_programs_need_nothing_of_ours(folder: Path) -> None:
+    """Weights and positions by what the attributes say, in a process without this package."""
+    program = """
+import sys
+import dask.array, numpy, zarr
+place, out = sys.argv[1:]
+codes = zarr.open_group(place, mode="r")["weights"]
+low, high = numpy.transpose(codes.attrs["ranges"])
+vertices = zarr.open_array(place + "/vertices", mode="r").attrs
+lazy = dask.array.from_zarr(place, component="vertices")
+neutral = dask.array.from_zarr(place, component=vertices["offset"])
+positions = (neutral + lazy * vertices["scale"]).compute()
+numpy.savez(out, positions=positions, weights=low + codes[:] * (high - low) / 65535)
+assert "elastomorph" not in sys.modules
+"""
+    out = folder.parent / "read.npz"
+    subprocess.run([sys.executable, "-c", program, str(folder), str(out)], check=True)
+    faces, read = em.open_faces(folder), np.load(out)
+    assert np.allclose(read["positions"], faces[:], atol=1e-6)
+    assert np.allclose(read["weights"], faces.values[:], atol=1e-12)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -123,3 +126,14 @@ def test_a_loader_of_the_users_own_reads_whole_batches(
 def test_batches_that_cannot_be_meant(faces: em.FaceSet, options: dict, said: str) -> None:
     with pytest.raises(ParameterError, match=said):
         faces.as_torch().batches(**options)
+
+
+def test_what_the_page_shows(rig: em.Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "farm.md").read_text(encoding="utf-8")
+    program = page.split("<!-- needs PyTorch -->\n```python\n")[1].split("```")[0]
+    em.make_faces(rig, tmp_path / "faces.zarr", 5000)
+    monkeypatch.chdir(tmp_path)
+    shown: dict[str, Any] = {}
+    exec(program, shown)
+    assert shown["vertices"].shape == (256, 90, 3)
+    assert shown["test"]["weights"].shape == (100, 8)
