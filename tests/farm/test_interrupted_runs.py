@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import errno
 import os
+import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -203,3 +205,23 @@ def test_faces_in_memory_and_at_addresses(rig: em.Rig, tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot be reached"):
         em.open_faces("nowhere://faces.zarr")
     assert np.isfinite(here[:]).all()
+
+
+def test_two_that_begin_at_once_are_one_or_refused(rig: em.Rig, tmp_path: Path) -> None:
+    """Whichever is first, the other goes on with the same or is told; never a mixture."""
+    place, gate = tmp_path / "faces.zarr", threading.Barrier(4)
+
+    def make(seed: int) -> str:
+        gate.wait()
+        try:
+            em.make_faces(rig, place, 200, seed=seed, unit=64)
+        except FormatError as error:
+            return str(error)
+        return ""
+
+    with ThreadPoolExecutor(4) as pool:
+        told = list(pool.map(make, [1, 2, 1, 2]))
+    assert sorted(map(bool, told)) == [False, False, True, True]
+    assert told[0] == told[2]
+    assert "begun with another recipe or seed" in "".join(told)
+    assert verify_faces(place, 9).same

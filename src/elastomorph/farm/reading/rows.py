@@ -43,6 +43,8 @@ class Rows:
         if first is Ellipsis:
             first, others = slice(None), [Ellipsis, *others] if others else []
         if isinstance(first, int | np.integer):
+            if not -len(self) <= first < len(self):
+                raise IndexError(f"there are {len(self):,} faces, found {first}")
             row = range(len(self))[first]
             found = np.asarray(self.read(slice(row, row + 1))[0])
             return np.asarray(found[tuple(others)]) if others else found

@@ -52,20 +52,21 @@ def begin(order: Order, rig: Rig, sampler: FaceSampler, faces: int, wanted: Want
     """
     plan, labels = _planned(rig, sampler, wanted)
     objects = Objects(order)
-    if _is_there(order, objects):
-        found = DataSet(order)
-        _require_same(found, plan, rig, sampler)
-        if wanted.unit not in (None, found.plan.unit):
-            raise FormatError(order.url, _BEGUN.format(f"units of {found.plan.unit:,} faces"))
-        if faces < found.faces:
-            raise FormatError(
-                order.url,
-                f"this data set has {found.faces:,} faces, and {faces:,} were asked for: one may "
-                "grow, but not shrink",
-            )
-        _lengthen(found, faces)
-    else:
-        _lay_out(objects, plan, labels, rig, sampler, faces)
+    with objects.alone():
+        if _is_there(order, objects):
+            found = DataSet(order)
+            _require_same(found, plan, rig, sampler)
+            if wanted.unit not in (None, found.plan.unit):
+                raise FormatError(order.url, _BEGUN.format(f"units of {found.plan.unit:,} faces"))
+            if faces < found.faces:
+                raise FormatError(
+                    order.url,
+                    f"this data set has {found.faces:,} faces, and {faces:,} were asked for: one "
+                    "may grow, but not shrink",
+                )
+            _lengthen(found, faces)
+        else:
+            _lay_out(objects, plan, labels, rig, sampler, faces)
     opened.cache_clear()
     data = opened(order)
     if data.plan.rig == plan.rig and "pictures" not in data.plan.contents:

@@ -22,6 +22,11 @@ from elastomorph.errors import (
     ParameterError,
 )
 
+try:
+    from fcntl import LOCK_EX, flock
+except ImportError:  # Windows
+    flock = None  # type: ignore[assignment]
+
 if TYPE_CHECKING:
     from zarr.abc.store import Store
 
@@ -129,6 +134,26 @@ class Objects:
                 await self.store.delete(key)
 
         self._wait(_together(one, contents))
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """One process of those that share a disk at a time; the others wait. Ends with the process.
+
+        Stores far away, and systems without such locks, do not keep others away.
+        """
+        folder = self.order.folder
+        if folder is None or flock is None:
+            yield
+            return
+        if not folder.exists():
+            folder.mkdir(parents=True, exist_ok=True)
+        place = os.open(folder, os.O_RDONLY)
+        try:
+            with suppress(OSError):  # some disks of networks have none
+                flock(place, LOCK_EX)
+            yield
+        finally:
+            os.close(place)
 
     def sweep(self, *, all_of_them: bool) -> int:
         """Remove what killed processes left half written; of the last minute only at the end."""
