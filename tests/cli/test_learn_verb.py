@@ -73,7 +73,8 @@ def test_timing_beside_the_path_is_that_of_the_clip(take: em.MeshSequence) -> No
 
 
 def test_parts_of_a_take_are_repetitions(take: em.MeshSequence) -> None:
-    there_and_back = np.concatenate([take.frames, take.frames[-2::-1]])
+    back = take.frames[-2::-1]
+    there_and_back = np.concatenate([take.frames, back + 1e-4 * np.sin(9 * back)])
     em.write_sequence("both.npz", em.MeshSequence(take.mesh, there_and_back))
     printed = printed_by("learn", "both.npz", "--frames", "0-12", "--frames", "24-12")
     assert "It carries over" in printed
@@ -145,3 +146,12 @@ def test_a_take_with_gaps_is_learned_and_what_is_lost_is_said(
     assert "only another one can tell" in " ".join(shown.out.split())
     assert run("fit", *words) == 1
     assert "the marker b is missing in frame 3" in capsys.readouterr().err
+
+
+def test_points_without_polygons_have_the_errors_of_the_library(take: em.MeshSequence) -> None:
+    """All are one curve, so that LAE is their mean, and no second LME."""
+    np.savez("points.npz", frames=take.frames)
+    errors = json.loads(printed_by("learn", "points.npz", "--json"))["errors"]
+    found = em.learn("points.npz")
+    assert errors["lae"] == pytest.approx(found.errors.lae)
+    assert errors["lae"] < 0.9 * errors["lme"]

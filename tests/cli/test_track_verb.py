@@ -76,6 +76,10 @@ def test_places_by_name_and_frames_a_second(weights: np.ndarray) -> None:
         (["other.json", "-o", "a.csv"], "recorded motion is numbered meshes"),
         (["take.npz", "-o", "a.csv", "--rate", "30"], "has times of its own: leave --rate out"),
         (["take.npz", "-o", "a.csv", "--clip", "x"], "have animations to choose one of"),
+        (
+            ["beyond.npz", "-o", "a.csv"],
+            "beyond.npz: it has a marker on vertex 20 of the rig, which",
+        ),
         (["back.npz", "-o", "a.csv"], "times must be finite numbers that rise"),
     ],
 )
@@ -85,6 +89,7 @@ def test_what_cannot_be_meant(
     write_landmarks("other.json", Landmarks({"chin": 3}))
     held = np.load("take.npz")
     np.savez("back.npz", **{**held, "times": held["times"][::-1]})
+    np.savez("beyond.npz", **{**held, "vertices": np.arange(12) * 10})
     assert run("track", "rig.npz", *words) == 1
     assert message in " ".join(capsys.readouterr().err.split())
     assert not Path("a.csv").exists()
@@ -138,3 +143,12 @@ def test_names_with_a_subject_and_names_that_two_markers_have(
     assert run("track", "rig.npz", "bare.npz", "--mesh-landmarks", *words[1:]) == 1
     assert "--landmarks must say where they are" in " ".join(capsys.readouterr().err.split())
     assert not Path("a.csv").exists()
+
+
+def test_times_that_are_no_seconds_are_told(weights: np.ndarray) -> None:
+    held = np.load("take.npz")
+    np.savez("slow.npz", **{**held, "times": 1000 / 24 * np.arange(9)})
+    with pytest.warns(em.ElastomorphWarning, match=r"slow.npz: .* a frame lasts 41\.67 s"):
+        taken = em.read_markers("slow.npz")
+    assert taken.times is not None
+    assert taken.times[1] == pytest.approx(1000 / 24)

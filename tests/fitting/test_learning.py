@@ -192,6 +192,25 @@ def test_what_repetitions_share_carries_over(network: CurveNetwork) -> None:
     np.testing.assert_allclose(found.repetitions[2].timing.at(TIMES), TIMES**2, atol=0.08)
 
 
+def test_repetitions_without_bends_are_straight(network: CurveNetwork) -> None:
+    """Paths with an even pace and no shapes: nothing is fitted, and nothing is worse for it."""
+    found = em.learn(repetitions(network, alike=True), 0, curves=network)
+    assert not len(found.bends)
+    assert found.carried == pytest.approx(1.0)
+    alone = em.learn(movement(network, 1), 0, timing="even", curves=network)
+    assert alone.errors.lme == pytest.approx(alone.straight.lme)
+
+
+def test_repetitions_are_different_and_in_one_unit(network: CurveNetwork) -> None:
+    takes = repetitions(network, alike=True)
+    with pytest.raises(em.ParameterError, match="recordings 1 and 3 are the same"):
+        em.learn([*takes[:2], takes[0]], curves=network)
+    first = takes[1]
+    millimetres = em.MeshSequence(em.Mesh(10 * first.frames[0]), 10 * first.frames, TIMES)
+    with pytest.raises(em.MeshError, match=r"recording 2 is .* times as large as the first"):
+        em.learn([takes[0], millimetres], curves=network)
+
+
 def test_what_they_do_not_share_does_not(network: CurveNetwork) -> None:
     found = em.learn(repetitions(network, alike=False), 1, curves=network)
     assert found.carried is not None
@@ -241,6 +260,15 @@ def test_more_bends_than_frames_or_knots_are_refused(network: CurveNetwork) -> N
         em.learn(take, 40, knots=50)
     with pytest.raises(em.ParameterError, match="3 knots tell 5 bends apart"):
         em.learn(take, 6, knots=3)
+    two = take.part(0, 40)
+    two = em.MeshSequence(two.mesh, two.frames[[0, -1]])
+    with pytest.raises(em.ParameterError, match=r"^1 bend needs .* 2 frames has 0: ask for 0, the"):
+        em.learn(two)
+    with pytest.raises(
+        em.ParameterError, match="each between the ends, but recording 2 of 2 frames"
+    ):
+        em.learn([take, two], 2, curves=network)
+    assert not len(em.learn(two, 0, curves=network).bends)
 
 
 @pytest.mark.realdata

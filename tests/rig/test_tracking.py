@@ -144,6 +144,18 @@ def test_places_may_be_landmarks_and_points_between_vertices(
     np.testing.assert_allclose(found.weights, weights[:3], atol=1e-3)
 
 
+@pytest.mark.parametrize("rest", [None, 0])
+def test_places_of_other_markers_are_told(
+    wide: Rig, markers: np.ndarray, rest: int | None, recwarn: pytest.WarningsRecorder
+) -> None:
+    """Not where they are right; where left and right are exchanged, or each is its neighbour's."""
+    wide.track(markers[:3], range(30), rest=rest)
+    assert not recwarn
+    for wrong in (markers[:3] * [-1, 1, 1], np.roll(markers[:3], 1, axis=1)):
+        with pytest.warns(em.ElastomorphWarning, match="off their places on the rig"):
+            wide.track(wrong, range(30), rest=rest)
+
+
 @pytest.mark.parametrize(
     ("markers", "places", "settings", "message"),
     [

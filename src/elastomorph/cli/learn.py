@@ -89,7 +89,8 @@ def learn(
     say("reading")
     keep = options.curve_file(keep, settings)
     read = [read_motion(each, keep, clip) for each in recording]
-    network = read[0][1]
+    # Of points without polygons all are one curve, as in `em.learn`, and not each one of its own.
+    network = read[0][1] if keep or len(read[0][0].motion.mesh.faces) else None
     masks = [
         confidence_for(each, found, confidence, least)
         for each, (found, _) in zip(recording, read, strict=True)

@@ -13,7 +13,7 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import FormatError, ParameterError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -104,7 +104,9 @@ def track(
         raise FormatError(markers, "it has times of its own: leave --rate out")
     known = _known(markers, taken, landmarks, mesh_landmarks)
     face_rig = options.NamedRig.of(rig, settings, method, mesh).full(say)
-    columns, places = known or _same(markers, taken, len(face_rig.neutral.vertices))
+    count = len(face_rig.neutral.vertices)
+    columns, places = known or _same(markers, taken, count)
+    _require_on(places, count, landmarks or markers)
     how: dict[str, Any] = {"rest": rest, "prior": prior, "smooth": smooth, "progress": say}
     found = tracked(face_rig, taken.frames[:, columns], places, **how)
     pace = _write(output, found, taken.times, rate or _RATE)
@@ -176,6 +178,17 @@ def _same(path: str, taken: Markers, count: int) -> tuple[list[int], list[Handle
         )
     columns = spread_rows(count, _MOST).tolist()
     return columns, list(columns)
+
+
+def _require_on(places: Sequence[Handle], count: int, named: str | Path) -> None:
+    """Refuse places that the rig does not have, by the file that names them."""
+    beyond = next((place for place in places if isinstance(place, int) and place >= count), None)
+    if beyond is not None:
+        raise FormatError(
+            named,
+            f"it has a marker on vertex {beyond} of the rig, which has {count:,} vertices, counted "
+            "from 0",
+        )
 
 
 def _write(output: Path, found: Tracked, times: NDArray[np.float64] | None, rate: float) -> float:

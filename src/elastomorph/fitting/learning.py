@@ -34,6 +34,8 @@ TIMINGS = ("recorded", "even")
 _MOST_KNOTS = 64
 # What comes back by more than this part of its way holds several movements, or a part of one.
 _SEVERAL, _PART = 0.5, 0.25
+# Faces of which one is so many times as large as the other are not in the same unit.
+_SIZES = 2.0
 
 
 def learn(
@@ -88,9 +90,7 @@ def learn(
     """
     _require_settings(bends, shapes, timing, knots)
     takes = _takes(recording, curves, confidence, least_confidence)
-    for take in takes:
-        _require_frames(take.motion, bends)
-        _require_one_movement(take.motion)
+    _require_movements([take.motion for take in takes], bends)
     wanted = Wanted(bends, knots, shapes == "scanned")
     say = progress or (lambda _: None)
     even = timing == "even" or len(takes) > 1
@@ -176,16 +176,42 @@ def _require_settings(bends: int, shapes: str, timing: str, knots: int) -> None:
         )
 
 
-def _require_frames(take: MeshSequence, bends: int) -> None:
+def _require_movements(takes: Sequence[MeshSequence], bends: int) -> None:
+    for number, take in enumerate(takes, start=1):
+        which = f"recording {number}" if len(takes) > 1 else "the recording"
+        _require_frames(take, bends, which)
+        _require_one_movement(take, which)
+    _require_repetitions(takes)
+
+
+def _require_frames(take: MeshSequence, bends: int, which: str) -> None:
     inner = len(take) - 2
     if bends > inner:
+        need = "1 bend needs a frame" if bends == 1 else f"{bends} bends need a frame each"
+        fewer = f"{inner} or fewer" if inner else "0, the straight line"
         raise ParameterError(
-            f"{bends} bends need a frame each between the ends, but this recording of {len(take)} "
-            f"frames has {inner}: ask for {inner} or fewer"
+            f"{need} between the ends, but {which} of {len(take)} frames has {inner}: ask for "
+            f"{fewer}"
         )
 
 
-def _require_one_movement(take: MeshSequence) -> None:
+def _require_repetitions(takes: Sequence[MeshSequence]) -> None:
+    """Refuse recordings in different units, and one given twice, which carries over to itself."""
+    for number, take in enumerate(takes[1:], start=2):
+        times = take.mesh.diameter / takes[0].mesh.diameter
+        if not 1 / _SIZES < times < _SIZES:
+            raise MeshError(
+                f"recording {number} is {times:.3g} times as large as the first: repetitions are "
+                "of one face in one unit"
+            )
+        for before, other in enumerate(takes[: number - 1], start=1):
+            if len(take) == len(other) and np.array_equal(take.frames, other.frames):
+                raise ParameterError(
+                    f"recordings {before} and {number} are the same: give each repetition once"
+                )
+
+
+def _require_one_movement(take: MeshSequence, which: str) -> None:
     """Refuse a recording that leads nowhere or holds several movements; warn of a turn back."""
     if not take.mesh.diameter > 0:
         raise MeshError(
@@ -195,13 +221,13 @@ def _require_one_movement(take: MeshSequence) -> None:
     # Means of distances, not of squares: one stray vertex is no movement.
     away = np.array([np.linalg.norm(each - take.frames[0], axis=1).mean() for each in take.frames])
     if not away.any():
-        raise MeshError("the recording does not move: all of its frames are the first one")
+        raise MeshError(f"{which} does not move: all of its frames are the first one")
     behind = (np.maximum.accumulate(away) - away) / away.max()
     if behind.max() > _SEVERAL:
         back = int(np.argmax(behind > _SEVERAL))
         apex = int(away[: back + 1].argmax())
         raise MeshError(
-            f"the recording holds more than one movement: it goes away from its first frame until "
+            f"{which} holds more than one movement: it goes away from its first frame until "
             f"frame {apex} ({take.names[apex]}), and then comes back by {behind.max():.0%} of its "
             f"way, but a path leads from a neutral to one target; end it there with "
             f"part(0, {apex}) or --frames 0-{apex}, or take every movement of it by --movements"
@@ -209,9 +235,9 @@ def _require_one_movement(take: MeshSequence) -> None:
     if behind[-1] > _PART:
         apex = int(away.argmax())
         warnings.warn(
-            f"the recording turns back after frame {apex} ({take.names[apex]}) and ends with "
+            f"{which} turns back after frame {apex} ({take.names[apex]}) and ends with "
             f"{away[-1] / away[apex]:.0%} of its way, in the middle of a movement; to end it at "
             f"the apex, part(0, {apex}) or --frames 0-{apex}",
             ElastomorphWarning,
-            stacklevel=3,
+            stacklevel=4,
         )

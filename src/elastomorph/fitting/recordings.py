@@ -105,7 +105,8 @@ def path_through(
     recordings: Recordings, splines: Splines, count: int, *, recorded: bool = False
 ) -> PathFit:
     """The path of so many shapes, over all vertices, that follows all recordings best."""
-    if not splines.values.shape[1]:  # nothing was recorded between the ends
+    # Nothing was recorded between the ends, or nothing is asked for.
+    if not splines.values.shape[1] or not (count or recordings.paced):
         none = np.zeros((0, 3, recordings.vertex_count))
         return PathFit(np.zeros((0, 0)), none, 0.0, 0.0, paced=False)
     sample = recordings.sample()

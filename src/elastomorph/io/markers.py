@@ -5,12 +5,13 @@ An archive has (T, N, 3) positions, and perhaps (N,) ``names``, ``times`` and ``
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import FormatError
+from elastomorph.errors import ElastomorphWarning, FormatError
 from elastomorph.io.atomic import is_file
 from elastomorph.io.c3d import read_c3d
 from elastomorph.io.npz.members import NpzMembers, open_npz
@@ -19,6 +20,7 @@ from elastomorph.model.mesh import LARGEST
 
 __all__ = ["holds_markers", "read_marker_file"]
 
+_SLOW = 1.0  # Seconds a frame
 _POSITIONS = ("positions", "markers", "stab")
 
 
@@ -74,4 +76,12 @@ def _times(members: NpzMembers, count: int) -> NDArray[np.float64] | None:
     times = members.array("times", "fiu", (count,)).astype(np.float64)
     if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
         raise FormatError(members.path, "its times must be finite numbers that rise")
+    step = float(np.median(np.diff(times))) if count > 1 else 0.0
+    if step >= _SLOW:
+        warnings.warn(
+            f"{members.path}: its times are taken as seconds, so that a frame lasts {step:.4g} s; "
+            "milliseconds and numbers of frames must be made seconds",
+            ElastomorphWarning,
+            stacklevel=2,
+        )
     return times

@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import ElastomorphWarning
+
 Floats = NDArray[np.float64]
 
 _OFF = 0.1
+# Of the size of the face: 0.08 is between two people, 0.33 where left and right are exchanged.
+_UNLIKE = 0.2
+
+
+def warn_unlike(distances: Floats, rest: Floats) -> None:
+    """Warn where most markers are so far from their (M, 3) places that these are hardly theirs."""
+    size = np.sqrt(np.square(rest - rest.mean(axis=0)).sum(axis=1).mean())
+    part = float(np.nanmedian(distances) / size)
+    if part > _UNLIKE:
+        warnings.warn(
+            f"half of the markers are off their places on the rig by {part:.0%} of the size of the "
+            "face and more: check that each place is that of its marker, and that left and right "
+            "are not exchanged",
+            ElastomorphWarning,
+            stacklevel=4,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +72,11 @@ class Tracked:
         return np.isfinite(self.distances)
 
     def __str__(self) -> str:
+        count = len(self.weights)
         seen, off = self._seen, self._seen & (self.trust < _OFF)
         rms = np.sqrt(np.mean(np.square(self.distances[seen & ~off])))
         said = (
-            f"{len(self.weights):,} frames, scale {self.scale:.4g}, {rms:.3g} left (RMS); "
+            f"{count:,} frame{'s' * (count != 1)}, scale {self.scale:.4g}, {rms:.3g} left (RMS); "
             f"{(~seen).mean():.1%} of the markers missing, {off.mean():.1%} far off and left out"
         )
         few = len(self.between)

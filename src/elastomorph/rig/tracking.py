@@ -29,7 +29,7 @@ from elastomorph.rig.handles import Handle, HandledPoints, Place, mixed
 from elastomorph.rig.nearest import Box, nearest
 from elastomorph.rig.sliders import spread_rows
 from elastomorph.rig.solving import Bounds, limits
-from elastomorph.rig.tracked import Tracked
+from elastomorph.rig.tracked import Tracked, warn_unlike
 
 if TYPE_CHECKING:
     from elastomorph.rig.rig import Rig
@@ -104,6 +104,7 @@ def track(
                 if done % 100 == 0:
                     progress(f"frame {done:,} of {len(order):,}, {number} of 2")
                 solver.solve(int(frame))
+    warn_unlike(solver.distances, points.rest)
     return _tracked(rig.names, solver, whole, scale)
 
 
@@ -290,6 +291,7 @@ def _worn(
     rotation, offset = fit_rotation(points.rest[seen], frame)
     worn = points.rest.copy()
     worn[seen] = (frame - offset) @ rotation
+    warn_unlike(np.linalg.norm(worn - points.rest, axis=1), points.rest)
     return replace(points, rest=worn)
 
 
