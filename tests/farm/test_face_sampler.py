@@ -133,6 +133,22 @@ class TestColumns:
         assert 1.09999 < values[:, 1].max() <= 1.1
         assert columns.listed()[0] == ["a", 0.0, 1.0]
 
+    @pytest.mark.parametrize(
+        ("low", "high"),
+        [(-1, 1), (-1e-5, 1), (-1, 1e-5), (-1e-9, 1000), (-0.001, 1), (-1000, 1e-9), (-0.3, 1.1)],
+    )
+    def test_a_range_on_both_sides_of_0_loses_less_than_a_step(
+        self, low: float, high: float
+    ) -> None:
+        own = Column.within("a", low, high)
+        step = (high - low) / 65535
+        assert low <= own.low < low + step
+        assert high - step < own.high <= high
+        assert own.low <= 0 <= own.high
+        columns = Columns((own,))
+        assert columns.decode([[own.rest]]).item() == 0
+        assert columns.encode([[0.0]]).item() == own.rest
+
     def test_values_out_of_range_become_its_ends(self) -> None:
         columns = Columns((Column("a", 0.2, 0.8),))
         assert columns.encode([[0.0], [1.0], [0.4]]).ravel().tolist() == [0, 65535, 21845]

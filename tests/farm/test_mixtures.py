@@ -94,6 +94,15 @@ class TestGrid:
         own = values[:, [column(name) for name in JAW]]
         assert own == pytest.approx(expected, abs=1 / 65535)
 
+    def test_a_slider_of_one_value_has_no_levels(self) -> None:
+        grid = {**self.KIND, "levels": 3, "normalize": True}
+        sampler = em.FaceSampler(RIG, {"mixture": [grid], "limits": {JAW[0]: 0, JAW[1]: 0.25}})
+        assert sampler.count == 3**3 - 1
+        own = sampler.values(0, 26)[:, [column(name) for name in JAW]]
+        assert own[:, 2:].sum(axis=1) == pytest.approx(1, abs=3 / 65535)
+        assert (own[:, 0] == 0).all()
+        assert (own[:, 1] == 0.25).all()
+
     def test_beside_others_its_faces_are_drawn(self) -> None:
         values = sampled(mixture=[{**self.KIND, "levels": 2}, {"kind": "uniform"}])
         grid = values[(values[:, column("scar")] == 0)][:, [column(name) for name in JAW]]

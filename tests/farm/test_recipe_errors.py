@@ -46,6 +46,22 @@ REFUSED = [
     ('[[mixture]]\nkind = "dirichlet"\nconcentration = 0.01', 3, "at least 0.05 and at most 1000"),
     ('[[mixture]]\nkind = "grid"', 1, "6 levels of 57 sliders are more than 2,147,483,648 faces"),
     ('[[mixture]]\nkind = "grid"\nsliders = ["jaw*"]\nlevels = 1', 4, "levels' must be at least 2"),
+    ('[[mixture]]\nkind = "grid"\nsliders = "*Open"\nlevels = 65537', 4, "at most 65536"),
+    (
+        '[limits]\njawOpen = 0\n[[mixture]]\nkind = "grid"\nsliders = "jawOpen"',
+        5,
+        "their limits leave each of these sliders one value",
+    ),
+    (
+        '[limits]\n"*" = [0.5, 1]\n[[mixture]]\nkind = "dirichlet"',
+        3,
+        "limits add up to at least 28.5 cannot sum to 1",
+    ),
+    (
+        '[identity]\nsliders = ["late"]\nlaw = "uniform"\nmean = 1',
+        3,
+        "'mean' and 'deviation' are of the normal law",
+    ),
     (
         '[limits]\n"jaw*" = [-1, 1]\n'
         '[[mixture]]\nkind = "grid"\nsliders = "jaw*"\nnormalize = true',
@@ -75,7 +91,11 @@ REFUSED = [
         "leave out 0, so each of them always stays",
     ),
     ('[timing]\nlaw = "slow"', 2, "timing.law: timing 'slow' is unknown"),
-    ('[identity]\nsliders = ["late"]\nmean = 4', 3, "of 'scar' the mean must be from -3 to 2.9999"),
+    (
+        '[identity]\nsliders = ["late"]\nmean = 4',
+        3,
+        "of 'scar' the mean must be from -2.9999. to 3, found 4",
+    ),
     ('[identity]\nsliders = ["late"]\nlaw = "gauss"', 3, "law' cannot be 'gauss'"),
     ("[head]\nyaw = [-30, 300]", 2, "'head.yaw' must be at least -180 and at most 180"),
     ("[head]\nyow = [-30, 30]", 2, r"unknown key 'yow' in \[head\]: did you mean 'yaw'"),

@@ -54,13 +54,24 @@ class Column:
 
     @classmethod
     def within(cls, name: str, low: float, high: float) -> Column:
-        """The column of the largest range inside this one of which 0 is a code, if it is in it."""
+        """The column of the largest range inside this one of which 0 is a code, if it is in it.
+
+        The longer side of 0 stays as it is; the shorter has all whole steps that fit.
+        """
         column = cls(name, float(low), float(high))
         if not column.low < 0 < column.high:
             return column
-        below = min(max(column.rest, 1), LEVELS - 1)
-        step = min(-column.low / below, column.high / (LEVELS - below))
-        return cls(name, -below * step, (LEVELS - below) * step)
+        longer = max(-column.low, column.high)
+        shorter = min(-column.low, column.high)
+        beyond = math.floor(shorter / (column.high - column.low) * LEVELS)
+        short = beyond * (longer / (LEVELS - beyond))
+        ends = (-short, longer) if longer == column.high else (-longer, short)
+        return cls(name, ends[0] + 0.0, ends[1])
+
+    @property
+    def varies(self) -> bool:
+        """Whether it has more than one value."""
+        return self.low < self.high
 
     @property
     def rest(self) -> int:

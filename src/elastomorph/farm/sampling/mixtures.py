@@ -185,6 +185,12 @@ class _Dirichlet(Drawing):
     def __init__(self, mixture: Dirichlet, controls: Controls, chosen: Places) -> None:
         super().__init__(controls, chosen)
         most = sum(max(column.high, 0.0) for column in self.columns)
+        least = sum(max(column.low, 0.0) for column in self.columns)
+        if mixture.sum < least * (1 - 1e-9):
+            raise KeyedError(
+                ("sum",),
+                f"weights whose limits add up to at least {least:g} cannot sum to {mixture.sum:g}",
+            )
         if mixture.sum > most * (1 + 1e-9):
             raise KeyedError(
                 ("sum",), f"weights whose limits add up to {most:g} cannot sum to {mixture.sum:g}"
@@ -204,7 +210,9 @@ class Grid(Mixture):
     """All combinations of levels, but the one of the lowest; alone in a recipe, in their order."""
 
     kind = "grid"
-    levels: int = key(6, "whole", "values of each slider, evenly over its range", "6", least=2)
+    levels: int = key(
+        6, "whole", "values of each slider, evenly over its range", "6", least=2, most=_CHANCES
+    )
     normalize: bool = key(False, "flag", "divide the weights of a face by their sum", "true")
 
     def _drawing(self, controls: Controls, chosen: Places, tables: Tables | None) -> Drawing:
@@ -215,9 +223,13 @@ class _Grid(Drawing):
     lanes = 2
 
     def __init__(self, mixture: Grid, controls: Controls, chosen: Places) -> None:
+        # What has one value only has no levels: each face would be there several times.
+        chosen = np.array([i for i in chosen if controls.columns[int(i)].varies], dtype=np.intp)
+        if not chosen.size:
+            raise KeyedError(("sliders",), "their limits leave each of these sliders one value")
         super().__init__(controls, chosen)
         self.base = mixture.levels
-        if self.base > _CHANCES or self.base ** len(chosen) > _MOST_IN_GRID:
+        if self.base ** len(chosen) > _MOST_IN_GRID:
             raise KeyedError(
                 ("sliders",) if mixture.sliders else (),
                 f"{self.base} levels of {len(chosen)} sliders are more than {_MOST_IN_GRID:,} "

@@ -77,8 +77,12 @@ class Identity:
         """The place and the law of each slider.
 
         Raises:
-            KeyedError: The mean is out of their limits.
+            KeyedError: The mean is out of their limits, or there is one of a law that has none.
         """
+        if self.law == "uniform" and (self.mean, self.deviation) != (0.0, 1.0):
+            raise KeyedError(
+                ("law",), "'mean' and 'deviation' are of the normal law, not of the uniform one"
+            )
         for place in sorted(controls.others):
             column = controls.columns[place]
             if self.law == "uniform":
