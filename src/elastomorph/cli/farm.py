@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.output import Say, print_facts
+from elastomorph.cli.output import Say, given_parameters, print_facts
 from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
@@ -90,6 +90,7 @@ _Dashboard = Annotated[
 
 @verb
 def farm(
+    context: typer.Context,
     rig: _Rig = None,
     output: _Output = "",
     faces: _Count = None,
@@ -121,9 +122,11 @@ def farm(
     """
     if not output and not dry_run:
         raise ParameterError("name where the data set is, as -o faces.zarr")
+    shown = rig is None and sheet is not None
+    _require_use(context, verify, shown, dry_run, scheduler)
     if verify:
         return _verified(output, sample, say)
-    if rig is None and sheet is not None:
+    if shown:
         return _answer(output, sheet)
     if rig is None:
         raise ParameterError("name the rig whose faces are made, or 'built-in' for ours")
@@ -149,6 +152,26 @@ def farm(
         **vars(wanted) | makers,
     )
     return _answer(output, sheet)
+
+
+def _require_use(
+    context: typer.Context, verify: bool, shown: bool, dry_run: bool, scheduler: str
+) -> None:
+    """Refuse what is given beside the others and would have no effect."""
+    always = {"output", "as_json", "overwrite"}
+    for own in given_parameters(context):
+        name = own.name or ""
+        said = own.opts[-1] if name != "rig" else "the name of a rig"
+        if verify and name not in always | {"verify", "sample"}:
+            raise ParameterError(f"--verify makes nothing, so {said} has no meaning beside it")
+        if not verify and shown and name not in always | {"sheet"}:
+            raise ParameterError(f"--sheet shows what is there: for {said}, name a rig too")
+        if name == "sample" and not verify:
+            raise ParameterError("--sample is how many units --verify makes again: add --verify")
+        if name == "prices" and not dry_run:
+            raise ParameterError("--prices are for the cost that --dry-run says: add --dry-run")
+        if name == "dashboard" and scheduler == "none":
+            raise ParameterError("--dashboard is Dask's page: name a --scheduler, as local")
 
 
 def _answer(output: str, sheet: Path | None) -> Answer:

@@ -129,6 +129,12 @@ def times_smaller(before: float, after: float) -> str:
     return f"{before / after:.2f}" if after > 0 else ""
 
 
+def given_parameters(context: typer.Context) -> list[Any]:
+    """What was given on the command line, without what has its default."""
+    sources = {own: context.get_parameter_source(own.name or "") for own in context.command.params}
+    return [own for own, source in sources.items() if source and source.name == "COMMANDLINE"]
+
+
 def command_line(context: typer.Context) -> str:
     """The command that is running, as it was given, with files by their names alone.
 
@@ -136,10 +142,7 @@ def command_line(context: typer.Context) -> str:
     """
     words = ["elastomorph", context.info_name or ""]
     arguments: list[str] = []
-    for parameter in context.command.params:
-        source = context.get_parameter_source(parameter.name or "")
-        if source is None or source.name != "COMMANDLINE":
-            continue
+    for parameter in given_parameters(context):
         value = context.params.get(parameter.name or "")
         # The telling name of an option is the longest: ``--output``, not ``-o``.
         if parameter.param_type_name == "argument":

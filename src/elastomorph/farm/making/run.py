@@ -88,6 +88,8 @@ def begun(
 ) -> DataSet:
     """The data set that is asked for, laid out with what was finished before."""
     count = sampler.count if faces is None else faces
+    if count is None:
+        raise ParameterError("say how many faces are to be made; this recipe has any number")
     if not is_whole(count) or count < 1:
         raise ParameterError(f"a data set has one face or more, found {faces!r}")
     if sampler.count is not None and count > sampler.count:
