@@ -19,6 +19,7 @@ from elastomorph.farm.making.unit import pending
 from elastomorph.farm.making.verify import verify_faces
 from elastomorph.farm.storage import beginning
 from elastomorph.farm.storage.layout import DataSet
+from elastomorph.farm.storage.stores import Objects
 
 UNIT = 32
 FACES = 10 * UNIT + 7
@@ -72,6 +73,53 @@ def test_an_interrupted_run_goes_on_and_ends_with_the_same_bytes(
         unit = name.split(".")[1]
         if f"manifest/c.{unit}.0" in there:
             assert (tmp_path / "faces.zarr" / name).stat().st_mtime_ns == time
+
+
+def test_what_is_swept_away_by_another_run_is_written_again(
+    make: Callable[..., em.FaceSet], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    objects, flush = Objects(make(faces=UNIT).data.order), os.fsync
+
+    def sweep_once(handle: int) -> None:
+        monkeypatch.setattr(os, "fsync", flush)
+        assert objects.sweep(all_of_them=True) == 1
+
+    monkeypatch.setattr(os, "fsync", sweep_once)
+    objects.put({"weights/c.9.0": b"whole"})
+    assert objects.get("weights/c.9.0") == b"whole"
+
+
+def test_shards_that_are_lost_or_cut_are_not_read(
+    make: Callable[..., em.FaceSet], tmp_path: Path
+) -> None:
+    before = make()[:]
+    (tmp_path / "faces.zarr/vertices/c.3.0.0").unlink()
+    os.truncate(tmp_path / "faces.zarr/weights/c.4.0", 0)
+    faces = em.open_faces(tmp_path / "faces.zarr")
+    assert (faces[: 3 * UNIT] == before[: 3 * UNIT]).all()
+    with pytest.raises(FormatError, match=r"vertices/c.3.0.0 is not as large as it was written"):
+        faces[3 * UNIT]
+    with pytest.raises(FormatError, match=r"weights/c.4.0 is not as large as it was written"):
+        faces.codes[5 * UNIT - 1]
+    assert (make()[:] == before).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("zarr.json", "zarr.json cannot be read"),
+        ("weights/zarr.json", "weights cannot be read"),
+        ("vertices/zarr.json", "vertices cannot be read"),
+        ("rig/c.0", "the rig cannot be read"),
+    ],
+)
+def test_damaged_metadata_is_one_sentence(
+    make: Callable[..., em.FaceSet], tmp_path: Path, name: str, said: str
+) -> None:
+    make(faces=UNIT)
+    os.truncate(tmp_path / "faces.zarr" / name, 20)
+    with pytest.raises(FormatError, match=f"{said}.*take it from a copy, or begin another"):
+        verify_faces(tmp_path / "faces.zarr")
 
 
 def test_faces_that_are_not_made_yet_are_not_read(

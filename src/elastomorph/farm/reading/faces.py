@@ -40,7 +40,7 @@ class FaceSet:
 
     def __init__(self, data: DataSet) -> None:
         self.data = data
-        self._finished: set[int] = set()
+        self._finished: set[tuple[str, int]] = set()
 
     @property
     def rig(self) -> Rig:
@@ -195,23 +195,28 @@ class FaceSet:
         chunks = Chunks(array)
 
         def read(rows: Selection) -> NDArray[Any]:
-            keep = self._require_finished(rows)
+            keep = self._require_finished(name, rows)
             with naming_store(self.data.order), naming_damage(self.data.order, name):
                 return chunks.read(rows, keep=keep)
 
         return Rows(array.shape, np.dtype(array.dtype), read, dict(array.attrs))
 
-    def _require_finished(self, rows: Selection) -> bool:
-        """Refuse faces that are not made yet; whether all of their units are finished."""
+    def _require_finished(self, name: str, rows: Selection) -> bool:
+        """Refuse faces that are not made yet, or lost; whether all of their units are finished."""
         manifest, unit = self.data.manifest, self.data.plan.unit
         numbers = np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
         units, last = np.divmod(numbers, unit)
         asked = np.unique(units).tolist()
         for number in asked:
-            if number in self._finished:
+            if (name, number) in self._finished:
                 continue
-            entry = manifest.entry(number)
-            there = 0 if entry is None else int(entry[0])
+            there = manifest.there(name, number)
+            if there is None:
+                raise FormatError(
+                    self.data.order.url,
+                    f"{manifest.shard(name, number)} is not as large as it was written: give the "
+                    "command that made it again, it makes that again",
+                )
             if there <= last[units == number].max():
                 raise FormatError(
                     self.data.order.url,
@@ -219,8 +224,8 @@ class FaceSet:
                     "made yet: give the command that began it again, it goes on",
                 )
             if there == len(manifest.rows(number)):
-                self._finished.add(number)
-        return self._finished.issuperset(asked)
+                self._finished.add((name, number))
+        return self._finished.issuperset((name, number) for number in asked)
 
 
 def open_faces(

@@ -11,7 +11,7 @@ from functools import cached_property, lru_cache
 from importlib.metadata import version
 from typing import Any
 
-from elastomorph.errors import FormatError
+from elastomorph.errors import FormatError, ParameterError
 from elastomorph.farm.sampling.columns import Columns
 from elastomorph.farm.sampling.sampler import FaceSampler
 from elastomorph.farm.storage import manifest as manifests
@@ -19,12 +19,13 @@ from elastomorph.farm.storage.contents import Content, contents_of
 from elastomorph.farm.storage.manifest import Manifest
 from elastomorph.farm.storage.posing import Poser
 from elastomorph.farm.storage.rigs import unpacked
-from elastomorph.farm.storage.stores import Objects, Order
+from elastomorph.farm.storage.stores import Objects, Order, naming_damage
 from elastomorph.rig.rig import Rig
 
 FORMAT = 1
 ATTRIBUTE = "elastomorph"
 ROOT = "zarr.json"
+_BEGIN_ANEW = "take it from a copy, or begin another data set"
 
 
 @dataclass(frozen=True)
@@ -65,18 +66,24 @@ class DataSet:
 
     def array(self, name: str) -> Any:
         """An array of the group."""
-        return self.group[name]
+        with naming_damage(self.order, name, _BEGIN_ANEW):
+            return self.group[name]
 
     @cached_property
     def rig(self) -> Rig:
         """The rig with which the data set was begun."""
-        return unpacked(self.array("rig")[:].tobytes())
+        with naming_damage(self.order, "the rig", _BEGIN_ANEW):
+            return unpacked(self.array("rig")[:].tobytes())
 
     @cached_property
     def sampler(self) -> FaceSampler:
         """The recipe at work."""
-        tables = {name: self.array(f"tables/{name}")[...] for name in self.plan.tables}
-        return FaceSampler.restored(self.rig, self.plan.recipe, tables)
+        with naming_damage(self.order, "its takes", _BEGIN_ANEW):
+            tables = {name: self.array(f"tables/{name}")[...] for name in self.plan.tables}
+        try:
+            return FaceSampler.restored(self.rig, self.plan.recipe, tables)
+        except ParameterError as error:
+            raise FormatError(self.order.url, f"what it keeps is damaged: {error}") from None
 
     @property
     def columns(self) -> Columns:
@@ -119,7 +126,8 @@ def group_of(order: Order, objects: Objects) -> Any:
 
     if not objects.size(ROOT):
         raise FormatError(order.url, "there is no data set; make one with  elastomorph farm")
-    return zarr.open_group(objects.store, mode="r" if objects.store.read_only else "r+")
+    with naming_damage(order, ROOT, _BEGIN_ANEW):
+        return zarr.open_group(objects.store, mode="r" if objects.store.read_only else "r+")
 
 
 def plan_of(order: Order, group: Any) -> Plan:

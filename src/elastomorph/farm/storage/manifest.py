@@ -41,6 +41,14 @@ class Manifest:
         """The row of a unit, None where there is none or only a part of one."""
         return self._parsed(self.objects.get(f"{NAME}/c.{unit}.0"))
 
+    def there(self, name: str, unit: int) -> int | None:
+        """Finished faces of a unit in an array; None where its shard has another size than then."""
+        entry = self.entry(unit)
+        if entry is None:
+            return 0
+        size = entry[1 + 2 * list(self.arrays).index(name)]
+        return int(entry[0]) if self.objects.size(self.shard(name, unit)) == size else None
+
     def finished(self, unit: int) -> bool:
         """Whether a unit is written whole, with shards of the sizes they had."""
         entry = self.entry(unit)

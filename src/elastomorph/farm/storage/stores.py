@@ -34,6 +34,7 @@ Result = TypeVar("Result")
 
 _AT_ONCE = 32  # Requests under way together: stores far away answer slowly
 _MINUTE = 60.0
+_MAKE_AGAIN = "give the command that made it again, which makes again what is not whole"
 
 
 @dataclass(frozen=True)
@@ -189,7 +190,10 @@ def _write(file: Path, content: bytes) -> None:
             written.write(content)
             written.flush()
             os.fsync(written.fileno())
-        partial.replace(file)
+        try:
+            partial.replace(file)
+        except FileNotFoundError:  # Swept by another run of the same command that was done first
+            _write(file, content)
     except BaseException:
         partial.unlink(missing_ok=True)
         raise
@@ -238,8 +242,8 @@ def _store(order: Order, read_only: bool) -> Store:
 
 
 @contextmanager
-def naming_damage(order: Order, what: str) -> Iterator[None]:
-    """Errors of codecs as one sentence: they are of a dozen kinds."""
+def naming_damage(order: Order, what: str, advice: str = _MAKE_AGAIN) -> Iterator[None]:
+    """Errors of codecs and of metadata as one sentence: they are of a dozen kinds."""
     try:
         yield
     except (OSError, ElastomorphError):
@@ -247,8 +251,7 @@ def naming_damage(order: Order, what: str) -> Iterator[None]:
     except Exception as error:
         raise FormatError(
             order.url,
-            f"{what} cannot be read ({str(error)[:100]}), what is stored is damaged: give the "
-            "command that made it again, which makes again what is not whole",
+            f"{what} cannot be read ({str(error)[:100]}), what is stored is damaged: {advice}",
         ) from error
 
 
