@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from elastomorph.blas_threads import usable_cores
 from elastomorph.farm.making.progress import size_text, time_text
@@ -12,7 +13,6 @@ from elastomorph.farm.making.teams import made_units
 from elastomorph.farm.sampling.sampler import FaceSampler
 from elastomorph.farm.storage.beginning import unit_size
 from elastomorph.farm.storage.contents import Label
-from elastomorph.farm.storage.layout import ROOT
 from elastomorph.farm.storage.manifest import NAME
 from elastomorph.farm.storage.posing import TOGETHER
 from elastomorph.farm.storage.stores import Order, naming_store
@@ -91,17 +91,26 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
                 tried, size = tried + made.faces, size + made.bytes
                 if (spent := time.perf_counter() - start) > _SECONDS:
                     break
-            once = sum(sum(data.objects.sizes(name).values()) for name in ("", "rig", "neutral"))
-            once += sum(data.objects.size(f"{name}/{ROOT}") for name in (*data.plan.arrays, NAME))
+            once = _kept_once(Path(order.url), {*data.plan.arrays, NAME})
     labels = {name: own for content in data.contents for name, own in content.labels.items()}
     labels |= {"weights": Label((len(data.columns),), "uint16")}
     units = -(-data.faces // (wanted.unit or unit_size(labels, data.contents)))
     arrays = len(data.plan.arrays)
     return Estimate(
         data.faces,
-        once + units * 8 * (1 + 2 * arrays) + size / tried * data.faces,
-        units * (1 + arrays) + arrays + 4,
+        sum(once) + units * 8 * (1 + 2 * arrays) + size / tried * data.faces,
+        units * (1 + arrays) + len(once),
         data.faces / tried * spent,
         usable_cores(),
         tried,
     )
+
+
+def _kept_once(folder: Path, by_unit: set[str]) -> list[int]:
+    """Bytes of each file that does not grow with the faces: metadata, rig, neutral, takes."""
+    files = {f.relative_to(folder): f for f in folder.rglob("*") if f.is_file()}
+    return [
+        file.stat().st_size
+        for name, file in files.items()
+        if name.parent.as_posix() not in by_unit or not name.name.startswith("c.")
+    ]
