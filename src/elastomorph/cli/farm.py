@@ -120,14 +120,10 @@ def farm(
 
     Example: elastomorph farm rig.glb --faces 1000000 -o faces.zarr
     """
-    if not output and not dry_run:
-        raise ParameterError("name where the data set is, as -o faces.zarr")
     shown = rig is None and sheet is not None
-    _require_use(context, verify, shown, dry_run, scheduler)
-    if verify:
-        return _verified(output, sample, say)
-    if shown:
-        return _answer(output, sheet)
+    _require_use(context, output, verify, shown, dry_run, scheduler)
+    if verify or shown:
+        return _verified(output, sample, say) if verify else _answer(output, sheet)
     if rig is None:
         raise ParameterError("name the rig whose faces are made, or 'built-in' for ours")
     from elastomorph.farm.making.run import make_faces
@@ -141,7 +137,6 @@ def farm(
     if dry_run:
         sampler = FaceSampler(face_rig, own, seed=seed)
         return _estimated(face_rig, sampler, faces, wanted, _two_prices(prices), say)
-    makers = {"scheduler": scheduler, "dashboard": dashboard}
     make_faces(
         face_rig,
         output,
@@ -149,15 +144,19 @@ def farm(
         recipe=own,
         seed=seed,
         progress=lambda state: say(str(state)),
-        **vars(wanted) | makers,
+        scheduler=scheduler,
+        dashboard=dashboard,
+        **vars(wanted),
     )
     return _answer(output, sheet)
 
 
 def _require_use(
-    context: typer.Context, verify: bool, shown: bool, dry_run: bool, scheduler: str
+    context: typer.Context, output: str, verify: bool, shown: bool, dry_run: bool, scheduler: str
 ) -> None:
-    """Refuse what is given beside the others and would have no effect."""
+    """Refuse what is missing, and what is given beside the others and would have no effect."""
+    if not output and not dry_run:
+        raise ParameterError("name where the data set is, as -o faces.zarr")
     always = {"output", "as_json", "overwrite"}
     for own in given_parameters(context):
         name = own.name or ""
