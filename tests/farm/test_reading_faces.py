@@ -110,3 +110,17 @@ def test_pictures_come_with_their_labels(pictures: em.FaceSet) -> None:
 def test_without_pictures_it_says_how_they_are_had(faces: em.FaceSet) -> None:
     with pytest.raises(ParameterError, match="holds no pictures; data sets made with  --render"):
         faces.as_images()
+
+
+def test_a_file_is_no_data_set(tmp_path: Path) -> None:
+    place = tmp_path / "faces.zarr"
+    place.write_text("")
+    with pytest.raises(FormatError, match="there is no data set"):
+        em.open_faces(place)
+
+
+def test_a_number_out_of_range_is_told(faces: em.FaceSet) -> None:
+    """Plain Python says IndexError too, which ends loops over a sequence."""
+    for number in (FACES, -FACES - 1):
+        with pytest.raises(IndexError, match=f"there are 2,100 faces, found {number}"):
+            faces[number]

@@ -95,7 +95,7 @@ class Objects:
             if folder is not None:
                 return (folder / key).stat().st_size
             return int(self._wait(self.store.getsize(key)))
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             return 0
 
     def sizes(self, prefix: str) -> dict[str, int]:
