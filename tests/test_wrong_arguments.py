@@ -133,7 +133,7 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("faces of a file", lambda: EM.make_faces("rig.glb", "f", 9), r"em\.read_rig\('rig\.glb'\)"),
     ("faces nowhere", lambda: EM.make_faces(RIG, None, 9), "named by a folder or an address"),
     ("faces of none", lambda: EM.make_faces(RIG, "f", 0, recipe=ONE), "one face or more"),
-    ("faces in vain", lambda: EM.make_faces(RIG, "f", recipe=ONE), "one face or more"),
+    ("faces in vain", lambda: EM.make_faces(RIG, "f", recipe=ONE), "say how many faces"),
     ("faces as", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, vertices="i8"), "vertices are"),
     ("faces within", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, tolerance=1), "a tolerance is"),
     ("faces at", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, landmarks={"a": 9}), "vertex 9"),
