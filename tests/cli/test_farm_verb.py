@@ -23,6 +23,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     mesh = em.Mesh(np.eye(3), [[0, 1, 2]])
     moved = em.interpolate(mesh, mesh.with_vertices(mesh.vertices * 1.5), "linear")
     em.write(tmp_path / "rig.npz", em.Rig(mesh, {"jawOpen": moved, "smile": moved}))
+    points = em.Mesh(np.eye(3), [])
+    moved = em.interpolate(points, points.with_vertices(points.vertices * 1.5), "linear")
+    em.write(tmp_path / "points.npz", em.Rig(points, {"jawOpen": moved}))
     return tmp_path
 
 
@@ -51,6 +54,7 @@ def test_a_data_set_is_made_verified_and_estimated(here: Path) -> None:
         (["farm", "--faces", "9", "-o", "f"], "name the rig whose faces are made"),
         (["farm", "rig.npz", "-o", "f"], "say how many faces"),
         (["farm", "rig.npz", "--faces", "0", "-o", "f"], "one face or more"),
+        (["farm", "points.npz", "--faces", "9", "-o", "f", "--normals"], "have no normals"),
         (["farm", "rig.npz", "-o", "f", "--verify"], "--verify makes nothing, so the name of a"),
         (["farm", "-o", "f", "--verify", "--unit", "64"], "so --unit has no meaning beside it"),
         (["farm", "-o", "f", "--verify", "--sheet", "s.png"], "so --sheet has no meaning"),

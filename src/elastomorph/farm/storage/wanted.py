@@ -52,6 +52,8 @@ class Wanted:
             chosen["vertices"] = Encoding.of(poser, self.vertices, self.tolerance).as_json()
         elif self.tolerance is not None:
             raise ParameterError("a tolerance is for stored vertices: name their type, as 'int16'")
+        if self.normals and not len(rig.neutral.faces):
+            raise ParameterError("the rig has no polygons, so its vertices have no normals")
         if self.normals:
             chosen["normals"] = {}
         given = self.landmarks if self.landmarks is not None else sampler.recipe.landmarks or None
