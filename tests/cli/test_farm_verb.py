@@ -67,6 +67,8 @@ def test_a_data_set_is_made_verified_and_estimated(here: Path) -> None:
         (["farm", "rig.npz", "--faces", "9", "-o", "f", "--codec", "zip"], "compressed by lz4"),
         (["farm", "rig.npz", "--faces", "9", "--dry-run", "--prices", "1"], "two numbers from 0"),
         (["farm", "--verify", "-o", "f"], "there is no data set"),
+        (["farm", "rig.npz", "--faces", "9", "-o", "f", "--sheet", "s.bmp"], "as .png"),
+        (["farm", "rig.npz", "--faces", "9" * 18, "-o", "f"], "67,108,864 units: ask for fewer"),
         (["farm", "rig.npz", "--faces", "9", "-o", "f", "--recipe", "no.toml"], "no such file"),
         (["farm", "rig.npz", "--faces", "9", "-o", "f", "--landmarks", "rig.npz"], "not JSON"),
     ],

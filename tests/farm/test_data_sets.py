@@ -192,8 +192,21 @@ def test_a_tolerance_that_cannot_be_kept_is_refused(rig: em.Rig, tmp_path: Path)
     assert not (tmp_path / "f").exists()
 
 
+def test_faces_are_the_same_in_units_and_blocks_of_any_size(
+    rig: em.Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = em.make_faces(rig, tmp_path / "whole.zarr", 5, render=16, vertices="float32")
+    one = em.make_faces(rig, tmp_path / "one.zarr", 5, render=16, vertices="float32", unit=1)
+    monkeypatch.setattr("elastomorph.farm.making.unit._BLOCK_BYTES", 1)  # a face at a time
+    each = em.make_faces(rig, tmp_path / "each.zarr", 5, render=16, vertices="float32")
+    for name in ("weights", "vertices", "images/colour", "images/depth"):
+        rows = whole.array(name)[:]
+        assert np.array_equal(one.array(name)[:], rows)
+        assert np.array_equal(each.array(name)[:], rows)
+
+
 def test_a_wrong_unit_is_refused(rig: em.Rig, tmp_path: Path) -> None:
-    for unit in (16, 48, 2**21, 64.0):
+    for unit in (0, -2, 48, 2**21, 64.0):
         with pytest.raises(ParameterError, match="a unit is a power of two"):
             em.make_faces(rig, tmp_path / "f", 9, unit=unit)  # type: ignore[arg-type]
 

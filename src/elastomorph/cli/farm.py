@@ -157,6 +157,10 @@ def _require_use(
     """Refuse what is missing, and what is given beside the others and would have no effect."""
     if not output and not dry_run:
         raise ParameterError("name where the data set is, as -o faces.zarr")
+    if (sheet := context.params["sheet"]) is not None:
+        from elastomorph.draw.pictures import picture_suffix
+
+        picture_suffix(sheet)  # before the faces are made
     always = {"output", "as_json", "overwrite"}
     for own in given_parameters(context):
         name = own.name or ""

@@ -30,13 +30,19 @@ def imported(module: str) -> Any:
         raise MissingExtraError(_NAME_TO_INSTALL.get(package, package), "demo") from None
 
 
-def write_picture(image: Image, path: str | Path) -> None:
-    """Write an (H, W, 3) uint8 picture, whole or not at all, in a format of `SUFFIXES`."""
+def picture_suffix(path: str | Path) -> str:
+    """The suffix of a picture's file, one of `SUFFIXES`; others are refused."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise ParameterError(
             f"{path}: a picture is written as {', '.join(SUFFIXES)}, found {suffix or 'no suffix'}"
         )
+    return suffix
+
+
+def write_picture(image: Image, path: str | Path) -> None:
+    """Write an (H, W, 3) uint8 picture, whole or not at all, in a format of `SUFFIXES`."""
+    suffix = picture_suffix(path)
     picture = as_pillow(image)
     settings = {} if suffix == ".png" else {"quality": 92}
     with replacing(path) as file:

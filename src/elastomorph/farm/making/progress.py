@@ -36,7 +36,7 @@ class Progress:
         left = (self.faces - self.done) / self.rate if self.rate else float("inf")
         per_face = self.bytes / max(self.done - self.before, 1)
         return (
-            f"{self.done:,} of {self.faces:,} faces, {self.rate:,.0f} a second, "
+            f"{self.done:,} of {self.faces:,} faces, {rate_text(self.rate)} a second, "
             f"{size_text(self.bytes)} written, {time_text(left)} and "
             f"{size_text((self.faces - self.done) * per_face)} to go"
             f"{self.page and f'; {self.page}'}"
@@ -48,6 +48,11 @@ def size_text(size: float) -> str:
     units = ("bytes", "kB", "MB", "GB", "TB", "PB")
     power = next((p for p in range(len(units) - 1) if size < 1000 ** (p + 1)), len(units) - 1)
     return f"{size / 1000**power:,.{min(power, 1)}f} {units[power]}"
+
+
+def rate_text(rate: float) -> str:
+    """So many a second."""
+    return f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
 
 
 def time_text(seconds: float) -> str:

@@ -58,7 +58,7 @@ def make_faces(
         landmarks: Store (L, 3) float32 positions of vertices, by name. Default: the recipe's.
         render: Store pictures with labels, so many pixels a side. Default: the recipe's.
         codec: ``lz4``, ``zstd``, which is slower and a quarter smaller, or ``none``.
-        unit: Faces made and written together, a power of two from 32. Default: as many as make 32
+        unit: Faces made and written together, a power of two. Default: as many as make 32
             MiB of the largest array, fewer with pictures.
         storage_options: What fsspec needs to reach the address.
         scheduler: ``none``, the threads of this process; or what makes them as for `crew_of`.

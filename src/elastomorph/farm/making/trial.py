@@ -6,8 +6,10 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from elastomorph.blas_threads import usable_cores
-from elastomorph.farm.making.progress import size_text, time_text
+from elastomorph.farm.making.progress import rate_text, size_text, time_text
 from elastomorph.farm.making.run import begun
 from elastomorph.farm.making.teams import made_units
 from elastomorph.farm.sampling.sampler import FaceSampler
@@ -21,6 +23,7 @@ from elastomorph.io.temporaries import temporary_folder
 from elastomorph.rig.rig import Rig
 
 _SECONDS = 1.0
+_PIXELS = 2**21  # Drawn in some seconds
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ class Estimate:
             "faces": f"{self.faces:,}",
             "bytes": f"{size_text(self.bytes)} in {self.objects:,} objects",
             "time": f"{time_text(self.seconds)} on {self.cores} cores, "
-            f"{self.faces / self.seconds:,.0f} faces a second",
+            f"{rate_text(self.faces / self.seconds)} faces a second",
             "cost": f"{made:,.2g} to make, {kept:,.2g} a month to keep, at {core_hour:g} a "
             f"core-hour and {gigabyte_month:g} a GB-month",
             "from": f"a trial of {self.tried:,} faces on this machine",
@@ -79,8 +82,10 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
         FileError: Where the system keeps temporary files, there is no room.
         ParameterError: As for `elastomorph.make_faces`.
     """
-    # A unit of pictures takes longer than a second.
-    tried_with = replace(wanted, unit=TOGETHER) if sampler.recipe.pictures else wanted
+    tried_with = wanted
+    if (pictures := sampler.recipe.pictures) is not None:  # whose units take longer than a second
+        some = max(1, min(TOGETHER, _PIXELS // pictures.size**2))
+        tried_with = replace(wanted, unit=2 ** int(np.log2(some)))
     with temporary_folder() as folder:
         order = Order(str(folder / "trial.zarr"))
         with naming_store(order):

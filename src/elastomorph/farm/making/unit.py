@@ -16,8 +16,8 @@ from elastomorph.farm.storage.posing import TOGETHER
 from elastomorph.farm.storage.shards import Shard, packing
 from elastomorph.farm.storage.stores import Order, naming_store
 
-BLOCK = 4 * TOGETHER
-"""Faces in memory at a time beside their codes."""
+_BLOCK, _BLOCK_BYTES = 4 * TOGETHER, 64 * 2**20
+"""Faces in memory at a time beside their codes: so many, or fewer where they are large."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,9 @@ def unit_rows(data: DataSet, rows: range) -> Iterator[dict[str, NDArray[Any]]]:
     if not data.contents:
         yield {"weights": codes}
         return
-    for faces in Faces(data.poser, codes, np.arange(rows.start, rows.stop)).blocks(BLOCK):
+    size = sum(label.bytes for content in data.contents for label in content.labels.values())
+    block = max(1, min(_BLOCK, _BLOCK_BYTES // size))
+    for faces in Faces(data.poser, codes, np.arange(rows.start, rows.stop)).blocks(block):
         made: dict[str, NDArray[Any]] = {"weights": faces.codes}
         for content in data.contents:
             made |= content.made(faces)

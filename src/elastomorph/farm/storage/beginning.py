@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import FormatError
+from elastomorph.errors import FormatError, ParameterError
 from elastomorph.farm.sampling.sampler import FaceSampler
 from elastomorph.farm.storage import manifest as manifests
 from elastomorph.farm.storage.contents import Content, Label, contents_of
@@ -38,6 +38,7 @@ _UNIT_BYTES = 32 * 2**20  # Of the largest array of a unit: a few of them are in
 _CHUNK_BYTES = 2**20  # Read to get at one face
 _MOST_UNIT = 2**16
 _WHOLE_CHUNK = 16 * 2**20
+_MOST_UNITS = 2**26  # The manifest has a row and an object for each
 
 _KEYS: Any = {"name": "default", "separator": "."}  # A folder an array, not one a shard
 _BEGUN = "this data set was begun with {}: give what it was begun with, or another output"
@@ -49,8 +50,14 @@ def begin(order: Order, rig: Rig, sampler: FaceSampler, faces: int, wanted: Want
 
     Raises:
         FormatError: What is there was begun for something else, or is no data set.
+        ParameterError: Too many units.
     """
     plan, labels = _planned(rig, sampler, wanted)
+    if faces > _MOST_UNITS * plan.unit:
+        raise ParameterError(
+            f"{faces:,} faces in units of {plan.unit:,} are more than {_MOST_UNITS:,} units: ask "
+            "for fewer faces, or larger units"
+        )
     objects = Objects(order)
     with objects.alone():
         if _is_there(order, objects):
@@ -106,7 +113,7 @@ def _planned(rig: Rig, sampler: FaceSampler, wanted: Wanted) -> tuple[Plan, dict
 
 def unit_size(labels: Mapping[str, Label], contents: Sequence[Content]) -> int:
     """Faces in a unit: a power of two, by what its largest array takes and how long it takes."""
-    largest = max(_bytes_of(label) for label in labels.values())
+    largest = max(label.bytes for label in labels.values())
     fitting = int(2 ** int(np.log2(max(1, _UNIT_BYTES // max(largest, 1)))))
     most = min([_MOST_UNIT, *(content.most for content in contents)])
     return int(max(LEAST, min(fitting, most)))
@@ -156,7 +163,7 @@ def _lengthen(data: DataSet, faces: int) -> None:
 
 
 def _make_array(group: Any, name: str, label: Label, faces: int, unit: int, codec: str) -> None:
-    together = 2 ** int(np.log2(max(1, _CHUNK_BYTES // max(_bytes_of(label), 1))))
+    together = 2 ** int(np.log2(max(1, _CHUNK_BYTES // max(label.bytes, 1))))
     group.create_array(
         name,
         shape=(faces, *label.shape),
@@ -176,10 +183,6 @@ def _store_whole(group: Any, name: str, values: NDArray[Any]) -> None:
         name, shape=values.shape, chunks=chunks, dtype=values.dtype, chunk_key_encoding=_KEYS
     )
     array[...] = values
-
-
-def _bytes_of(label: Label) -> int:
-    return int(np.prod(label.shape)) * np.dtype(label.dtype).itemsize
 
 
 def _is_there(order: Order, objects: Objects) -> bool:

@@ -7,6 +7,7 @@ codes; nothing else knows about it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -28,6 +29,11 @@ class Label:
     shape: tuple[int, ...]
     dtype: str
     attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def bytes(self) -> int:
+        """Of one face, before they are compressed."""
+        return math.prod(self.shape) * np.dtype(self.dtype).itemsize
 
 
 class Faces:

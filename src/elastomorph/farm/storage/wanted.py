@@ -15,7 +15,7 @@ from elastomorph.farm.storage.shards import require_codec
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
 
-LEAST, MOST = 32, 2**20
+LEAST, MOST = 1, 2**20
 """Faces in a unit."""
 
 
