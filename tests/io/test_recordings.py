@@ -129,12 +129,12 @@ def test_gaps_are_closed_and_known(tmp_path: Path) -> None:
 
 
 def test_times_of_markers_are_theirs(tmp_path: Path) -> None:
-    times = np.array([3.0, 4, 5, 6, 8, 13])
+    times = np.array([3.0, 4, 5, 6, 8, 13]) / 30  # seconds
     frames = np.random.default_rng(1).normal(size=(6, 4, 3))
     frames[4, 1] = np.nan
     np.savez(tmp_path / "take.npz", names=NAMES, markers=frames, times=times)
     found = read_recording(tmp_path / "take.npz").motion
     np.testing.assert_allclose(found.times, [0, 0.1, 0.2, 0.3, 0.5, 1])
-    share = 2 / 7  # from 6 to 8 on the way to 13
+    share = 2 / 7  # from 6 to 8 thirtieths on the way to 13
     between = frames[3, 1] + share * (frames[5, 1] - frames[3, 1])
     np.testing.assert_allclose(found.frames[4, 1], between)
