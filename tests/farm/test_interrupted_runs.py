@@ -15,7 +15,6 @@ import pytest
 
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
-from elastomorph.farm.making.unit import pending
 from elastomorph.farm.making.verify import verify_faces
 from elastomorph.farm.storage import beginning
 from elastomorph.farm.storage.layout import DataSet
@@ -63,8 +62,8 @@ def test_an_interrupted_run_goes_on_and_ends_with_the_same_bytes(
     make("whole.zarr")
     with pytest.raises(KeyboardInterrupt, match="the same command goes on"):
         make(progress=stop_after(3, KeyboardInterrupt()))
-    order = em.open_faces(tmp_path / "faces.zarr").data.order
-    assert 0 < len(pending(order)) < 11
+    manifest = em.open_faces(tmp_path / "faces.zarr").data.manifest
+    assert 0 < len(manifest.pending()) < 11
     there = content(tmp_path / "faces.zarr")
     times = {name: (tmp_path / "faces.zarr" / name).stat().st_mtime_ns for name in there}
     make()
@@ -146,7 +145,7 @@ def test_a_damaged_unit_is_made_again(
         entry.write_bytes(entry.read_bytes()[:-5])
     else:
         (shard if damage == "gone" else entry).unlink()
-    assert pending(em.open_faces(folder).data.order) == [4]
+    assert em.open_faces(folder).data.manifest.pending() == [4]
     make()
     assert content(folder) == before
 
@@ -166,7 +165,7 @@ def test_a_full_disk_is_one_sentence_and_the_same_call_goes_on(
         with pytest.raises(FileError, match=r"No space left on device.*same command goes on$"):
             make()
     make()
-    assert pending(em.open_faces(tmp_path / "faces.zarr").data.order) == []
+    assert em.open_faces(tmp_path / "faces.zarr").data.manifest.pending() == []
 
 
 def test_what_killed_writers_left_is_removed(
@@ -247,7 +246,7 @@ def test_faces_in_memory_and_at_addresses(rig: em.Rig, tmp_path: Path) -> None:
     url = "memory://faces.zarr"
     there = em.make_faces(rig, url, FACES)
     assert (there[:] == here[:]).all()
-    assert pending(there.data.order) == []
+    assert there.data.manifest.pending() == []
     assert verify_faces(url).same
     assert len(em.open_faces(url)) == FACES
     with pytest.raises(FileError, match="cannot be reached"):

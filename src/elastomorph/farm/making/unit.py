@@ -72,9 +72,3 @@ def unit_rows(data: DataSet, rows: range) -> Iterator[dict[str, NDArray[Any]]]:
         for content in data.contents:
             made |= content.made(faces)
         yield made
-
-
-def pending(order: Order) -> list[int]:
-    """The units that are not finished, the sizes of their shards looked at."""
-    with naming_store(order):
-        return opened(order).manifest.pending()

@@ -9,11 +9,19 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.farm.reading.rows import Rows
+from elastomorph.farm.storage.contents import IMAGES
 
 if TYPE_CHECKING:
     from elastomorph.farm.reading.faces import FaceSet
 
-_FOLDER = "images/"
+
+def pictured(faces: FaceSet) -> dict[str, Rows]:
+    """The arrays of the pictures that are stored, by their names without the folder."""
+    return {
+        name.removeprefix(IMAGES): rows
+        for name, rows in faces.labels.items()
+        if name.startswith(IMAGES)
+    }
 
 
 class PictureRows:
@@ -29,11 +37,7 @@ class PictureRows:
     """
 
     def __init__(self, faces: FaceSet) -> None:
-        found = {
-            name.removeprefix(_FOLDER): rows
-            for name, rows in faces.labels.items()
-            if name.startswith(_FOLDER)
-        }
+        found = pictured(faces)
         if not found:
             raise ParameterError(
                 f"{faces.data.order.url} holds no pictures; data sets made with  --render 256  do"

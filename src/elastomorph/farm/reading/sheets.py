@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from elastomorph.draw.pictures import Image
 from elastomorph.errors import ParameterError
 from elastomorph.farm.reading.faces import FaceSet
+from elastomorph.farm.reading.picture_rows import pictured
 
 __all__ = ["sheet_of"]
 
-_IMAGES = "images/"
 _SIDE = 256  # pixels of what is drawn for the sheet alone
 
 
@@ -43,11 +43,7 @@ def sheet_of(faces: FaceSet, path: str | PathLike[str] | None = None, *, count: 
     if count < 1 or not len(faces):
         raise ParameterError(f"a sheet needs a face or more, found {min(count, len(faces))}")
     numbers = np.unique(np.linspace(0, len(faces) - 1, min(count, len(faces))).astype(np.int64))
-    images = {
-        name.removeprefix(_IMAGES): rows[numbers]
-        for name, rows in faces.labels.items()
-        if name.startswith(_IMAGES)
-    }
+    images = {name: rows[numbers] for name, rows in pictured(faces).items()}
     shown = images or _drawn(faces, numbers)
     return contact_sheet(shown, numbers.tolist(), None if path is None else Path(path))
 

@@ -8,10 +8,11 @@ codes; nothing else knows about it.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,29 +73,35 @@ class Faces:
         return self.poser.columns.decode(self.codes)
 
 
-class Content(Protocol):
+IMAGES = "images/"
+"""The folder of the arrays of pictures."""
+
+
+class Content(ABC):
     """What makes some arrays of a data set."""
 
     labels: Mapping[str, Label]
     """Its arrays by name; a name may have folders, as ``images/colour``."""
-    most: int
+    most: int = 2**16
     """Faces that one unit may have, so that what is lost with it is made in seconds."""
 
-    def prepare(self) -> None:
-        """Make once what all rows need, before threads ask for it together."""
-        ...
+    def __init__(self, poser: Poser) -> None:
+        self._poser = poser
 
+    def prepare(self) -> None:
+        """Make once what all rows need, before threads ask for it together: of most, the fields."""
+        self._poser.prepare()
+
+    @abstractmethod
     def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
         """(S, …) rows of each array."""
-        ...
 
 
-class Vertices:
+class Vertices(Content):
     """``vertices``: positions as numbers of an encoding."""
 
-    most = 2**16
-
     def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
+        super().__init__(poser)
         encoding = Encoding(**chosen)
         self.encoder = VertexEncoder(poser, encoding)
         shape = poser.rig.neutral.vertices.shape
@@ -111,23 +118,20 @@ class Vertices:
         return {"vertices": self.encoder.encoded(faces.coefficients, faces.numbers)}
 
 
-class Normals:
+class Normals(Content):
     """``normals``: of the vertices, of unit length, the mean of those of the triangles by area."""
 
     most = 2**12
 
     def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
-        self._poser, neutral = poser, poser.rig.neutral
+        super().__init__(poser)
+        neutral = poser.rig.neutral
         self.labels: Mapping[str, Label] = {"normals": Label(neutral.vertices.shape, "float32")}
         self._triangles, shares = triangulate(neutral)
         corners, count = self._triangles.T.reshape(-1), len(self._triangles)
         entries = np.tile(shares, 3).astype(np.float32)
         places = (corners, np.tile(np.arange(count), 3))
         self._sums = csr_array((entries, places), shape=(len(neutral.vertices), count))
-
-    def prepare(self) -> None:
-        """Positions of faces need their fields."""
-        self._poser.prepare()
 
     def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
         """Rows of ``normals``."""
@@ -140,29 +144,23 @@ class Normals:
         return {"normals": found}
 
 
-class Landmarks:
+class Landmarks(Content):
     """``landmarks``: positions of named vertices."""
 
-    most = 2**16
-
     def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
-        self._poser = poser
+        super().__init__(poser)
         self._vertices = np.array(list(chosen.values()), np.int64)
         attributes = {"names": list(chosen), "vertices": list(chosen.values())}
         self.labels: Mapping[str, Label] = {
             "landmarks": Label((len(chosen), 3), "float32", attributes)
         }
 
-    def prepare(self) -> None:
-        """Positions of faces need their fields."""
-        self._poser.prepare()
-
     def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
         """Rows of ``landmarks``."""
         return {"landmarks": faces.positions[:, self._vertices]}
 
 
-class Pictures:
+class Pictures(Content):
     """``images/…``: pictures of the faces and what is to be learned from them."""
 
     most = 2**7
@@ -170,21 +168,18 @@ class Pictures:
     def __init__(self, poser: Poser, chosen: Mapping[str, Any]) -> None:
         from elastomorph.farm.pictures.painter import Painter
 
-        self._poser, size = poser, int(chosen["size"])
+        super().__init__(poser)
+        size = int(chosen["size"])
         self._painter = Painter(poser.rig, (size, size), chosen["landmarks"], chosen["arrays"])
         self.labels: Mapping[str, Label] = {
-            f"images/{name}": Label(*own) for name, own in self._painter.labels.items()
+            f"{IMAGES}{name}": Label(*own) for name, own in self._painter.labels.items()
         }
-
-    def prepare(self) -> None:
-        """Positions of faces need their fields."""
-        self._poser.prepare()
 
     def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
         """Rows of every image array."""
         columns = dict(zip(faces.poser.columns.names, faces.values.T, strict=True))
         drawn = self._painter.draw(faces.positions, columns)
-        return {f"images/{name}": rows for name, rows in drawn.items()}
+        return {f"{IMAGES}{name}": rows for name, rows in drawn.items()}
 
 
 CONTENTS: Mapping[str, Callable[[Poser, Mapping[str, Any]], Content]] = {

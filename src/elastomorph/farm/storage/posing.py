@@ -165,14 +165,3 @@ def _as_slice(rows: NDArray[np.int64]) -> Rows:
     if (np.diff(rows) == 1).all():
         return slice(first, first + count)
     return rows
-
-
-def faces_of(
-    rig: Rig,
-    columns: Columns,
-    codes: NDArray[np.uint16],
-    out: NDArray[np.float32] | None = None,
-) -> NDArray[np.float32]:
-    """(n, V, 3) float32 positions of the faces that (n, C) codes of columns stand for."""
-    poser = Poser(rig, columns)
-    return poser.positions(poser.coefficients(codes), np.arange(len(codes)), out)
