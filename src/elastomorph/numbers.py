@@ -61,6 +61,11 @@ def real_type(dtype: DTypeLike) -> np.dtype[np.floating]:
     raise ParameterError(f"faces are float32 or float64, not {dtype}")
 
 
+def power_of_two(most: int) -> int:
+    """The largest power of two that is no more than a number; 1 where none is."""
+    return 1 << max(most, 1).bit_length() - 1
+
+
 def shown(value: object) -> str:
     """What was found, for a message: it itself where that is short, else of what type it is."""
     text = repr(value)

@@ -6,8 +6,6 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from elastomorph.blas_threads import usable_cores
 from elastomorph.farm.making.progress import rate_text, size_text, time_text
 from elastomorph.farm.making.run import begun
@@ -20,6 +18,7 @@ from elastomorph.farm.storage.posing import TOGETHER
 from elastomorph.farm.storage.stores import Order, naming_store
 from elastomorph.farm.storage.wanted import Wanted
 from elastomorph.io.temporaries import temporary_folder
+from elastomorph.numbers import power_of_two
 from elastomorph.rig.rig import Rig
 
 _SECONDS = 1.0
@@ -84,8 +83,8 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
     """
     tried_with = wanted
     if (pictures := sampler.recipe.pictures) is not None:  # whose units take longer than a second
-        some = max(1, min(TOGETHER, _PIXELS // pictures.size**2))
-        tried_with = replace(wanted, unit=2 ** int(np.log2(some)))
+        some = power_of_two(min(TOGETHER, _PIXELS // pictures.size**2))
+        tried_with = replace(wanted, unit=some)
     with temporary_folder() as folder:
         order = Order(str(folder / "trial.zarr"))
         with naming_store(order):

@@ -11,15 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.farm.pictures.colours import colour_picture
 from elastomorph.farm.pictures.scenes import Frame, Scene, scene_of
-from elastomorph.farm.pictures.settings import ARRAYS
+from elastomorph.farm.pictures.settings import ARRAYS, LARGEST
 from elastomorph.farm.pictures.subject import PARTS, Subject
 from elastomorph.farm.pictures.view import View
 from elastomorph.rig.build import extent_of
 from elastomorph.rig.rig import Rig
 
-__all__ = ["LARGEST", "Painter"]
+__all__ = ["Painter"]
 
-LARGEST = 4096
 Label = tuple[tuple[int, ...], str, Mapping[str, Any]]
 _PIXELS = "x right, y down, the middle of the first pixel at 0, 0"
 _HIDDEN = 0.003

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 __all__ = ["ARRAYS", "SETTINGS", "Setting"]
 
+LARGEST = 4096
+"""Most pixels that a picture has on a side."""
+
 ARRAYS = ("colour", "depth", "normals", "parts", "landmarks", "camera")
 """What may be made of each picture; the camera is three arrays: camera, head and intrinsics."""
 

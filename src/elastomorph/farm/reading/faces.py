@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from functools import cached_property, lru_cache
 from os import PathLike
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.farm.reading.rows import Chunks, Rows, Selection
+from elastomorph.farm.reading.rows import Chunks, Rows, Selection, numbers_of
 from elastomorph.farm.sampling.columns import Columns
 from elastomorph.farm.storage.contents import Vertices
 from elastomorph.farm.storage.layout import DataSet
@@ -23,6 +23,9 @@ from elastomorph.rig.rig import Rig
 if TYPE_CHECKING:
     from elastomorph.farm.reading.picture_rows import PictureRows
     from elastomorph.farm.reading.torch_faces import FaceDataset
+
+_OWN = ("vertices", "weights", "values", "codes")
+"""Arrays that every data set has, whatever is stored."""
 
 
 class FaceSet:
@@ -102,16 +105,11 @@ class FaceSet:
         Raises:
             ParameterError: There is no such array.
         """
-        own: Mapping[str, Callable[[FaceSet], Rows]] = {
-            "vertices": lambda faces: faces.vertices,
-            "weights": lambda faces: faces.weights,
-            "values": lambda faces: faces.values,
-            "codes": lambda faces: faces.codes,
-        }
-        if not isinstance(name, str) or name not in {*own, *self.labels}:
-            there = ", ".join([*own, *(label for label in self.labels if label not in own)])
-            raise ParameterError(f"there is no array {name!r}; there are {there}")
-        return own[name](self) if name in own else self.labels[name]
+        there = dict.fromkeys((*_OWN, *self.labels))
+        if not isinstance(name, str) or name not in there:
+            raise ParameterError(f"there is no array {name!r}; there are {', '.join(there)}")
+        found: Rows = getattr(self, name) if name in _OWN else self.labels[name]
+        return found
 
     def as_dask(self, name: str = "vertices") -> Any:
         """An array as a Dask array, whose chunks are units or parts of them, of 32 MB at most.
@@ -186,7 +184,7 @@ class FaceSet:
         return json.dumps([len(self), asdict(self.data.plan)], sort_keys=True)
 
     def _made(self, rows: Selection) -> NDArray[np.float32]:
-        numbers = np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
+        numbers = numbers_of(rows)
         left = self.data.poser.coefficients(self.codes.read(rows))
         return self.data.poser.positions(left, numbers)
 
@@ -204,7 +202,7 @@ class FaceSet:
     def _require_finished(self, name: str, rows: Selection) -> bool:
         """Refuse faces that are not made yet, or lost; whether all of their units are finished."""
         manifest, unit = self.data.manifest, self.data.plan.unit
-        numbers = np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
+        numbers = numbers_of(rows)
         units, last = np.divmod(numbers, unit)
         asked = np.unique(units).tolist()
         for number in asked:

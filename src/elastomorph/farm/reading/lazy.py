@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import MissingExtraError
+from elastomorph.numbers import power_of_two
 
 if TYPE_CHECKING:
     from elastomorph.farm.reading.faces import FaceSet
@@ -43,7 +44,7 @@ def lazy_array(faces: FaceSet, name: str) -> Any:
         raise MissingExtraError("dask", "farm") from None
     rows = faces.array(name)
     row_bytes = int(np.prod(rows.shape[1:])) * rows.dtype.itemsize
-    fitting = 2 ** int(np.log2(max(1, _CHUNK_BYTES // max(1, row_bytes))))
+    fitting = power_of_two(_CHUNK_BYTES // max(1, row_bytes))
     return from_array(  # type: ignore[no-untyped-call]
         LazyRows(faces, name, rows.shape, rows.dtype),
         chunks=(min(faces.data.plan.unit, fitting), *rows.shape[1:]),

@@ -75,6 +75,11 @@ class Rows:
         return given % max(len(self), 1)
 
 
+def numbers_of(rows: Selection) -> NDArray[np.int64]:
+    """(S,) the numbers of selected rows."""
+    return np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
+
+
 class Chunks:
     """A Zarr array whose chunks that were read last are kept decoded.
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from elastomorph.character.document import Document, shown
 from elastomorph.errors import ParameterError
-from elastomorph.farm.pictures.settings import ARRAYS, SETTINGS
+from elastomorph.farm.pictures.settings import ARRAYS, LARGEST, SETTINGS
 from elastomorph.farm.sampling.controls import KeyedError
 from elastomorph.farm.sampling.keys import key, stated
 from elastomorph.farm.sampling.mixtures import Dirichlet, Grid, Mixture, Sparse, Uniform
@@ -37,7 +37,7 @@ SCENE = tuple(dict.fromkeys(name.partition(".")[0] for name in SETTINGS))
 class Pictures:
     """Pictures of the faces with labels."""
 
-    size: int = key(256, "whole", "height and width in pixels", "256", least=16, most=4096)
+    size: int = key(256, "whole", "height and width in pixels", "256", least=16, most=LARGEST)
     arrays: tuple[str, ...] = key(
         ARRAYS, "texts", "what is made of each; all by default", '["colour", "depth"]',
         choices=ARRAYS,

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.character.settings import is_pattern
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.farm.sampling.columns import Codes, Columns
+from elastomorph.farm.sampling.columns import LEVELS, Codes, Columns
 from elastomorph.farm.sampling.controls import Controls, KeyedError, Places
 from elastomorph.farm.sampling.keys import key
 from elastomorph.farm.sampling.lanes import Lanes, whole_numbers
@@ -59,13 +60,13 @@ class _Take(Drawing):
         super().__init__(controls, chosen)
         self.tables = tables
         self.clock, self.frames = _checked(tables, len(chosen))
-        self.least_alone = round(take.mixed * 65536)
+        self.least_alone = round(take.mixed * (LEVELS + 1))
 
     def draw(self, lanes: Lanes, rows: Rows | None) -> Codes:
         moment = self._at(lanes[:, :2])
         mixed = np.flatnonzero(lanes[:, 4] < self.least_alone)
         if mixed.size:
-            way = lanes[mixed, 5, None] / 65535
+            way = lanes[mixed, 5, None] / LEVELS
             moment[mixed] += way * (self._at(lanes[mixed, 2:4]) - moment[mixed])
         codes: Codes = np.rint(moment).astype(np.uint16)
         return codes
@@ -138,7 +139,7 @@ def _found(words: tuple[str, ...], folder: Path) -> list[Path]:
     found: dict[Path, None] = {}
     for word in words:
         place = folder / word
-        if any(mark in word for mark in "*?["):
+        if is_pattern(word):
             root = Path(place.anchor)
             paths = sorted(root.glob(str(place.relative_to(root))))
             if not paths:

@@ -32,6 +32,7 @@ from elastomorph.farm.storage.rigs import packed, rig_hash, same_rig
 from elastomorph.farm.storage.shards import zarr_codec
 from elastomorph.farm.storage.stores import Objects, Order
 from elastomorph.farm.storage.wanted import LEAST, Wanted
+from elastomorph.numbers import power_of_two
 from elastomorph.rig.rig import Rig
 
 _UNIT_BYTES = 32 * 2**20  # Of the largest array of a unit: a few of them are in memory at a time
@@ -114,9 +115,9 @@ def _planned(rig: Rig, sampler: FaceSampler, wanted: Wanted) -> tuple[Plan, dict
 def unit_size(labels: Mapping[str, Label], contents: Sequence[Content]) -> int:
     """Faces in a unit: a power of two, by what its largest array takes and how long it takes."""
     largest = max(label.bytes for label in labels.values())
-    fitting = int(2 ** int(np.log2(max(1, _UNIT_BYTES // max(largest, 1)))))
+    fitting = power_of_two(_UNIT_BYTES // max(largest, 1))
     most = min([_MOST_UNIT, *(content.most for content in contents)])
-    return int(max(LEAST, min(fitting, most)))
+    return max(LEAST, min(fitting, most))
 
 
 def _lay_out(
@@ -163,7 +164,7 @@ def _lengthen(data: DataSet, faces: int) -> None:
 
 
 def _make_array(group: Any, name: str, label: Label, faces: int, unit: int, codec: str) -> None:
-    together = 2 ** int(np.log2(max(1, _CHUNK_BYTES // max(label.bytes, 1))))
+    together = power_of_two(_CHUNK_BYTES // max(label.bytes, 1))
     group.create_array(
         name,
         shape=(faces, *label.shape),

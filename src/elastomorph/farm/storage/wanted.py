@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from elastomorph.errors import ParameterError
-from elastomorph.farm.sampling.recipe import Recipe
+from elastomorph.farm.sampling.keys import keys_of
+from elastomorph.farm.sampling.recipe import Pictures, Recipe
 from elastomorph.farm.sampling.sampler import FaceSampler, as_recipe
 from elastomorph.farm.storage.encoding import Encoding
 from elastomorph.farm.storage.posing import Poser
@@ -80,8 +81,11 @@ def pictured(recipe: Any, render: int | None) -> Recipe:
     own = as_recipe(recipe)
     if render is None:
         return own
-    if not is_whole(render) or not 16 <= render <= 4096:
-        raise ParameterError(f"pictures have 16 to 4096 pixels a side, found {render!r}")
+    sides = keys_of(Pictures)["size"]
+    if not is_whole(render) or not sides.holds(render):
+        raise ParameterError(
+            f"pictures have {sides.least:g} to {sides.most:g} pixels a side, found {render!r}"
+        )
     return own.pictured(int(render))
 
 
