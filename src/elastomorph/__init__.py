@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from elastomorph.fitting import Learned as Learned
     from elastomorph.fitting.fit import fit as fit
     from elastomorph.fitting.learning import learn as learn
+    from elastomorph.io.performance.columns import read_performance as read_performance
     from elastomorph.io.registry import read as read
     from elastomorph.io.registry import write as write
     from elastomorph.io.rig_folder import read_rig as read_rig
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from elastomorph.physics import Load as Load
     from elastomorph.physics import Material as Material
     from elastomorph.rig import timing as timing
+    from elastomorph.rig.performance.performance import Performance as Performance
     from elastomorph.rig.rig import Rig as Rig
 
 _HOMES = {
@@ -77,6 +79,7 @@ _HOMES = {
     "fitting": ("Fit", "Learned"),
     "fitting.fit": ("fit",),
     "fitting.learning": ("learn",),
+    "io.performance.columns": ("read_performance",),
     "io.registry": ("read", "write"),
     "io.rig_folder": ("read_rig",),
     "io.sequences": ("read_markers", "read_sequence", "write_sequence"),
@@ -90,6 +93,7 @@ _HOMES = {
     "paths.interpolate": ("interpolate", "prepare"),
     "paths.through": ("through",),
     "physics": ("Load", "Material"),
+    "rig.performance.performance": ("Performance",),
     "rig.rig": ("Rig",),
 }
 """The module of each public name that is no error."""

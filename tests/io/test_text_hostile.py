@@ -171,7 +171,7 @@ def test_times_that_cannot_be_seconds(tmp_path: Path, times: list[str], line: in
 
 def test_times_that_are_almost_the_same(tmp_path: Path) -> None:
     path = file_of(tmp_path, "a.csv", "time,a\n0,0\n5e-324,0\n")
-    with pytest.raises(FormatError, match="the rate must be frames a second above 0, found inf"):
+    with pytest.raises(FormatError, match="the rate must be a finite number above 0, found inf"):
         read_performance(path)
 
 

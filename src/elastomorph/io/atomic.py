@@ -51,6 +51,7 @@ def read_bytes(path: str | Path) -> bytes:
 @contextmanager
 def opened(path: str | Path) -> Iterator[BinaryIO]:
     """A file open for reading, for formats that jump to and fro in it."""
+    require_name(path)
     with ExitStack() as stack:
         try:
             mode = Path(path).stat().st_mode

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.numbers import as_number, as_numbers, shown
 from elastomorph.rig import Rig
 from elastomorph.rig.performance.matching import Match, match
 from elastomorph.rig.performance.naming import is_rotation
@@ -60,6 +61,9 @@ class Performance:
         duplicates: Sequence[str] = (),
         source: str = "",
     ) -> None:
+        texts = isinstance(names, Sequence) and all(isinstance(name, str) for name in names)
+        if isinstance(names, str) or not texts:
+            raise ParameterError(f"names must be a list of texts, found {shown(names)}")
         when = _numbers(times, "times", 1)
         table = _numbers(weights, "weights", 2)
         gone = _numbers(dropped_times, "dropped_times", 1)
@@ -76,8 +80,7 @@ class Performance:
         if len(set(names)) != len(names):
             twice = next(name for name in names if list(names).count(name) > 1)
             raise ParameterError(f"the weight {twice!r} is there twice; each needs its own name")
-        if not rate > 0 or not np.isfinite(rate):
-            raise ParameterError(f"the rate must be frames a second above 0, found {rate}")
+        rate = as_number(rate, "the rate", above=0.0)
         if timecodes and len(timecodes) != len(when):
             raise ParameterError(f"expected {len(when)} timecodes, found {len(timecodes)}")
         if len(gone) != len(dropped):
@@ -86,7 +89,7 @@ class Performance:
             "names": tuple(names),
             "times": when,
             "weights": table,
-            "rate": float(rate),
+            "rate": rate,
             "timecodes": tuple(timecodes),
             "dropped": tuple(dropped),
             "dropped_times": gone,
@@ -119,8 +122,7 @@ class Performance:
         Raises:
             ParameterError: The rate is not above 0, or asks for more than ten million frames.
         """
-        if not rate > 0 or not np.isfinite(rate):
-            raise ParameterError(f"the rate must be frames a second above 0, found {rate}")
+        rate = as_number(rate, "the rate", above=0.0)
         steps = self.duration * rate
         if steps > _MOST_FRAMES:
             raise ParameterError(
@@ -244,10 +246,7 @@ def play(
 
 
 def _numbers(values: ArrayLike, what: str, dimensions: int) -> NDArray[np.float64]:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{what} must be numbers") from None
+    array = as_numbers(values, what).copy()
     if array.ndim != dimensions or not np.isfinite(array).all():
         raise ParameterError(
             f"{what} must be finite numbers in {dimensions} dimension(s), found {array.shape}"
