@@ -37,13 +37,14 @@ author = "the elastomorph contributors"
 project_copyright = "the elastomorph contributors, MIT licence"
 release = version = installed("elastomorph")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "verbs"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "verbs"]
 exclude_patterns = ["extensions"]
 language = "en"
 # Nothing is fetched: a page of another project is a plain link.
 nitpicky = False
 
 # Anchors are those a code host makes from headings, so that one link serves both.
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 myst_links_external_new_tab = False
 
@@ -60,6 +61,7 @@ napoleon_use_ivar = True
 napoleon_use_rtype = False
 
 html_theme = "furo"
+html_math_renderer = "mathml"
 html_title = f"elastomorph {release}"
 html_copy_source = False
 html_show_sourcelink = False

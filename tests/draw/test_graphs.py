@@ -13,10 +13,10 @@ import pytest
 from elastomorph.draw import graphs, time_laws
 from elastomorph.draw.figure import new_figure, styles_for
 from elastomorph.draw.graphs import error_graphs, time_graphs
-from elastomorph.draw.time_laws import time_law_graph
+from elastomorph.draw.time_laws import mode_law_graph, time_law_graph
 from elastomorph.errors import ParameterError
 from elastomorph.evaluation import Evaluation
-from elastomorph.physics import Load, Material
+from elastomorph.physics import Load, Material, modal_response
 
 
 @pytest.fixture
@@ -146,3 +146,33 @@ def test_singular_laws_are_named_instead_of_drawn(tmp_path: Path, drawn: list[An
     """φ₀ at rest is singular at c = 3m for R = 2."""
     time_law_graph(tmp_path / "laws.png", Material(mass=1, damping=3), load=Load([0, 1]))
     assert len(_line(drawn[0], "(a)", "φ₀ rest (singular)").get_xdata()) == 0
+
+
+def test_laws_of_modes_are_those_of_the_theory(tmp_path: Path, drawn: list[Any]) -> None:
+    """R = 2: φ₁ is (Bt² - 2ct)/(B - 2c), whatever the mass; R = 1 is t in every mode."""
+    materials = [Material(rigidity=0.01), Material(mass=9, damping=4, rigidity=0.01)]
+    mode_law_graph(tmp_path / "laws.png", materials, loads=(1, 2))
+    straight, quadratic = drawn[0].axes[:2], drawn[0].axes[2:]
+    for axes in straight:
+        for line in axes.lines:
+            np.testing.assert_allclose(line.get_ydata(), line.get_xdata(), atol=1e-12)
+    stiffness = 0.16 * np.pi**4
+    for axes, c in zip(quadratic, (1, 4), strict=True):
+        first = next(line for line in axes.lines if line.get_label() == "n = 1")
+        t = first.get_xdata()
+        law = (stiffness * t**2 - 2 * c * t) / (stiffness - 2 * c)
+        np.testing.assert_allclose(first.get_ydata(), law, atol=1e-12)
+
+
+def test_a_singular_law_of_a_mode_is_named(
+    tmp_path: Path, drawn: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def second_is_singular(*given: Any) -> Any:
+        laws = modal_response(*given)
+        laws[1] = np.inf
+        return laws
+
+    monkeypatch.setattr(time_laws, "modal_response", second_is_singular)
+    mode_law_graph(tmp_path / "laws.png", [Material()], loads=(2,))
+    labels = [line.get_label() for line in drawn[0].axes[0].lines]
+    assert labels[1:] == ["n = 1", "n = 2 (singular)", "n = 3"]

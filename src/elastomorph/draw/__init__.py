@@ -15,7 +15,7 @@ from elastomorph.draw.pictures import ColourScale, as_png, heat_colours, write_p
 from elastomorph.draw.sheet import picture_grid
 from elastomorph.draw.stage import Stage, render
 from elastomorph.draw.strips import expression_strip, face_strip, method_strip
-from elastomorph.draw.time_laws import time_law_graph
+from elastomorph.draw.time_laws import mode_law_graph, time_law_graph
 
 __all__ = [
     "VIEWS",
@@ -35,6 +35,7 @@ __all__ = [
     "heat_colours",
     "inbetween_graph",
     "method_strip",
+    "mode_law_graph",
     "network_lines",
     "picture_grid",
     "render",

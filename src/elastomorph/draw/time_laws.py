@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,11 +61,67 @@ def time_law_graph(
         _draw_gaps(gaps, t, load, material, modes)
 
 
+def mode_law_graph(
+    path: str | Path,
+    materials: Sequence[Material],
+    *,
+    loads: Sequence[Load | int] = (1, 2, 3),
+    modes: Sequence[int] = (1, 2, 3),
+) -> None:
+    """The laws φ_n themselves: a row for each load, a column for each material.
+
+    Args:
+        path: The picture (.png, .svg, .pdf).
+        materials: m, c and k of each column.
+        loads: p(t) of each row, or R of t^R.
+        modes: n of a closed curve with uniform parameter, B_n = 16π⁴kn⁴ (Eq. 19).
+
+    Raises:
+        ParameterError: Another suffix.
+    """
+    t = np.linspace(0.0, 1.0, 201)
+    rows = [Load.power(load) if isinstance(load, int) else load for load in loads]
+    with new_figure(path, 3.3 * len(materials) + 1.2, 2.6 * len(rows)) as figure:
+        grid = figure.subplots(len(rows), len(materials), sharex=True, squeeze=False)
+        for axes_of_row, load in zip(grid, rows, strict=True):
+            for axes, material in zip(axes_of_row, materials, strict=True):
+                _draw_laws(axes, t, load, material, modes)
+            axes_of_row[0].set_ylabel(f"φₙ(t), p(t) = {_polynomial(load)}")
+        for axes, m in zip(grid[0], materials, strict=True):
+            axes.set_title(f"m = {m.mass:g}, c = {m.damping:g}, k = {m.rigidity:g}")
+        for axes in grid[-1]:
+            axes.set_xlabel("t")
+        handles, labels = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside right upper")
+
+
+def _draw_laws(
+    axes: Any, t: NDArray[np.float64], load: Load, material: Material, modes: Sequence[int]
+) -> None:
+    limit = _values(load.limit_law, t)
+    axes.plot(t, limit, color="#b9dcf3", linewidth=6, label="n → ∞: p(t)/p(1)")
+    laws = modal_response(_stiffness(modes, material), load, material)
+    for mode, law, shade in zip(modes, laws, np.linspace(0.0, 0.7, len(modes)), strict=True):
+        if np.isfinite(law).all():
+            axes.plot(t, _values(law, t), color=_blue(shade), label=f"n = {mode}")
+        else:
+            axes.plot([], [], color="#888888", label=f"n = {mode} (singular)")
+    axes.set_xlim(0, 1)
+
+
+def _stiffness(modes: Sequence[int], material: Material) -> NDArray[np.float64]:
+    """B_n of a closed curve (Eq. 19)."""
+    return 16 * np.pi**4 * material.rigidity * np.array(modes, dtype=np.float64) ** 4
+
+
+def _blue(shade: float) -> tuple[float, float, float]:
+    return (shade, 0.2 + 0.7 * shade, 0.45 + 0.5 * shade)
+
+
 def _draw_gaps(
     axes: Any, t: NDArray[np.float64], load: Load, material: Material, modes: tuple[int, ...]
 ) -> None:
-    stiffness = 16 * np.pi**4 * material.rigidity * np.array(modes, dtype=float) ** 4
-    laws = modal_response(stiffness, load, material) - load.limit_law
+    laws = modal_response(_stiffness(modes, material), load, material) - load.limit_law
     shades = np.linspace(0.0, 0.75, len(modes))
     drawn = False
     for mode, law, shade in zip(modes, laws, shades, strict=True):
@@ -74,8 +131,7 @@ def _draw_gaps(
         elif gap.max() > _VISIBLE:
             drawn = True
             gap[gap <= _VISIBLE] = np.nan
-            colour = (0.0 + shade, 0.2 + 0.7 * shade, 0.45 + 0.5 * shade)
-            axes.plot(t, gap, color=colour, linewidth=1.8, label=f"n = {mode}")
+            axes.plot(t, gap, color=_blue(shade), linewidth=1.8, label=f"n = {mode}")
     axes.set_title("(b) closed curve: modes n off the limit law")
     axes.set_xlabel("t")
     axes.set_xlim(0, 1)
