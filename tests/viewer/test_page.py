@@ -82,7 +82,7 @@ def test_no_text_breaks_out(
 
 
 def test_a_page_beside_its_models_names_them(stand_in: str, model: SceneModel) -> None:
-    page = page_beside(Scene((model,), "x"), ["model-0.glb"])
+    page = page_beside(Scene((model,), "x"), ["model-0.glb"], {})
     elements = Elements(page)
     assert '"glb":"model-0.glb"' in elements.texts["elastomorph-scene"]
     assert "elastomorph-glb-0" not in elements.texts

@@ -14,8 +14,9 @@ from typing import Any
 from elastomorph.capturing.landmarks.landmarks import parse_landmarks, write_landmarks
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, size_of
+from elastomorph.viewer.answers import HTML, Answer, Receiver, Resource, Sent, text
 from elastomorph.viewer.landmark_task import LandmarkPlace, LandmarkTask
-from elastomorph.viewer.server import HTML, Resource, ViewerServer
+from elastomorph.viewer.server import ViewerServer
 from elastomorph.viewer.shipped import (
     alone_head,
     built_page,
@@ -65,13 +66,13 @@ def serve_landmarks(task: LandmarkTask, file: str | Path, port: int = 0) -> View
     page = filled(built_page(_PAGE), _block(task, sources, images, saving))
     resources[""] = Resource(HTML, page.encode(), served_policy(page))
 
-    def receive(content: bytes, words: str) -> bool:
-        placed = parse_landmarks(file, content)
+    def receive(sent: Sent) -> Answer:
+        placed = parse_landmarks(file, sent.read())
         # Those are not placed in the page, and stay what they were.
         write_landmarks(file, replace(placed, distances=task.known.distances))
-        return words == _FINISHED
+        return Answer(text("saved"), finished=sent.words == _FINISHED)
 
-    return ViewerServer(resources, port, {_ADDRESS: receive})
+    return ViewerServer(resources, port, {_ADDRESS: Receiver(receive)})
 
 
 def write_landmark_page(path: str | Path, task: LandmarkTask, file: str = _ADDRESS) -> None:

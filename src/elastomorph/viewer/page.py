@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from elastomorph.io.atomic import replacing
@@ -28,9 +28,12 @@ def viewer_page(scene: Scene) -> str:
     return filled(page, "\n".join(blocks))
 
 
-def page_beside(scene: Scene, addresses: Sequence[str]) -> str:
-    """The page that fetches the models of a scene from addresses relative to its own."""
-    return filled(shipped_page(), _scene_block(scene, addresses))
+def page_beside(scene: Scene, addresses: Sequence[str], services: Mapping[str, str]) -> str:
+    """The page that fetches the models of a scene from addresses relative to its own.
+
+    Services are what it may ask of the command that shows it, by name, each with its address.
+    """
+    return filled(shipped_page(), _scene_block(scene, addresses, services))
 
 
 def write_viewer(path: str | Path, scene: Scene) -> None:
@@ -55,5 +58,7 @@ def shipped_page() -> str:
     return built_page("page")
 
 
-def _scene_block(scene: Scene, addresses: Sequence[str]) -> str:
-    return json_block("elastomorph-scene", scene.to_json(addresses))
+def _scene_block(
+    scene: Scene, addresses: Sequence[str], services: Mapping[str, str] | None = None
+) -> str:
+    return json_block("elastomorph-scene", scene.to_json(addresses, services))

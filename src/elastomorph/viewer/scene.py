@@ -97,8 +97,11 @@ class Scene:
         """Bytes of the models together."""
         return sum(len(model.glb) for model in self.models)
 
-    def to_json(self, addresses: Sequence[str]) -> str:
-        """The scene as the page reads it, strict JSON, with an address of each GLB file."""
+    def to_json(self, addresses: Sequence[str], services: Mapping[str, str] | None = None) -> str:
+        """The scene as the page reads it, strict JSON, with an address of each GLB file.
+
+        Services are addresses too: of what the page may ask of the command that shows it.
+        """
         found: dict[str, Any] = {
             "version": 1,
             "title": self.title,
@@ -118,6 +121,8 @@ class Scene:
             ]
         if self.start:
             found["start"] = dict(self.start)
+        if services:
+            found["services"] = dict(services)
         try:
             return json.dumps(found, allow_nan=False, separators=(",", ":"))
         except (TypeError, ValueError) as error:

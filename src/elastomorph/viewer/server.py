@@ -12,56 +12,46 @@ import secrets
 import socket
 import socketserver
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 from elastomorph.errors import ElastomorphError, ParameterError
+from elastomorph.viewer.answers import HTML, Receiver, Resource, Sent, text
 from elastomorph.viewer.page import page_beside
 from elastomorph.viewer.scene import Scene
 from elastomorph.viewer.shipped import report_policy, served_policy
 
 _LOOPBACK = "127.0.0.1"
-HTML = "text/html; charset=utf-8"
-_MOST_RECEIVED = 8 << 20
-_WITH_NOTHING = "default-src 'none'"
-
-Receiver = Callable[[bytes, str], bool]
-"""Takes what a page sends, and the words behind the question mark; whether this was all."""
 
 
-@dataclass(frozen=True)
-class Resource:
-    """One thing the server hands out: media type, bytes, and the content security policy.
-
-    What is large and seldom wanted is a function that gives the bytes when they are.
-    """
-
-    kind: str
-    content: bytes | Callable[[], bytes]
-    policy: str = _WITH_NOTHING
-
-
-def serve(scene: Scene, port: int = 0) -> ViewerServer:
+def serve(
+    scene: Scene, port: int = 0, services: Mapping[str, Receiver | str] | None = None
+) -> ViewerServer:
     """A server that shows a scene, listening but not yet answering: enter it with ``with``.
 
     Args:
         scene: What to show.
         port: Port of 127.0.0.1; a free one for 0.
+        services: What the page may ask of the command that shows it, by name: receivers, which
+            get addresses of this server, or the address of a WebSocket of this machine.
 
     Raises:
         ParameterError: The port is taken or not allowed.
         FileError: The viewer's page was not built.
     """
     names = [f"model-{number}.glb" for number in range(len(scene.models))]
-    page = page_beside(scene, names)
-    resources = {"": Resource(HTML, page.encode(), served_policy(page))}
+    given = services or {}
+    receivers = {name: each for name, each in given.items() if isinstance(each, Receiver)}
+    sockets = {name: each for name, each in given.items() if isinstance(each, str)}
+    page = page_beside(scene, names, {**{name: name for name in receivers}, **sockets})
+    policy = served_policy(page, sockets.values())
+    resources = {"": Resource(HTML, page.encode(), policy)}
     for name, model in zip(names, scene.models, strict=True):
         resources[name] = Resource("model/gltf-binary", model.glb)
-    return ViewerServer(resources, port)
+    return ViewerServer(resources, port, receivers)
 
 
 def serve_page(content: bytes, port: int = 0) -> ViewerServer:
@@ -175,7 +165,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             self._send(HTTPStatus.OK, found)
         except ElastomorphError as error:
-            self._tell(HTTPStatus.GONE, str(error))
+            self._send(HTTPStatus.GONE, text(str(error)))
 
     def do_HEAD(self) -> None:
         self.do_GET()
@@ -189,23 +179,23 @@ class _Handler(BaseHTTPRequestHandler):
         length = self.headers.get("Content-Length", "")
         if not (length.isascii() and length.isdigit()):
             self.send_error(HTTPStatus.LENGTH_REQUIRED)
-        elif int(length) > _MOST_RECEIVED:
+        elif int(length) > receiver.most:
             self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
         else:
-            self._receive(receiver, self.rfile.read(int(length)))
+            words = self.path.partition("?")[2]
+            self._receive(receiver, Sent(self.rfile, int(length), words))
 
-    def _receive(self, receiver: Receiver, content: bytes) -> None:
+    def _receive(self, receiver: Receiver, sent: Sent) -> None:
         try:
-            finished = receiver(content, self.path.partition("?")[2])
+            answer = receiver.takes(sent)
         except ElastomorphError as error:
-            self._tell(HTTPStatus.BAD_REQUEST, str(error))
+            # It may have been refused before its end, and what is left of it is no request.
+            self.close_connection = True
+            self._send(HTTPStatus.BAD_REQUEST, text(str(error)))
             return
-        self._tell(HTTPStatus.OK, "saved")
-        if finished:
+        self._send(HTTPStatus.OK, answer.content)
+        if answer.finished:
             self.server.finished.set()
-
-    def _tell(self, status: HTTPStatus, words: str) -> None:
-        self._send(status, Resource("text/plain; charset=utf-8", f"{words}\n".encode()))
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
         """The same few words for everything that is not there, whatever the reason."""
@@ -214,7 +204,7 @@ class _Handler(BaseHTTPRequestHandler):
             status = HTTPStatus.METHOD_NOT_ALLOWED
         # The body of a request that was refused is not read, so nothing can follow it.
         self.close_connection = True
-        self._tell(status, status.phrase)
+        self._send(status, text(status.phrase))
 
     def _name(self) -> str | None:
         """What is asked for, by who knows the address; None where somebody does not."""

@@ -6,13 +6,15 @@ import base64
 import hashlib
 import html
 import re
+from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
 
-from elastomorph.errors import FileError, FormatError
+from elastomorph.errors import FileError, FormatError, ParameterError
 
 PLACE = "<!-- elastomorph scene -->"
 _SCRIPT = re.compile(r"<script(?P<attributes>[^>]*)>(?P<content>.*?)</script>", re.DOTALL)
+_SOCKET = re.compile(r"(ws://127\.0\.0\.1:\d{1,5})/[\w/-]*$", re.ASCII)
 # Pictures and workers that the page makes itself have addresses of blob: and data:.
 _WITHIN = (
     "style-src 'unsafe-inline'; img-src data: blob:; media-src data: blob:; font-src data:; "
@@ -79,9 +81,22 @@ def alone_policy(page: str) -> str:
     return f"{_own_scripts(page)}; {_WITHIN}; connect-src data: blob:"
 
 
-def served_policy(page: str) -> str:
-    """The policy of a page beside its models: these are fetched too, from where it came from."""
-    return f"{_own_scripts(page)}; {_WITHIN}; connect-src 'self' data: blob:; {_NOT_FRAMED}"
+def served_policy(page: str, sockets: Iterable[str] = ()) -> str:
+    """The policy of a page beside its models: these are fetched too, from where it came from.
+
+    Raises:
+        ParameterError: An address is not that of a WebSocket of this machine.
+    """
+    origins = [_socket_origin(address) for address in sockets]
+    connect = " ".join(["connect-src 'self' data: blob:", *origins])
+    return f"{_own_scripts(page)}; {_WITHIN}; {connect}; {_NOT_FRAMED}"
+
+
+def _socket_origin(address: str) -> str:
+    found = _SOCKET.match(address)
+    if found is None:
+        raise ParameterError(f"{address!r} is no address such as ws://127.0.0.1:8000/secret/")
+    return found[1]
 
 
 def report_policy() -> str:

@@ -159,7 +159,8 @@ def test_the_theme_is_chosen(visit: Visit, faces: Faces) -> None:
 def test_in_a_frame(visit: Visit, faces: Faces, keep: Callable[[Page, str], None]) -> None:
     """As reports embed it: 800 by 500, in order, and wheel and keys reach it."""
     from elastomorph.viewer import viewer_page
-    from elastomorph.viewer.server import Resource, ViewerServer
+    from elastomorph.viewer.answers import Resource
+    from elastomorph.viewer.server import ViewerServer
 
     around = (
         '<!doctype html><html lang="en"><meta charset="utf-8" /><title>around</title>'

@@ -1,5 +1,5 @@
 // What Python put into the page, or beside it: a description in JSON and a GLB for each model.
-import type { Loop, Model, Scene } from '../types/model';
+import type { Loop, Model, Scene, Services } from '../types/model';
 import type { ViewState } from '../types/state';
 import { bytesOfBase64 } from '../../shared/base64';
 import { isEntry, type Entry } from './document';
@@ -32,6 +32,7 @@ export async function loadScene(document: Document): Promise<Scene | null> {
     unit: typeof stored['unit'] === 'string' ? stored['unit'] : '',
     models,
     start: isEntry(stored['start']) ? (stored['start'] as Partial<ViewState>) : {},
+    services: isEntry(stored['services']) ? (stored['services'] as Services) : {},
   };
 }
 

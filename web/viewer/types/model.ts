@@ -85,10 +85,14 @@ export interface Model {
   readonly bytes: number; // of the file
 }
 
+/** What the command that shows a page does for it, and the address of each; none in a page alone. */
+export type Services = Readonly<Partial<Record<'open' | 'methods' | 'save' | 'live', string>>>;
+
 /** What a page was given to show. Models that are compared share their vertices. */
 export interface Scene {
   readonly title: string;
   readonly unit: string; // of the coordinates, for legends; '' where unknown
   readonly models: readonly Model[];
   readonly start: Partial<import('./state').ViewState>;
+  readonly services: Services;
 }

@@ -24,6 +24,7 @@ import { createStore, type Store } from '../state/store';
 import { createHeader } from './header';
 import { keymap } from './keymap';
 import { keysDialog, listen } from '../../../shared/keys';
+import { modelOpener } from './models';
 import { createOpening } from './opening';
 import { followTheme } from './theme';
 
@@ -82,16 +83,15 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     stage.look(view);
     measure();
   };
-  const opening = createOpening({
+  const faces = modelOpener({
     scene: () => scene,
     replace: (next, added) => {
       const joins = scene?.models[0]?.neutral.length === next.models[0]?.neutral.length;
       if (joins) join(next, added);
       else show(next);
     },
-    tell: messages.tell,
-    busy: messages.busy,
   });
+  const opening = createOpening([faces], messages);
   const help = () => {
     if (!keys.open) keys.showModal();
   };

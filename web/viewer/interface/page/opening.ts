@@ -1,8 +1,20 @@
-// Files people open or drop: added to the models there are, or shown in their place.
-import { openFile } from '../../files/open';
-import type { Model, Scene } from '../../types/model';
+// Files people open or drop: each is offered to openers in turn, and those of a kind go together.
 import { element } from '../../../shared/element';
 import { wordsOf } from '../../../shared/start';
+
+/** What opens files of some kind. */
+export interface Opener {
+  /** What the browser's own dialogue offers, such as '.csv,.npz'. */
+  readonly accepts: string;
+  /** Those of the files that it opens together, none for none; it is asked again for the rest. */
+  fits(files: readonly File[]): readonly File[];
+  /**
+   * Opens what fits.
+   *
+   * @throws Error with a sentence for people
+   */
+  open(files: readonly File[]): Promise<void>;
+}
 
 export interface Opening {
   /** The hidden field behind the buttons, to be put on the page. */
@@ -10,53 +22,44 @@ export interface Opening {
   ask(): void;
 }
 
-export interface Receiver {
-  scene(): Scene | null;
-  /** Shows another scene; `added` are the numbers of its models that were not there before. */
-  replace(scene: Scene, added: readonly number[]): void;
+export interface Teller {
   tell(message: string): void;
   busy(words: string | null): void;
 }
 
-export function createOpening(receiver: Receiver): Opening {
+export function createOpening(openers: readonly Opener[], teller: Teller): Opening {
   const field = element('input', {
     type: 'file',
-    accept: '.glb,model/gltf-binary',
+    accept: openers.map(({ accepts }) => accepts).join(),
     multiple: true,
     hidden: true,
     'aria-label': 'Files to open',
   });
+  const open = (files: readonly File[]) => void openAll(files, openers, teller);
   field.addEventListener('change', () => {
-    void openAll([...(field.files ?? [])], receiver);
+    open([...(field.files ?? [])]);
     field.value = ''; // so that the same file can be opened again
   });
-  takeDrops((files) => void openAll(files, receiver));
+  takeDrops(open);
   return { element: field, ask: () => field.click() };
 }
 
-async function openAll(files: readonly File[], receiver: Receiver): Promise<void> {
-  for (const file of files) {
-    receiver.busy(`Opening ${file.name}…`);
-    try {
-      const model = await openFile(file.name, await file.arrayBuffer());
-      const [scene, added] = joined(receiver.scene(), model);
-      receiver.replace(scene, added);
-    } catch (error) {
-      receiver.tell(wordsOf(error));
+async function openAll(files: readonly File[], openers: readonly Opener[], teller: Teller) {
+  let left = files;
+  for (const opener of openers) {
+    for (let own = opener.fits(left); own.length > 0; own = opener.fits(left)) {
+      const taken = own;
+      left = left.filter((file) => !taken.includes(file));
+      const others = taken.length > 1 ? ` and ${taken.length - 1} more` : '';
+      teller.busy(`Opening ${taken[0]!.name}${others}…`);
+      try {
+        await opener.open(taken);
+      } catch (error) {
+        teller.tell(wordsOf(error));
+      }
     }
   }
-  receiver.busy(null);
-}
-
-/** A model of as many vertices joins those there are; any other stands alone. */
-export function joined(scene: Scene | null, model: Model): [Scene, number[]] {
-  const fits = scene?.models[0]?.neutral.length === model.neutral.length;
-  if (!scene || !fits) {
-    return [{ title: model.name, unit: '', models: [model], start: {} }, [0]];
-  }
-  const same = scene.models.findIndex(({ name }) => name === model.name);
-  const models = same < 0 ? [...scene.models, model] : scene.models.with(same, model);
-  return [{ ...scene, models }, [same < 0 ? models.length - 1 : same]];
+  teller.busy(null);
 }
 
 function takeDrops(take: (files: File[]) => void): void {
