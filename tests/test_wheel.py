@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-CORE = {"jinja2", "numpy", "scipy", "typer", "rich", "threadpoolctl"}
+CORE = {"jinja2", "numpy", "scipy", "typer", "rich", "threadpoolctl", "tomlkit"}
 
 pytestmark = pytest.mark.slow
 

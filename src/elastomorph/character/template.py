@@ -6,12 +6,12 @@ switch on: without the ``#`` they are valid, one by one and all together.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from textwrap import wrap
 
+import tomlkit
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from elastomorph.character.read import FILE_NAME
@@ -116,6 +116,14 @@ def _list(names: Iterable[str]) -> str:
 
 def _text(value: str) -> str:
     """A TOML string."""
+    return tomlkit.string(_unicode(value)).as_string()
+
+
+def _key(name: str) -> str:
+    return tomlkit.key(_unicode(name)).as_string()
+
+
+def _unicode(value: str) -> str:
     try:
         value.encode()
     except UnicodeEncodeError:
@@ -123,12 +131,7 @@ def _text(value: str) -> str:
             value.encode("ascii", "backslashreplace").decode(),
             "the name of this file is no Unicode text, as a settings file needs; rename it",
         ) from None
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _key(name: str) -> str:
-    bare = name.replace("_", "").replace("-", "")
-    return name if bare.isascii() and bare.isalnum() else _text(name)
+    return value
 
 
 def _plain(text: str) -> str:

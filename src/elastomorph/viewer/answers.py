@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import BinaryIO
+from io import BufferedIOBase
 
 from elastomorph.errors import ParameterError
 
@@ -28,7 +28,7 @@ class Resource:
 class Sent:
     """What a page sends: bytes, to be read once, and the words behind the question mark."""
 
-    stream: BinaryIO
+    stream: BufferedIOBase
     length: int
     words: str
 

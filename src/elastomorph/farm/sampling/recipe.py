@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+import tomlkit
 from numpy.typing import NDArray
 
 from elastomorph.character.document import Document, shown
@@ -19,7 +20,6 @@ from elastomorph.farm.sampling.mixtures import Dirichlet, Grid, Mixture, Sparse,
 from elastomorph.farm.sampling.rules import Exclusion, Span
 from elastomorph.farm.sampling.singles import Identity, Timing
 from elastomorph.farm.sampling.takes import Take
-from elastomorph.farm.sampling.toml import toml_text
 
 VERSION = 1
 """The form of recipes that this package writes and reads."""
@@ -103,7 +103,7 @@ class Recipe:
             table, _, column = name.partition(".")
             content.setdefault(table, {})[column] = span
         content |= {"landmarks": dict(self.landmarks)} if self.landmarks else {}
-        return toml_text({name: value for name, value in content.items() if value != []})
+        return tomlkit.dumps({name: value for name, value in content.items() if value != []})
 
     @contextmanager
     def naming(self, *where: str | int) -> Iterator[None]:
