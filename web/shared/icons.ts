@@ -7,6 +7,8 @@ const DRAWINGS = {
   panel: '<path d="M1.5 2.5h13v11h-13zM10 2.5v11"/>',
   help: '<path d="M5.7 6a2.3 2.3 0 1 1 3.4 2c-.8.4-1.1.9-1.1 1.7"/><path d="M8 12v.6"/>',
   close: '<path d="M3.5 3.5l9 9M12.5 3.5l-9 9"/>',
+  undo: '<path d="M5 3L2.5 5.5 5 8M2.5 5.5H10a3.5 3.5 0 0 1 0 7H6"/>',
+  redo: '<path d="M11 3l2.5 2.5L11 8M13.5 5.5H6a3.5 3.5 0 0 0 0 7h4"/>',
   zero: '<path d="M3 8a5 5 0 1 0 1.6-3.7M3 2.5v3h3"/>',
   search: '<path d="M7 2.5a4.5 4.5 0 1 0 0 9 4.5 4.5 0 0 0 0-9M10.3 10.3l3.7 3.7"/>',
   chevron: '<path d="M4 6l4 4 4-4"/>',

@@ -41,6 +41,23 @@ def zeroes(page: Page) -> None:
     assert state(page)["weights"] == {}
 
 
+def undoes(page: Page) -> None:
+    page.keyboard.press("g")
+    page.keyboard.press("Control+z")
+    assert not state(page)["ghost"]
+    page.keyboard.press("Control+Shift+z")
+    assert state(page)["ghost"]
+    page.keyboard.press("g")
+
+
+def redoes(page: Page) -> None:
+    page.keyboard.press("w")
+    page.keyboard.press("Control+z")
+    page.keyboard.press("Control+y")
+    assert state(page)["wireframe"]
+    page.keyboard.press("w")
+
+
 def searches(page: Page) -> None:
     page.get_by_role("tab", name="Display").click()
     page.keyboard.press("/")
@@ -106,6 +123,8 @@ CHECKS: dict[str, Callable[[Page], None]] = {
     "Space": flips("playing", "Space"),
     "[ ]": steps,
     "0": zeroes,
+    "Ctrl Z": undoes,
+    "Ctrl Y": redoes,
     "M": flips("mirror", "m"),
     "/": searches,
     "1 2 3 4": looks,

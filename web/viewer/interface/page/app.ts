@@ -17,6 +17,7 @@ import { createTabs } from '../panels/tabs';
 import { createTransport } from '../panels/transport';
 import { element, setText } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
+import { createHistory } from '../state/history';
 import { INITIAL, startOf } from '../state/initial';
 import { createPlayer } from '../state/player';
 import { settling } from '../state/settling';
@@ -27,6 +28,7 @@ import { keysDialog, listen } from '../../../shared/keys';
 import { modelOpener } from './models';
 import { createOpening } from './opening';
 import { followTheme } from './theme';
+import { createUndo } from './undo';
 
 const BETWEEN_READOUTS = 200; // milliseconds: figures that flicker cannot be read
 const UNTIL_QUIET = 1000; // milliseconds: when there is no frame rate any more
@@ -59,6 +61,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
 
   const stage = stageIn(picture);
   const store = createStore(INITIAL, settling(models));
+  const history = createHistory(store);
   const player = createPlayer(store, models);
   const context: Context = { store, stage, scene: () => scene, tell: messages.tell };
 
@@ -74,9 +77,10 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     createOrbits(context),
   ];
   const transport = createTransport(context, player);
+  const undo = createUndo(history);
   const parts: Part[] = [
     ...[sliders, compare, heat, orbits, display, transport],
-    ...[labels, swipe, legend, pointer],
+    ...[labels, swipe, legend, pointer, undo],
   ];
 
   const look = (view: View) => {
@@ -95,12 +99,15 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   const help = () => {
     if (!keys.open) keys.showModal();
   };
-  const header = createHeader({
-    look,
-    help,
-    open: opening.ask,
-    panel: () => tabs.open(!tabs.isOpen()),
-  });
+  const header = createHeader(
+    {
+      look,
+      help,
+      open: opening.ask,
+      panel: () => tabs.open(!tabs.isOpen()),
+    },
+    undo.element,
+  );
   const tabs = createTabs(
     [
       { name: 'Sliders', content: sliders.element },
@@ -113,6 +120,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     },
   );
   const map = keymap(context, player, {
+    history,
     look,
     help,
     search: () => {
@@ -181,6 +189,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   };
   const show = (next: Scene) => {
     replaceScene(next, startOf(next, still, messages.tell));
+    history.clear();
     stage.look('front');
     // Of one path there is nothing to set but how it is compared.
     if (next.models.length > 1 && next.models.every(({ sliders }) => sliders.length < 2)) {

@@ -17,7 +17,8 @@ export interface HeaderDeeds {
   panel(): void;
 }
 
-export function createHeader(deeds: HeaderDeeds): Header {
+/** @param undo buttons that stand among the tools. */
+export function createHeader(deeds: HeaderDeeds, undo: HTMLElement): Header {
   const title = element('h1', {}, 'elastomorph');
   const views = VIEWS.map(([view, words], i) => {
     const label = `View from ${view === 'three-quarter' ? 'three-quarter' : `the ${view}`}`;
@@ -43,7 +44,7 @@ export function createHeader(deeds: HeaderDeeds): Header {
       { class: 'head' },
       title,
       element('div', { class: 'views', role: 'group', 'aria-label': 'Views' }, ...views),
-      element('div', { class: 'tools' }, open, help, panel),
+      element('div', { class: 'tools' }, undo, open, help, panel),
     ),
     title(words) {
       setText(title, words || 'elastomorph');

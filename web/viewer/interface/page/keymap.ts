@@ -2,6 +2,7 @@
 import type { View } from '../../types/stage';
 import type { ViewState } from '../../types/state';
 import type { Context } from '../parts/part';
+import type { History } from '../state/history';
 import type { Player } from '../state/player';
 import type { Key } from '../../../shared/keys';
 
@@ -18,6 +19,7 @@ const TURN = Math.PI / 36;
 const NEARER = 1.1;
 
 export interface Deeds {
+  readonly history: History;
   look(view: View): void;
   search(): void;
   help(): void;
@@ -51,6 +53,20 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
       caps: ['0'],
       words: 'All sliders to zero',
       run: () => store.update({ weights: {}, clip: null, playing: false }),
+    },
+    {
+      keys: ['z'],
+      caps: ['Ctrl', 'Z'],
+      words: 'Undo; with Shift redo',
+      ctrl: true,
+      run: (_, shift) => (shift ? deeds.history.redo() : deeds.history.undo()),
+    },
+    {
+      keys: ['y'],
+      caps: ['Ctrl', 'Y'],
+      words: 'Redo',
+      ctrl: true,
+      run: () => deeds.history.redo(),
     },
     {
       keys: ['m'],

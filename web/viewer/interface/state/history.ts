@@ -1,0 +1,148 @@
+// What was done can be undone: steps of the state, one for each gesture.
+import type { ViewState } from '../../types/state';
+import type { Store } from './store';
+
+const MANY = 200; // steps that are remembered
+const PAUSE = 500; // milliseconds: changes of the same fields that follow sooner are one step
+const AFTERWARDS = 150; // milliseconds after a gesture that what it has set going still belongs to it
+
+type Field = keyof ViewState;
+type Fields = Partial<ViewState>;
+
+/** The same fields before and after. */
+interface Step {
+  readonly before: Fields;
+  readonly after: Fields;
+}
+
+export interface History {
+  undo(): void;
+  redo(): void;
+  canUndo(): boolean;
+  canRedo(): boolean;
+  /** Forgets everything: another face is there. */
+  clear(): void;
+  /** Changes the state and all that is remembered alike, as if it had always been so. */
+  amend(change: (fields: Fields) => Fields): void;
+}
+
+/** Remembers the changes of a store from now on. */
+export function createHistory(store: Store): History {
+  let past: Step[] = [];
+  let future: Step[] = [];
+  let silent = false;
+  const gesture = followGestures();
+
+  const record = (next: ViewState, previous: ViewState) => {
+    const fields = silent ? [] : undoable(next, previous);
+    if (fields.length === 0) return;
+    const last = past.at(-1);
+    const known = last !== undefined && fields.every((field) => field in last.before);
+    const [before, after] = [part(previous, fields), part(next, fields)];
+    past = gesture.goesOn(known) && last
+      ? [...past.slice(0, -1), joined(last, { before, after })]
+      : [...past, { before, after }].slice(-MANY);
+    future = [];
+  };
+  store.subscribe(record);
+
+  const silently = (fields: Fields) => {
+    silent = true;
+    try {
+      store.update(fields);
+    } finally {
+      silent = false;
+    }
+  };
+  return {
+    undo() {
+      const step = past.pop();
+      if (!step) return;
+      future.push(step);
+      gesture.end();
+      silently(step.before);
+    },
+    redo() {
+      const step = future.pop();
+      if (!step) return;
+      past.push(step);
+      gesture.end();
+      silently(step.after);
+    },
+    canUndo: () => past.length > 0,
+    canRedo: () => future.length > 0,
+    clear() {
+      [past, future] = [[], []];
+    },
+    amend(change) {
+      const amended = ({ before, after }: Step) => ({
+        before: change(before),
+        after: change(after),
+      });
+      [past, future] = [past.map(amended), future.map(amended)];
+      silently(change(store.get()));
+    },
+  };
+}
+
+/** The fields that differ, without those that the clock has moved. */
+function undoable(next: ViewState, previous: ViewState): Field[] {
+  const ticking = next.playing || previous.playing;
+  const clock: Field[] = ticking ? ['playing', 't', 'clipTime'] : ['playing'];
+  if (ticking && next.clip !== null) clock.push('weights');
+  const differing = (field: Field) => !Object.is(next[field], previous[field]);
+  return (Object.keys(next) as Field[]).filter((f) => differing(f) && !clock.includes(f));
+}
+
+function part(state: ViewState, fields: readonly Field[]): Fields {
+  return Object.fromEntries(fields.map((field) => [field, state[field]]));
+}
+
+function joined(first: Step, second: Step): Step {
+  return {
+    before: { ...second.before, ...first.before },
+    after: { ...first.after, ...second.after },
+  };
+}
+
+/** Which changes belong together: from pointer down to up, and those that follow soon. */
+function followGestures() {
+  let open = false; // a step has begun that may grow
+  let held = false;
+  let last = -Infinity;
+  let ending: ReturnType<typeof setTimeout> | undefined;
+  const end = () => {
+    clearTimeout(ending);
+    open = false;
+  };
+  const release = () => {
+    if (!held) return;
+    held = false;
+    ending = setTimeout(end, AFTERWARDS);
+  };
+  const listen = { capture: true, passive: true };
+  addEventListener('pointerdown', () => (end(), (held = true)), listen);
+  for (const over of ['pointerup', 'pointercancel']) addEventListener(over, release, listen);
+  addEventListener('blur', release); // of the window: those of elements do not bubble
+  // The list of a select takes the end of the gesture that opened it.
+  addEventListener('pointermove', ({ buttons }) => buttons === 0 && release(), listen);
+  // Keys of a control go on with what it does; those of the page each do something of their own.
+  const control = 'input, select, textarea, [role=slider]';
+  addEventListener(
+    'keydown',
+    ({ repeat, target }) => {
+      if (!repeat && !(target instanceof Element && target.matches(control))) end();
+    },
+    listen,
+  );
+  return {
+    end,
+    /** Whether a change of now belongs to the step before; `known` where that had its fields. */
+    goesOn(known: boolean): boolean {
+      const now = performance.now();
+      const goesOn = open && (held || (known && now - last < PAUSE));
+      [open, last] = [true, now];
+      return goesOn;
+    },
+  };
+}
