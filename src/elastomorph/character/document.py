@@ -130,7 +130,11 @@ class Document:
 def open_document(path: str | Path) -> Document:
     """Open a settings file; what is no TOML is refused, with its line."""
     with opened(path) as file:
-        raw = file.read(_MOST_BYTES + 1)
+        return parse_document(path, file.read(_MOST_BYTES + 1))
+
+
+def parse_document(path: str | Path, raw: bytes) -> Document:
+    """The content of a settings file; what is no TOML is refused, with its line."""
     if len(raw) > _MOST_BYTES:
         raise FormatError(
             path, f"it is larger than {_MOST_BYTES >> 10} KiB; settings are a few lines of text"

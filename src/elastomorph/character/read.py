@@ -57,7 +57,11 @@ def read_settings(path: str | Path) -> Settings:
                 file, f"this folder has no {FILE_NAME}; 'elastomorph init {file}' writes one"
             )
         file /= FILE_NAME
-    document = open_document(file)
+    return settings_of(open_document(file))
+
+
+def settings_of(document: Document) -> Settings:
+    """The settings that an open file holds, as `read_settings` reads them."""
     top = dict.fromkeys(name.partition(".")[0] for name in (*tables(), *FREE))
     document.require_known((), [name for name in top if name != "material"])
     for table in ("export", "methods", "regions", "inbetweens"):
@@ -74,7 +78,7 @@ def read_settings(path: str | Path) -> Settings:
                 "in-betweens; leave one of them out",
             )
     settings = Settings(
-        path=file,
+        path=document.path,
         character=_character(document),
         method=_choice(document, ("method",), tables()["method"], text="default"),
         methods=methods,

@@ -114,12 +114,12 @@ def settings_tables(settings: Settings) -> dict[str, Any]:
             "curves": _file(character.curves),
         },
         "method": _complete(settings.method),
-        "methods": {name: _stated(choice, "method") for name, choice in settings.methods.items()},
+        "methods": {name: stated_as(choice) for name, choice in settings.methods.items()},
         "regions": {
             name: {
                 "vertices": _file(region.vertices),
                 "falloff": region.falloff,
-                **_stated(region.choice, "method"),
+                **stated_as(region.choice),
             }
             for name, region in settings.regions.items()
         },
@@ -148,10 +148,11 @@ def _complete(choice: MethodChoice) -> dict[str, Any]:
     own = choice.values()
     if choice.stated.get("load") is not None:
         own.pop("order", None)
-    return _stated(MethodChoice(method.name, {**own, **choice.stated}), "default")
+    return stated_as(MethodChoice(method.name, {**own, **choice.stated}), "default")
 
 
-def _stated(choice: MethodChoice, text: str) -> dict[str, Any]:
+def stated_as(choice: MethodChoice, text: str = "method") -> dict[str, Any]:
+    """What a choice states, as a table whose method has the key ``text``."""
     given = {
         key: list(own) if isinstance(own, tuple) else own for key, own in choice.stated.items()
     }
