@@ -8,6 +8,7 @@ import json
 from collections.abc import Iterator
 
 import pytest
+from asking import post
 from pages import STAND_IN, scene_in
 
 import elastomorph as em
@@ -37,16 +38,6 @@ def server(scene: Scene) -> Iterator[ViewerServer]:
         started = serve(scene, services={"open": Receiver(backwards, most=9), "live": LIVE})
     with started:
         yield started
-
-
-def post(server: ViewerServer, path: str, body: bytes, **headers: str) -> tuple[int, bytes]:
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
-    own = {"Origin": f"http://127.0.0.1:{server.port}", **headers}
-    connection.request("POST", f"/{server.token}/{path}", body, own)
-    reply = connection.getresponse()
-    found = reply.status, reply.read()
-    connection.close()
-    return found
 
 
 def test_the_scene_names_the_addresses_of_services(server: ViewerServer) -> None:
@@ -84,7 +75,7 @@ def test_pages_of_others_send_nothing(server: ViewerServer, origin: str) -> None
 
 def test_what_is_cut_short_is_told() -> None:
     sent = Sent(io.BytesIO(b"abc"), 5, "")
-    with pytest.raises(em.ParameterError, match="3 of 5 bytes"):
+    with pytest.raises(em.ParameterError, match="2 bytes of what was sent are missing"):
         sent.read()
 
 

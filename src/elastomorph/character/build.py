@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -128,6 +129,12 @@ class PathMaker:
             name: (self._vertices(name, region.vertices), region)
             for name, region in settings.regions.items()
         }
+
+    def with_settings(self, settings: Settings) -> PathMaker:
+        """The same maker with other methods: what was prepared for the neutral serves again."""
+        other = copy(self)
+        other._settings = settings
+        return other
 
     def path(self, name: str, target: Mesh, own: Morph | None = None) -> Morph:
         """The path to one target, which settings know by its name.

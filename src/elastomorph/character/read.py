@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from elastomorph.character.document import Document, Where, nearest, open_document
+from elastomorph.character.document import Document, Where, nearest, open_document, parse_document
 from elastomorph.character.schema import FREE, UNITS, Key, MethodChoice, tables
 from elastomorph.character.settings import (
     Character,
@@ -33,6 +33,11 @@ def find_settings(folder: str | Path) -> Path | None:
     """The settings file in a folder, if there is one."""
     file = Path(folder) / FILE_NAME
     return file if is_file(file) else None
+
+
+def no_settings(folder: str | Path) -> Settings:
+    """The settings of a folder that has none yet."""
+    return settings_of(parse_document(Path(folder) / FILE_NAME, b""))
 
 
 def read_settings(path: str | Path) -> Settings:

@@ -41,16 +41,8 @@ _BREAKS = frozenset("=:")
 def methods(incomplete: str) -> list[str]:
     """The methods, and some with an option behind the name."""
     from elastomorph.paths import Method
-    from elastomorph.paths.options import options_of
 
-    longer = [
-        f"{kind.name}:{word}"
-        for kind in Method.known
-        for its in options_of(kind).values()
-        if its.word is not None
-        for word in its.word.examples
-    ]
-    return _beginning([*(kind.name for kind in Method.known), *longer], incomplete)
+    return _beginning(Method.texts(), incomplete)
 
 
 def views(incomplete: str) -> list[str]:

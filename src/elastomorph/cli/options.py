@@ -169,6 +169,16 @@ class NamedRig:
         place = None if rig is None or rig == BUILT_IN else Path(rig)
         return cls(place, method, settings_of(place, settings, method), mesh or ())
 
+    @property
+    def followed(self) -> Settings | None:
+        """The settings that its paths follow; those of a folder without any say nothing yet."""
+        from elastomorph.character.read import no_settings
+
+        if self.settings is None:
+            folder = self.place is not None and self.place.is_dir()
+            return no_settings(self.place) if folder and self.place else None
+        return self.settings.with_mesh(list(self.mesh)) if self.mesh else self.settings
+
     def stored(self, say: Say) -> Rig:
         """The rig without paths that no one has chosen, whatever settings say."""
         from elastomorph.io.rig_folder import rig_as_stored
@@ -183,12 +193,9 @@ class NamedRig:
         if self.settings is not None:
             from elastomorph.character import rig_from_settings
 
-            settings = self.settings
-            if self.mesh:
-                if settings.character.rig is None:
-                    raise ParameterError(f"--mesh is for rig files; {settings.path} names meshes")
-                settings = settings.with_mesh(list(self.mesh))
-            return _chosen(rig_from_settings(settings, say=say), only)
+            if self.mesh and self.settings.character.rig is None:
+                raise ParameterError(f"--mesh is for rig files; {self.settings.path} names meshes")
+            return _chosen(rig_from_settings(self.followed or self.settings, say=say), only)
         if only is None:
             return read_rig(**self._source(say), method=self.method, say=say)
         # Some methods take a second a target: only those wanted are given their paths.

@@ -16,6 +16,7 @@ from elastomorph.errors import ParameterError
 if TYPE_CHECKING:
     from elastomorph.rig import Rig
     from elastomorph.viewer import Scene, ViewerServer
+    from elastomorph.viewer.answers import Offer, Work
 
 _PAGES = (".html", ".htm")
 
@@ -79,7 +80,8 @@ def view(
         shown(serve_page(read_bytes(Path(reports[0])), port or 0), open_browser, as_json)
         return
     with progress(as_json) as say:
-        scene = _scene(files, method or [], unit, settings, mesh, say)
+        methods = method or []
+        scene = _scene(files, methods, unit, settings, mesh, say)
         if output is not None:
             from elastomorph.viewer import write_viewer
 
@@ -88,7 +90,9 @@ def view(
     if output is None:
         from elastomorph.viewer import serve
 
-        shown(serve(scene, port or 0), open_browser, as_json)
+        shelf: dict[str, Offer] = {}
+        services = _services(files, methods, unit, settings, mesh, shelf)
+        shown(serve(scene, port or 0, services, shelf), open_browser, as_json)
     elif as_json:
         print_json({"written": str(output), "bytes": output.stat().st_size})
     else:
@@ -117,6 +121,39 @@ def _scene(
 
     own = bool(mesh) or settings is not None
     return read_scene(files, methods, unit=unit, read=read, say=say, chosen=own)
+
+
+def _services(
+    files: list[str],
+    methods: list[str],
+    unit: str,
+    settings: Path | None,
+    mesh: list[str] | None,
+    shelf: dict[str, Offer],
+) -> dict[str, Work]:
+    """What the page may ask this command for: to open files, and paths by other methods."""
+    from elastomorph.io.rig_folder import rig_as_stored
+    from elastomorph.viewer.file_scenes import read_scene
+    from elastomorph.viewer.methods import MethodBench, Subject
+    from elastomorph.viewer.uploads import Uploads
+
+    services = {"open": Uploads(shelf).service()}
+    if len(files) > 1 or methods:
+        return services
+    named = options.NamedRig.of(files[0], settings, mesh=mesh)
+    followed = named.followed
+
+    def stored(say: Say) -> Rig:
+        rig = None if followed is None else followed.character.rig
+        if followed is None or rig is None:
+            return named.stored(say)
+        return rig_as_stored(followed.file(rig), mesh=followed.character.mesh or None)
+
+    def scene(rig: Rig) -> Scene:
+        return read_scene(files, unit=unit, read=lambda _: rig, chosen=True)
+
+    bench = MethodBench(Subject(named.full, stored, scene, followed), shelf)
+    return {**services, **bench.services()}
 
 
 def shown(server: ViewerServer, open_browser: bool, as_json: bool) -> None:

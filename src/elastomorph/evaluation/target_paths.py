@@ -15,8 +15,8 @@ from elastomorph.paths import prepare
 from elastomorph.paths.auto import INBETWEEN_PAYS
 
 _TIMES = (0.25, 0.5, 0.75)
-# In a file a vertex that a morph target moves is an index and three numbers of four bytes each.
-_ROW = 16
+ROW = 16
+"""Bytes of a vertex that a morph target moves, in a file: an index and three numbers."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class TargetPath:
     @property
     def bytes(self) -> int:
         """What the bends add to a file that stores an index and a 32-bit offset a moved vertex."""
-        return _ROW * self.moved
+        return ROW * self.moved
 
     @property
     def inbetween_pays(self) -> bool:

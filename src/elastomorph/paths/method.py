@@ -184,6 +184,18 @@ class Method(OldAttributes, metaclass=_ByName):
         return {name: its for each in cls.known for name, its in options_of(each).items()}
 
     @classmethod
+    def texts(cls) -> list[str]:
+        """Texts that name the methods, and some with an option behind the name."""
+        longer = [
+            f"{kind.name}:{word}"
+            for kind in cls.known
+            for its in options_of(kind).values()
+            if its.word is not None
+            for word in its.word.examples
+        ]
+        return [*(kind.name for kind in cls.known), *longer]
+
+    @classmethod
     def with_option(cls, name: str) -> tuple[str, ...]:
         """The names of the methods that have an option."""
         return tuple(each.name for each in cls.known if each.has(name))

@@ -14,7 +14,7 @@ from typing import Any
 from elastomorph.capturing.landmarks.landmarks import parse_landmarks, write_landmarks
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, size_of
-from elastomorph.viewer.answers import HTML, Answer, Receiver, Resource, Sent, text
+from elastomorph.viewer.answers import HTML, Answer, Offer, Receiver, Resource, Sent, text
 from elastomorph.viewer.landmark_task import LandmarkPlace, LandmarkTask
 from elastomorph.viewer.server import ViewerServer
 from elastomorph.viewer.shipped import (
@@ -52,7 +52,7 @@ def serve_landmarks(task: LandmarkTask, file: str | Path, port: int = 0) -> View
         ParameterError: The port is taken or not allowed.
         FileError: The page was not built.
     """
-    resources: dict[str, Resource] = {}
+    resources: dict[str, Offer] = {}
     sources: list[str] = []
     images: list[list[str]] = []
     for number, place in enumerate(task.places):
@@ -72,7 +72,8 @@ def serve_landmarks(task: LandmarkTask, file: str | Path, port: int = 0) -> View
         write_landmarks(file, replace(placed, distances=task.known.distances))
         return Answer(text("saved"), finished=sent.words == _FINISHED)
 
-    return ViewerServer(resources, port, {_ADDRESS: Receiver(receive)})
+    resources[_ADDRESS] = Receiver(receive)
+    return ViewerServer(resources, port)
 
 
 def write_landmark_page(path: str | Path, task: LandmarkTask, file: str = _ADDRESS) -> None:

@@ -1,0 +1,233 @@
+"""Paths of a rig by other methods, for a page to choose from, and settings that keep the choice."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from elastomorph.character import PathMaker, Settings
+from elastomorph.character.document import parse_document
+from elastomorph.character.editing import said_of, save_methods, with_methods
+from elastomorph.character.read import settings_of
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import is_file, read_bytes
+from elastomorph.io.registry import read
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.paths import Method
+from elastomorph.paths.through import LAWS
+from elastomorph.rig import Rig
+from elastomorph.rig.build import extent_of, with_paths
+from elastomorph.viewer.answers import Offer, Sent, Work, model_file
+from elastomorph.viewer.paths_table import path_figures
+from elastomorph.viewer.rig_scenes import rig_model
+from elastomorph.viewer.scene import Scene
+
+Say = Callable[[str], None]
+_MOST_KEPT = 24
+_MOST_CHOICES = 10_000
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The rig that methods are chosen for, read when somebody looks.
+
+    Attributes:
+        rig: Reads it with its paths.
+        stored: Reads it with the paths of its file alone, whatever settings say.
+        scene: What the page shows of a rig.
+        settings: What its paths follow, and where choices are kept; None for a file by itself.
+    """
+
+    rig: Callable[[Say], Rig]
+    stored: Callable[[Say], Rig]
+    scene: Callable[[Rig], Scene]
+    settings: Settings | None
+
+
+class MethodBench:
+    """Makes the paths that a page asks for, one at a time, and writes what it chose.
+
+    Args:
+        subject: The rig.
+        shelf: Where the page finds models.
+    """
+
+    def __init__(self, subject: Subject, shelf: dict[str, Offer]) -> None:
+        self._subject, self._shelf = subject, shelf
+        self._settings = subject.settings
+        self._lock = threading.Lock()
+        self._rig: Rig | None = None
+        self._stored: Rig | None = None
+        self._maker: PathMaker | None = None
+        self._shapes: dict[str, dict[float, Mesh]] = {}
+        self._made: OrderedDict[tuple[str, str, str], Morph] = OrderedDict()
+        self._number = 0
+
+    def services(self) -> dict[str, Work]:
+        """What the page may ask for."""
+        methods = {"methods": Work(self._answer)}
+        return methods if self._settings is None else {**methods, "save": Work(self._save)}
+
+    def _answer(self, sent: Sent, say: Say) -> Mapping[str, Any]:
+        asked = _object(sent)
+        with self._lock:
+            rig = self._whole(say)
+            if "target" not in asked:
+                return {"rows": self._rows(rig, rig.morphs, say), "methods": Method.texts()}
+            target, method = _text(asked, "target"), _text(asked, "method")
+            rig.sliders.require(target, rig.sliders.morphs)
+            say(f"{target}: {method or 'as without a choice'}")
+            morph = self._path(rig, target, method, say)
+            say(f"{target}: {morph.method}, packing it")
+            model = rig_model(Rig(rig.neutral, {target: morph}), method, "method")
+            return {"row": self._row(target, morph), "glb": self._shelved(model.glb)}
+
+    def _save(self, sent: Sent, say: Say) -> Mapping[str, Any]:
+        asked = _object(sent)
+        choices, known = _texts(asked, "choices"), _texts(asked, "known")
+        with self._lock:
+            rig, before = self._whole(say), self._settings
+            if before is None:
+                raise ParameterError("there are no settings to keep a choice in")
+            for name in choices:
+                rig.sliders.require(name, rig.sliders.morphs)
+            say(f"writing {before.path.name}")
+            after = self._own(save_methods(before.path, choices, known))
+            changed = _changed(before, after, rig.morphs)
+            if (before.regions, before.character.curves) != (after.regions, after.character.curves):
+                self._maker = None
+            self._settings = after
+            morphs = {
+                name: self._kept(rig, name, after, say) if name in changed else morph
+                for name, morph in rig.morphs.items()
+            }
+            sliders = rig.sliders
+            self._rig = Rig(
+                rig.neutral, morphs, correctives=sliders.correctives, groups=sliders.groups
+            )
+            say("packing the face")
+            scene = self._subject.scene(self._rig)
+            self._shelf["model-0.glb"] = model_file(scene.models[0].glb)
+            rows = self._rows(self._rig, {*changed, *choices}, say)
+            return {"rows": rows, "glb": "model-0.glb", "file": str(after.path)}
+
+    def _whole(self, say: Say) -> Rig:
+        if self._rig is None:
+            self._rig = self._subject.rig(say)
+        return self._rig
+
+    def _rows(self, rig: Rig, names: Iterable[str], say: Say) -> list[dict[str, Any]]:
+        wanted = set(names)
+        found: list[dict[str, Any]] = []
+        for name, morph in rig.morphs.items():
+            if name in wanted:
+                say(f"measuring {name}, {len(found) + 1} of {len(wanted)}")
+                found.append(self._row(name, morph))
+        return found
+
+    def _row(self, target: str, morph: Morph) -> dict[str, Any]:
+        settings = self._settings
+        said = "" if settings is None else said_of(settings, target)
+        between = None if settings is None else settings.inbetweens.get(target)
+        if settings is not None and between is not None and target not in self._shapes:
+            own = between.files.items()
+            self._shapes[target] = {time: read(settings.file(file)) for time, file in own}
+        figures = path_figures(morph, self._shapes.get(target))
+        laws = [] if between is None else list(LAWS)
+        return {"name": target, "said": said, "laws": laws, **asdict(figures)}
+
+    def _path(self, rig: Rig, target: str, method: str, say: Say) -> Morph:
+        """The path by another method, exactly as it would be once the choice is saved."""
+        settings = self._settings
+        if settings is None:
+            if not method and not (own := self._as_stored(say).morphs[target]).bare:
+                return own
+            chosen = Method.of(method) if method else Method()
+            extent = extent_of(rig) if "extent" in chosen.inputs() else None
+            alone = rig.only([target])
+            return with_paths(alone, chosen, extent=extent).morphs[target]
+        path = settings.path
+        raw = read_bytes(path) if is_file(path) else b""
+        if target in settings.inbetweens and method and method not in LAWS:
+            raise FormatError(
+                path,
+                f"{target} has in-betweens, which its path passes through: choose "
+                f"{', '.join(LAWS)}, or take [inbetweens.{target}] out of the file first",
+            )
+        edited = with_methods(path, raw, {target: method})
+        return self._kept(rig, target, self._own(settings_of(parse_document(path, edited))), say)
+
+    def _kept(self, rig: Rig, target: str, settings: Settings, say: Say) -> Morph:
+        """The path that settings give to a target, made at most once."""
+        choice = repr((settings.choice_for(target), settings.inbetweens.get(target)))
+        key = (target, choice, repr((settings.regions, settings.character)))
+        if key not in self._made:
+            if self._maker is None:
+                self._maker = PathMaker(settings, rig.neutral, extent_of(rig))
+            own = self._as_stored(say).morphs[target] if settings.character.rig else None
+            maker = self._maker.with_settings(settings)
+            self._made[key] = maker.path(target, rig.morphs[target].target, own=own)
+            if len(self._made) > _MOST_KEPT:
+                self._made.popitem(last=False)
+        self._made.move_to_end(key)
+        return self._made[key]
+
+    def _as_stored(self, say: Say) -> Rig:
+        if self._stored is None:
+            self._stored = self._subject.stored(say)
+        return self._stored
+
+    def _own(self, settings: Settings) -> Settings:
+        """Settings as they are now on the disk, of the files that this command was given."""
+        character = self._subject.settings.character if self._subject.settings else None
+        return replace(settings, character=character or settings.character)
+
+    def _shelved(self, glb: bytes) -> str:
+        """The address of a model; the oldest of many is forgotten."""
+        self._number += 1
+        self._shelf.pop(f"method-{self._number - _MOST_KEPT}.glb", None)
+        name = f"method-{self._number}.glb"
+        self._shelf[name] = model_file(glb)
+        return name
+
+
+def _changed(before: Settings, after: Settings, names: Iterable[str]) -> list[str]:
+    """The targets whose paths differ between two settings."""
+    if before.regions != after.regions or before.character != after.character:
+        return list(names)
+    return [
+        name
+        for name in names
+        if before.choice_for(name) != after.choice_for(name)
+        or before.inbetweens.get(name) != after.inbetweens.get(name)
+    ]
+
+
+def _object(sent: Sent) -> dict[str, Any]:
+    try:
+        asked = json.loads(sent.read())
+    except (ValueError, RecursionError):
+        asked = None
+    if not isinstance(asked, dict):
+        raise ParameterError("what the page asked for is no JSON object; reload the page")
+    return asked
+
+
+def _text(asked: Mapping[str, Any], name: str) -> str:
+    value = asked.get(name)
+    if not isinstance(value, str):
+        raise ParameterError(f"what the page asked for has no text {name!r}; reload the page")
+    return value
+
+
+def _texts(asked: Mapping[str, Any], name: str) -> dict[str, str]:
+    value = asked.get(name)
+    texts = isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
+    if not isinstance(value, dict) or not texts or len(value) > _MOST_CHOICES:
+        raise ParameterError(f"what the page asked for has no texts {name!r}; reload the page")
+    return value
