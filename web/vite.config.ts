@@ -1,6 +1,7 @@
 // The pages as one file each that asks the network for nothing: `npm run build` writes the viewer,
 // `npm run build:landmarks` the page where landmarks are placed, as the Python package ships them.
-import { defineConfig, type Plugin } from 'vite';
+import { zlibSync } from 'three/addons/libs/fflate.module.js';
+import { build, defineConfig, type Plugin, type Rolldown } from 'vite';
 import { viteSingleFile } from 'vite-plugin-singlefile';
 
 const here = (path: string) => decodeURIComponent(new URL(path, import.meta.url).pathname);
@@ -19,12 +20,15 @@ const PAGES = {
   },
 };
 
+const CONTAINS = `The viewer of elastomorph (MIT licence). It contains the decoders of Draco (The Draco Authors,
+Apache License 2.0) and of meshoptimizer (Arseny Kapoulkine, MIT licence), and parts of three.js:`;
+
 export default defineConfig(({ mode }) => {
   const page = mode === 'landmarks' ? mode : 'viewer';
   const { folder, ...words } = PAGES[page];
   return {
     root: here('.'),
-    plugins: [filled({ page, ...words }), shaders(), viteSingleFile({ removeViteModuleLoader: true })],
+    plugins: [filled({ page, ...words }), shaders(), ownShaders(), packed(), viteSingleFile({ removeViteModuleLoader: true })],
     build: {
       outDir: here(`../src/elastomorph/viewer/${folder}`),
       emptyOutDir: true,
@@ -45,8 +49,7 @@ function filled(words: Readonly<Record<string, string>>): Plugin {
     async buildStart() {
       if (words['page'] !== 'viewer') return;
       const licence = await this.fs.readFile(here('node_modules/three/LICENSE'), { encoding: 'utf8' });
-      const contains = 'The viewer of elastomorph (MIT licence). It contains parts of three.js:';
-      notice = `\n<!--\n${contains}\n\n${licence.trim()}\n-->`;
+      notice = `\n<!--\n${CONTAINS}\n\n${licence.trim()}\n-->`;
     },
     transformIndexHtml: { order: 'pre', handler },
   };
@@ -65,4 +68,48 @@ function shaders(): Plugin {
     transform: (code) =>
       code.replaceAll(/(\/\* glsl \*\/ `)([^`]*)(?=`)/g, (_, before, glsl) => before + compact(glsl)),
   };
+}
+
+/** Leaves out the shaders of three.js that nothing here is drawn with: all but those of wide lines. */
+function ownShaders(): Plugin {
+  const drawn = /^(common|(clipping|color|colorspace|fog|logdepthbuf|premultiplied|tonemapping)_\w+)$/;
+  const chunk = /^((?:var|const) (\w+) = )"(?:[^"\\]|\\.)*";$/gm;
+  return {
+    name: 'own-shaders',
+    enforce: 'pre',
+    transform: (code, id) =>
+      id.endsWith('/three.module.js')
+        ? code.replaceAll(chunk, (all, before, name) => (drawn.test(name) ? all : `${before}"";`))
+        : null,
+  };
+}
+
+/**
+ * `x?packed` is what most people never need, compressed, in base64: a file, or a script with all that
+ * it imports. The compressor gives the same bytes on every machine.
+ */
+function packed(): Plugin {
+  const mark = /\?packed$/;
+  return {
+    name: 'packed',
+    async load(id) {
+      if (!mark.test(id)) return null;
+      const file = id.replace(mark, '');
+      const bytes = file.endsWith('.ts') ? await scriptOf(file) : await this.fs.readFile(file);
+      const small = zlibSync(bytes, { level: 9, mem: 12 });
+      const text = btoa(Array.from(small, (byte) => String.fromCharCode(byte)).join(''));
+      return { code: `export default ${JSON.stringify(text)}`, moduleType: 'js' };
+    },
+  };
+}
+
+/** A script and what it imports, as one that is no module. */
+async function scriptOf(entry: string): Promise<Uint8Array> {
+  const rolldownOptions = { input: entry, output: { format: 'iife' as const } };
+  const made = (await build({
+    configFile: false,
+    logLevel: 'error',
+    build: { write: false, target: 'es2022', modulePreload: false, rolldownOptions },
+  })) as Rolldown.RolldownOutput;
+  return new TextEncoder().encode(made.output[0].code);
 }

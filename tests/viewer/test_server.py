@@ -183,6 +183,14 @@ def test_a_page_without_scripts_may_run_none() -> None:
     assert "script-src 'none'" in served_policy("<p>text</p>")
 
 
+def test_only_a_page_with_decoders_may_compile_them() -> None:
+    """And nothing else than WebAssembly: text is never a script."""
+    unpacks = "<script>new WebAssembly.Module(bytes)</script>"
+    for policy in (alone_policy, served_policy):
+        assert "eval" not in policy(STAND_IN)
+        assert policy(unpacks).count("eval") == policy(unpacks).count("'wasm-unsafe-eval'") == 1
+
+
 def test_a_page_alone_may_not_even_ask_its_own_server() -> None:
     assert "'self'" in served_policy(STAND_IN)
     assert "'self'" not in alone_policy(STAND_IN)

@@ -101,16 +101,21 @@ def _socket_origin(address: str) -> str:
 
 def report_policy() -> str:
     """The policy of a finished page: whatever is within it may run, and nothing is fetched."""
-    scripts = "script-src 'unsafe-inline' blob:"
+    scripts = "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:"
     return f"default-src 'none'; {scripts}; {_WITHIN}; connect-src data: blob:; {_NOT_FRAMED}"
 
 
 def _own_scripts(page: str) -> str:
-    """Scripts of a page by their hashes: none that got into it by other ways would run."""
+    """Scripts of a page by their hashes: none that got into it by other ways would run.
+
+    Where one of them names WebAssembly, its decoders may be compiled too, and no text as a script.
+    """
     digests = [
         base64.b64encode(hashlib.sha256(found["content"].encode()).digest()).decode("ascii")
         for found in _SCRIPT.finditer(page)
         if 'type="' not in found["attributes"] or 'type="module"' in found["attributes"]
     ]
     allowed = [f"'sha256-{digest}'" for digest in digests] or ["'none'"]
+    if any("WebAssembly" in found["content"] for found in _SCRIPT.finditer(page)):
+        allowed.append("'wasm-unsafe-eval'")
     return f"default-src 'none'; script-src {' '.join(allowed)}"

@@ -21,10 +21,10 @@ def glb_of(document: dict[str, object]) -> bytes:
     return head + struct.pack("<I4s", len(text), b"JSON") + text
 
 
-DRACO = glb_of(
+SPLATS = glb_of(
     {
         "asset": {"version": "2.0"},
-        "extensionsRequired": ["KHR_draco_mesh_compression"],
+        "extensionsRequired": ["KHR_gaussian_splatting"],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
     }
 )
@@ -36,7 +36,7 @@ BROKEN: dict[str, tuple[str, bytes, str, str]] = {
     "HTML": ("head.glb", b"<!DOCTYPE html><p>Sign in</p>", "HTML page", "elastomorph export"),
     "OBJ": ("head.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 3\n", "OBJ file", "elastomorph export"),
     "FBX": ("head.fbx", b"Kaydara FBX Binary  \0", "FBX file", "elastomorph export"),
-    "compressed": ("small.glb", DRACO, "draco", "without compression"),
+    "extension": ("small.glb", SPLATS, "KHR_gaussian_splatting", "Export it again without it"),
     "old": ("old.glb", glb_of({"asset": {"version": "1.0"}}), "glTF 1.0", "as glTF 2.0"),
     "JSON": ("things.gltf", b'{"things": []}', "no glTF", "Open a .glb"),
     "no mesh": ("bare.glb", glb_of({"asset": {"version": "2.0"}}), "mesh", "xport"),

@@ -9,7 +9,8 @@ type Kind = {
   readonly name: string;
 };
 
-const KINDS: Readonly<Record<number, Kind>> = {
+/** Arrays by the numbers that glTF gives to the types of components. */
+export const KINDS: Readonly<Record<number, Kind>> = {
   5120: Int8Array,
   5121: Uint8Array,
   5122: Int16Array,
@@ -17,7 +18,7 @@ const KINDS: Readonly<Record<number, Kind>> = {
   5125: Uint32Array,
   5126: Float32Array,
 } as unknown as Readonly<Record<number, Kind>>;
-const WIDTHS: Readonly<Record<string, number>> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16 };
+export const WIDTHS: Readonly<Record<string, number>> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16 };
 
 /** How many elements an accessor has. */
 export function countOf(file: GltfDocument, number: unknown, of: string): number {
@@ -146,27 +147,17 @@ function elements(
 ): Numbers {
   const entry = file.item('bufferViews', view, name);
   const of = `buffer view ${shown(view)}`;
-  if (JSON.stringify(entry['extensions'] ?? {}).includes('meshopt')) {
-    file.refuse(
-      'it is compressed with meshopt, which is not read. Export it again without compression.',
-    );
-  }
-  const start = file.whole(entry, 'byteOffset', of, 0);
-  const length = file.whole(entry, 'byteLength', of);
+  const range = file.range(entry, of);
   const size = width * kind.BYTES_PER_ELEMENT;
   const step = file.whole(entry, 'byteStride', of, size) || size;
-  const buffer =
-    file.buffers[file.whole(entry, 'buffer', of)] ??
-    file.damaged(`${of} names a buffer that does not exist`);
-  if (start + length > buffer.length) file.damaged(`${of} reaches beyond its buffer`);
-  if (count > 0 && (step < size || offset + (count - 1) * step + size > length)) {
+  if (count > 0 && (step < size || offset + (count - 1) * step + size > range.length)) {
     file.damaged(
       `${name} has ${grouped(count)} elements, which do not fit into the ` +
-        `${grouped(length)} bytes of ${of}`,
+        `${grouped(range.length)} bytes of ${of}`,
     );
   }
-  const first = buffer.byteOffset + start + offset;
-  const bytes = buffer.buffer as ArrayBuffer;
+  const first = range.byteOffset + offset;
+  const bytes = range.buffer as ArrayBuffer;
   if (step === size && first % kind.BYTES_PER_ELEMENT === 0)
     return new kind(bytes, first, count * width);
   const close = new Uint8Array(count * size);

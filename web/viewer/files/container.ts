@@ -115,7 +115,9 @@ async function buffer(
   blob: Uint8Array | null,
 ): Promise<Uint8Array> {
   let found: Uint8Array = new Uint8Array(0);
-  if (uri === undefined) found = number === 0 && blob ? blob : found;
+  // What is unpacked may be announced as a buffer of its own, which is not there.
+  if (uri === undefined && number > 0) return found;
+  if (uri === undefined) found = blob ?? found;
   else if (typeof uri === 'string' && /^data:[^,]*;base64,/.test(uri)) {
     found = await bytesOfBase64(uri.slice(uri.indexOf(',') + 1)).catch(() =>
       refuse(name, `the bytes of buffer ${number} are damaged. Export it again.`),

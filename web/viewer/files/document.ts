@@ -3,7 +3,7 @@ import { grouped, refuse, type GltfContent } from './container';
 
 // What may be missing and still leave the face as it is, or is read here.
 const HARMLESS =
-  /^(KHR_mesh_quantization$|KHR_(materials|texture|lights|animation)_|EXT_texture_|MSFT_)/;
+  /^(KHR_(mesh_quantization|draco_mesh_compression|meshopt_compression)$|EXT_meshopt_compression$|KHR_(materials|texture|lights|animation)_|EXT_texture_|MSFT_)/;
 
 export type Entry = Readonly<Record<string, unknown>>;
 
@@ -73,6 +73,17 @@ export class GltfDocument {
     return found as number[];
   }
 
+  /** The bytes of a buffer that an entry (a view, or what says how it is packed) refers to. */
+  range(entry: Entry, of: string): Uint8Array {
+    const start = this.whole(entry, 'byteOffset', of, 0);
+    const length = this.whole(entry, 'byteLength', of);
+    const buffer =
+      this.buffers[this.whole(entry, 'buffer', of)] ??
+      this.damaged(`${of} names a buffer that does not exist`);
+    if (start + length > buffer.length) this.damaged(`${of} reaches beyond its buffer`);
+    return buffer.subarray(start, start + length);
+  }
+
   /**
    * Counts memory about to be used. Sparse targets are far smaller in a file than in memory, but
    * not arbitrarily so: a damaged count must not stop the browser.
@@ -90,12 +101,6 @@ export class GltfDocument {
   private requireExtensions(): void {
     for (const name of this.items('extensionsRequired')) {
       const text = shown(name).replaceAll('"', '');
-      if (/draco|meshopt/i.test(text)) {
-        this.refuse(
-          `it is compressed (${text}), which is not read. Export it without compression: in ` +
-            'Blender, untick "Compression"; with gltf-transform or gltfpack, leave it out.',
-        );
-      }
       if (!HARMLESS.test(text)) {
         this.refuse(`it cannot be read without the extension ${text}. Export it again without it.`);
       }

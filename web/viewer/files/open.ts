@@ -12,6 +12,7 @@ import { readPolygons, triangleEdges } from './polygons';
 import { seamsOf } from './seams';
 import { readSkins } from './skins';
 import { readSurface } from './surface';
+import { unpackedContent } from './unpacking/content';
 
 /**
  * Least cosine between the normals at a texture seam. A file with images may have been cut apart
@@ -32,7 +33,7 @@ export async function openFile(
   bytes: ArrayBuffer,
   known: Known = {},
 ): Promise<Model> {
-  const file = new GltfDocument(await openContainer(name, bytes));
+  const file = new GltfDocument(await unpackedContent(await openContainer(name, bytes)));
   const meshes = placedMeshes(file);
   const surface = readSurface(file, meshes);
   const numbers = [...new Set(meshes.map(({ mesh }) => mesh))];

@@ -82,7 +82,6 @@ function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], piece
       file.damaged('a primitive has no attributes');
     const mode = Number(primitive['mode'] ?? TRIANGLES);
     if (mode < TRIANGLES || mode > FAN) continue; // points and lines are no surface
-    requireUncompressed(file, primitive);
     const key = JSON.stringify([primitive['attributes'], primitive['targets']]);
     let sheet = shared.get(key);
     if (!sheet) {
@@ -108,15 +107,6 @@ function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], piece
       material,
       group: placed.name,
     });
-  }
-}
-
-function requireUncompressed(file: GltfDocument, primitive: Entry): void {
-  if (JSON.stringify(primitive['extensions'] ?? {}).includes('draco')) {
-    file.refuse(
-      'it is compressed with Draco, which is not read. Export it without compression: ' +
-        'in Blender, untick "Compression".',
-    );
   }
 }
 
