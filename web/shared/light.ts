@@ -34,12 +34,15 @@ float highlight(vec3 n, vec3 v, vec3 l, float roughness) {
   return nl * min(lobe * lobe * seen * fresnel / 3.14159 * 4.0, 6.0);
 }
 
-// hollow: −1 on ridges to 1 in creases, where less light comes; reached: share of the key light.
-vec3 studio(vec3 colour, float shine, float hollow, float reached, vec3 n, vec3 v) {
+// How much light comes where the surface is hollow: −1 on ridges to 1 in creases.
+float opened(float hollow) {
+  return clamp(1.0 - 2.1 * max(hollow, 0.0), 0.35, 1.0) * (1.0 + 0.5 * max(-hollow, 0.0));
+}
+
+// reached: share of the key light.
+vec3 inStudio(vec3 colour, float shine, float roughness, float open, float reached, vec3 n, vec3 v) {
   float soft = shine < 0.7 ? 1.0 : 0.35;
-  float open = clamp(1.0 - 2.1 * max(hollow, 0.0), 0.35, 1.0) * (1.0 + 0.5 * max(-hollow, 0.0));
   vec3 crease = mix(colour * vec3(1.0, 0.82, 0.78), vec3(1.0), open);
-  float roughness = mix(0.62, 0.16, smoothstep(0.3, 1.0, shine));
   vec3 dome = mix(GROUND, SKY, smoothstep(-1.0, 1.0, n.y)) * open * mix(0.62, 1.0, reached);
   vec3 key = KEY_LIGHT * mix(vec3(reached), pow(vec3(reached), vec3(0.72, 0.96, 1.0)), soft);
   float edge = pow(1.0 - max(dot(n, v), 0.0), 3.0);
@@ -51,6 +54,11 @@ vec3 studio(vec3 colour, float shine, float hollow, float reached, vec3 n, vec3 
     + FILL_LIGHT * highlight(n, v, normalize(FILL), roughness)
     + 0.10 * SKY * edge * open;
   return 0.50 * colour * light * crease + shine * open * shone;
+}
+
+vec3 studio(vec3 colour, float shine, float hollow, float reached, vec3 n, vec3 v) {
+  float roughness = mix(0.62, 0.16, smoothstep(0.3, 1.0, shine));
+  return inStudio(colour, shine, roughness, opened(hollow), reached, n, v);
 }
 
 // Bright parts bend over gently instead of being cut off.

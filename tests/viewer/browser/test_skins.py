@@ -113,10 +113,12 @@ def test_what_is_behind_shines_through_what_blends(visit: Visit) -> None:
 
 
 def test_a_damaged_image_leaves_the_colour(visit: Visit) -> None:
-    visit.forgiven = "only its colour is shown"
     broken = Texture(image_of()[:40], "broken")
-    material = Material((0.0, 1.0, 0.0, 1.0), broken, unlit=True)
-    assert shown(visit, card(material)) == [GREEN] * 4
+    page = visit(scene(card(Material((0.0, 1.0, 0.0, 1.0), broken, unlit=True))), size=FRAME)
+    assert colours(picture(page), QUARTERS) == [GREEN] * 4
+    words = page.get_by_role("alert").locator(".message").inner_text()
+    assert "image 0 is damaged" in words
+    assert "only colours are shown there" in words
 
 
 def test_heat_takes_the_place_of_the_image(visit: Visit) -> None:

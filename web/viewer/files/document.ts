@@ -117,3 +117,33 @@ export function shown(value: unknown): string {
   const text = JSON.stringify(value) ?? 'missing';
   return text.length > 60 ? `${text.slice(0, 60)}…` : text;
 }
+
+/** An entry of a list of the document, empty where there is none of that number. */
+export function listed(file: GltfDocument, key: string, number: unknown): Entry {
+  const found = typeof number === 'number' ? file.items(key)[number] : undefined;
+  return isEntry(found) ? found : {};
+}
+
+/** An object within another, empty where there is none. */
+export function objectIn(holder: Entry, key: string): Entry {
+  const found = holder[key];
+  return isEntry(found) ? found : {};
+}
+
+/** A number of an object, where it has one. */
+export function numberIn(holder: Entry, key: string, otherwise: number): number {
+  const found = holder[key];
+  return typeof found === 'number' && Number.isFinite(found) ? found : otherwise;
+}
+
+/** As many numbers as there are otherwise, where these are there. */
+export function numbersIn(
+  holder: Entry,
+  key: string,
+  otherwise: readonly number[],
+): readonly number[] {
+  const found = holder[key];
+  const right =
+    Array.isArray(found) && found.length === otherwise.length && found.every(Number.isFinite);
+  return right ? (found as number[]) : otherwise;
+}

@@ -40,7 +40,7 @@ export async function openFile(
   const stored = storedIn(numbers.map((number) => file.item('meshes', number, 'a node')));
   const written = meshes.length === 1 ? stored[0]?.['surface'] : undefined;
   const polygons = await readPolygons(written, surface);
-  const skins = await readSkins(file);
+  const skins = await readSkins(file, surface.colours !== null);
   const seams = skins ? seamsOf(surface, SEAM_OF_SKINS) : (polygons?.seams ?? seamsOf(surface));
   const described = readMorphs(stored, surface.targetNames);
   return {
@@ -48,9 +48,11 @@ export async function openFile(
     role: known.role ?? 'rig',
     neutral: surface.neutral,
     ...(skins
-      ? dressedParts(file, surface, skins)
+      ? dressedParts(file, surface, skins.ofMaterial)
       : sortedParts(file, surface, polygons, seams)),
     uv: surface.uv,
+    colours: surface.colours,
+    fileNormals: skins ? surface.normals : null,
     head: skins ? headOf(surface) : null,
     seams,
     edges: polygons?.edges ?? triangleEdges(surface, seams),
@@ -60,5 +62,6 @@ export async function openFile(
     clips: readClips(file, meshes, surface.targetNames, described.morphs, described.correctives),
     diameter: known.diameter ?? diameterOf(surface.neutral),
     bytes: file.size,
+    notes: skins?.notes ?? [],
   };
 }

@@ -66,9 +66,8 @@ export function dressedParts(
 ): SortedParts {
   const materials = [...new Set(surface.pieces.map(({ material }) => material))];
   const skinOf = (material: number | null) => skins[material ?? -1] ?? PLAIN;
-  materials.sort(
-    (a, b) => Number(skinOf(a).opacity === 'blend') - Number(skinOf(b).opacity === 'blend'),
-  );
+  const order = ({ opacity, rank }: Skin) => (opacity === 'blend' ? rank : -Infinity);
+  materials.sort((a, b) => order(skinOf(a)) - order(skinOf(b)) || 0);
   const total = surface.pieces.reduce((sum, piece) => sum + piece.triangles.length, 0);
   const triangles = new Uint32Array(total);
   const parts: Part[] = [];
@@ -83,10 +82,8 @@ export function dressedParts(
     const { name } = materialOf(file, pieces[0]!);
     const skin = skinOf(material);
     const [r, g, b] = skin.colour;
-    // An image shows its highlights itself; a glint as on bare eyes would hide it.
-    const shine = Math.min(LOOKS[partOfName(name || pieces[0]!.group)].shine, 0.4);
     const part = { name: name || pieces[0]!.group, start, count: place - start };
-    if (part.count > 0) parts.push({ ...part, colour: [r, g, b], shine, shown: true, skin });
+    if (part.count > 0) parts.push({ ...part, colour: [r, g, b], shine: 0, shown: true, skin });
   }
   return { triangles, parts };
 }

@@ -1,118 +1,165 @@
-// What a document says of the looks of its surfaces: base colours, images, opacity.
-import type { Skin, Wrap } from '../types/model';
-import { isEntry, type Entry, type GltfDocument } from './document';
+// What a document says of the looks of its surfaces: colours, images, opacity, light and shade.
+import type { Layer, LayerName, Skin, Wrap } from '../types/model';
+import { isEntry, listed, numberIn, numbersIn, objectIn, type Entry, type GltfDocument } from './document';
+import { Images } from './images';
+import { toonOf, type Toon } from './toon';
 
-const MOST_PIXELS = 8192 ** 2; // of an image that is shown
-const LARGEST = 4096; // pixels on a side of what is kept of it
 const WRAPS: Readonly<Record<number, Wrap>> = { 33071: 'clamp', 33648: 'mirror', 10497: 'repeat' };
 const NEAREST = 9728;
 const OPACITIES: Readonly<Record<string, Skin['opacity']>> = { MASK: 'mask', BLEND: 'blend' };
+const ABOVE = 19; // rank of what blends and says nothing of its own
 
 /** A surface that nothing is said of is white. */
 export const PLAIN: Skin = {
-  image: null,
+  layers: {},
   colour: [1, 1, 1, 1],
   opacity: 'opaque',
   cutoff: 0.5,
   doubleSided: false,
-  unlit: false,
-  wrap: ['repeat', 'repeat'],
-  smooth: true,
-  place: [1, 0, 0, 1, 0, 0],
+  shading: 'lit',
+  bumps: 1,
+  glow: [0, 0, 0],
+  roughness: 1,
+  metal: 0,
+  creases: 1,
+  shade: [1, 1, 1],
+  edge: [0, 0],
+  rank: ABOVE,
+  covers: false,
 };
 
-/** The attribute with the coordinates by which a primitive shows the image of its base colour. */
-export function shownCoordinates(file: GltfDocument, primitive: Entry): string {
-  const material = file.items('materials')[Number(primitive['material'] ?? -1)];
-  const texture = isEntry(material) ? textureOf(material) : {};
-  const set = transformOf(texture)['texCoord'] ?? texture['texCoord'] ?? 0;
-  const name = `TEXCOORD_${Number(set)}`;
-  return isEntry(primitive['attributes']) && name in primitive['attributes'] ? name : 'TEXCOORD_0';
+export interface Skins {
+  readonly ofMaterial: readonly Skin[];
+  /** What is not shown: a sentence each. */
+  readonly notes: readonly string[];
 }
 
-/** The looks of each material; null where no material shows an image: names tell more then. */
-export async function readSkins(file: GltfDocument): Promise<Skin[] | null> {
+/**
+ * The attributes with the coordinates by which a primitive shows its images: one set or two, that of
+ * the base colour first.
+ */
+export function shownCoordinates(file: GltfDocument, primitive: Entry): string[] {
+  const number = primitive['material'];
+  const material = listed(file, 'materials', number);
+  const sets = setsOf(texturesOf(material, toonOf(file, Number(number ?? -1), material)));
+  const given = objectIn(primitive, 'attributes');
+  const names = sets.map((set) => `TEXCOORD_${set}`);
+  return names.map((name) => (name in given ? name : 'TEXCOORD_0'));
+}
+
+/** The looks of each material; null where nothing has an image or colours: names tell more then. */
+export async function readSkins(file: GltfDocument, coloured: boolean): Promise<Skins | null> {
   const materials = file.items('materials').map((entry) => (isEntry(entry) ? entry : {}));
-  if (!materials.some((entry) => textureOf(entry)['index'] !== undefined)) return null;
-  const images = new Map<unknown, Promise<ImageBitmap | null>>();
-  const imageOf = (number: unknown) => {
-    if (!images.has(number)) images.set(number, decoded(file, number));
-    return images.get(number)!;
-  };
-  return Promise.all(materials.map((entry) => skinOf(file, entry, imageOf)));
+  const found = materials.map((entry, number) => {
+    const toon = toonOf(file, number, entry);
+    return { entry, toon, textures: texturesOf(entry, toon) };
+  });
+  if (!coloured && !found.some(({ textures }) => textures.base)) return null;
+  const wanted = found.flatMap(({ textures }) =>
+    Object.values(textures).map((texture) => imageOf(file, texture)),
+  );
+  const images = new Images(file, wanted);
+  const ofMaterial = await Promise.all(
+    found.map(async ({ entry, toon, textures }) => {
+      const names = Object.keys(textures) as LayerName[];
+      const layers = await Promise.all(
+        names.map((name) => layerOf(file, images, textures[name]!, setsOf(textures))),
+      );
+      const shown = names.flatMap((name, i) => (layers[i] ? [[name, layers[i]] as const] : []));
+      return { ...skinOf(entry), ...toon?.looks, layers: Object.fromEntries(shown) };
+    }),
+  );
+  return { ofMaterial, notes: images.notes };
 }
 
-async function skinOf(
-  file: GltfDocument,
-  entry: Entry,
-  imageOf: (number: unknown) => Promise<ImageBitmap | null>,
-): Promise<Skin> {
+type Textures = Readonly<Partial<Record<LayerName, Entry>>>;
+
+/** References to textures by what they are for, those that name none left out. */
+function texturesOf(entry: Entry, toon: Toon | null): Textures {
   const shading = objectIn(entry, 'pbrMetallicRoughness');
-  const extensions = objectIn(entry, 'extensions');
-  const shown = textureOf(entry);
-  const texture = listed(file, 'textures', shown['index']);
-  const sampler = listed(file, 'samplers', texture['sampler']);
-  const webp = objectIn(objectIn(texture, 'extensions'), 'EXT_texture_webp');
-  const cutoff = entry['alphaCutoff'];
+  const given: Record<LayerName, Entry> = {
+    base: objectIn(shading, 'baseColorTexture'),
+    bumps: objectIn(entry, 'normalTexture'),
+    glow: objectIn(entry, 'emissiveTexture'),
+    finish: objectIn(shading, 'metallicRoughnessTexture'),
+    creases: objectIn(entry, 'occlusionTexture'),
+    shade: {},
+  };
+  const unlit = isUnlit(entry) && !toon;
+  const named = Object.entries({ ...given, ...toon?.textures });
+  const used = named.filter(([name, texture]) => 'index' in texture && (!unlit || name === 'base'));
+  return Object.fromEntries(used);
+}
+
+function isUnlit(entry: Entry): boolean {
+  return 'KHR_materials_unlit' in objectIn(entry, 'extensions');
+}
+
+function skinOf(entry: Entry): Skin {
+  const shading = objectIn(entry, 'pbrMetallicRoughness');
+  const strong = objectIn(objectIn(entry, 'extensions'), 'KHR_materials_emissive_strength');
+  const strength = numberIn(strong, 'emissiveStrength', 1);
+  const glow = numbersIn(entry, 'emissiveFactor', [0, 0, 0]).map((part) => part * strength);
   return {
-    image: await imageOf(webp['source'] ?? texture['source']),
+    ...PLAIN,
     colour: numbersIn(shading, 'baseColorFactor', [1, 1, 1, 1]) as Skin['colour'],
     opacity: OPACITIES[String(entry['alphaMode'])] ?? 'opaque',
-    cutoff: typeof cutoff === 'number' ? cutoff : 0.5,
+    cutoff: numberIn(entry, 'alphaCutoff', 0.5),
     doubleSided: entry['doubleSided'] === true,
-    unlit: 'KHR_materials_unlit' in extensions || 'VRMC_materials_mtoon' in extensions,
+    shading: isUnlit(entry) ? 'unlit' : 'lit',
+    bumps: numberIn(objectIn(entry, 'normalTexture'), 'scale', 1),
+    glow: glow as unknown as Skin['glow'],
+    roughness: numberIn(shading, 'roughnessFactor', 1),
+    metal: numberIn(shading, 'metallicFactor', 1),
+    creases: numberIn(objectIn(entry, 'occlusionTexture'), 'strength', 1),
+  };
+}
+
+async function layerOf(
+  file: GltfDocument,
+  images: Images,
+  reference: Entry,
+  sets: readonly number[],
+): Promise<Layer | null> {
+  const image = await images.of(imageOf(file, reference));
+  if (!image) return null;
+  const texture = listed(file, 'textures', reference['index']);
+  const sampler = listed(file, 'samplers', texture['sampler']);
+  return {
+    image,
     wrap: [wrap(sampler['wrapS']), wrap(sampler['wrapT'])],
     smooth: sampler['magFilter'] !== NEAREST,
-    place: placeOf(transformOf(shown)),
+    place: placeOf(transformOf(reference)),
+    set: Math.max(0, sets.indexOf(setOf(reference))),
   };
+}
+
+/** The number of the image that a texture shows; -1 where it names none. */
+function imageOf(file: GltfDocument, reference: Entry): number {
+  const texture = listed(file, 'textures', reference['index']);
+  const extensions = objectIn(texture, 'extensions');
+  const kinds = ['EXT_texture_webp', 'EXT_texture_avif'];
+  if (texture['source'] === undefined) kinds.push('KHR_texture_basisu');
+  const other = kinds.find((name) => name in extensions);
+  return numberIn(other ? objectIn(extensions, other) : texture, 'source', -1);
 }
 
 /** Scaled, then turned counter-clockwise as seen on the image, then moved. */
 function placeOf(transform: Entry): number[] {
   const [x, y] = numbersIn(transform, 'offset', [0, 0]) as [number, number];
   const [across, down] = numbersIn(transform, 'scale', [1, 1]) as [number, number];
-  const angle = transform['rotation'];
-  const turn = typeof angle === 'number' ? angle : 0;
+  const turn = numberIn(transform, 'rotation', 0);
   const [c, s] = [Math.cos(turn), Math.sin(turn)];
   return [c * across, -s * across, s * down, c * down, x, y];
 }
 
-/** The pixels of an image; null, with a warning, where the browser cannot show them. */
-async function decoded(file: GltfDocument, number: unknown): Promise<ImageBitmap | null> {
-  if (number === undefined) return null;
-  const told = (problem: string) => {
-    console.warn(`${file.name}: image ${String(number)} ${problem}; only its colour is shown.`);
-    return null;
-  };
-  const image = listed(file, 'images', number);
-  const view = listed(file, 'bufferViews', image['bufferView']);
-  const buffer = file.buffers[Number(view['buffer'] ?? -1)];
-  const [start, length] = [Number(view['byteOffset'] ?? 0), Number(view['byteLength'])];
-  if (!buffer || !(start >= 0 && start + length <= buffer.length))
-    return told('is not in the file');
-  const bytes = buffer.slice(start, start + length);
-  try {
-    const settings = { colorSpaceConversion: 'none', premultiplyAlpha: 'none' } as const;
-    const whole = await createImageBitmap(new Blob([bytes]), settings);
-    const { width, height } = whole;
-    if (width * height > MOST_PIXELS) {
-      whole.close();
-      return told('is too large');
-    }
-    const shrink = LARGEST / Math.max(width, height);
-    if (shrink >= 1) return whole;
-    const size = {
-      resizeWidth: Math.max(1, Math.round(width * shrink)),
-      resizeHeight: Math.max(1, Math.round(height * shrink)),
-    };
-    return await createImageBitmap(whole, { ...settings, ...size });
-  } catch {
-    return told('is damaged or of a kind that this browser does not know');
-  }
+function setOf(reference: Entry): number {
+  return Number(transformOf(reference)['texCoord'] ?? reference['texCoord'] ?? 0);
 }
 
-function textureOf(material: Entry): Entry {
-  return objectIn(objectIn(material, 'pbrMetallicRoughness'), 'baseColorTexture');
+/** The sets of coordinates that textures ask for: the first two, that of the base first. */
+function setsOf(textures: Textures): number[] {
+  return [...new Set(Object.values(textures).map(setOf))].slice(0, 2);
 }
 
 function transformOf(texture: Entry): Entry {
@@ -121,21 +168,4 @@ function transformOf(texture: Entry): Entry {
 
 function wrap(given: unknown): Wrap {
   return WRAPS[Number(given)] ?? 'repeat';
-}
-
-function listed(file: GltfDocument, key: string, number: unknown): Entry {
-  const found = typeof number === 'number' ? file.items(key)[number] : undefined;
-  return isEntry(found) ? found : {};
-}
-
-function objectIn(holder: Entry, key: string): Entry {
-  const found = holder[key];
-  return isEntry(found) ? found : {};
-}
-
-function numbersIn(holder: Entry, key: string, otherwise: readonly number[]): readonly number[] {
-  const found = holder[key];
-  const right =
-    Array.isArray(found) && found.length === otherwise.length && found.every(Number.isFinite);
-  return right ? (found as number[]) : otherwise;
 }

@@ -17,7 +17,8 @@ export interface Piece {
 export interface Surface {
   readonly neutral: Float32Array; // (V, 3)
   readonly normals: Float32Array | null; // (V, 3) of the neutral, where all meshes have them
-  readonly uv: Float32Array | null; // (V, 2) texture coordinates, where a mesh has any
+  readonly uv: readonly Float32Array[]; // (V, 2) the sets of texture coordinates that images ask for
+  readonly colours: Uint8Array | null; // (V, 4) of vertices, linear, where a mesh has any
   readonly pieces: readonly Piece[];
   readonly targetNames: readonly string[];
   readonly targets: readonly Float32Array[]; // (V, 3) each, in one stretch of memory
@@ -71,7 +72,8 @@ export function readSurface(file: GltfDocument, meshes: readonly PlacedMesh[]): 
   requireFinite(file, neutral, 'the vertices');
   targets.forEach((target, i) => requireFinite(file, target, `the morph target '${names[i]}'`));
   const uv = textureCoordinates(file, sheets, vertices);
-  return { neutral, normals, uv, pieces, targetNames: names, targets, sheets: sheets.length };
+  const colours = coloursOf(file, sheets, vertices);
+  return { neutral, normals, uv, colours, pieces, targetNames: names, targets, sheets: sheets.length };
 }
 
 function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], pieces: Piece[]): void {
@@ -114,22 +116,41 @@ function textureCoordinates(
   file: GltfDocument,
   sheets: readonly Sheet[],
   vertices: number,
-): Float32Array | null {
-  const sets = sheets.map((sheet) => attribute(sheet, shownCoordinates(file, sheet.primitive)));
-  if (sets.every((set) => set === undefined)) return null;
-  file.spend(8 * vertices);
-  const uv = new Float32Array(2 * vertices);
-  sheets.forEach(({ start, count }, i) => {
-    if (sets[i] !== undefined)
-      floatsInto(
-        file,
-        sets[i],
-        2,
-        'texture coordinates',
-        uv.subarray(2 * start, 2 * (start + count)),
-      );
+): Float32Array[] {
+  const names = sheets.map((sheet) => shownCoordinates(file, sheet.primitive));
+  return [0, 1].flatMap((set) => {
+    const own = sheets.map((sheet, i) => attribute(sheet, names[i]![set] ?? ''));
+    if (own.every((accessor) => accessor === undefined)) return [];
+    file.spend(8 * vertices);
+    const uv = new Float32Array(2 * vertices);
+    sheets.forEach(({ start, count }, i) => {
+      const part = uv.subarray(2 * start, 2 * (start + count));
+      if (own[i] !== undefined) floatsInto(file, own[i], 2, 'texture coordinates', part);
+    });
+    return [uv];
   });
-  return uv;
+}
+
+/** Of vertices, with their opacity; white where a mesh has none, null where all are white. */
+function coloursOf(
+  file: GltfDocument,
+  sheets: readonly Sheet[],
+  vertices: number,
+): Uint8Array | null {
+  if (sheets.every((sheet) => attribute(sheet, 'COLOR_0') === undefined)) return null;
+  file.spend(4 * vertices);
+  const colours = new Uint8Array(4 * vertices).fill(255);
+  for (const sheet of sheets) {
+    const accessor = attribute(sheet, 'COLOR_0');
+    if (accessor === undefined) continue;
+    const width = file.item('accessors', accessor, 'colours')['type'] === 'VEC3' ? 3 : 4;
+    const own = floats(file, accessor, width, 'colours', sheet.count);
+    for (let i = 0; i < own.length; i += 1) {
+      const at = 4 * (sheet.start + Math.floor(i / width)) + (i % width);
+      colours[at] = Math.round(255 * Math.min(Math.max(own[i]!, 0), 1));
+    }
+  }
+  return colours.every((part) => part === 255) ? null : colours;
 }
 
 function attribute(sheet: Sheet, name: string): unknown {

@@ -4,16 +4,18 @@ import {
   Mesh,
   Vector3,
   type BufferGeometry,
+  type Camera,
   type DataTexture,
   type RawShaderMaterial,
-  type Texture,
   type WebGLRenderer,
 } from 'three';
 import { activeTargets, type ActiveTarget, type Drive } from '../rig/pose';
 import type { Model } from '../types/model';
 import { CpuPoser } from './cpu_poser';
 import { loopLines, wireframe, type Edges } from './edges';
+import { imageBytes, texturesIn } from './dress';
 import { canDrawFloats, GpuPoser } from './gpu_poser';
+import { passesOf, Sorting } from './passes';
 import type { Poser, Shape } from './shape';
 import {
   castingGeometry,
@@ -52,6 +54,7 @@ export class Face {
   readonly casting: BufferGeometry;
   readonly poser: Poser;
   private readonly parts: DataTexture;
+  private readonly sorting: Sorting;
   private readonly now: Posed;
   private readonly rest: Posed;
   private readonly ghosts: Ghost[] = [];
@@ -67,8 +70,10 @@ export class Face {
   ) {
     this.poser = canDrawFloats(renderer) ? new GpuPoser(renderer, model) : new CpuPoser(model);
     this.parts = partTexture(model);
-    const materials = skinMaterials(model, this.parts, pictures);
-    const geometry = skinGeometry(model);
+    const passes = passesOf(model.parts);
+    const materials = skinMaterials(model, passes, this.parts, pictures);
+    const geometry = skinGeometry(model, passes);
+    this.sorting = new Sorting(geometry, model, passes);
     this.materials = materials;
     this.casting = castingGeometry(geometry, model);
     this.skin = new Mesh(geometry, geometry.groups.length > 0 ? materials : materials[0]!);
@@ -86,7 +91,8 @@ export class Face {
     this.activeCount = active.length;
     this.pose(this.now, active);
     const { positions, normals } = this.shape;
-    this.tell({ rest: this.rest.shape.positions, positions, normals });
+    const { positions: rest, normals: restNormals } = this.rest.shape;
+    this.tell({ rest, restNormals, positions, normals });
   }
 
   /** Tells what draws the face the values of some uniforms. */
@@ -95,6 +101,11 @@ export class Face {
       for (const [name, value] of Object.entries(values)) material.uniforms[name]!.value = value;
       material.uniformsNeedUpdate = true;
     }
+  }
+
+  /** What blends is drawn from far to near as this camera sees it. */
+  arrange({ matrixWorldInverse }: Camera): void {
+    this.sorting.sort(matrixWorldInverse);
   }
 
   get shape(): Shape {
@@ -163,22 +174,17 @@ export class Face {
   /** Bytes on the graphics card. */
   get bytes(): number {
     const { attributes, index } = this.skin.geometry;
-    const arrays = [attributes['corner'], attributes['uv'], index];
-    const surface = arrays.reduce((sum, own) => sum + (own?.array.byteLength ?? 0), this.imageBytes);
+    const images = imageBytes(this.model.parts.map(({ skin }) => skin));
+    const arrays = [...Object.values(attributes), index];
+    const surface = arrays.reduce((sum, own) => sum + (own?.array.byteLength ?? 0), images);
     const shapes = this.poser.bytesOfShape * (2 + this.ghosts.length);
     return (
       this.poser.bytes + surface + shapes + (this.wires?.bytes ?? 0) + (this.loops?.bytes ?? 0)
     );
   }
 
-  /** Of the images with their smaller copies. */
-  private get imageBytes(): number {
-    const images = new Set(this.model.parts.map(({ skin }) => skin?.image));
-    return [...images].reduce((sum, i) => sum + (i ? (16 / 3) * i.width * i.height : 0), 0);
-  }
-
   dispose(): void {
-    for (const { uniforms } of this.materials) (uniforms['image']!.value as Texture | null)?.dispose();
+    for (const { uniforms } of this.materials) texturesIn(uniforms).forEach((own) => own.dispose());
     for (const { depth, colour, posed } of this.ghosts) {
       depth.material.dispose();
       colour.material.dispose();

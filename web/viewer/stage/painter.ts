@@ -110,6 +110,7 @@ export class Painter {
       const { casting, shape } = face;
       this.pictures.shadow.draw(renderer, camera, casting, shape, middle, 0.6 * size);
     }
+    face.arrange(camera);
     renderer.setScissor(cut.x, cut.y, cut.width, cut.height);
     this.open(area, look.dark);
     renderer.render(this.space, camera);

@@ -9,32 +9,33 @@ import {
   GLSL3,
   LessEqualDepth,
   LinearFilter,
-  Matrix3,
   RawShaderMaterial,
   RGBAFormat,
   Vector3,
-  Vector4,
   type Texture,
 } from 'three';
-import type { Model, Part, Skin } from '../types/model';
+import type { Model } from '../types/model';
 import { heatColour } from './colours';
+import { dressUniforms } from './dress';
+import type { Pass } from './passes';
 import type { Shadow } from './shadow';
 import { FACE_FRAGMENT, FACE_VERTEX, GHOST_FRAGMENT } from './shaders/face';
-import { imageTexture, numberTexture } from './textures';
+import { numberTexture } from './textures';
 
 /**
- * Corners (vertex, part) that parts share no more, and the triangles between them. Each part with a
- * skin of its own is a group, drawn with a material of its own.
+ * Corners (vertex, part) that parts share no more, and the triangles between them. Each pass over a
+ * part with a skin of its own is a group, drawn with a material of its own.
  */
-export function skinGeometry({ triangles, parts, neutral, uv }: Model): BufferGeometry {
+export function skinGeometry(model: Model, passes: readonly Pass[]): BufferGeometry {
+  const { triangles, parts, neutral } = model;
   const corners: number[] = [];
   const index: number[] = [];
-  const groups: (readonly [number, number])[] = [];
+  const starts: number[] = [];
   const placeOf = new Int32Array(neutral.length / 3);
   parts.forEach(({ start, count, shown }, part) => {
+    starts.push(index.length);
     if (!shown) return;
     placeOf.fill(-1);
-    groups.push([index.length, count]);
     for (let i = start; i < start + count; i += 1) {
       const vertex = triangles[i]!;
       if (placeOf[vertex] === -1) placeOf[vertex] = corners.push(vertex, part) / 2 - 1;
@@ -44,14 +45,38 @@ export function skinGeometry({ triangles, parts, neutral, uv }: Model): BufferGe
   const geometry = new BufferGeometry();
   geometry.setAttribute('corner', new BufferAttribute(Uint32Array.from(corners), 2));
   geometry.setIndex(new BufferAttribute(Uint32Array.from(index), 1));
-  if (uv && isDressed(parts)) {
-    const places = new Float32Array(corners.length);
-    for (let i = 0; i < corners.length; i += 2)
-      places.set(uv.subarray(2 * corners[i]!, 2 * corners[i]! + 2), i);
-    geometry.setAttribute('uv', new BufferAttribute(places, 2));
-  }
-  if (isDressed(parts)) groups.forEach(([at, count], part) => geometry.addGroup(at, count, part));
+  passes.forEach(({ part }, i) => geometry.addGroup(starts[part]!, parts[part]!.count, i));
+  if (passes.length > 0) dressCorners(geometry, corners, model);
   return geometry;
+}
+
+/** What the images and colours of a file need to know of each corner. */
+function dressCorners(geometry: BufferGeometry, corners: readonly number[], model: Model): void {
+  const count = corners.length / 2;
+  const gathered = <T extends Float32Array | Uint8Array>(from: T, width: number, into: T): T => {
+    for (let i = 0; i < count; i += 1) {
+      const vertex = corners[2 * i]!;
+      into.set(from.subarray(width * vertex, width * (vertex + 1)), width * i);
+    }
+    return into;
+  };
+  model.uv.forEach((uv, set) => {
+    const places = gathered(uv, 2, new Float32Array(2 * count));
+    geometry.setAttribute(set === 0 ? 'uv' : 'uv2', new BufferAttribute(places, 2));
+  });
+  if (model.colours) {
+    const tints = gathered(model.colours, 4, new Uint8Array(4 * count));
+    geometry.setAttribute('tinted', new BufferAttribute(tints, 4, true));
+  }
+  if (!model.fileNormals) return;
+  const ways = gathered(model.fileNormals, 3, new Float32Array(3 * count));
+  const normals = new Int16Array(4 * count); // four, so that each starts at a whole word
+  for (let i = 0; i < count; i += 1) {
+    const [x, y, z] = ways.subarray(3 * i, 3 * i + 3) as unknown as [number, number, number];
+    const scale = 32767 / (Math.hypot(x, y, z) || 1);
+    normals.set([x * scale, y * scale, z * scale], 4 * i);
+  }
+  geometry.setAttribute('fileNormal', new BufferAttribute(normals, 4, true));
 }
 
 /** The triangles that cast a shadow: all but those that light shines through, which come last. */
@@ -65,10 +90,6 @@ export function castingGeometry(skin: BufferGeometry, { parts }: Model): BufferG
   geometry.setAttribute('corner', skin.getAttribute('corner'));
   geometry.setIndex(new BufferAttribute(index.slice(0, index.length - clear), 1));
   return geometry;
-}
-
-function isDressed(parts: readonly Part[]): boolean {
-  return parts.some(({ skin }) => skin !== undefined);
 }
 
 /** Colour, shine and eye of each part. */
@@ -106,9 +127,10 @@ export interface Pictures {
   readonly shadow: Shadow;
 }
 
-/** The materials of a face: one for each part with a skin of its own, else one for all. */
+/** The materials of a face: one for each pass over a part with a skin of its own, else one for all. */
 export function skinMaterials(
   model: Model,
+  passes: readonly Pass[],
   parts: Texture,
   { heat, matcap, shadow }: Pictures,
 ): RawShaderMaterial[] {
@@ -127,48 +149,21 @@ export function skinMaterials(
     vertexShader: FACE_VERTEX,
     fragmentShader: FACE_FRAGMENT,
   } as const;
-  if (!isDressed(model.parts)) {
-    const uniforms = { ...shared, ...bareUniforms() };
-    return [new RawShaderMaterial({ ...shaders, uniforms, side: DoubleSide })];
+  if (passes.length === 0) {
+    return [new RawShaderMaterial({ ...shaders, uniforms: shared, side: DoubleSide })];
   }
-  return model.parts.flatMap(({ skin }) => {
-    if (!skin) return [];
-    const clear = skin.opacity === 'blend';
+  return passes.map((pass) => {
+    const { skin, side, kind } = pass;
+    const uniforms = { ...shared, ...dressUniforms(pass, model.colours !== null) };
     return new RawShaderMaterial({
       ...shaders,
-      uniforms: { ...shared, ...skinUniforms(skin) },
-      side: skin.doubleSided ? DoubleSide : FrontSide,
-      transparent: clear,
-      depthWrite: !clear,
+      defines: { DRESSED: '' },
+      uniforms,
+      side,
+      transparent: kind === 'clear',
+      depthWrite: kind !== 'clear' || skin.covers,
     });
   });
-}
-
-function bareUniforms() {
-  return {
-    dressed: { value: false },
-    unlit: { value: false },
-    doubleSided: { value: false },
-    image: { value: null as Texture | null },
-    tint: { value: new Vector4(1, 1, 1, 1) },
-    cutoff: { value: -1 },
-    solid: { value: 1 },
-    place: { value: new Matrix3() },
-  };
-}
-
-function skinUniforms(skin: Skin) {
-  const [a, b, c, d, x, y] = skin.place as [number, number, number, number, number, number];
-  return {
-    dressed: { value: true },
-    unlit: { value: skin.unlit },
-    doubleSided: { value: skin.doubleSided },
-    image: { value: imageTexture(skin) },
-    tint: { value: new Vector4(...skin.colour) },
-    cutoff: { value: skin.opacity === 'mask' ? skin.cutoff : -1 },
-    solid: { value: skin.opacity === 'blend' ? 0 : 1 },
-    place: { value: new Matrix3().set(a, c, x, b, d, y, 0, 0, 1) },
-  };
 }
 
 /** For faces that are not there; `depthOnly` goes first, so that only their front shows. */
@@ -196,6 +191,7 @@ function shapeUniforms() {
     positions: { value: null },
     normals: { value: null },
     rest: { value: null },
+    restNormals: { value: null },
     against: { value: null },
     painting: { value: false },
     measuring: { value: false },

@@ -7,18 +7,20 @@ import {
   LinearMipmapLinearFilter,
   MirroredRepeatWrapping,
   NearestFilter,
+  NoColorSpace,
   RepeatWrapping,
   RGBAFormat,
   RGBFormat,
   RGFormat,
   RGIntegerFormat,
+  TextureSource,
   SRGBColorSpace,
   Texture,
   UnsignedIntType,
   type PixelFormat,
   type Wrapping,
 } from 'three';
-import type { Skin, Wrap } from '../types/model';
+import type { Layer, Wrap } from '../types/model';
 
 const WRAPS: Readonly<Record<Wrap, Wrapping>> = {
   repeat: RepeatWrapping,
@@ -26,15 +28,21 @@ const WRAPS: Readonly<Record<Wrap, Wrapping>> = {
   clamp: ClampToEdgeWrapping,
 };
 
-/** The image of a skin; white where it has none. */
-export function imageTexture({ image, wrap, smooth }: Skin): Texture {
-  if (!image) {
+/** One upload an image, however many surfaces show it. */
+const sources = new WeakMap<ImageBitmap, TextureSource<ImageBitmap>>();
+
+/** The image of a layer; white where there is none. Colours are decoded, other numbers are not. */
+export function imageTexture(layer: Layer | undefined, colours: boolean): Texture {
+  if (!layer) {
     const white = new DataTexture(new Uint8Array([255, 255, 255, 255]), 1, 1);
     white.needsUpdate = true;
     return white;
   }
-  const texture = new Texture(image);
-  texture.colorSpace = SRGBColorSpace;
+  const { image, wrap, smooth } = layer;
+  const texture = new Texture();
+  if (!sources.has(image)) sources.set(image, new TextureSource(image));
+  texture.source = sources.get(image)!;
+  texture.colorSpace = colours ? SRGBColorSpace : NoColorSpace;
   texture.flipY = false;
   texture.wrapS = WRAPS[wrap[0]];
   texture.wrapT = WRAPS[wrap[1]];

@@ -22,21 +22,44 @@ export interface Clip {
   readonly tracks: ReadonlyMap<string, Float32Array>; // by slider, as long as times
 }
 
-/** What a file says of the looks of a surface. */
-export interface Skin {
-  readonly image: ImageBitmap | null; // base colour
-  readonly colour: readonly [number, number, number, number]; // linear, and opacity
-  readonly opacity: 'opaque' | 'mask' | 'blend';
-  readonly cutoff: number; // least opacity that a mask shows
-  readonly doubleSided: boolean;
-  readonly unlit: boolean; // light and shade leave it as it is
+/** An image laid over a surface. */
+export interface Layer {
+  readonly image: ImageBitmap;
   readonly wrap: readonly [Wrap, Wrap]; // beside the image, across and down
-  readonly smooth: boolean; // whether colours between pixels are mixed
+  readonly smooth: boolean; // whether what is between pixels is mixed
   /** Six numbers of the map from texture coordinates to the image, by columns. */
   readonly place: readonly number[];
+  readonly set: number; // of the texture coordinates: 0 or 1
 }
 
 export type Wrap = 'repeat' | 'mirror' | 'clamp';
+
+/** What images may say: colour and opacity, bumps, light, roughness and metal, creases, shade. */
+export type LayerName = 'base' | 'bumps' | 'glow' | 'finish' | 'creases' | 'shade';
+
+/** What a file says of the looks of a surface. */
+export interface Skin {
+  readonly layers: Readonly<Partial<Record<LayerName, Layer>>>;
+  readonly colour: Colour4; // of the base
+  readonly opacity: 'opaque' | 'mask' | 'blend';
+  readonly cutoff: number; // least opacity that a mask shows
+  readonly doubleSided: boolean;
+  /** In light, as it is whatever the light, or in light and shade of two flat colours. */
+  readonly shading: 'lit' | 'unlit' | 'toon';
+  readonly bumps: number; // how high they are
+  readonly glow: Colour3; // light of its own
+  readonly roughness: number;
+  readonly metal: number;
+  readonly creases: number; // how dark they are
+  readonly shade: Colour3; // of a toon
+  readonly edge: readonly [number, number]; // of the shade: cosines to the light, from dark to lit
+  /** Among what blends: lower ones are drawn first, and where they are alike the farther. */
+  readonly rank: number;
+  readonly covers: boolean; // whether what blends hides what is drawn after it and lies behind
+}
+
+type Colour3 = readonly [number, number, number];
+type Colour4 = readonly [number, number, number, number];
 
 /** Triangles that look alike. */
 export interface Part {
@@ -64,7 +87,10 @@ export interface Model {
   readonly role: 'rig' | 'method' | 'truth';
   readonly neutral: Float32Array; // (V, 3)
   readonly triangles: Uint32Array; // (T, 3)
-  readonly uv: Float32Array | null; // (V, 2) texture coordinates, v from the top
+  /** (V, 2) texture coordinates, v from the top, in one or two sets; none without images. */
+  readonly uv: readonly Float32Array[];
+  readonly colours: Uint8Array | null; // (V, 4) what colours are multiplied with, linear
+  readonly fileNormals: Float32Array | null; // (V, 3) of the neutral, where the file says how it looks
   readonly head: Uint8Array | null; // (V,) 1 at the head of a character with a body, else null
   /** (V,) the vertex that each vertex is a copy of, at a texture seam, or itself: one normal. */
   readonly seams: Uint32Array;
@@ -83,6 +109,7 @@ export interface Model {
   readonly clips: readonly Clip[];
   readonly diameter: number; // D: largest distance between two vertices of the neutral
   readonly bytes: number; // of the file
+  readonly notes: readonly string[]; // what is not as the file has it: a sentence each
 }
 
 /** What the command that shows a page does for it, and the address of each; none in a page alone. */

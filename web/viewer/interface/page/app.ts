@@ -180,6 +180,8 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       if (before) stage.setModels(before.models);
       throw error;
     }
+    const fresh = next.models.filter((model) => !before?.models.includes(model));
+    fresh.flatMap(({ notes }) => notes).forEach(messages.tell);
     scene = next;
     root.dataset.empty = 'false';
     header.title(next.title);

@@ -1,12 +1,22 @@
 // How a face looks: its parts in light, or the colours of distances.
 import { LIGHT } from '../../../shared/light';
+import { DRESS } from './dress';
 import { SHADOW } from './shadow';
 import { VERTEX_FETCH } from './vertices';
 
 export const FACE_VERTEX = /* glsl */ `
 ${VERTEX_FETCH}
 in uvec2 corner; // vertex, part
+#ifdef DRESSED
 in vec2 uv; // texture coordinates, v from the top
+in vec2 uv2;
+in vec4 tinted; // what colours are multiplied with
+in vec3 fileNormal; // of the neutral; none: 0
+uniform sampler2D restNormals;
+uniform bool isTinted;
+out vec4 places; // on images: two sets of coordinates
+out vec4 tinge;
+#endif
 uniform mat4 modelViewMatrix;
 uniform mat4 projectionMatrix;
 uniform sampler2D positions;
@@ -15,8 +25,6 @@ uniform sampler2D rest; // of the neutral, for what is drawn on the skin
 uniform sampler2D against; // of the face compared with
 uniform bool painting; // whether something is drawn on the skin
 uniform bool measuring; // whether the distance is wanted
-uniform mat3 place; // from texture coordinates to the image
-out vec2 onImage;
 centroid out vec3 seen;
 centroid out vec3 normal;
 centroid out vec3 atRest;
@@ -28,12 +36,18 @@ void main() {
   vec4 bent = ofVertex(normals, corner.x);
   vec4 view = modelViewMatrix * vec4(position, 1.0);
   seen = view.xyz;
-  normal = mat3(modelViewMatrix) * bent.xyz;
+  vec3 turned = bent.xyz;
+#ifdef DRESSED
+  // What the file's normals add to those of the shape at rest, they add to them as it moves.
+  if (dot(fileNormal, fileNormal) > 0.1) turned += fileNormal - ofVertex(restNormals, corner.x).xyz;
+  places = vec4(uv, uv2);
+  tinge = isTinted ? tinted : vec4(1.0);
+#endif
+  normal = mat3(modelViewMatrix) * turned;
   hollow = bent.w;
   atRest = painting ? ofVertex(rest, corner.x).xyz : vec3(0.0);
   away = measuring ? distance(position, ofVertex(against, corner.x).xyz) : 0.0;
   part = int(corner.y);
-  onImage = (place * vec3(uv, 1.0)).xy;
   gl_Position = projectionMatrix * view;
 }
 `;
@@ -73,14 +87,9 @@ uniform bool inMatcap;
 uniform bool painting;
 uniform bool measuring;
 uniform float heatTop;
-uniform bool dressed; // whether the file says how the surface looks
-uniform bool unlit;
-uniform bool doubleSided;
-uniform sampler2D image;
-uniform vec4 tint; // colour and opacity that the image is multiplied with
-uniform float cutoff; // least opacity that is shown
-uniform float solid; // 1 where nothing shines through
-in vec2 onImage;
+#ifdef DRESSED
+${DRESS}
+#endif
 
 // An iris on an eyeball that has none; distances are in its radius.
 vec3 painted(vec3 white, vec4 eye) {
@@ -102,23 +111,22 @@ void main() {
   vec3 v = normalize(-seen);
   vec4 look = texelFetch(parts, ivec2(part, 0), 0);
   vec3 colour = painting ? painted(look.rgb, texelFetch(parts, ivec2(part, 1), 0)) : look.rgb;
-  float inside = inner() && !doubleSided ? 0.28 : 1.0;
   float opacity = 1.0;
-  if (dressed) {
-    vec4 base = tint * texture(image, onImage);
-    if (base.a < cutoff) discard;
-    opacity = max(base.a, solid);
-    colour = base.rgb;
-  }
+#ifdef DRESSED
+  float inside = 1.0;
+  vec4 base = basis();
+  if (base.a < cutoff) discard;
+  opacity = max(base.a, solid);
+  colour = base.rgb;
+  n = bumped(n);
+#else
+  float inside = inner() ? 0.28 : 1.0;
+#endif
   if (measuring) {
     // Shape shows through, but a colour stays that of the legend within what eyes tell apart.
     float shade = 0.70 + 0.34 * clamp(dot(n, normalize(vec3(-0.3, 0.4, 0.86))), 0.0, 1.0) - 0.6 * max(hollow, 0.0);
     vec3 c = texture(heat, vec2(clamp(away / heatTop, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
     pixel = vec4(c * shade * mix(0.5, 1.0, inside), opacity);
-    return;
-  }
-  if (unlit && !inMatcap) {
-    pixel = vec4(encoded(colour), opacity);
     return;
   }
   vec3 light;
@@ -129,7 +137,11 @@ void main() {
     vec3 tint = mix(vec3(1.0), min(colour / vec3(0.656, 0.42, 0.319), 1.3), 0.85);
     light = texture(matcap, at).rgb * tint * open;
   } else {
+#ifdef DRESSED
+    light = dressed(colour, opened(hollow), n, v);
+#else
     light = toned(studio(colour, look.a, hollow, lit(seen, n), n, v));
+#endif
   }
   pixel = vec4(encoded(light * inside), opacity);
 }

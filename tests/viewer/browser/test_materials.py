@@ -1,0 +1,277 @@
+"""Known materials in known light: what glTF and VRM say of a surface is what is seen of it.
+
+The lamp stands where the page's light says, so in flat colours every pixel can be derived: a toon
+shows its colour where the cosine to the lamp is above its edge, and its shade below.
+"""
+
+from __future__ import annotations
+
+import io
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from pictures import picture
+from PIL import Image
+from test_broken_files import choose
+from test_skins import QUARTERS, colours
+from visiting import FRAME, Visit, empty_page, wait
+
+from cards import BLUE, FLAT, GREEN, RED, WHITE, image_of
+from gltf_builder import GltfBuilder
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+CARD = {
+    "POSITION": FLAT.astype("<f4"),
+    "NORMAL": np.tile(np.float32([0, 0, 1]), (4, 1)),
+    "TEXCOORD_0": np.float32([[0, 1], [1, 1], [1, 0], [0, 0]]),
+}
+NUMBERS = count()
+TOON = "VRMC_materials_mtoon"
+UNLIT = {"KHR_materials_unlit": {}}
+TOWARDS = np.array([-0.50, 0.60, 0.62]) / np.linalg.norm([-0.50, 0.60, 0.62])
+"""The lamp, as seen from the camera."""
+
+
+class Cards(GltfBuilder):
+    """Squares of 2 × 2 that face the camera, each with a material."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.add("scenes", {"nodes": []})
+
+    def card(self, material: dict[str, Any], **columns: Any) -> None:
+        """Another one; columns take the place of those of a card."""
+        primitive = {
+            "attributes": self.attributes(CARD | columns, interleaved=False),
+            "indices": self.accessor(np.array([0, 1, 2, 0, 2, 3], "<u2")),
+            "material": self.add("materials", material),
+        }
+        mesh = self.add("meshes", {"primitives": [primitive]})
+        self.json["scenes"][0]["nodes"].append(self.add("nodes", {"mesh": mesh}))
+
+    def image(self, content: bytes, kind: str | None = None, **reference: Any) -> dict[str, Any]:
+        """A reference to a texture of an image; `kind` is the extension that names it."""
+        image = self.add("images", {"bufferView": self.view(content), "mimeType": "image/png"})
+        sampler = self.add("samplers", {"magFilter": 9728, "minFilter": 9728})
+        names = {"source": image} if kind is None else {"extensions": {kind: {"source": image}}}
+        return {"index": self.add("textures", {"sampler": sampler} | names)} | reference
+
+    def pixels(self, pixels: Any, **reference: Any) -> dict[str, Any]:
+        return self.image(image_of(pixels), **reference)
+
+
+def seen(page: Page, cards: GltfBuilder, folder: Path) -> list[tuple[int, ...]]:
+    """The colours in the quarters of what a file shows."""
+    name = f"card{next(NUMBERS)}"
+    choose(page, f"{name}.glb", cards.write(folder / "card.glb").read_bytes())
+    wait(page, f"elastomorph.models().some(model => model.name === '{name}')")
+    page.evaluate(
+        "elastomorph.update({ arrangement: 'single', shown: ["
+        f"elastomorph.models().findIndex(model => model.name === '{name}')] }})"
+    )
+    return colours(picture(page), QUARTERS)
+
+
+def alike(found: list[tuple[int, ...]], expected: list[tuple[int, ...]]) -> bool:
+    return bool(np.abs(np.array(found) - expected).max() <= 1)
+
+
+@pytest.fixture
+def page(visit: Visit) -> Page:
+    return visit(empty_page(), size=FRAME)
+
+
+def one(material: dict[str, Any], cards: Cards | None = None, **columns: Any) -> Cards:
+    made = cards or Cards()
+    made.card(material, **columns)
+    return made
+
+
+def toon(**fields: Any) -> dict[str, Any]:
+    """Red in light, blue in shade."""
+    flat = {"shadeColorFactor": [0, 0, 1], "shadingToonyFactor": 1} | fields
+    base = {"baseColorFactor": [1, 0, 0, 1]}
+    return {"pbrMetallicRoughness": base, "extensions": {TOON: flat}}
+
+
+def test_colours_of_vertices_tint_the_base(page: Page, tmp_path: Path) -> None:
+    """Linear, as floats or fractions; without images they alone dress a face."""
+    base = {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1]}, "extensions": UNLIT}
+    floats = np.tile(np.float32([0.0, 0.5, 1.0]), (4, 1))
+    assert alike(seen(page, one(base, COLOR_0=floats), tmp_path), [(0, 188, 255)] * 4)
+    fractions = np.tile(np.array([255, 0, 0, 255], "u1"), (4, 1))
+    assert alike(seen(page, one(base, COLOR_0=fractions), tmp_path), [RED] * 4)
+
+
+def test_a_toon_is_its_colour_or_its_shade(page: Page, tmp_path: Path) -> None:
+    """A card that faces the camera has the cosine 0.62 to the lamp."""
+    green = Cards()
+    shade = green.pixels([[GREEN]])
+    white = {"shadeColorFactor": [1, 1, 1], "shadeMultiplyTexture": shade}
+    cases = [(toon(shadingShiftFactor=0.7), RED), (toon(shadingShiftFactor=-0.5), RED)]
+    cases += [(toon(shadingShiftFactor=-0.7), BLUE)]
+    coloured = np.tile(np.array([255, 255, 254, 255], "u1"), (4, 1))  # so that it is dressed
+    for material, expected in cases:
+        found = seen(page, one(material, COLOR_0=coloured), tmp_path)
+        assert alike(found, [expected] * 4), (material, found)
+    material = toon(shadingShiftFactor=-0.7, **white)
+    assert alike(seen(page, one(material, green, COLOR_0=coloured), tmp_path), [GREEN] * 4)
+
+
+def test_toons_of_the_first_vrm_have_colours_as_screens_do(page: Page, tmp_path: Path) -> None:
+    cards = Cards()
+    cards.card({"pbrMetallicRoughness": {"baseColorTexture": cards.pixels([[RED]])}})
+    shade = {"vectorProperties": {"_ShadeColor": [0, 0.5, 1, 1]}}
+    numbers = {"_ShadeShift": 0.9, "_ShadeToony": 1}
+    named = {"shader": "VRM/MToon", "floatProperties": numbers, **shade}
+    cards.json["extensions"] = {"VRM": {"materialProperties": [named]}}
+    assert alike(seen(page, cards, tmp_path), [(0, 128, 255)] * 4)
+    numbers["_ShadeShift"] = 0
+    cards.json["extensions"] = {"VRM": {"materialProperties": [named]}}
+    assert alike(seen(page, cards, tmp_path), [RED] * 4)
+
+
+def test_bumps_lean_towards_the_lamp_or_away(page: Page, tmp_path: Path) -> None:
+    """x of a normal map goes along u, y against v: up on the image is up on the card."""
+    leaning = np.array([[(-0.7, 0.0), (0.7, 0.0)], [(0.0, 0.7), (0.0, -0.7)]])
+    normals = np.dstack([leaning, np.sqrt(1 - (leaning**2).sum(-1))])
+    cards = Cards()
+    bumps = cards.pixels(np.rint(127.5 * (normals + 1)))
+    material = toon(shadingShiftFactor=-0.5) | {"normalTexture": bumps}
+    material["pbrMetallicRoughness"] = {"baseColorTexture": cards.pixels([[RED]])}
+    lit = normals.reshape(-1, 3) @ TOWARDS > 0.5
+    assert lit.tolist() == [True, False, True, False]
+    found = seen(page, one(material, cards), tmp_path)
+    assert alike(found, [RED if each else BLUE for each in lit])
+    flat = Cards()
+    again = toon(shadingShiftFactor=-0.5) | {
+        "normalTexture": flat.pixels(np.rint(127.5 * (normals + 1)), scale=0)
+    }
+    again["pbrMetallicRoughness"] = {"baseColorTexture": flat.pixels([[RED]])}
+    assert alike(seen(page, one(again, flat), tmp_path), [RED] * 4)
+
+
+def test_the_file_s_normals_are_those_that_are_lit(page: Page, tmp_path: Path) -> None:
+    """A card whose normals lean away from the lamp is in shade, flat as it is."""
+    away = np.tile(np.float32([0.8, -0.4, 0.45]), (4, 1))
+    cards = Cards()
+    material = toon()
+    material["pbrMetallicRoughness"] = {"baseColorTexture": cards.pixels([[RED]])}
+    assert alike(seen(page, one(material, cards, NORMAL=away), tmp_path), [BLUE] * 4)
+
+
+def test_light_of_its_own_is_added(page: Page, tmp_path: Path) -> None:
+    cards = Cards()
+    black = toon(shadeColorFactor=[0, 0, 0])
+    black["pbrMetallicRoughness"] = {"baseColorTexture": cards.pixels([[(0, 0, 0)]])}
+    black["emissiveFactor"] = [0.25, 1, 1]
+    black["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": 2.0}
+    black["emissiveTexture"] = cards.pixels([[WHITE, (255, 0, 0)]])
+    assert alike(seen(page, one(black, cards), tmp_path), [(188, 255, 255), (188, 0, 0)] * 2)
+
+
+def test_metal_has_no_light_but_its_own_colour(page: Page, tmp_path: Path) -> None:
+    """Left half metal, right half not: there the lamp's white is on the red, and creases darken."""
+    cards = Cards()
+    finish = cards.pixels([[(0, 128, 255), (0, 128, 0)]])
+    creases = cards.pixels([[WHITE], [(64, 64, 64)]])
+    shading = {"baseColorTexture": cards.pixels([[RED]]), "metallicRoughnessTexture": finish}
+    material = {"pbrMetallicRoughness": shading, "occlusionTexture": creases}
+    found = np.array(seen(page, one(material, cards), tmp_path))
+    metal, other = found[[0, 2]], found[[1, 3]]
+    assert (metal[:, 1:] == 0).all()
+    assert (other[:, 1:] > 0).all()
+    for upper, lower in (metal, other):
+        assert 0.2 < lower[0] / upper[0] < 0.9
+
+
+def test_images_take_the_coordinates_they_ask_for(page: Page, tmp_path: Path) -> None:
+    """The base by the second set, turned by a half; the shade by the first."""
+    cards = Cards()
+    pixels = [[RED, GREEN], [BLUE, WHITE]]
+    material = toon(shadingShiftFactor=0.9)
+    material["pbrMetallicRoughness"] = {"baseColorTexture": cards.pixels(pixels, texCoord=1)}
+    flat = material["extensions"][TOON]
+    flat |= {"shadeColorFactor": [1, 1, 1], "shadeMultiplyTexture": cards.pixels(pixels)}
+    turned = 1 - CARD["TEXCOORD_0"]
+    assert alike(
+        seen(page, one(material, cards, TEXCOORD_1=turned), tmp_path), [WHITE, BLUE, GREEN, RED]
+    )
+    flat["shadingShiftFactor"] = -0.9
+    cards.json["materials"][0] = material
+    assert alike(seen(page, cards, tmp_path), [RED, GREEN, BLUE, WHITE])
+
+
+def test_of_two_clear_cards_the_nearer_is_drawn_last(page: Page, tmp_path: Path) -> None:
+    found = []
+    for names in (("near", "far"), ("far", "near")):
+        cards = Cards()
+        for name in names:
+            colour = RED if name == "near" else BLUE
+            base = {"baseColorTexture": cards.pixels([[(*colour, 128)]])}
+            material = {"pbrMetallicRoughness": base, "alphaMode": "BLEND", "extensions": UNLIT}
+            cards.card(
+                material, POSITION=CARD["POSITION"] + np.float32([0, 0, 0.1 * (name == "near")])
+            )
+        found.append(seen(page, cards, tmp_path))
+    assert found[0] == found[1]
+    for red, _, blue in found[0]:
+        assert red > blue > 100
+
+
+def test_what_is_solid_of_a_clear_part_hides_what_is_behind(page: Page, tmp_path: Path) -> None:
+    """Two cards of one part, the nearer first, as hair is: without depth the farther won."""
+    cards = Cards()
+    both = {
+        "POSITION": np.concatenate([FLAT + [0, 0, 0.1], FLAT]).astype("<f4"),
+        "NORMAL": np.tile(CARD["NORMAL"], (2, 1)),
+        "TEXCOORD_0": np.concatenate(
+            [CARD["TEXCOORD_0"] * [0.5, 1], CARD["TEXCOORD_0"] * [0.5, 1] + [0.5, 0]]
+        ).astype("<f4"),
+    }
+    base = {"baseColorTexture": cards.pixels([[(*RED, 255), (*BLUE, 255)]])}
+    cards.card({"pbrMetallicRoughness": base, "alphaMode": "BLEND", "extensions": UNLIT}, **both)
+    corners = cards.accessor(np.array([0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7], "<u2"))
+    cards.json["meshes"][0]["primitives"][0]["indices"] = corners
+    assert alike(seen(page, cards, tmp_path), [RED] * 4)
+
+
+@pytest.mark.parametrize("kind", ["WEBP", "AVIF"])
+def test_images_of_other_kinds(page: Page, tmp_path: Path, kind: str) -> None:
+    file = io.BytesIO()
+    try:
+        Image.new("RGB", (8, 8), (200, 100, 50)).save(file, kind, quality=100)
+    except (KeyError, OSError):
+        pytest.skip(f"needs a Pillow that writes {kind}")
+    cards = Cards()
+    texture = cards.image(file.getvalue(), f"EXT_texture_{kind.lower()}")
+    cards.card({"pbrMetallicRoughness": {"baseColorTexture": texture}, "extensions": UNLIT})
+    found = np.array(seen(page, cards, tmp_path))
+    assert np.abs(found - [200, 100, 50]).max() <= 6
+
+
+def test_images_that_cannot_be_shown_are_named(page: Page, tmp_path: Path) -> None:
+    """Too large by what they say of themselves, so that they are never unpacked; or of a kind."""
+    large = bytearray(image_of([[WHITE]]))
+    large[16:24] = (20_000).to_bytes(4, "big") * 2
+    basis = b"\xabKTX 20\xbb\r\n\x1a\n" + bytes(80)
+    cases = {
+        bytes(large): "image 0 is larger than 8,192",
+        basis: "image 0 is KTX 2",
+        b"no image at all": "image 0 is damaged",
+    }
+    for content, words in cases.items():
+        cards = Cards()
+        kind = "KHR_texture_basisu" if content == basis else None
+        base = {"baseColorTexture": cards.image(content, kind), "baseColorFactor": [0, 1, 0, 1]}
+        cards.card({"pbrMetallicRoughness": base, "extensions": UNLIT})
+        found = seen(page, cards, tmp_path)
+        message = page.get_by_role("alert").locator(".message").last
+        assert words in message.inner_text()
+        assert alike(found, [GREEN] * 4)
+        page.keyboard.press("Escape")
