@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from elastomorph.model.mesh import require_same_topology
-from elastomorph.samples import expressions, shapes
+from elastomorph.rig.performance.naming import ARKIT
+from elastomorph.samples import expressions, head, shapes
 from elastomorph.samples.paper_expressions import EXPRESSIONS
 from sculptor import groups, lips
 from sculptor.anatomy import EYE_CENTRE, EYE_RADIUS
@@ -40,6 +41,17 @@ def brow(whole):
 def test_the_expected_names_are_there():
     assert list(expressions()) == ["sad", "angry", "confused", "grinning", "puff"]
     assert {*ONE_PIECE, *(f"{name}_{side}" for name in PAIRED for side in "LR")} <= set(SHAPES)
+
+
+def test_every_shape_of_arkit_is_there():
+    sides = {name.replace("Left", "_L").replace("Right", "_R") for name in ARKIT}
+    whole = {
+        "jaw_L": "jawLeft",
+        "jaw_R": "jawRight",
+        "mouth_L": "mouthLeft",
+        "mouth_R": "mouthRight",
+    }
+    assert sorted(whole.get(name, name) for name in sides) == sorted(SHAPES)
 
 
 def test_results_are_copies_of_the_catalogue():
@@ -90,15 +102,33 @@ def test_eyeball_polygons_stay_behind_the_middle_of_lid_polygons(face, whole):
         assert np.linalg.norm(middle - centre) > EYE_RADIUS - 0.03
 
 
-@pytest.mark.parametrize("face", FACES)
+def _closed(amount):
+    """The jaw open as far, and the lips brought together."""
+    neutral = head().vertices
+    return neutral + amount * sum(SHAPES[k].vertices - neutral for k in ("jawOpen", "mouthClose"))
+
+
+@pytest.mark.parametrize("face", [name for name in FACES if name != "mouthClose"])
 def test_lips_do_not_cross(face, whole):
-    points = FACES[face].vertices
+    assert _gaps(FACES[face].vertices, whole).min() > -0.01
+
+
+@pytest.mark.parametrize("amount", [0.25, 0.5, 1.0])
+def test_lips_that_the_jaw_has_parted_are_sealed_by_mouth_close(amount, whole):
+    assert _gaps(_closed(amount), whole)[:, 1].min() > -0.01
+    assert _gaps(_closed(amount), whole)[:, 1].max() < 0.05
+    assert _gaps(SHAPES["jawOpen"].vertices, whole)[:, 1].max() > 2.5
+
+
+def _gaps(points, whole):
+    """(2, 2, 9) of the right and left half, the ring before the contact and the contact."""
     last = 2 * lips.STEPS
+    found = []
     for rings in (whole.lay.mouth, whole.partner[whole.lay.mouth]):
-        for ring in (lips.CONTACT - 1, lips.CONTACT):
-            upper = points[rings[ring, : lips.STEPS], 1]
-            lower = points[rings[ring, last : last - lips.STEPS : -1], 1]
-            assert (upper - lower).min() > -0.01
+        pair = rings[[lips.CONTACT - 1, lips.CONTACT]]
+        upper = points[pair[:, : lips.STEPS], 1]
+        found.append(upper - points[pair[:, last : last - lips.STEPS : -1], 1])
+    return np.array(found)
 
 
 def test_the_recipes_are_sums_of_shapes(neutral):
@@ -143,6 +173,25 @@ def test_grinning(whole, corner):
     upper, lower = whole.lay.mouth[lips.CONTACT, [2, last - 2]]
     points = FACES["grinning"].vertices
     assert points[upper, 1] - points[lower, 1] > 0.15  # teeth show
+
+
+@pytest.mark.parametrize(
+    ("shape", "way", "degrees"), [("Up", 1, 24), ("Down", 1, -27), ("Out", 0, 32), ("In", 0, -32)]
+)
+def test_eyes_look_and_the_lids_follow(shape, way, degrees, whole):
+    """The eyeball turns about its centre; the upper lid goes up and down with it."""
+    eye, moved = whole.part == "eye_L", SHAPES[f"eyeLook{shape}_L"].vertices
+    ahead = whole.mesh.vertices[eye][:, 2].argmax()
+    offset = moved[eye][ahead] - EYE_CENTRE
+    assert np.degrees(np.arcsin(offset[way] / EYE_RADIUS)) == pytest.approx(degrees, abs=1e-5)
+    np.testing.assert_allclose(
+        np.linalg.norm(moved[eye] - EYE_CENTRE, axis=1), EYE_RADIUS, atol=1e-7
+    )
+    lid = _move(whole, f"eyeLook{shape}_L", whole.lay.eye[7, 3:7])[way]
+    assert np.sign(degrees) * lid > 0.1
+    np.testing.assert_array_equal(
+        moved[whole.part == "eye_R"], whole.mesh.vertices[whole.part == "eye_R"]
+    )
 
 
 def test_puff(whole):

@@ -63,4 +63,4 @@ def ear_ring(ring: int, place: int) -> str:
 
 def mouth_ring(ring: int, place: int) -> str:
     """Group of a cell between two rings around the mouth."""
-    return SKIN if ring < 4 else LIPS if ring < 8 else MOUTH
+    return SKIN if ring < 4 else LIPS if ring < 10 else MOUTH

@@ -17,17 +17,24 @@ __all__ = ["BORDER", "CONTACT", "CORNER", "STEPS", "lip_rings", "skin_depth"]
 STEPS = 9
 CORNER = 9  # place in a half ring
 BORDER = 4  # ring where the red of the lips begins
-CONTACT = 7  # ring where the lips meet
+CONTACT = 9  # ring where the lips meet
 _GAP = 0.003  # half the slit between closed lips
 
 # Mouth bag behind the contact ring: height above, height below, depth, width, all in cm.
 _BAG = (
-    (0.05, 0.05, 0.40, 2.38),
-    (0.75, 0.80, 0.62, 2.45),
-    (1.75, 1.85, 0.85, 2.95),
-    (2.00, 2.15, 2.20, 3.45),
-    (1.80, 2.00, 4.20, 3.30),
+    (0.32, 0.34, 0.44, 2.40),
+    (1.55, 1.65, 0.58, 2.85),
+    (2.05, 2.20, 2.40, 3.45),
     (1.10, 1.20, 6.40, 2.10),
+)
+# The red of a lip from its border to the inner roll: share of the border's height over the line,
+# and how far in front of the skin, upper and lower lip; then how far aside at the corner.
+_RED = (
+    (1.00, 0.12, 0.11, 0.16),
+    (0.80, 0.27, 0.31, 0.12),
+    (0.54, 0.37, 0.45, 0.09),
+    (0.28, 0.34, 0.44, 0.06),
+    (0.09, 0.17, 0.25, 0.03),
 )
 
 
@@ -68,28 +75,17 @@ def lip_rings() -> Points:
     full = (1.0 - across**2.2) ** 0.8
     wide = across**6
     sign = np.array([[1.0], [-1.0]])  # the upper and the lower lip
-    swell = np.array([[0.34], [0.44]])
-    border = np.array(borders)
-    height = border - line
+    height = np.array(borders) - line
+    skirt = np.broadcast_to(x + 0.34 * wide, height.shape)
 
-    # from the skin to the inner roll: x, y and how far in front of the skin, each (4, 2, 10)
-    lip_x = x + np.array([0.42, 0.16, 0.06, 0.02])[:, None, None] * wide + 0.0 * border
-    lip_y = np.array(
-        [
-            border + sign * 0.27 * (1.0 - wide),
-            border,
-            line + 0.55 * height,
-            line + 0.16 * height,
-        ]
+    # from the skin to the inner roll: x, y and how far in front of the skin, each (6, 2, 10)
+    share, *swell, aside = np.array(_RED).T
+    lip_x = np.stack([skirt, *(np.broadcast_to(x + a * wide, height.shape) for a in aside)])
+    lip_y = np.stack(
+        [line + height + sign * 0.27 * (1.0 - wide), *(line + height * a for a in share)]
     )
-    out = np.array(
-        [
-            0.02 * full + 0.0 * border,
-            0.13 * full + 0.0 * border,
-            swell * full,
-            (swell - 0.04) * full - 0.05 * wide,
-        ]
-    )
+    out = np.array(swell).T[:, :, None] * full - 0.05 * ((1.0 - share) ** 2)[:, None, None] * wide
+    out = np.concatenate([np.broadcast_to(0.02 * full, out.shape[1:])[None], out])
     bag_x = np.array(_BAG)[:, 3, None] * across
     depths = skin_depth(
         np.concatenate([lip_x.ravel(), x, bag_x.ravel()]),
@@ -101,12 +97,13 @@ def lip_rings() -> Points:
 
     rings = np.empty((11, 2 * STEPS + 1, 3))
     lips = np.stack([lip_x, lip_y, lip_z.reshape(lip_x.shape) + out], axis=3)
+    inner = len(lips)  # the ring where the lips meet
     for lip, order in enumerate((slice(0, STEPS + 1), slice(2 * STEPS, STEPS - 1, -1))):
         way = float(sign[lip, 0])
-        rings[:4, order] = lips[:, lip]
-        rings[4, order] = np.stack([x, line + way * gap, contact_z], axis=1)
-        for ring, entry in enumerate(_BAG):
+        rings[:inner, order] = lips[:, lip]
+        rings[inner, order] = np.stack([x, line + way * gap, contact_z], axis=1)
+        for ring, entry in enumerate(_BAG, start=inner + 1):
             opening = way * entry[lip] * (1.0 - across**3)
-            z = np.minimum(contact_z, bag_z.reshape(bag_x.shape)[ring]) - entry[2]
-            rings[5 + ring, order] = np.stack([bag_x[ring], line + opening, z], axis=1)
+            z = np.minimum(contact_z, bag_z.reshape(bag_x.shape)[ring - inner - 1]) - entry[2]
+            rings[ring, order] = np.stack([bag_x[ring - inner - 1], line + opening, z], axis=1)
     return rings

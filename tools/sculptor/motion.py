@@ -64,7 +64,7 @@ def _frame(time: float) -> Points:
                 points += moves[name](_progress(part, time))
     glide = _progress("glide", time)
     points = turn_jaw(points, jaw_angle(time), (glide, 0.3 * glide))
-    closing = (_progress("upper lid", time), _progress("lower lid", time))
+    closing = (_progress("upper lid", time), _progress("lower lid", time), 0.0)
     return keep_off_eyes(turn_lids(points, {"L": closing, "R": closing}))
 
 

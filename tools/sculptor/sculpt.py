@@ -105,7 +105,7 @@ def _mouth(points: Points, lay: Half) -> None:
     outline = points[lay.mouth[0]]
     rings = lips.lip_rings()
     points[lay.mouth[lips.BORDER - 1 :]] = rings
-    for ring, share in ((1, 0.36), (2, 0.70)):
+    for ring, share in ((1, 0.33), (2, 0.66)):
         points[lay.mouth[ring]] = _onto_skin(outline + share * (rings[0] - outline))
 
 

@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
+from numpy.typing import NDArray
 
 from sculptor import groups
 from sculptor.anatomy import MOUTH_HEIGHT
 from sculptor.implicit import Points
 from sculptor.lips import skin_depth
 
-__all__ = ["Piece", "pieces"]
+__all__ = ["Piece", "pieces", "push_out"]
 
 Piece = tuple[str, Points, list[list[int]], list[str], list[int]]
 
-_SPANS = 14  # cells from the midline to the last molar, two a tooth
+# Ends of the cells from the midline to the last molar, in teeth: three cells for each of the two
+# incisors, whose faces are flat, two for every other tooth; a whole number is a seam.
+_CELLS = np.array([0, 0.2, 0.8, 1, 1.22, 1.78, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6])
+_WIDTHS = (0.0, 0.86, 0.68, 0.78, 0.72, 0.72, 1.05)  # of the teeth, in cm, from 0
+_SPANS = len(_CELLS) - 1
+_CLEAR = 0.14  # of the lips in front of the row
 _BITE = MOUTH_HEIGHT - 0.2
 # Across a row, from the gum in front over the biting edge to the gum behind: how far outwards,
-# how far from the bite towards the root, and how deep the seams between teeth are.
+# how far from the bite towards the root, how deep the seams between teeth are, and how far the
+# gum reaches towards the bite between the teeth.
 _SECTION = (
-    (-0.05, 1.75, 0.0),
-    (0.06, 1.32, 0.0),
-    (0.00, 1.10, 0.04),
-    (0.06, 0.50, 0.14),
-    (0.02, 0.00, 0.13),
-    (-0.32, 0.00, 0.0),
-    (-0.50, 0.90, 0.0),
-    (-0.60, 1.75, 0.0),
+    (-0.05, 1.75, 0.0, 0.0),
+    (0.065, 1.24, 0.0, 0.0),
+    (0.045, 1.04, 0.06, 0.20),
+    (0.09, 0.55, 0.12, 0.0),
+    (0.04, 0.05, 0.15, 0.0),
+    (-0.26, 0.00, 0.05, 0.0),
+    (-0.50, 0.90, 0.0, 0.0),
+    (-0.60, 1.75, 0.0, 0.0),
 )
 _GUMS = (0, 1, 6, 7)  # cells of the section that are gum
 
@@ -34,28 +43,51 @@ def pieces() -> list[Piece]:
     """Part name, left half (N, 3), polygons, groups and midline vertices of each piece."""
     front = float(skin_depth(np.zeros(1), np.array([MOUTH_HEIGHT]))[0])
     return [
-        _row("upper_teeth", front - 0.98, 2.55, 4.0),
-        _row("lower_teeth", front - 1.14, 2.3, 3.8),
-        _tongue(front - 1.9),
+        _row("upper_teeth", *_arch(0)),
+        _row("lower_teeth", *_arch(1)),
+        _tongue(front - 1.76),
     ]
+
+
+@cache
+def _arch(row: int) -> tuple[float, float, float]:
+    """z of the front of the upper or the lower row, its half width and its length."""
+    front = float(skin_depth(np.zeros(1), np.array([MOUTH_HEIGHT]))[0])
+    return ((front - 0.84, 2.55, 4.0), (front - 0.99, 2.3, 3.8))[row]
+
+
+def push_out(points: Points) -> NDArray[np.float64]:
+    """How far forwards points must go to lie in front of the upper row.
+
+    Args:
+        points: (..., 3).
+    """
+    front, width, length = _arch(0)
+    beside = np.clip(np.abs(points[..., 0]) / (width + _CLEAR), 0.0, 1.0)
+    surface = front - length * (1.0 - np.sqrt(1.0 - beside**2)) + _CLEAR
+    pushed: NDArray[np.float64] = np.clip(surface - points[..., 2], 0.0, 0.6)
+    return pushed
 
 
 def _row(part: str, front: float, width: float, length: float) -> Piece:
     sign = 1.0 if part == "upper_teeth" else -1.0
-    share = np.arange(_SPANS + 1) / _SPANS
-    angle = 0.5 * np.pi * share**0.92
+    place = np.interp(_CELLS, np.arange(len(_WIDTHS)), np.cumsum(_WIDTHS))
+    share = place / place[-1]
+    angle = _angle_at(share, width, length)
     arch = np.stack([width * np.sin(angle), 0 * angle, front - length * (1 - np.cos(angle))], 1)
     outward = np.stack([np.sin(angle) * length, 0 * angle, np.cos(angle) * width], axis=1)
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-    seam = (np.arange(_SPANS + 1) % 2 == 0).astype(float)
+    seam = (np.mod(_CELLS, 1.0) == 0.0).astype(float)
     seam[-1] = 0.0
-    low = 1.0 - 0.3 * share  # molars are shorter than incisors
+    # molars are shorter than incisors, the canine is pointed, the lateral incisor higher
+    low = 1.0 - 0.3 * share
     overlap = 0.10 * np.cos(angle) if sign > 0 else 0.0
     count = len(_SECTION)
     points = np.empty((_SPANS + 1, count, 3))
-    for k, (out, root, gap) in enumerate(_SECTION):
+    for k, (out, root, gap, between) in enumerate(_SECTION):
         points[:, k] = arch + (out - gap * seam)[:, None] * outward
-        reach = root * low + 0.15 * gap * seam - (overlap if root == 0.0 else 0.0)
+        reach = root * low + (0.5 * gap * (root < 0.3) - between) * seam
+        reach -= overlap if root < 0.3 else 0.0
         points[:, k, 1] = _BITE + sign * (0.03 + reach) - (0.25 * share**2 if sign < 0 else 0.0)
     points[0, :, 0] = 0.0
     index = np.arange(points.size // 3).reshape(points.shape[:2])
@@ -71,6 +103,15 @@ def _row(part: str, front: float, width: float, length: float) -> Piece:
         names.append(groups.GUMS if a < 2 else groups.TEETH)
     whole = [[int(v) for v in (face if sign > 0 else face[::-1])] for face in faces]
     return part, points.reshape(-1, 3), whole, names, [int(v) for v in index[0]]
+
+
+def _angle_at(share: NDArray[np.float64], width: float, length: float) -> NDArray[np.float64]:
+    """Angles of an ellipse's quarter at shares of its length of arc."""
+    angle = np.linspace(0.0, 0.5 * np.pi, 400)
+    pace = np.hypot(width * np.cos(angle), length * np.sin(angle))
+    gone = np.append(0.0, np.cumsum(0.5 * (pace[1:] + pace[:-1])))
+    found: NDArray[np.float64] = np.interp(share * gone[-1], gone, angle)
+    return found
 
 
 def _tongue(tip: float) -> Piece:

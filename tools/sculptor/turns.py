@@ -11,7 +11,11 @@ from sculptor.assembly import build
 from sculptor.implicit import Points
 from sculptor.weights import jaw_weights
 
-__all__ = ["keep_off_eyes", "turn_jaw", "turn_lids"]
+__all__ = ["Lids", "keep_off_eyes", "turn_eyes", "turn_jaw", "turn_lids"]
+
+Lids = tuple[float, float, float]
+"""How far the upper and the lower lid close, and degrees that both slide towards the temple."""
+
 
 # How much of a lid's turn each ring around the eye makes, from the outline inwards.
 _LID_SHARES = np.array([0.0, 0.0, 0.0, 0.04, 0.22, 0.62, 1.0, 1.0, 1.0, 1.0])
@@ -39,37 +43,67 @@ def turn_jaw(points: Points, degrees: float, glide: tuple[float, float] = (0.0, 
     return out
 
 
-def turn_lids(points: Points, closing: dict[str, tuple[float, float]]) -> Points:
+def turn_lids(points: Points, closing: dict[str, Lids]) -> Points:
     """Points after the lids have swept over the eyeballs.
 
-    A lid's vertex turns about the axis along x through the centre of its eyeball, so that its
-    distance from the centre stays what it was. What does not turn keeps every bit.
+    A lid's vertex turns about the axis along x through the centre of its eyeball, and then about
+    the axis along y, so that its distance from the centre stays what it was. What does not turn
+    keeps every bit.
 
     Args:
         points: (V, 3) positions of the head's vertices.
         closing: For "L" and "R", how far the upper and the lower lid go: 1 and 0 close the eye
-            with the upper lid alone; negative opens it wider.
+            with the upper lid alone, and negative opens it wider; then degrees that both slide
+            towards the temple.
     """
     head = build()
     out = points.copy()
-    for side, (upper, lower) in closing.items():
+    for side, (upper, lower, aside) in closing.items():
         rings = head.lay.eye if side == "L" else head.partner[head.lay.eye]
         centre = EYE_CENTRE * [1.0 if side == "L" else -1.0, 1.0, 1.0]
         edge = head.mesh.vertices[rings[lids.MARGIN + 1]] - centre
         height = np.arctan2(edge[:, 1], edge[:, 2])
         for above, amount in ((True, upper), (False, lower)):
-            if amount == 0.0:
+            if amount == aside == 0.0:
                 continue
             for step in range(1, lids.STEPS):
                 here, there = lids.place(step, above), lids.place(step, not above)
                 gap = height[there] - height[here]
                 angle = amount * gap * _LID_SHARES[_TURNING]
                 column = rings[_TURNING, here]
-                out[column] = centre + _turned(out[column] - centre, angle)
+                slide = np.sin(np.pi * step / lids.STEPS) * _LID_SHARES[_TURNING]
+                yaw = np.radians(aside) * slide * (1.0 if side == "L" else -1.0)
+                out[column] = centre + _aside(_turned(out[column] - centre, angle), yaw)
     return out
 
 
-def _turned(offsets: Points, angle: NDArray[np.float64]) -> Points:
+def turn_eyes(points: Points, gaze: dict[str, tuple[float, float]]) -> Points:
+    """Points after the eyeballs have turned about their centres.
+
+    Args:
+        points: (V, 3) positions of the head's vertices.
+        gaze: For "L" and "R", degrees that the eye looks up and towards the temple.
+    """
+    head = build()
+    out = points.copy()
+    for side, (up, aside) in gaze.items():
+        sign = 1.0 if side == "L" else -1.0
+        eye = head.part == f"eye_{side}"
+        if up == aside == 0.0:
+            continue
+        offset = out[eye] - EYE_CENTRE * [sign, 1.0, 1.0]
+        yaw, pitch = np.radians(sign * aside), np.radians(up)
+        out[eye] = EYE_CENTRE * [sign, 1.0, 1.0] + _aside(_turned(offset, pitch), yaw)
+    return out
+
+
+def _aside(offsets: Points, angle: NDArray[np.float64] | float) -> Points:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    x, y, z = offsets.T
+    return np.stack([x * cosine + z * sine, y, z * cosine - x * sine], axis=1)
+
+
+def _turned(offsets: Points, angle: NDArray[np.float64] | float) -> Points:
     cosine, sine = np.cos(angle), np.sin(angle)
     x, y, z = offsets.T
     return np.stack([x, y * cosine + z * sine, z * cosine - y * sine], axis=1)

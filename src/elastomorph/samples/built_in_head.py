@@ -1,8 +1,8 @@
 """The built-in head, read from the array file that ``tools/sculpt_head.py`` writes.
 
 Positions are whole multiples of ``unit``, a power of two of a centimetre: 4e-10 of the head's size,
-and the same bits on every processor. Faces other than the neutral are kept as the vertices that
-they move and how far.
+and the same bits on every processor. Faces other than the neutral are kept as the vertices of the
+left half that they move and how far, and the same of their mirror images.
 """
 
 from __future__ import annotations
@@ -83,17 +83,16 @@ def _stored(*names: str) -> dict[str, NDArray[Any]]:
 def _faces() -> dict[str, dict[str, Mesh]]:
     """Meshes by kind ("shape", "expression" or "frame") and name."""
     neutral = head()
-    stored = _stored("unit", "kinds", "names", "counts", "moved", "deltas")
+    stored = _stored("unit", "kinds", "names", "partner", "halves", "counts", "moved", "deltas")
     ends = np.cumsum(stored["counts"], dtype=np.int64)[:-1]
+    moved, partner = np.split(stored["moved"], ends), stored["partner"]
+    deltas = np.split(stored["deltas"] * stored["unit"], ends)
     found: dict[str, dict[str, Mesh]] = {}
-    for kind, name, moved, delta in zip(
-        stored["kinds"].tolist(),
-        stored["names"].tolist(),
-        np.split(stored["moved"], ends),
-        np.split(stored["deltas"] * stored["unit"], ends),
-        strict=True,
+    for kind, name, (left, right) in zip(
+        stored["kinds"].tolist(), stored["names"].tolist(), stored["halves"].tolist(), strict=True
     ):
-        vertices = neutral.vertices.copy()
-        vertices[moved] += delta
-        found.setdefault(kind, {})[name] = neutral.with_vertices(vertices)
+        moves = np.zeros_like(neutral.vertices)
+        moves[partner[moved[right]]] = deltas[right] * [-1.0, 1.0, 1.0]
+        moves[moved[left]] = deltas[left]
+        found.setdefault(kind, {})[name] = neutral.with_vertices(neutral.vertices + moves)
     return found

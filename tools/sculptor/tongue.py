@@ -1,0 +1,27 @@
+"""The tongue put out over the lower lip."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sculptor.assembly import build
+from sculptor.implicit import Points
+
+__all__ = ["put_out"]
+
+
+def put_out(points: Points, amount: float) -> Points:
+    """Points after the tongue has slid forwards and bent down in front of the lower teeth.
+
+    Args:
+        points: (V, 3) positions of the head's vertices.
+        amount: 1 for all the way.
+    """
+    tongue = build().part == "tongue"
+    rest = build().mesh.vertices[tongue]
+    tip, root = rest[:, 2].max(), rest[:, 2].min()
+    share = (rest[:, 2] - root) / (tip - root)
+    out = points.copy()
+    out[tongue, 2] += amount * 2.9 * share**1.2
+    out[tongue, 1] += amount * (0.75 * np.sin(np.pi * share**0.8) * share - 0.25 * share**4)
+    return out
