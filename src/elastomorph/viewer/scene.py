@@ -20,7 +20,7 @@ ROLES: tuple[Role, ...] = ("rig", "method", "truth")
 START = (
     "weights", "t", "mirror", "arrangement", "shown", "swipe", "ghost", "onion", "orbits",
     "picked", "heat", "against", "heatTop", "wireframe", "loops", "shading", "light", "theme",
-    "playing", "repeat", "timing", "seconds", "clip", "clipTime",
+    "playing", "repeat", "timing", "seconds", "clip", "clipTime", "live",
 )  # fmt: skip
 
 

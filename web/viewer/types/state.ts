@@ -40,4 +40,6 @@ export interface ViewState {
   /** Name of the performance that drives the sliders; null while people do. */
   readonly clip: string | null;
   readonly clipTime: number; // seconds
+  /** A phone moves the sliders, through "elastomorph live". */
+  readonly live: boolean;
 }

@@ -15,6 +15,7 @@ import { createOrbits } from '../panels/orbits';
 import { createSliders } from '../panels/sliders';
 import { createTabs } from '../panels/tabs';
 import { createTransport } from '../panels/transport';
+import { createLive } from '../../live/live';
 import { element, setText } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
 import { createHistory } from '../state/history';
@@ -77,9 +78,11 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     createOrbits(context),
   ];
   const transport = createTransport(context, player);
+  const live = createLive(context);
+  transport.element.prepend(live.element);
   const undo = createUndo(history);
   const parts: Part[] = [
-    ...[sliders, compare, heat, orbits, display, transport],
+    ...[sliders, compare, heat, orbits, display, transport, live],
     ...[labels, swipe, legend, pointer, undo],
   ];
 

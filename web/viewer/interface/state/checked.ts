@@ -73,6 +73,7 @@ const CHECKS: Record<keyof ViewState, Check> = {
   seconds: number(0.1, 60),
   clip: orNull(name),
   clipTime: number(0, 1e6),
+  live: truth,
 };
 
 /** The same change with its numbers clamped; throws a RangeError that names the field. */

@@ -85,11 +85,11 @@ export function createHistory(store: Store): History {
   };
 }
 
-/** The fields that differ, without those that the clock has moved. */
+/** The fields that differ, without those that the clock or a phone has moved. */
 function undoable(next: ViewState, previous: ViewState): Field[] {
   const ticking = next.playing || previous.playing;
-  const clock: Field[] = ticking ? ['playing', 't', 'clipTime'] : ['playing'];
-  if (ticking && next.clip !== null) clock.push('weights');
+  const clock: Field[] = ticking ? ['playing', 'live', 't', 'clipTime'] : ['playing', 'live'];
+  if (next.live || (ticking && next.clip !== null)) clock.push('weights');
   const differing = (field: Field) => !Object.is(next[field], previous[field]);
   return (Object.keys(next) as Field[]).filter((f) => differing(f) && !clock.includes(f));
 }

@@ -28,6 +28,7 @@ export const INITIAL: ViewState = {
   seconds: 2,
   clip: null,
   clipTime: 0,
+  live: false,
 };
 
 /**
@@ -57,6 +58,7 @@ export function startOf(
     shown: scene.models.slice(0, 3).map((_, model) => model),
     against: truth >= 0 ? truth : Math.min(1, count - 1),
     heat: false,
+    live: false,
     ...own,
     playing: (own.playing ?? false) && !still,
   };

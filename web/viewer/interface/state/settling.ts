@@ -51,6 +51,8 @@ export function settling(models: () => readonly Model[]): (state: ViewState) => 
     }
     if (state.arrangement === 'side') together = state.shown;
     before = driven(state, all, before);
+    // What plays takes the sliders from the phone.
+    if (before.live && (before.playing || before.clip !== null)) before = { ...before, live: false };
     return before;
   };
 }
