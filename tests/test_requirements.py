@@ -43,7 +43,7 @@ def test_what_the_package_names_is_pinned() -> None:
     assert required(extras["demo"]) - {"imageio-ffmpeg"} <= names("demo")
     every = [
         text
-        for name in ("demo", "usd", "fbx", "gltf", "capture", "rivals", "mocap", "dev")
+        for name in ("demo", "usd", "fbx", "gltf", "capture", "rivals", "mocap", "live", "dev")
         for text in extras[name]
     ]
     assert core | required(every) <= names("dev")

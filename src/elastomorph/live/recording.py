@@ -1,0 +1,142 @@
+"""Takes recorded from a stream, in the columns of Live Link Face (.csv)."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import BinaryIO
+
+from elastomorph.errors import ElastomorphError
+from elastomorph.io.atomic import replacing
+from elastomorph.io.performance.timecode import BASES, TimecodeClock
+from elastomorph.live.packets import COLUMNS, NAMES, FacePacket
+from elastomorph.live.phones import Order
+
+_HELD = 0.25  # seconds that frames wait for late ones before they are written
+_LONGEST_PAUSE = 60.0  # seconds; a longer one is between two takes
+_LIVE_LINK_BASE = 60
+_FROM_PACKET = [NAMES.index(name) for name in COLUMNS]
+_HEADER = ",".join(["Timecode", "BlendShapeCount", *COLUMNS])
+_NO_FACE = f"0{',' * len(COLUMNS)}"
+
+
+class Recorder:
+    """Records one phone at a time; each recording after the first goes into a file of its own.
+
+    A file appears when its recording ends: until then it has a temporary name beside it. Frames
+    are kept as they were sent, sorted, each once; what is later than a quarter of a second is left
+    out. In memory are only those that wait.
+
+    Args:
+        path: The first file, which is replaced; later ones are ``take-2.csv`` and so on, none of
+            which replaces a file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.wanted = False
+        self.problem = ""
+        self.frames = 0
+        self.files: list[tuple[Path, int]] = []
+        """Those that were written, and how many frames are in each."""
+        self._file: BinaryIO | None = None
+        self._open = ExitStack()
+        self._final = path
+        self._device = ""
+        self._waiting: list[tuple[float, int, FacePacket]] = []
+        self._turn = itertools.count()
+        self._newest = self._written = float("-inf")
+
+    def start(self) -> None:
+        """Record from the next frame on."""
+        self.wanted, self.problem = True, ""
+
+    def stop(self) -> None:
+        """End the recording, if there is one: its file is then there."""
+        self.wanted = False
+        self._finish()
+
+    def take(self, packet: FacePacket, order: Order, position: float) -> None:
+        """Record a frame, unless it was there already or is of another phone than the first."""
+        if not self.wanted or order == "twice":
+            return
+        if self._file is not None and packet.device != self._device:
+            return
+        pause = (position - self._newest) / packet.per_second
+        try:
+            if self._file is not None and (order == "again" or pause > _LONGEST_PAUSE):
+                self._finish()
+            if self._file is None:
+                self._begin(packet.device)
+            if position <= self._written:
+                return
+            self._newest = max(self._newest, position)
+            self.frames += 1
+            heapq.heappush(self._waiting, (position, next(self._turn), packet))
+            self._write(self._newest - _HELD * packet.per_second)
+        except (ElastomorphError, OSError) as error:
+            self._give_up(error)
+
+    @property
+    def file(self) -> Path | None:
+        """The file that is being recorded."""
+        return None if self._file is None else self._final
+
+    def _begin(self, device: str) -> None:
+        self._final = _next_file(self.path, len(self.files) + 1)
+        self._file = self._open.enter_context(replacing(self._final))
+        self._file.write(f"{_HEADER}\n".encode())
+        self._device, self.frames = device, 0
+        self._newest = self._written = float("-inf")
+
+    def _write(self, until: float) -> None:
+        while self._file is not None and self._waiting and self._waiting[0][0] <= until:
+            self._written, _, packet = heapq.heappop(self._waiting)
+            self._file.write(f"{_row(packet)}\n".encode())
+
+    def _finish(self) -> None:
+        try:
+            self._write(float("inf"))
+            if self._file is not None:
+                self._file = None
+                self._open.close()
+                self.files.append((self._final, self.frames))
+        except (ElastomorphError, OSError) as error:
+            self._give_up(error)
+
+    def _give_up(self, error: Exception) -> None:
+        """Nothing is left of a file that cannot be written; the stream goes on."""
+        self.wanted, self._file = False, None
+        self._waiting.clear()
+        try:
+            self._open.__exit__(*sys.exc_info())
+        except (ElastomorphError, OSError) as last:
+            error = last
+        self._open = ExitStack()
+        self.problem = str(error)
+
+
+def _next_file(path: Path, number: int) -> Path:
+    """The file of a recording: no later one takes the place of anything."""
+    if number == 1:
+        return path
+    while (file := path.with_stem(f"{path.stem}-{number}")).exists():
+        number += 1
+    return file
+
+
+def _row(packet: FacePacket) -> str:
+    """A line of a take: the timecode, how many weights, and these."""
+    base = round(packet.per_second)
+    count = packet.count
+    if base not in BASES:
+        base, count = _LIVE_LINK_BASE, count * _LIVE_LINK_BASE / packet.per_second
+    # The numbering without drop-frame: what is counted are frames.
+    timecode = TimecodeClock(base, False, float(base)).text(count, 3)
+    if not packet.weights:
+        return f"{timecode},{_NO_FACE}"
+    weights = (f"{packet.weights[place]:.10f}" for place in _FROM_PACKET)
+    return f"{timecode},{len(COLUMNS)},{','.join(weights)}"

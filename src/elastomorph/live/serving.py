@@ -1,0 +1,105 @@
+"""A rig served to this machine, moved by a phone."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+
+from elastomorph.errors import ParameterError
+from elastomorph.io.atomic import require_writable
+from elastomorph.live.pages import Pages
+from elastomorph.live.receiver import LOOPBACK, PORT, Receiver
+from elastomorph.live.session import Session
+from elastomorph.rig import Rig
+from elastomorph.viewer import rig_scene, serve
+from elastomorph.viewer.scene import Scene
+
+
+class LivePage:
+    """Receives packets and shows the face they make while it is entered with ``with``.
+
+    Args:
+        rig: The rig.
+        name: What the page calls it.
+        host: Address of this machine that phones send to; the loopback by default, which only
+            programs of this machine reach.
+        port: UDP port that phones send to; a free one for 0.
+        page_port: Port of the page; a free one for 0.
+        subject: Name or id of the phone to show; the first that sends by default.
+        record: A file (.csv) to record to; none is recorded without it.
+
+    Raises:
+        ParameterError: No weight of ARKit drives a slider of the rig, or an address or port cannot
+            be used.
+        FileError: The file cannot be written.
+        MissingExtraError: websockets is not installed.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        *,
+        name: str = "live",
+        host: str = LOOPBACK,
+        port: int = PORT,
+        page_port: int = 0,
+        subject: str | None = None,
+        record: str | Path | None = None,
+    ) -> None:
+        file = None if record is None else Path(record)
+        if file is not None:
+            if file.suffix.lower() != ".csv":
+                raise ParameterError(f"{file}: takes are recorded as .csv")
+            require_writable(file)
+        self.session = Session(rig.names, subject, file)
+        if not self.session.match.drives:
+            raise ParameterError(
+                f"no weight of ARKit drives a slider of the rig ({', '.join(rig.names[:8])}); "
+                "rename its sliders as ARKit or VRM do"
+            )
+        self._open = ExitStack()
+        with ExitStack() as made:
+            self._receiver = Receiver(self.session.take, host, port)
+            made.callback(self._receiver.close)
+            self._pages = Pages(self.session)
+            made.callback(self._pages.close)
+            self.server = serve(_live_scene(rig, name), page_port, {"live": self._pages.address})
+            made.pop_all()
+        self._pages.admit_page(self.server.port)
+
+    @property
+    def port(self) -> int:
+        """The UDP port that phones send to."""
+        return self._receiver.port
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return self.server.address
+
+    @property
+    def meaning(self) -> str:
+        """What it means that phones send there, in a sentence."""
+        return self._receiver.meaning
+
+    def __enter__(self) -> LivePage:
+        # Closed in the opposite order: first nothing comes any more, then the recording ends.
+        for part in (self.server, self._pages):
+            self._open.enter_context(part)
+        self._open.callback(self.session.close)
+        self._open.enter_context(self._receiver)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._open.close()
+
+
+def _live_scene(rig: Rig, name: str) -> Scene:
+    return replace(rig_scene(rig, name=name), start={"live": True})
