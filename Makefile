@@ -50,6 +50,7 @@ page: $(WEB_READY)
 	npm run --silent --prefix web types
 	npm run --silent --prefix web build
 	npm run --silent --prefix web build:landmarks
+	npm run --silent --prefix web build:report
 
 # Which branches of the code the tests take, the readers' first.
 coverage: $(DEV_READY) $(INSTALLED) $(WEB_READY)

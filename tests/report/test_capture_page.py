@@ -182,7 +182,7 @@ def replace_labels(mesh: Any) -> Any:
 
 def test_the_page_asks_nobody_for_anything(page: str) -> None:
     assert not re.findall(r'(?:src|srcset|poster)="(?!data:)', page)
-    assert "script" not in page.partition("</head>")[2]
+    assert page.count("<script") == 1  # what copies tables
 
 
 @pytest.mark.parametrize("radial", [0.0, 0.1, -0.08])

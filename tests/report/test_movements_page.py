@@ -73,9 +73,9 @@ def test_every_movement_has_its_line(judged: list[JudgedMovement], root: Element
 def test_the_page_is_whole_and_closed_in_itself(root: Element) -> None:
     assert root.one("h1").text == "jaw <1>"
     sections = [each.attributes["aria-labelledby"] for each in root.all("section")]
-    assert sections == ["compared", "outcome", "errors", "movements", "recipe"]
+    assert sections == ["outcome", "movements", "compared", "errors", "recipe"]
     assert len(root.all("svg")) == 1
-    assert not root.all("img", "iframe", "script")
+    assert not root.all("img", "iframe")
     facts = root.one("main").text
     assert "2 onsets and 2 offsets" in facts
     assert "at the best frames of each" in facts

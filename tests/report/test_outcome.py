@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from parsed_page import Element, shown
 
 from elastomorph.evaluation import Evaluation
-from elastomorph.evaluation.conclusions import rankings, reach_verdict
+from elastomorph.evaluation.conclusions import rankings
 from elastomorph.evaluation.summary import MethodSummary, summaries
 from elastomorph.evaluation.words import Lengths
 from elastomorph.report import About
-from elastomorph.report.outcome import error_table, errors, outcome
+from elastomorph.report.outcome import error_table, errors, ranked
 
 NUMBERS = [field.name for field in fields(MethodSummary) if field.name != "label"]
 OTHER = ("flips", "stretch", "unmasked_lme", "unmasked_lae")  # no error of every table
@@ -24,12 +24,12 @@ PERCENT = [name for name in NUMBERS if name not in OTHER]
 
 def table_of(lines: Sequence[MethodSummary], caption: str, **told: Any) -> Element:
     table = error_table(lines, caption, **told)
-    return shown(errors([table], Lengths(None), shape=True, informed=())).one("table")
+    return shown(errors([table], [], Lengths(None), shape=True, informed=())).one("table")
 
 
 def rankings_of(lines: Sequence[MethodSummary], **about: Any) -> list[Element]:
-    verdict = reach_verdict(lines, Lengths(None))
-    return shown(outcome(verdict, lines, About(**about), "")).all("ol")
+    rankings = ranked(lines, About(**about))
+    return shown(errors([], rankings, Lengths(None), shape=True, informed=())).all("ol")
 
 
 def rows_of(table: Element) -> dict[str, list[Element]]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from elastomorph.evaluation import Evaluation
 from elastomorph.report.document import Section, document
 from needs import MODULES
 
@@ -84,3 +85,38 @@ def test_it_is_read_without_javascript(browser: Any, address: str) -> None:
     assert tab.locator("h1").is_visible()
     assert tab.locator("table.errors").is_visible()
     context.close()
+
+
+def test_a_table_is_copied_for_sheets_and_documents(
+    browser: Any, address: str, evaluation: Evaluation
+) -> None:
+    """A row a method, cells between tabs; by the keyboard, and what was done is said."""
+    context = browser.new_context()
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    tab = context.new_page()
+    tab.goto(address)
+    button = tab.get_by_role("button", name="Copy as table").first
+    button.focus()
+    tab.keyboard.press("Enter")
+    tab.get_by_role("status").filter(has_text="Copied").first.wait_for(state="attached")
+    text = tab.evaluate("navigator.clipboard.readText()")
+    rows = [line.split("\t") for line in text.splitlines()]
+    table = tab.locator("table.errors")
+    assert [row[0] for row in rows[2:]] == [each.label for each in evaluation.results]
+    assert len({len(row) for row in rows}) == 1
+    for row, result in zip(rows[2:], evaluation.results, strict=True):
+        assert row[1] == f"{100 * result.lme:.3f}"
+    assert "★" not in text
+    assert "★" in table.text_content()
+    kinds = tab.evaluate("navigator.clipboard.read().then(found => found[0].types)")
+    assert set(kinds) == {"text/plain", "text/html"}
+    context.close()
+
+
+def test_where_nothing_can_be_copied_it_says_so(browser: Any, address: str) -> None:
+    tab = browser.new_page()
+    tab.add_init_script("Object.defineProperty(navigator, 'clipboard', {value: undefined})")
+    tab.goto(address)
+    tab.get_by_role("button", name="Copy as table").first.click()
+    tab.get_by_role("button", name="The browser does not let pages copy").wait_for()
+    tab.close()

@@ -8,6 +8,7 @@ import io
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 
@@ -31,8 +32,11 @@ from elastomorph.report.facts import compared
 from elastomorph.report.live import live_viewer
 from elastomorph.report.recipe import recipe
 
+SCRIPT = (files("elastomorph.report") / "templates" / "copy.js").read_text(encoding="utf-8")
 PAPER = "https://doi.org/10.3390/axioms13030185"
-SECTIONS = ["compared", "outcome", "errors", "graphs", "faces", "viewer", "recipe"]
+ANSWER = ["outcome", "faces", "viewer"]
+APPENDIX = ["compared", "errors", "graphs", "recipe"]
+SECTIONS = [*ANSWER, *APPENDIX]
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +60,9 @@ def test_sections_come_in_order_under_headings_that_skip_no_level(root: Element)
     for section, name in zip(sections, SECTIONS, strict=True):
         assert section.one("h2").attributes["id"] == name
     links = [a.attributes["href"] for a in root.one("nav").all("a")]
-    assert links == [f"#{name}" for name in SECTIONS]
+    assert links == [f"#{name}" for name in (*ANSWER, "appendix")]
+    (appendix,) = (e for e in root.all("div") if e.attributes.get("class") == "appendix")
+    assert [a.attributes["href"] for a in appendix.all("a")] == [f"#{name}" for name in APPENDIX]
 
 
 def test_landmarks_and_language_are_there(root: Element) -> None:
@@ -122,7 +128,8 @@ def test_the_page_leads_nowhere_but_to_the_paper(page: str, root: Element) -> No
         for name in ("src", "href", "action", "data", "poster", "srcset"):
             value = each.attributes.get(name, "#")
             assert value.startswith(("#", "data:image/webp;")) or value == PAPER
-    assert not root.all("script", "link", "base", "object", "embed")
+    assert not root.all("link", "base", "object", "embed")
+    assert [each.text for each in root.all("script")] == [SCRIPT]
     (style,) = root.all("style")
     assert "url(" not in style.text
     assert "@import" not in style.text
@@ -190,7 +197,8 @@ def test_markers_have_graphs_and_a_sentence_instead_of_a_viewer(markers: Evaluat
     assert "markers have no surface" in root.one("main").text
     assert "12 markers, without polygons" in root.one("main").text
     policy = root.all("meta")[2].attributes["content"]
-    assert "script" not in policy
+    digest = base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}';" in policy
 
 
 @pytest.mark.usefixtures("small_viewer")
@@ -265,7 +273,7 @@ def test_without_drawing_there_are_only_words(evaluation: Evaluation) -> None:
     root = parsed(report_page(evaluation, draw=False))
     assert not root.all("img", "svg", "iframe")
     names = [each.attributes["aria-labelledby"] for each in root.all("section")]
-    assert names == ["compared", "outcome", "errors", "recipe"]
+    assert names == ["outcome", "compared", "errors", "recipe"]
 
 
 def test_names_of_any_kind_are_shown_and_not_obeyed(evaluation: Evaluation) -> None:
@@ -274,7 +282,7 @@ def test_names_of_any_kind_are_shown_and_not_obeyed(evaluation: Evaluation) -> N
     odd = evaluate(evaluation.truth, results, evaluation.curves)
     about = About(name, source=name, unit=name, call=name, curves=name, remarks=(name,))
     root = parsed(report_page(odd, about, draw=False))
-    assert not root.all("script")
+    assert [each.text for each in root.all("script")] == [SCRIPT]
     assert root.one("h1").text == name
     assert f"{name} 3" in [each.text for each in root.all("th")]
 

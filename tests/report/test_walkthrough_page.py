@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from parsed_page import parsed
+from parsed_page import Element, parsed
 from stand_in import VIEWER
 
 from elastomorph.curves import extract_curves
 from elastomorph.errors import FileError
 from elastomorph.evaluation import Evaluation, evaluate, every_method
 from elastomorph.evaluation.target_paths import TargetPath, TargetPaths
-from elastomorph.model.morph import Choice
+from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.morph import Choice, Morph
+from elastomorph.paths import interpolate
 from elastomorph.report import Picture
+from elastomorph.report.advice import TargetPictures, advice, targets_table
 from elastomorph.report.subject import Subject, built_in_subject
 from elastomorph.report.walkthrough_page import BeamTiming, beam_words, write_walkthrough_report
 from elastomorph.viewer.page import shipped_page
@@ -42,32 +47,37 @@ def test_further_pictures_and_findings_are_in_it(
     grey = np.full((20, 30, 3), 128, dtype=np.uint8)
     shown = [Picture("Expressions", grey, "Five faces.", "Look at them.")]
     file = tmp_path / "report.html"
-    write_walkthrough_report(
-        subject_of(evaluation), PATHS, evaluation, None, BEAM, shown, file, call="elastomorph demo"
-    )
+    subject = subject_of(evaluation)
+    first = [advice(PATHS, {}, subject), targets_table(PATHS, "cm")]
+    call = "elastomorph demo"
+    write_walkthrough_report(subject, evaluation, first, BEAM, [], shown, file, call=call)
     root = parsed(file.read_text(encoding="utf-8"))
     assert [each.attributes["alt"] for each in root.all("img")] == ["Five faces."]
     assert beam_words(BEAM, 1) in [each.text for each in root.all("li")]
     assert "sneer" in beam_words(BEAM, 1)
     first = root.all("section")[0]
-    assert first.one("h2").text == "What each target needs"
+    assert first.one("h2").text == "What to do with each target"
 
 
 def test_a_rig_without_anything_to_compare_has_its_targets_told(
     evaluation: Evaluation, tmp_path: Path
 ) -> None:
-    """No recording and no rigid jaw: the table of targets is still what a rigger came for."""
-    file = tmp_path / "report.html"
-    write_walkthrough_report(subject_of(evaluation), PATHS, None, None, BEAM, [], file)
-    root = parsed(file.read_text(encoding="utf-8"))
-    assert [section.one("h2").text for section in root.all("section")] == ["What each target needs"]
+    """No recording and no rigid jaw: what to do is still what a rigger came for."""
+    root = advised(evaluation, tmp_path)
+    headings = [section.one("h2").text for section in root.all("section")]
+    assert headings == ["What to do with each target", "Each target in numbers"]
+
+
+def advised(evaluation: Evaluation, tmp_path: Path, paths: TargetPaths = PATHS) -> Element:
+    file, subject = tmp_path / "report.html", subject_of(evaluation)
+    first = [advice(paths, {}, subject), targets_table(paths, "cm")]
+    write_walkthrough_report(subject, None, first, BEAM, [], [], file)
+    return parsed(file.read_text(encoding="utf-8"))
 
 
 def test_every_target_is_in_the_table(evaluation: Evaluation, tmp_path: Path) -> None:
     """Name, need, distance in % of D, further targets, bytes, and how exactly it is stored."""
-    file = tmp_path / "report.html"
-    write_walkthrough_report(subject_of(evaluation), PATHS, None, None, BEAM, [], file)
-    root = parsed(file.read_text(encoding="utf-8"))
+    root = advised(evaluation, tmp_path)
     rows = [[cell.text for cell in row.all("th", "td")] for row in root.all("tr")]
     told = {row[0]: row[1:] for row in rows if row[0] != "Target"}
     pays = "rotation; an in-between would pay here"
@@ -76,12 +86,61 @@ def test_every_target_is_in_the_table(evaluation: Evaluation, tmp_path: Path) ->
         "eyeBlink": ["rotation", "0.200", "1", "5,376", "exact"],
         "sneer": ["straight is enough", "≤\u00a00.010", "none", "none", "exact"],
     }
-    folded = root.one("details")
-    assert "sneer" in folded.text
-    assert "jawOpen" not in folded.text
-    assert PATHS.summary in [each.text for each in root.all("p")]
     assert "0.05\u00a0% of D halfway" in root.text
     assert "12.0\u00a0cm" in root.text
+
+
+def test_each_target_is_told_what_to_do_with_it(evaluation: Evaluation, tmp_path: Path) -> None:
+    """0.011 of 12 cm is 0.132 cm; 87,744 bytes are 88 kB."""
+    section = advised(evaluation, tmp_path).all("section")[0]
+    said = [each.text for each in section.all("p") if each.attributes.get("class") == "headline"]
+    assert said == ["Bend 2 targets, sculpt an in-between for 1 of them and keep 1 straight."]
+    assert "cost 3 more morph targets, 0.093\u00a0MB" in section.text
+    groups = [heading.text for heading in section.all("h3")]
+    assert groups == ["Bend, and sculpt an in-between: 1", "Bend: 1", "Keep straight: 1"]
+    cards = [
+        [card.one("b").text, *(e.text for e in card.all("span"))] for card in section.all("li")
+    ]
+    assert cards == [
+        ["jawOpen", "0.132\u00a0cm off, +2 targets, 88\u00a0kB"],
+        ["eyeBlink", "0.0240\u00a0cm off, +1 target, 5\u00a0kB"],
+        ["sneer"],
+    ]
+    assert "sneer" in section.one("details").text
+
+
+@pytest.mark.parametrize(
+    ("paths", "said"),
+    [
+        ([], "There are no targets."),
+        (PATHS.targets[:1], "Bend 1 target and sculpt an in-between for it."),
+        (PATHS.targets[1:2], "Bend 1 target."),
+        (PATHS.targets[2:], "Keep 1 target straight."),
+        (PATHS.targets[2:] * 3, "Keep all 3 targets straight."),
+    ],
+)
+def test_the_headline_is_a_sentence_for_every_rig(
+    evaluation: Evaluation, tmp_path: Path, paths: Sequence[TargetPath], said: str
+) -> None:
+    root = advised(evaluation, tmp_path, TargetPaths(12.0, tuple(paths)))
+    assert root.all("p")[2].text == said
+
+
+def test_pictures_show_the_target_and_where_its_path_bends(evaluation: Evaluation) -> None:
+    """A straight target has the colours of the face, a bent one is dark off the straight line."""
+    subject = subject_of(evaluation)
+    neutral, target = subject.neutral, subject.targets["sneer"]
+    off = np.zeros(neutral.vertices.shape)
+    off[:, 2] = np.where(neutral.vertices[:, 0] > 0, 0.01 * neutral.diameter, 0.0)
+    curve = BendCurve.power(2)
+    bent = Morph(neutral, target, off[None], (curve,))
+    with TargetPictures(replace(subject, jaw="sneer")) as cards:
+        cards.draw("straight", interpolate(neutral, target, "linear"), neutral.diameter)
+        cards.draw("bent", bent, neutral.diameter)
+    straight, coloured = (cards.drawn[name].image.astype(int) for name in ("straight", "bent"))
+    width = coloured.shape[1]
+    assert coloured[:, width // 2 + 4 :].min() < 30 < coloured[:, : width // 2 - 4].min()
+    assert abs(straight - straight[:, ::-1]).mean() < abs(coloured - coloured[:, ::-1]).mean()
 
 
 @pytest.mark.slow
@@ -97,7 +156,8 @@ def test_the_page_of_the_built_in_head_is_small(
     curves = extract_curves(subject.neutral)
     found = evaluate(subject.take, every_method(subject.take, curves), curves)
     file = tmp_path / "report.html"
-    write_walkthrough_report(subject, PATHS, found, None, BEAM, [], file)
+    first = [advice(PATHS, {}, subject), targets_table(PATHS, subject.unit)]
+    write_walkthrough_report(subject, found, first, BEAM, [], [], file)
     assert file.stat().st_size < 8_000_000
     root = parsed(file.read_text(encoding="utf-8"))
     assert root.one("iframe")

@@ -46,6 +46,14 @@ def test_the_shipped_page_is_what_the_source_builds(tmp_path: Path, page: str) -
 
 
 @pytest.mark.slow
+def test_the_script_of_reports_is_what_the_source_builds(tmp_path: Path) -> None:
+    done = npm_script("build:report", "--outDir", str(tmp_path))
+    assert done.returncode == 0, done.stdout + done.stderr
+    kept = (files("elastomorph.report") / "templates" / "copy.js").read_text(encoding="utf-8")
+    assert (tmp_path / "copy.js").read_text(encoding="utf-8") == kept, "run make page"
+
+
+@pytest.mark.slow
 def test_the_source_is_sound_typescript() -> None:
     done = npm_script("types")
     assert done.returncode == 0, done.stdout + done.stderr

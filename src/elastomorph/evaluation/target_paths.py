@@ -92,6 +92,7 @@ def target_paths(
     targets: Mapping[str, Mesh],
     *,
     progress: Callable[[str], None] = lambda _: None,
+    seen: Callable[[str, Morph, float], object] = lambda *_: None,
 ) -> TargetPaths:
     """Prepare ``auto`` for every target and say what it chose.
 
@@ -99,6 +100,7 @@ def target_paths(
         neutral: The face at rest.
         targets: The targets by name.
         progress: Told the name of each.
+        seen: Given each name, its path and D, so that nobody has to keep all paths.
 
     Raises:
         TopologyError: A target has other vertices or polygons than the neutral.
@@ -110,6 +112,7 @@ def target_paths(
     for number, (name, target) in enumerate(targets.items(), start=1):
         progress(f"choosing a path for {name}, {number} of {len(targets)}")
         morph = to(target)
+        seen(name, morph, extent)
         choice = morph.choice or Choice(0.0, 0.0)
         moved = sum(int(bend.any(axis=1).sum()) for bend in morph.bends)
         bends, error = len(morph.bends), morph.bake_error

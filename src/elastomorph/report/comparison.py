@@ -14,9 +14,9 @@ from elastomorph.evaluation.words import Lengths, counted, percent
 from elastomorph.report.document import Section, document, require_page_path, write_page
 from elastomorph.report.faces import evaluation_pictures
 from elastomorph.report.facts import About, compared
-from elastomorph.report.images import Graph, Picture
+from elastomorph.report.images import Graph, Picture, picture_sections
 from elastomorph.report.live import live_viewer
-from elastomorph.report.outcome import error_table, errors, outcome
+from elastomorph.report.outcome import error_table, errors, outcome, ranked
 from elastomorph.report.recipe import recipe
 
 __all__ = ["report_page", "write_evaluation", "write_report"]
@@ -104,24 +104,23 @@ def report_page(
     )
     sections = [
         *first,
+        outcome(verdict, about, _ONE_MOTION),
         compared(evaluation, about, informed),
-        outcome(verdict, lines, about, _ONE_MOTION),
-        errors([table], lengths, shape=has_polygons, informed=informed),
+        errors([table], ranked(lines, about), lengths, shape=has_polygons, informed=informed),
     ]
     live = False
     if draw:
         say("drawing graphs")
         graphs = _graphs(evaluation, suggestions, timing_known=about.timing_known)
-        sections.append(Section("graphs", "Curve by curve and over time", {"graphs": graphs}))
         if faces is None and has_polygons and about.timing_known:
             faces = evaluation_pictures(evaluation, lengths, informed, say)
-        shown = [*(faces or ()), *pictures]
-        if shown:
-            sections.append(Section("faces", "Faces", {"pictures": shown}))
+        sections += picture_sections(faces or (), pictures)
         say("adding the viewer")
         viewer = live_viewer(evaluation, about.name, about.unit, informed, about.truth)
         live = bool(viewer.content["page"])
         sections.append(viewer)
+        title = "Curve by curve and over time"
+        sections.append(Section("graphs", title, {"graphs": graphs}, appendix=True))
     sections.append(recipe(evaluation.truth, evaluation, about))
     subtitle = (
         f"{counted(len(evaluation.results), 'method')} of interpolation against "

@@ -74,7 +74,7 @@ def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ())
         f"{'recorded frames' if about.timing_known else 'known way'}."
     )
     content = {"source": about.source, "facts": facts, "how": how}
-    return Section("compared", "What was compared", content)
+    return Section("compared", "What was compared", content, appendix=True)
 
 
 def method_labels(evaluation: Evaluation) -> str:

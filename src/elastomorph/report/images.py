@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tempfile
 from base64 import b64encode
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -15,8 +15,9 @@ import numpy as np
 from markupsafe import Markup
 
 from elastomorph.draw.pictures import Image, imported
+from elastomorph.report.document import Section
 
-__all__ = ["Graph", "Picture", "inline_svg"]
+__all__ = ["Graph", "Picture", "inline_svg", "picture_sections"]
 
 # Of WebP: at 82 no edge of a shaded face frays, at a tenth of the size of a PNG.
 _QUALITY = 82
@@ -54,6 +55,16 @@ class Picture:
         picture = imported("PIL.Image").fromarray(np.ascontiguousarray(self.image))
         picture.save(file, format="WEBP", quality=_QUALITY, method=4)
         return f"data:image/webp;base64,{b64encode(file.getvalue()).decode('ascii')}"
+
+
+def picture_sections(faces: Sequence[Picture], more: Sequence[Picture]) -> list[Section]:
+    """Pictures that show what was found, and in the appendix those that show more."""
+    found = []
+    if faces:
+        found.append(Section("faces", "Faces", {"pictures": faces}))
+    if more:
+        found.append(Section("more", "More pictures", {"pictures": more}, appendix=True))
+    return found
 
 
 @dataclass(frozen=True, eq=False)

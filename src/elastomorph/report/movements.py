@@ -14,7 +14,7 @@ from elastomorph.model.sequence import MeshSequence
 from elastomorph.report.document import Section, document, require_page_path, write_page
 from elastomorph.report.facts import About, curve_words, diameter_words, face_words, method_labels
 from elastomorph.report.images import Graph
-from elastomorph.report.outcome import error_table, errors, outcome
+from elastomorph.report.outcome import error_table, errors, outcome, ranked
 from elastomorph.report.recipe import recipe
 
 __all__ = ["movements_page", "write_movements_report"]
@@ -72,8 +72,8 @@ def movements_page(
     ]
     sections = [
         _compared(judged, take, about),
-        outcome(verdict, every, about, _SCOPE),
-        errors(tables, lengths, shape=shape, informed=informed),
+        outcome(verdict, about, _SCOPE),
+        errors(tables, ranked(every, about), lengths, shape=shape, informed=informed),
         _each(judged, informed, [_graph(judged, every)] if draw else []),
         recipe(take, first, about, several=True),
     ]
@@ -110,7 +110,7 @@ def _compared(judged: Sequence[JudgedMovement], take: MeshSequence, about: About
         "of a mesh for those."
     )
     content = {"source": about.source, "facts": facts, "how": how}
-    return Section("compared", "What was compared", content)
+    return Section("compared", "What was compared", content, appendix=True)
 
 
 def _graph(judged: Sequence[JudgedMovement], means: Sequence[MethodSummary]) -> Graph:

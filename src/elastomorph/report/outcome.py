@@ -21,20 +21,21 @@ _UNMASKED = {"LME": "unmasked_lme", "LAE": "unmasked_lae"}
 _FREE = {title: f"path_{name}" for title, name in _TIMED.items()}
 
 
-def outcome(verdict: Verdict, lines: Sequence[MethodSummary], about: About, scope: str) -> Section:
-    """The outcome in words and how far it reaches, the rankings beside it."""
+def outcome(verdict: Verdict, about: About, scope: str) -> Section:
+    """The outcome in words, and how far it reaches."""
+    reasons = [*verdict.reasons, *about.remarks, scope]
+    return Section("outcome", "The outcome", {"headline": verdict.headline, "reasons": reasons})
+
+
+def ranked(lines: Sequence[MethodSummary], about: About) -> list[dict[str, Any]]:
+    """Rankings by the largest error: at the recorded times where they are known, and without."""
     kinds = {"Ranking with free timing": "path_lme"}
     if about.timing_known:
         kinds = {"Ranking at the recorded times": "lme"} | kinds
-    content = {
-        "headline": verdict.headline,
-        "reasons": [*verdict.reasons, *about.remarks, scope],
-        "rankings": [{"title": title, "places": ranked(lines, kinds[title])} for title in kinds],
-    }
-    return Section("outcome", "The outcome", content)
+    return [{"title": title, "places": _ranking(lines, kinds[title])} for title in kinds]
 
 
-def ranked(lines: Sequence[MethodSummary], error: str) -> list[dict[str, Any]]:
+def _ranking(lines: Sequence[MethodSummary], error: str) -> list[dict[str, Any]]:
     """The methods in order of an error, with its span in each place; ties share a place."""
     found = []
     for place in places(lines, error):
@@ -45,9 +46,14 @@ def ranked(lines: Sequence[MethodSummary], error: str) -> list[dict[str, Any]]:
 
 
 def errors(
-    tables: Sequence[dict[str, Any]], lengths: Lengths, *, shape: bool, informed: Collection[str]
+    tables: Sequence[dict[str, Any]],
+    rankings: Sequence[dict[str, Any]],
+    lengths: Lengths,
+    *,
+    shape: bool,
+    informed: Collection[str],
 ) -> Section:
-    """What the columns of tables mean, and the tables."""
+    """What the columns of tables mean, the tables, and who came closest."""
     size = "" if lengths.diameter is None else f" 1 % is {lengths.plain(0.01)}."
     titles = [group["title"] for table in tables for group in table["groups"]]
     content = {
@@ -56,8 +62,9 @@ def errors(
         "masked": _LOW in titles,
         "informed": bool(informed),
         "tables": tables,
+        "rankings": rankings,
     }
-    return Section("errors", "Errors", content)
+    return Section("errors", "Errors", content, appendix=True)
 
 
 def error_table(

@@ -57,7 +57,7 @@ def recipe(
         "stored": not several,
         "methods": [_described(result, about, several) for result in evaluation.results],
     }
-    return Section("recipe", "To reproduce it", content)
+    return Section("recipe", "To reproduce it", content, appendix=True)
 
 
 def _versions() -> list[str]:

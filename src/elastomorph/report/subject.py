@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from elastomorph.draw.head import head_of
 from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
 from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.model.mesh import Mesh
@@ -30,6 +35,8 @@ class Subject:
         take: A recorded mesh sequence, where there is one.
         rigid_parts: Parts that turn rigidly with the jaw: the only ground truth a rig holds.
         unit: Unit of the coordinates, or an empty string where nobody knows it.
+        source: How the command line names the face.
+        head: (N,) vertices of the head of a character with a body; None where that is all.
     """
 
     name: str
@@ -40,6 +47,8 @@ class Subject:
     take: MeshSequence | None = None
     rigid_parts: RigidParts | None = field(default=None)
     unit: str = ""
+    source: str = ""
+    head: NDArray[np.int64] | None = None
 
 
 def built_in_subject() -> Subject:
@@ -56,6 +65,7 @@ def built_in_subject() -> Subject:
         recorded_motion(),
         find_rigid_parts(neutral, targets["jawOpen"]),
         unit="cm",
+        source="built-in",
     )
 
 
@@ -80,6 +90,8 @@ def rig_subject(
         compose_expressions(neutral, targets) or dict(list(targets.items())[: len(EXPRESSIONS)]),
         jaw,
         rigid_parts=find_rigid_parts(neutral, targets[jaw]),
+        source=shlex.quote(str(place)),
+        head=head_of(neutral, rig.morphs.values()),
     )
 
 

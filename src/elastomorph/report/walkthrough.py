@@ -24,9 +24,10 @@ from elastomorph.io.atomic import made_folder, replacing
 from elastomorph.io.vertex_lists import write_curves
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
+from elastomorph.report.advice import TargetPictures, advice, targets_table
 from elastomorph.report.comparison import write_evaluation
 from elastomorph.report.faces import evaluation_pictures
-from elastomorph.report.hinge import Jaw
+from elastomorph.report.hinge import Jaw, hinge_section
 from elastomorph.report.images import Picture
 from elastomorph.report.subject import Subject
 from elastomorph.report.walkthrough_page import (
@@ -83,19 +84,20 @@ def walk_through(
     curves = extract_curves(neutral)
     write_curves(place.file("curves.json"), curves)
     curves_picture(neutral, curves, place.file("curves.png"))
-    paths = target_paths(neutral, subject.targets, progress=say)
+    with TargetPictures(subject) as cards:
+        paths = target_paths(neutral, subject.targets, progress=say, seen=cards.draw)
     with replacing(place.file("targets.csv")) as table:
         table.write(_targets_csv(paths).encode())
 
     say(f"interpolating {subject.jaw} by every method")
     morphs = _every_morph(subject, curves)
     evaluation = _compared(subject, curves, morphs, say)
-    pictures: list[Picture] = []
+    faces: list[Picture] = []
     if evaluation is not None:
         if subject.take is not None:  # the parts of a rig alone are no face to look at
             lengths = Lengths(evaluation.diameter, subject.unit)
-            pictures = evaluation_pictures(evaluation, lengths, informed_methods(evaluation), say)
-        place.written += write_evaluation(evaluation, place.path, faces=pictures, say=say)
+            faces = evaluation_pictures(evaluation, lengths, informed_methods(evaluation), say)
+        place.written += write_evaluation(evaluation, place.path, faces=faces, say=say)
         morphs = morphs or {result.label: result.morph for result in evaluation.results}
     say("writing in-betweens")
     for label, morph in morphs.items():
@@ -107,14 +109,18 @@ def walk_through(
     if subject.take is None:
         say(f"drawing {subject.jaw}")
         shown = {label: morphs[label] for label in ("linear", "beam R=2", "auto")}
-        pictures.append(jaw_picture(shown, subject.jaw, place.file("in-betweens.png")))
-    pictures += _expressions(subject, place, say)
+        faces.append(jaw_picture(shown, subject.jaw, place.file("in-betweens.png")))
+    more = _expressions(subject, place, say)
     say("comparing closures")
     seams = closure_seams(neutral, jaw, curves)
     image = closure_comparison(neutral, jaw, place.file("closures.png"), curves=curves)
-    pictures.append(closures_picture(image, subject.jaw, seams))
+    more.append(closures_picture(image, subject.jaw, seams))
     beam = _beam_timing(subject, curves)
-    found = (subject, paths, evaluation, turning, beam, pictures)
+    first = [advice(paths, cards.drawn, subject)]
+    if turning is not None:
+        first.append(hinge_section(turning, subject.jaw, subject.unit))
+    sections = [*first, targets_table(paths, subject.unit)]
+    found = (subject, evaluation, sections, beam, faces, more)
     write_walkthrough_report(*found, place.file("report.html"), call=call, say=say)
     hinge = [] if turning is None else turning.errors
     return Walkthrough(subject, curves, paths, hinge, evaluation, seams, beam, place.written)

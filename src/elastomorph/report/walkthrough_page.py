@@ -12,13 +12,11 @@ from elastomorph.draw.pictures import Image, write_picture
 from elastomorph.draw.strips import expression_strip
 from elastomorph.evaluation import Evaluation, suggest_inbetweens
 from elastomorph.evaluation.shape import ClosureSeam
-from elastomorph.evaluation.target_paths import TargetPaths
-from elastomorph.evaluation.words import SPACE, counted, listed, percent, significant
+from elastomorph.evaluation.words import listed, percent
 from elastomorph.model.morph import Morph
-from elastomorph.paths.auto import INBETWEEN_PAYS
 from elastomorph.report import About, Picture, write_report
 from elastomorph.report.document import Section, document, write_page
-from elastomorph.report.hinge import Jaw, hinge_section
+from elastomorph.report.images import picture_sections
 from elastomorph.report.subject import Subject
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import spread_rows, weight_combinations
@@ -41,23 +39,19 @@ class BeamTiming:
 
 def write_walkthrough_report(
     subject: Subject,
-    paths: TargetPaths,
     evaluation: Evaluation | None,
-    jaw: Jaw | None,
+    first: Sequence[Section],
     beam: BeamTiming,
-    pictures: Sequence[Picture],
+    faces: Sequence[Picture],
+    more: Sequence[Picture],
     path: Path,
     *,
     call: str = "",
     say: Callable[[str], None] = lambda _: None,
 ) -> None:
-    """Write the page of a walkthrough."""
-    first = [_targets(paths, subject.unit)]
-    if jaw is not None:
-        first.append(hinge_section(jaw, subject.jaw, subject.unit))
+    """Write the page of a walkthrough: what it begins with, and the comparison if there is one."""
     if evaluation is None:
-        faces = Section("faces", "Faces", {"pictures": pictures})
-        sections = [*first, *([faces] if pictures else [])]
+        sections = [*first, *picture_sections(faces, more)]
         write_page(path, document(subject.name, "What its targets need", sections))
         return
     suggestions = []
@@ -77,29 +71,11 @@ def write_walkthrough_report(
         path,
         about,
         suggestions=suggestions,
-        pictures=pictures,
+        pictures=more,
         first=first,
-        faces=(),
+        faces=faces,
         say=say,
     )
-
-
-def _targets(paths: TargetPaths, unit: str) -> Section:
-    """What a rigger reads first: which way each target needs, and what that costs."""
-    straight = [target for target in paths.targets if target.choice.straight]
-    allowed = max((target.choice.allowed for target in paths.targets), default=0.0)
-    content = {
-        "summary": paths.summary,
-        "allowed": f"{100 * allowed:g}",
-        "pays": f"{100 * INBETWEEN_PAYS:g}",
-        "extent": f"{significant(paths.extent)}{SPACE}{unit or 'units'}",
-        "bent": [target for target in paths.targets if not target.choice.straight],
-        "straight": straight,
-        "straight_words": (
-            f"{counted(len(straight), 'target')} for which the straight line is enough"
-        ),
-    }
-    return Section("targets", "What each target needs", content)
 
 
 def truth_words(subject: Subject) -> str:
