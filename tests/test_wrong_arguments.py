@@ -227,6 +227,15 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("Markers of a text", lambda: MARKERS.of("chin"), "a list of texts, found 'chin'"),
     ("track nowhere", lambda: RIG.track(np.zeros((2, 4, 3)), None), "places are a list"),
     ("track too far", lambda: RIG.track(np.zeros((2, 1, 3)), [6]), "but the mesh has 6"),
+    ("read_poses of a number", lambda: EM.read_poses(3), "a file is named by a text"),
+    ("read_poses of a mesh", lambda: EM.read_poses("a.obj"), r"in \.json or \.csv, found \.obj"),
+    ("write_poses of a list", lambda: EM.write_poses("a.json", [{"a": 1}]), "a mapping from names"),
+    ("write_poses of words", lambda: EM.write_poses("a.csv", {"A": {"b": "1"}}), "finite number"),
+    ("write_poses of none", lambda: EM.write_poses("a.csv", {}), "no poses to write"),
+    ("write_poses as", lambda: EM.write_poses("a.txt", {"A": {}}), r"found \.txt"),
+    ("read_performance", lambda: EM.read_performance(None), "a file is named by a text"),
+    ("a clip of a table", lambda: EM.read_performance("a.csv", clip="b"), "leave the name of a"),
+    ("Performance of words", lambda: EM.Performance(["a"], [0], [["b"]], 30), "weights must be"),
     ("save to None", lambda: RIG.save(None), "a file is named by a text"),
 ]
 

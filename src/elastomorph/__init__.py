@@ -41,7 +41,9 @@ if TYPE_CHECKING:
     from elastomorph.fitting import Learned as Learned
     from elastomorph.fitting.fit import fit as fit
     from elastomorph.fitting.learning import learn as learn
-    from elastomorph.io.performance.columns import read_performance as read_performance
+    from elastomorph.io.performance.reading import read_performance as read_performance
+    from elastomorph.io.poses import read_poses as read_poses
+    from elastomorph.io.poses import write_poses as write_poses
     from elastomorph.io.registry import read as read
     from elastomorph.io.registry import write as write
     from elastomorph.io.rig_folder import read_rig as read_rig
@@ -79,7 +81,8 @@ _HOMES = {
     "fitting": ("Fit", "Learned"),
     "fitting.fit": ("fit",),
     "fitting.learning": ("learn",),
-    "io.performance.columns": ("read_performance",),
+    "io.performance.reading": ("read_performance",),
+    "io.poses": ("read_poses", "write_poses"),
     "io.registry": ("read", "write"),
     "io.rig_folder": ("read_rig",),
     "io.sequences": ("read_markers", "read_sequence", "write_sequence"),

@@ -1,10 +1,7 @@
-"""Performances in comma-separated text: takes of Live Link Face, or plain columns with a time."""
+"""Performances in files: takes of Live Link Face, plain columns, arrays, clips of glTF."""
 
-from elastomorph.io.performance.columns import (
-    read_performance,
-    read_performance_csv,
-    write_performance_csv,
-)
+from elastomorph.io.performance.columns import read_performance_csv, write_performance_csv
 from elastomorph.io.performance.livelink import read_livelink
+from elastomorph.io.performance.reading import read_performance
 
 __all__ = ["read_livelink", "read_performance", "read_performance_csv", "write_performance_csv"]

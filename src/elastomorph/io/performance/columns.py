@@ -21,7 +21,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -29,14 +28,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
+from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing
-from elastomorph.io.performance.livelink import is_livelink, livelink_performance
-from elastomorph.io.performance.table import CsvTable, numbers, read_table
+from elastomorph.io.performance.table import CsvTable, numbers, read_table, say_how_read
 from elastomorph.io.untrusted import naming_file
 from elastomorph.rig.performance import Performance
 
-__all__ = ["read_performance", "read_performance_csv", "write_performance_csv"]
+__all__ = ["frame_rate", "plain_performance", "read_performance_csv", "write_performance_csv"]
 
 _AS_IT_IS = "seconds"
 _MILLISECONDS = ("milliseconds", "ms", "time_ms", "time (ms)", "time [ms]")
@@ -57,35 +55,9 @@ _SAME_RATE = 5e-4
 _LATEST = 1e15
 
 
-def read_performance(path: str | Path, timecode_rate: float | None = None) -> Performance:
-    """The performance in a file: a take of Live Link Face, or plain columns with a time.
-
-    Args:
-        path: A .csv file.
-        timecode_rate: Frames a second that timecodes count, such as 29.97, where it is known better
-            than the file shows.
-
-    Raises:
-        FileError: The file is missing or cannot be read.
-        FormatError: It is neither, or nothing tells in which units its numbers are; the message
-            names the line.
-        ParameterError: No timecode counts at ``timecode_rate``, or there are none.
-    """
-    table = read_table(path)
-    if is_livelink(table):
-        performance = livelink_performance(table, timecode_rate)
-        _say(table, ())
-        return performance
-    if timecode_rate is not None:
-        raise ParameterError(
-            f"{path} has times in seconds and no timecodes: leave the timecode rate out"
-        )
-    return _plain(table)
-
-
 def read_performance_csv(path: str | Path) -> Performance:
     """The performance in a file with a column ``time``; a rate close to a standard one is that."""
-    return _plain(read_table(path))
+    return plain_performance(read_table(path))
 
 
 def write_performance_csv(path: str | Path, performance: Performance) -> None:
@@ -114,7 +86,8 @@ def write_performance_csv(path: str | Path, performance: Performance) -> None:
         file.write(text.getvalue().encode())
 
 
-def _plain(table: CsvTable) -> Performance:
+def plain_performance(table: CsvTable) -> Performance:
+    """The performance in a table with a column of times."""
     times = [i for i, name in enumerate(table.header) if name.casefold() in TIME_COLUMNS]
     if len(times) != 1:
         raise FormatError(
@@ -152,18 +125,13 @@ def _plain(table: CsvTable) -> Performance:
     when = when * units.time
     with naming_file(table.path):
         performance = Performance(
-            names, when, values[:, 1:] * units.weights, _rate(when), source=str(table.path)
+            names, when, values[:, 1:] * units.weights, frame_rate(when), source=str(table.path)
         )
-    _say(table, units.said)
+    say_how_read(table, units.said)
     return performance
 
 
-def _say(table: CsvTable, guessed: Sequence[str]) -> None:
-    if said := (*table.said, *guessed):
-        warnings.warn(f"{table.path}: {'; '.join(said)}", ElastomorphWarning, stacklevel=4)
-
-
-def _rate(times: NDArray[np.float64]) -> float:
+def frame_rate(times: NDArray[np.float64]) -> float:
     """Frames a second: of the whole where times are even, else of most frames."""
     if len(times) == 1:
         return 30.0

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,10 +18,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import FormatError
+from elastomorph.errors import ElastomorphWarning, FormatError
 from elastomorph.io.atomic import read_bytes
 
-__all__ = ["CsvTable", "numbers", "read_table"]
+__all__ = ["CsvTable", "numbers", "read_table", "say_how_read"]
 
 _SHOWN = 40
 _BLOCK = 1000
@@ -83,6 +84,12 @@ def read_table(path: str | Path) -> CsvTable:
     return CsvTable(
         path, header, tuple(rows[1:]), tuple(lines[1:]), separator, decimal_comma=decimal_comma
     )
+
+
+def say_how_read(table: CsvTable, guessed: Sequence[str] = ()) -> None:
+    """Warn of what was taken for what."""
+    if said := (*table.said, *guessed):
+        warnings.warn(f"{table.path}: {'; '.join(said)}", ElastomorphWarning, stacklevel=4)
 
 
 def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDArray[np.float64]:

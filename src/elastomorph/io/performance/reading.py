@@ -1,0 +1,106 @@
+"""A performance from any file that holds one: text in columns, arrays, a clip of a glTF file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import require_name
+from elastomorph.io.gltf.clips import WeightClip, read_weight_clips
+from elastomorph.io.npz.members import open_npz
+from elastomorph.io.performance.columns import frame_rate, plain_performance
+from elastomorph.io.performance.livelink import is_livelink, livelink_performance
+from elastomorph.io.performance.table import read_table, say_how_read
+from elastomorph.io.rig_folder import rig_as_stored
+from elastomorph.io.untrusted import naming_file
+from elastomorph.rig.performance import Performance
+
+__all__ = ["read_performance"]
+
+_SCENES = (".glb", ".gltf", ".vrm")
+_MEMBERS = ("names", "times", "weights")
+
+
+def read_performance(
+    path: str | Path, timecode_rate: float | None = None, *, clip: str | None = None
+) -> Performance:
+    """The performance in a file: weights of a face over time.
+
+    Args:
+        path: A take of Live Link Face or plain columns with a time (.csv); arrays ``names`` (N,),
+            ``times`` (T,) in seconds, ``weights`` (T, N) and, if it is known, ``rate`` (.npz); or
+            an animation of weights (.glb, .gltf, .vrm).
+        timecode_rate: Frames a second that timecodes count, such as 29.97, where it is known better
+            than the file shows.
+        clip: Which animation, in a file with several.
+
+    Raises:
+        FileError: The file is missing or cannot be read.
+        FormatError: It holds no performance, or nothing tells in which units its numbers are; the
+            message names the line.
+        ParameterError: No timecode counts at ``timecode_rate``, or there are none, or no animation
+            is called ``clip``.
+    """
+    require_name(path)
+    suffix = Path(path).suffix.lower()
+    if clip is not None and suffix not in _SCENES:
+        raise ParameterError(f"{path} holds one performance: leave the name of a clip out")
+    table = read_table(path) if suffix not in (".npz", *_SCENES) else None
+    if table is not None and is_livelink(table):
+        performance = livelink_performance(table, timecode_rate)
+        say_how_read(table, ())
+        return performance
+    if timecode_rate is not None:
+        raise ParameterError(
+            f"{path} has times in seconds and no timecodes: leave the timecode rate out"
+        )
+    if table is not None:
+        return plain_performance(table)
+    return _in_arrays(path) if suffix == ".npz" else _in_clip(path, clip)
+
+
+def _in_arrays(path: str | Path) -> Performance:
+    with open_npz(path) as members:
+        missing = [name for name in _MEMBERS if name not in members.names]
+        if missing:
+            raise FormatError(
+                path,
+                f"there is no array '{missing[0]}': a performance has names (N,), times (T,) and "
+                f"weights (T, N), found {members.listed()}",
+            )
+        names = members.texts("names")
+        times = members.array("times", "fiu", (None,)).astype(np.float64)
+        weights = members.array("weights", "fiu", (len(times), len(names))).astype(np.float64)
+        rate = float(members.array("rate", "fiu", ())) if "rate" in members.names else None
+    with naming_file(path):
+        if rate is None:
+            rises = bool(len(times)) and bool((np.diff(times) > 0).all())
+            rate = frame_rate(times) if rises else 30.0  # where they do not, that is refused
+        return Performance(names, times, weights, rate, source=str(path))
+
+
+def _in_clip(path: str | Path, name: str | None) -> Performance:
+    rig = rig_as_stored(path)
+    clips = read_weight_clips(path, rig.sliders)
+    if not clips:
+        raise FormatError(
+            path, "no animation in it moves a slider of its rig; name a file with a take"
+        )
+    clip = _chosen(path, clips, name)
+    moved = np.flatnonzero(clip.weights.any(axis=0))
+    names = [rig.names[column] for column in moved]
+    with naming_file(path):
+        rate = frame_rate(clip.times)
+        return Performance(names, clip.times, clip.weights[:, moved], rate, source=str(path))
+
+
+def _chosen(path: str | Path, clips: list[WeightClip], name: str | None) -> WeightClip:
+    named = [clip for clip in clips if name in (None, clip.name)]
+    if len(named) == 1:
+        return named[0]
+    shown = ", ".join(clip.name for clip in clips[:8]) + (", …" if len(clips) > 8 else "")
+    if named:
+        raise ParameterError(f"{path} holds {len(clips)} clips, say which one is meant: {shown}")
+    raise ParameterError(f"{path} has no clip {name!r}; it has {shown}")
