@@ -233,9 +233,7 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("write_poses of words", lambda: EM.write_poses("a.csv", {"A": {"b": "1"}}), "finite number"),
     ("write_poses of none", lambda: EM.write_poses("a.csv", {}), "no poses to write"),
     ("write_poses as", lambda: EM.write_poses("a.txt", {"A": {}}), r"found \.txt"),
-    ("read_performance", lambda: EM.read_performance(None), "a file is named by a text"),
     ("a clip of a table", lambda: EM.read_performance("a.csv", clip="b"), "leave the name of a"),
-    ("Performance of words", lambda: EM.Performance(["a"], [0], [["b"]], 30), "weights must be"),
     ("save to None", lambda: RIG.save(None), "a file is named by a text"),
 ]
 

@@ -117,7 +117,7 @@ class TestAnimate:
         ("arguments", "message"),
         [
             (["rig", "take.csv"], "-o take.glb"),
-            (["rig", "take.csv", "-o", "t.mp4"], "a take goes into"),
+            (["rig", "take.csv", "-o", "t.mpg"], "a take goes into"),
             (["rig", "none.csv", "-o", "t.npz"], "none.csv"),
             (["rig", "bad.csv", "-o", "t.npz"], "bad.csv, line 2"),
             (["none", "take.csv", "-o", "t.npz"], "none"),

@@ -84,6 +84,15 @@ def test_sliders_of_the_rig(files: Path, monkeypatch: pytest.MonkeyPatch, rig: s
     assert offered(files, monkeypatch, "blend", rig, "--expressions", "j") == {"jawOpen"}
 
 
+def test_poses_of_a_file(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (files / "p.json").write_text('{"Smile": {}, "Sad": {}, "Open": {}}')
+    (files / "p.csv").write_text("pose,x\nSmile,1\n")
+    found = offered(files, monkeypatch, "render", "face", "--pose", "p.json#S")
+    assert found == {"p.json#Smile", "p.json#Sad"}
+    assert offered(files, monkeypatch, "render", "face", "-p", "p.csv#") == {"p.csv#Smile"}
+    assert not offered(files, monkeypatch, "render", "face", "-p", "nowhere.csv#")
+
+
 def test_sliders_of_the_built_in_head_come_at_once(
     files: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from elastomorph.cli import options
+from elastomorph.cli import completion, options, takes
 from elastomorph.cli.output import print_json, progress
 from elastomorph.cli.verb import AsJson, verb
 from elastomorph.errors import FileError, ParameterError
@@ -22,30 +21,39 @@ if TYPE_CHECKING:
     from elastomorph.rig import Rig
     from elastomorph.rig.performance import Match, Performance
 
-Take = Annotated[
-    Path,
-    typer.Argument(help="A take of Live Link Face (.csv), or columns time,jawOpen,… (.csv)."),
-]
+Take = Annotated[str, typer.Argument(help=takes.TAKES)]
 Output = Annotated[
     str | None,
     typer.Option(
         "--output",
         "-o",
-        help="take.glb, .usd (weights); .mdd, .pc2, .npz, folder/, frame.####.obj (positions).",
+        help="take.glb, .usd (weights); .mdd, .pc2, .npz, folder/, frame.####.obj (positions); "
+        "take.mp4, .gif, .webp, frame.####.png (a film).",
     ),
 ]
 Rate = Annotated[
     float | None,
-    typer.Option(help="Frames a second; as recorded by default, made even for positions."),
-]
-TimecodeRate = Annotated[
-    float | None,
-    typer.Option(help="What the timecodes count, such as 29.97, if they do not show it."),
+    typer.Option(
+        "--rate",
+        "--fps",
+        help="Frames a second; as recorded by default, made even for positions and films.",
+    ),
 ]
 OnlyList = Annotated[
     bool, typer.Option("--list", help="Only say which weights drive which sliders.")
 ]
 Picture = Annotated[Path | None, typer.Option(help="A picture (PNG) of five frames of the take.")]
+Timing = Annotated[
+    str | None, typer.Option(help="Between poses: smoothstep, minimum-jerk, cosine, linear, …")
+]
+View = Annotated[
+    str | None,
+    typer.Option(
+        help="Of a film: front, three-quarter, side, …, or degrees LEFT,UP.",
+        autocompletion=completion.views,
+    ),
+]
+Size = Annotated[str | None, typer.Option(help="Pixels of a film, 480x600 by default.")]
 
 
 @verb
@@ -54,10 +62,11 @@ def animate(
     performance: Take,
     output: Output = None,
     rate: Rate = None,
-    start: Annotated[float | None, typer.Option(help="First second of the take.")] = None,
-    stop: Annotated[float | None, typer.Option(help="Last second of the take.")] = None,
     clip: Annotated[bool, typer.Option(help="Keep weights within 0 and 1.")] = False,
-    timecode_rate: TimecodeRate = None,
+    part: takes.TakeOptions = takes.TakeOptions(),  # noqa: B008
+    timing: Timing = None,
+    view: View = None,
+    size: Size = None,
     only_list: OnlyList = False,
     picture: Picture = None,
     method: options.MethodText = None,
@@ -65,46 +74,99 @@ def animate(
     settings: options.SettingsFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Play a recorded performance on a rig: a file for other programs.
+    """Play a recorded performance, or poses one after another, on a rig: a file or a film.
 
-    Example: elastomorph animate rig.glb take.csv -o take.glb --start 10 --stop 20
+    Examples:
+      elastomorph animate rig.glb take.csv -o take.glb --from 10 --to 20
+      elastomorph animate rig.glb take.csv -o take.mp4 --audio take.wav
+      elastomorph animate rig.glb poses.json --pose-times 0,0.5,2 -o poses.glb
     """
     from elastomorph.character.schema import export_options
-    from elastomorph.io.performance import read_performance
-    from elastomorph.io.sequences.takes import holds_positions, write_take
+    from elastomorph.cli.render_words import picture_size, view_of
+    from elastomorph.cli.shots import FRAME
     from elastomorph.rig.performance import match, slider_weights
 
-    if output is None and picture is None and not only_list:
-        raise ParameterError("say where to write the take (-o take.glb), or ask for --list")
-    if rate is not None and output is None and not only_list:
-        raise ParameterError("--rate is for what is written: add --output")
-    positions = output is not None and holds_positions(output)
+    if output is None and not only_list:
+        _require_nothing_to_write(picture, rate)
     output = None if only_list else output
+    filmed = output is not None and _is_film(output)
+    if not filmed:
+        _require_none_of_film(output, part, view, size)
     with progress(as_json) as say:
         say(f"reading {performance}")
-        take = read_performance(performance, timecode_rate)
-        if start is not None or stop is not None:
-            take = take.part(-inf if start is None else start, inf if stop is None else stop)
+        whole = part.read(performance, timing=timing, rate=rate)
+        take, film = part.part(whole), None
         source = options.NamedRig.of(rig, settings, method, mesh)
         if output is not None:
             _require_apart(source.place, Path(output))
+            if filmed:
+                film = part.film(output, whole, rate, picture_size(size, FRAME))
         face_rig = source.full(say)
         found = match(take.names, face_rig.names)
-    written = take
-    if output is not None:
-        if not found.drives:
-            raise ParameterError(
-                f"no weight of {performance} drives a slider of the rig ({len(face_rig.names)} "
-                "sliders); see --list for the names of both"
-            )
-        if rate is not None or positions:
-            written = take.resampled(take.rate if rate is None else rate)
-        with _counting(as_json, len(written) if positions else None) as watch:
-            export = {} if source.settings is None else export_options(source.settings, output)
-            write_take(output, face_rig, written, found, clip=clip, watch=watch, export=export)
+        if output is not None:
+            takes.require_driven(found, take)
+        if film is not None:
+            weights = slider_weights(face_rig, film.take, found, clip=clip)
+            film.write(face_rig, weights, {"view": view_of(view or "front")}, say)
+    written = take if film is None else film.take
+    if output is not None and not filmed:
+        export = {} if source.settings is None else export_options(source.settings, output)
+        how = {"clip": clip, "export": export}
+        written = _write(output, face_rig, take, found, rate, how, quiet=as_json)
     if picture is not None:
         _draw(picture, face_rig, take, slider_weights(face_rig, take, found, clip=clip), as_json)
     _tell(take, written, found, output, as_json)
+
+
+def _write(
+    output: str,
+    rig: Rig,
+    take: Performance,
+    found: Match,
+    rate: float | None,
+    how: dict[str, Any],
+    *,
+    quiet: bool,
+) -> Performance:
+    """Write a take that is no film; the frames that are in the file."""
+    from elastomorph.io.sequences.takes import holds_positions, write_take
+
+    positions = holds_positions(output)
+    if rate is not None or positions:
+        take = take.resampled(take.rate if rate is None else rate)
+    with _counting(quiet, len(take) if positions else None) as watch:
+        write_take(output, rig, take, found, watch=watch, **how)
+    return take
+
+
+def _is_film(output: str) -> bool:
+    """Whether an output is drawn: a movie, a moving picture, or numbered pictures."""
+    from elastomorph.draw.clips import CLIP_SUFFIXES
+    from elastomorph.draw.pictures import SUFFIXES
+
+    suffix = Path(output).suffix.lower()
+    return suffix in CLIP_SUFFIXES or ("#" in Path(output).name and suffix in SUFFIXES)
+
+
+def _require_nothing_to_write(picture: Path | None, rate: float | None) -> None:
+    if picture is None:
+        raise ParameterError("say where to write the take (-o take.glb), or ask for --list")
+    if rate is not None:
+        raise ParameterError("--rate is for what is written: add --output")
+
+
+def _require_none_of_film(
+    output: str | None, part: takes.TakeOptions, view: str | None, size: str | None
+) -> None:
+    """Refuse other formats, and options that are for films, before anything is read."""
+    from elastomorph.io.sequences.takes import holds_positions
+
+    if output is not None:
+        holds_positions(output)
+    why = "a film: write one with -o take.mp4"
+    part.require_none(why, ["audio", "audio_offset"])
+    if view is not None or size is not None:
+        raise ParameterError(f"--{'size' if view is None else 'view'} is for {why}")
 
 
 def _draw(

@@ -87,8 +87,11 @@ Expressions = Annotated[
 def poses(context: typer.Context, incomplete: str) -> list[str]:
     """As `sliders`, each with ``=``, and the last one with some weights.
 
-    A shell adds a space behind what it has no choice for, and a weight follows without one.
+    A shell adds a space behind what it has no choice for, and a weight follows without one. Behind
+    a file of poses and ``#``, the names in it.
     """
+    if of_files := _poses_of_files(incomplete):
+        return of_files
     before, comma, last = incomplete.rpartition(",")
     taken = [text.partition("=")[0] for text in before.split(",")]
     stem, equals, _ = last.partition("=")
@@ -97,6 +100,18 @@ def poses(context: typer.Context, incomplete: str) -> list[str]:
     if len(found) == 1:
         found = _beginning([f"{found[0]}{weight}" for weight in _WEIGHTS], last)
     return [f"{before}{comma}{text}" for text in found]
+
+
+def _poses_of_files(incomplete: str) -> list[str]:
+    file, mark, _ = incomplete.partition("#")
+    if not mark:
+        return []
+    with suppress(Exception), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from elastomorph.io.poses import read_poses
+
+        return _beginning([f"{file}#{name}" for name in read_poses(file)], incomplete)
+    return []
 
 
 def _beginning(names: Iterable[str], incomplete: str) -> list[str]:

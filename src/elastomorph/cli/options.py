@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -277,4 +278,15 @@ def named_numbers(texts: list[str], option: str) -> dict[str, float]:
         if not equals or value != value or name in found:
             raise ParameterError(f"{option} {text!r}: expected name=number, each name once")
         found[name] = value
+    return found
+
+
+def numbers(text: str, option: str) -> list[float]:
+    """Finite numbers from ``0,0.5,1``."""
+    try:
+        found = [float(word) for word in text.split(",")]
+    except ValueError:
+        found = [math.nan]
+    if not all(map(math.isfinite, found)):
+        raise ParameterError(f"{option} {text!r}: expected numbers separated by commas, as 0,0.5,1")
     return found

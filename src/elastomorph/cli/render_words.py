@@ -18,38 +18,33 @@ if TYPE_CHECKING:
 
     from elastomorph.draw.actors import Lines
     from elastomorph.draw.posed import Comparison, PosedRig
+    from elastomorph.paths import Method
     from elastomorph.rig import Rig
 
 _SMALLEST, _LARGEST = 16, 4096
 
 
 def posed_rigs(
-    named: str,
-    methods: Sequence[str],
-    weights: Mapping[str, float],
-    say: Say,
-    settings: Path | None = None,
-    mesh: Sequence[str] | None = None,
+    rig: Rig, methods: Sequence[str], weights: Mapping[str, float], say: Say
 ) -> list[PosedRig]:
-    """The rig once, or once for each method.
-
-    Without methods it has the paths of its file. A plain mesh becomes a rig without sliders.
-    """
+    """The rig once, or once for each method. Without methods it has the paths of its file."""
     from elastomorph.draw.posed import PosedRig, with_paths
+
+    if not methods:
+        return [PosedRig("", with_paths(rig, None, weights), weights)]
+    say("finding paths")
+    parsed = parsed_methods(methods)
+    return [PosedRig(m.label, with_paths(rig, m, weights), weights) for m in parsed]
+
+
+def parsed_methods(methods: Sequence[str]) -> list[Method]:
+    """The methods that texts name, each once."""
     from elastomorph.paths import Method
 
-    parsed = [Method.parse(text) for text in methods]
     for number, text in enumerate(methods):
         if text in methods[:number]:
             raise ParameterError(f"--method {text} was given twice")
-    rig = _rig(named, say, settings, mesh, as_stored=bool(parsed))
-    if weights and not rig.names:
-        raise ParameterError(f"{named} is a mesh without sliders, so there is nothing to --pose")
-    rig.sliders.row(weights)
-    if not parsed:
-        return [PosedRig("", with_paths(rig, None, weights), weights)]
-    say("finding paths")
-    return [PosedRig(m.label, with_paths(rig, m, weights), weights) for m in parsed]
+    return [Method.parse(text) for text in methods]
 
 
 def comparison(
@@ -88,7 +83,7 @@ def _reference(
     else:
         other = PosedRig(method.label, with_paths(posed.rig, method, posed.weights), posed.weights)
         return other.label, other.at
-    rig = _rig(against, say)
+    rig = drawn_rig(against, say)
     require_same_topology(posed.rig.neutral, rig.neutral)
     name = Path(against).stem
     if not rig.names:
@@ -96,17 +91,16 @@ def _reference(
     return name, PosedRig(name, with_paths(rig, None, posed.weights), posed.weights).at
 
 
-def curves_of(posed: PosedRig, say: Say) -> tuple[Lines, ...]:
+def curves_of(rig: Rig, say: Say) -> tuple[Lines, ...]:
     """The curves that beams follow, as lines."""
     from elastomorph.curves import extract_curves
     from elastomorph.draw.curves_picture import network_lines
 
     say("finding curves")
-    mesh = posed.rig.neutral
-    return network_lines(mesh, extract_curves(mesh))
+    return network_lines(rig.neutral, extract_curves(rig.neutral))
 
 
-def _rig(
+def drawn_rig(
     named: str,
     say: Say,
     settings: Path | None = None,
@@ -175,17 +169,6 @@ def view_of(text: str) -> str | tuple[float, float]:
             "and up (above -90 and below 90), as in 30,10"
         )
     return left, up
-
-
-def numbers(text: str, option: str) -> list[float]:
-    """Finite numbers from ``0,0.5,1``."""
-    try:
-        found = [float(word) for word in text.split(",")]
-    except ValueError:
-        found = [math.nan]
-    if not all(map(math.isfinite, found)):
-        raise ParameterError(f"{option} {text!r}: expected numbers separated by commas, as 0,0.5,1")
-    return found
 
 
 def background_of(text: str | None) -> tuple[float, float, float] | None:

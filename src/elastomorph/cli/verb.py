@@ -9,9 +9,9 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
 from importlib.util import find_spec
 from pathlib import Path
@@ -54,9 +54,15 @@ def verb(function: Callable[..., Answer | None]) -> Callable[..., None]:
 
     One with the parameter ``say`` is told where to say what it does, and answers: it has the option
     ``--json``. One that writes refuses to write over what it reads, unless ``--overwrite`` says so.
+    A parameter that is a dataclass stands for options of its fields, which verbs may share.
     """
     signature = inspect.signature(function)
-    writes = not signature.parameters.keys().isdisjoint(_OUTPUTS)
+    hints = get_type_hints(function, include_extras=True)
+    groups: dict[str, Any] = {
+        name: hint for name, hint in hints.items() if name != "return" and is_dataclass(hint)
+    }
+    own = _flat(signature.parameters.values(), hints, groups)
+    writes = any(each.name in _OUTPUTS for each in own)
     answers = "say" in signature.parameters
 
     @wraps(function)
@@ -66,10 +72,12 @@ def verb(function: Callable[..., Answer | None]) -> Callable[..., None]:
         if writes and not overwrite:
             _require_apart(given)
         with _inputs_kept() if writes and not overwrite else nullcontext():
+            as_json = given.pop("as_json") if answers else False
+            for name, kind in groups.items():
+                given[name] = kind(**{each.name: given.pop(each.name) for each in fields(kind)})
             if not answers:
                 function(**given)
                 return
-            as_json = given.pop("as_json")
             try:
                 with progress(as_json) as say:
                     answer = function(**given, say=say)
@@ -86,12 +94,10 @@ def verb(function: Callable[..., Answer | None]) -> Callable[..., None]:
                 if answer.status:
                     raise typer.Exit(answer.status)
 
-    hints = get_type_hints(function, include_extras=True)
-    own = [each for each in signature.parameters.values() if each.name != "say"]
     added = {"as_json": AsJson} if answers else {}
     added |= {"overwrite": _Overwrite} if writes else {}
     parameters = [
-        *(each.replace(kind=each.KEYWORD_ONLY, annotation=hints[each.name]) for each in own),
+        *own,
         *(
             inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=kind)
             for name, kind in added.items()
@@ -100,6 +106,24 @@ def verb(function: Callable[..., Answer | None]) -> Callable[..., None]:
     run.__annotations__ = {each.name: each.annotation for each in parameters}
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     return run
+
+
+def _flat(
+    parameters: Iterable[inspect.Parameter], hints: dict[str, Any], groups: dict[str, Any]
+) -> list[inspect.Parameter]:
+    """The parameters of a verb, in place of a dataclass one for each of its fields."""
+    found: list[inspect.Parameter] = []
+    for each in parameters:
+        kind, only = groups.get(each.name), inspect.Parameter.KEYWORD_ONLY
+        if kind is not None:
+            of = get_type_hints(kind, include_extras=True)
+            found += [
+                inspect.Parameter(own.name, only, default=own.default, annotation=of[own.name])
+                for own in fields(kind)
+            ]
+        elif each.name != "say":
+            found.append(each.replace(kind=only, annotation=hints[each.name]))
+    return found
 
 
 def _inputs_kept() -> Any:

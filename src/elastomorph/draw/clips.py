@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from elastomorph.draw.pictures import SUFFIXES, Image, as_pillow, write_picture
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import replacing
 from elastomorph.io.sequences.numbering import frame_pattern
+
+if TYPE_CHECKING:
+    from elastomorph.draw.sound import Sound
 
 CLIP_SUFFIXES = (".mp4", ".gif", ".webp")
 FASTEST = 240.0
@@ -73,7 +77,14 @@ def check_clip(path: str | Path, size: tuple[int, int], count: int, fps: float) 
         )
 
 
-def write_clip(path: str | Path, frames: Iterable[Image], *, count: int, fps: float) -> None:
+def write_clip(
+    path: str | Path,
+    frames: Iterable[Image],
+    *,
+    count: int,
+    fps: float,
+    sound: Sound | None = None,
+) -> None:
     """Write frames one after another; the file is whole or not there, numbered ones each.
 
     Args:
@@ -82,6 +93,7 @@ def write_clip(path: str | Path, frames: Iterable[Image], *, count: int, fps: fl
         frames: (H, W, 3) uint8 pictures of one size; for WebP and PNG also (H, W, 4).
         count: How many there are.
         fps: Frames a second.
+        sound: What is heard with an MP4.
     """
     coming = iter(frames)
     try:
@@ -98,7 +110,7 @@ def write_clip(path: str | Path, frames: Iterable[Image], *, count: int, fps: fl
     elif suffix == ".mp4":
         from elastomorph.draw.movie import write_movie
 
-        write_movie(path, alike, (first.shape[1], first.shape[0]), fps)
+        write_movie(path, alike, (first.shape[1], first.shape[0]), fps, sound)
     elif suffix == ".gif":
         from elastomorph.draw.movie import write_gif
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,12 @@ from elastomorph.draw.pictures import Image, imported
 from elastomorph.errors import ElastomorphError, FileError, ParameterError
 from elastomorph.io.atomic import replacing, replacing_path
 
+if TYPE_CHECKING:
+    from elastomorph.draw.sound import Sound
+
 _FINEST_RATE = 1001
 """Denominator of the broadcast rates: 23.976 is 24000/1001."""
+_SAME_RATE = 1e-5
 
 
 def find_encoder() -> str:
@@ -33,17 +37,29 @@ def find_encoder() -> str:
         ) from None
 
 
+def movie_rate(fps: float) -> Fraction:
+    """The frames a second that a movie has: 29.97 and the like are those of broadcast, n/1.001."""
+    broadcast = Fraction(round(fps * 1.001) * 1000, _FINEST_RATE)
+    if broadcast > 0 and abs(float(broadcast) - fps) < _SAME_RATE * fps:
+        return broadcast
+    return Fraction(fps).limit_denominator(_FINEST_RATE)
+
+
 def write_movie(
-    path: str | Path, frames: Iterable[Image], size: tuple[int, int], fps: float
+    path: str | Path,
+    frames: Iterable[Image],
+    size: tuple[int, int],
+    fps: float,
+    sound: Sound | None = None,
 ) -> None:
     """Write an MP4 that browsers and editors play: H.264, yuv420p, the index at the front.
 
     Frames are (H, W, 3) uint8, sRGB, and converted and marked as BT.709, whose primaries are the
-    same, so players show the colours that were drawn. Width and height are even.
+    same, so players show the colours that were drawn. Width and height are even. A sound is AAC.
     """
     with replacing_path(path) as temporary, tempfile.TemporaryFile() as complaints:
         process = subprocess.Popen(
-            _command(find_encoder(), temporary, size, fps),
+            _command(find_encoder(), temporary, size, fps, sound),
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=complaints,
@@ -59,9 +75,12 @@ def write_movie(
             raise FileError(path, f"ffmpeg could not encode the movie: {_last_line(complaints)}")
 
 
-def _command(program: str, path: Path, size: tuple[int, int], fps: float) -> list[str]:
-    rate = str(Fraction(fps).limit_denominator(_FINEST_RATE))
-    given = f"-f rawvideo -pixel_format rgb24 -video_size {size[0]}x{size[1]} -framerate {rate}"
+def _command(
+    program: str, path: Path, size: tuple[int, int], fps: float, sound: Sound | None
+) -> list[str]:
+    pixels = f"-f rawvideo -pixel_format rgb24 -video_size {size[0]}x{size[1]}"
+    given = f"{pixels} -framerate {movie_rate(fps)} -i pipe:0"
+    heard = ["-an"] if sound is None else sound.words
     convert = (
         "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,"
         "format=yuv420p,"
@@ -71,7 +90,7 @@ def _command(program: str, path: Path, size: tuple[int, int], fps: float) -> lis
     whole = "-movflags +faststart -fflags +bitexact -f mp4"
     return [
         *(program, "-y", "-nostdin", "-hide_banner", "-loglevel", "error"),
-        *(*given.split(), "-i", "pipe:0", "-an", "-vf", convert),
+        *(*given.split(), *heard, "-vf", convert),
         *(*encode.split(), *whole.split(), str(path)),
     ]
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.draw.framing import Turntable, View, camera_for
 from elastomorph.draw.head import head_of
 from elastomorph.draw.pictures import ColourScale, Image, round_up
-from elastomorph.draw.sheet import Face, Style, face_sheet, legend_height, with_legend
+from elastomorph.draw.sheet import Face, Style, face_sheet, in_rows, legend_height, with_legend
 from elastomorph.draw.stage import Stage
 from elastomorph.errors import ParameterError
 from elastomorph.paths import Method
@@ -22,6 +22,8 @@ Positions = NDArray[np.float64]
 
 _MOST_FRAMED = 9
 """Poses of a clip that the camera makes room for."""
+_WIDER = 1.7
+"""How many more columns than rows a sheet of poses has, to be about twice as wide as high."""
 _LEAST = 16
 """Fewest pixels on each side of a face."""
 
@@ -164,6 +166,27 @@ def pose_strip(
         scale=None if comparison is None else comparison.scale,
         style=style,
     )
+
+
+def pose_sheet(
+    rig: Rig,
+    poses: Mapping[str, Mapping[str, float]],
+    *,
+    face: tuple[int, int] = (240, 300),
+    view: View = "front",
+    style: Style | None = None,
+    title: str = "",
+) -> Image:
+    """Named poses of a rig, each above its name, all seen by one camera: (H, W, 3) uint8."""
+    style = style or Style()
+    if not poses or style.background is None:
+        raise ParameterError("a sheet needs poses and a background that is not transparent")
+    mesh, columns = rig.neutral, int(np.ceil(np.sqrt(_WIDER * len(poses))))
+    faces = [Face(rig.pose(weights), name) for name, weights in poses.items()]
+    framed = np.stack([mesh.vertices, *(each.vertices for each in faces)])
+    head = head_of(mesh, rig.morphs.values())
+    camera = camera_for(mesh, view, poses=framed, head=head, size=face)
+    return face_sheet(mesh, in_rows(faces, columns), camera, face, title=title, style=style)
 
 
 def _face(positions: Positions, t: float, comparison: Comparison | None) -> Face:

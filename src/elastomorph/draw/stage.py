@@ -40,6 +40,7 @@ OCCLUSION_RADIUS = 0.035 * DISTANCE
 """Reach of ambient occlusion: in mouth, nostrils and between lids it is dark."""
 OCCLUSION_BIAS = 0.0023 * DISTANCE
 """Least depth of a hollow: VTK keeps depths in half floats, here 1/2048 of the distance apart."""
+OCCLUSION_SAMPLES = 64
 BORDER = 0.04
 """Rendered round the picture and cut off, for ambient occlusion does not see beyond the border."""
 LIFT = 0.0012
@@ -61,6 +62,7 @@ class Stage:
         size: Width and height in pixels.
         supersampling: Each pixel is the mean of this number squared, from 1 to 8; by default of
             2, or of 1 where a side is longer than 2048 pixels.
+        occlusion: Samples of the ambient occlusion, which cost most of a picture without a GPU.
     """
 
     def __init__(
@@ -70,6 +72,7 @@ class Stage:
         *,
         size: tuple[int, int] = (720, 900),
         supersampling: int | None = None,
+        occlusion: int = OCCLUSION_SAMPLES,
     ) -> None:
         if not len(mesh.faces):
             raise MeshError(f"{mesh.name} has no polygons, so there is no surface to draw")
@@ -91,7 +94,7 @@ class Stage:
         self._smooth = one == other if dressed else None
         parts = [Part(mesh.faces, dress) for dress in dresses_of(mesh)]
         self._parts = sorted(parts, key=lambda part: part.blends)
-        self._occlusion = _ambient_occlusion()
+        self._occlusion = _ambient_occlusion(occlusion)
         border = round(BORDER * max(size))
         self._renderer = rendering().vtkRenderer()
         self._light()
@@ -249,12 +252,12 @@ def render(
     return written(image, path)
 
 
-def _ambient_occlusion() -> Any:
+def _ambient_occlusion(samples: int) -> Any:
     opengl = imported("vtkmodules.vtkRenderingOpenGL2")
     shade = opengl.vtkSSAOPass()
     shade.SetRadius(OCCLUSION_RADIUS)
     shade.SetBias(OCCLUSION_BIAS)
-    shade.SetKernelSize(64)
+    shade.SetKernelSize(samples)
     shade.SetBlur(True)
     shade.SetDelegatePass(opengl.vtkRenderStepsPass())
     return shade
