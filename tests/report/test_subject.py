@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elastomorph.io import write
+from elastomorph.io.rig_folder import read_rig
 from elastomorph.paths.auto import Auto
 from elastomorph.report.subject import rig_subject
 from scenes import ball
@@ -26,7 +27,7 @@ def test_a_rig_is_read_without_looking_for_its_paths(
         raise AssertionError("no path is wanted here")
 
     monkeypatch.setattr(Auto, "prepare", refused)
-    subject = rig_subject(tmp_path)
+    subject = rig_subject(tmp_path, read_rig(tmp_path, method="linear"))
     assert subject.jaw == "jawOpen"
     assert list(subject.targets) == ["jawOpen"]
     np.testing.assert_allclose(subject.targets["jawOpen"].vertices, moved.vertices, atol=1e-6)

@@ -11,11 +11,15 @@ import typer
 from elastomorph.cli import options
 from elastomorph.cli.output import command_line, plain_table, print_json, steps
 from elastomorph.cli.verb import AsJson, verb
+from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from elastomorph.report.walkthrough import Walkthrough
+
+ICT_FOLDER = "ict-facekit"
+"""In a folder of data, the one that holds a rig."""
 
 
 @verb
@@ -23,8 +27,12 @@ def demo(
     context: typer.Context,
     data: Annotated[
         Path | None,
-        typer.Option(help="A folder with a rig: a neutral and its targets. Default: built-in."),
+        typer.Option(
+            help="A rig: a folder with a neutral and its targets, .glb, .vrm, .usd, .fbx, .npz. "
+            "Default: built-in."
+        ),
     ] = None,
+    mesh: options.MeshNames = None,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for everything it makes.")
     ] = Path("out"),
@@ -40,17 +48,21 @@ def demo(
 
     start = time.perf_counter()
     with steps(as_json) as say:
-        # The targets are what counts, for every method is tried: the straight lines cost nothing.
-        chosen = options.settings_of(data, settings, "linear")
-        if chosen is not None:
-            from elastomorph.character import rig_from_settings
-
-            rig = rig_from_settings(chosen, say=say)
-            subject = rig_subject(chosen.character.folder, say, rig)
+        if data is None and settings is None:
+            if mesh:
+                raise ParameterError("--mesh is for a rig: name it with --data, or leave it out")
+            say("building the head")
+            subject = built_in_subject()
         else:
-            if data is None:
-                say("building the head")
-            subject = built_in_subject() if data is None else rig_subject(data, say)
+            if data is not None and (data / ICT_FOLDER).is_dir():
+                data = data / ICT_FOLDER
+            # The targets are what counts, for every method is tried: straight lines cost nothing.
+            named = options.NamedRig.of(
+                None if data is None else str(data), settings, "linear", mesh
+            )
+            rig = named.full(say)
+            folder = named.settings.character.folder if named.settings else None
+            subject = rig_subject(data or folder or Path(), rig)
         found = walk_through(subject, output, say, call=command_line(context))
     seconds = time.perf_counter() - start
     if as_json:

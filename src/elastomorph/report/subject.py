@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,10 +11,8 @@ from numpy.typing import NDArray
 
 from elastomorph.draw.head import head_of
 from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
-from elastomorph.io.rig_folder import read_rig_folder
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
@@ -69,22 +66,14 @@ def built_in_subject() -> Subject:
     )
 
 
-def rig_subject(
-    folder: str | Path,
-    say: Callable[[str], None] = lambda _: None,
-    rig: Rig | None = None,
-) -> Subject:
-    """A rig from a folder of meshes, or one with a folder ``ict-facekit``; read unless given."""
-    place = Path(folder)
-    if (place / "ict-facekit").is_dir():
-        place = place / "ict-facekit"
-    if rig is None:  # only its targets count, and straight lines to them cost nothing
-        rig = read_rig_folder(place, method=Method("linear"), say=say)
+def rig_subject(place: str | Path, rig: Rig) -> Subject:
+    """A rig that was read from a file or a folder."""
+    place = Path(place)
     neutral = rig.neutral
     targets = {name: morph.target for name, morph in rig.morphs.items()}
     jaw = "jawOpen" if "jawOpen" in targets else _farthest(neutral, targets)
     return Subject(
-        place.name,
+        place.stem if place.is_file() else place.name or place.resolve().name,
         neutral,
         targets,
         compose_expressions(neutral, targets) or dict(list(targets.items())[: len(EXPRESSIONS)]),
