@@ -3,12 +3,15 @@ import { element, setText } from './element';
 import { icon } from './icons';
 
 const MANY = 3; // messages at once
+const MOMENT = 3000; // milliseconds
 
 export interface Messages {
   readonly element: HTMLElement;
   tell(message: string): void;
   /** Takes away the last message; false where there is none. */
   dismiss(): boolean;
+  /** Says for a moment that something is done. */
+  say(words: string): void;
   /** Says what takes a while; null when it is done. */
   busy(words: string | null): void;
 }
@@ -16,8 +19,10 @@ export interface Messages {
 export function createMessages(): Messages {
   const alert = element('div', { role: 'alert', class: 'alerts' });
   const status = element('div', { role: 'status', class: 'busy' });
+  const said = element('div', { role: 'status', class: 'busy' });
+  let moment: ReturnType<typeof setTimeout> | undefined;
   return {
-    element: element('div', { class: 'messages' }, status, alert),
+    element: element('div', { class: 'messages' }, status, said, alert),
     tell(message) {
       const told = [...alert.children].find((one) => one.textContent === message);
       told?.remove();
@@ -31,6 +36,11 @@ export function createMessages(): Messages {
       const last = alert.lastElementChild;
       last?.remove();
       return last !== null;
+    },
+    say(words) {
+      setText(said, words);
+      clearTimeout(moment);
+      moment = setTimeout(() => setText(said, ''), MOMENT);
     },
     busy: (words) => setText(status, words ?? ''),
   };

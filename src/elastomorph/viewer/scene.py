@@ -21,6 +21,7 @@ START = (
     "weights", "t", "mirror", "arrangement", "shown", "swipe", "ghost", "onion", "orbits",
     "picked", "heat", "against", "heatTop", "wireframe", "loops", "shading", "light", "theme",
     "playing", "repeat", "timing", "seconds", "clip", "clipTime", "live",
+    "poses", "favourites", "folded",
 )  # fmt: skip
 
 

@@ -58,6 +58,15 @@ def redoes(page: Page) -> None:
     page.keyboard.press("w")
 
 
+def names(page: Page) -> None:
+    page.keyboard.press("p")
+    page.keyboard.type("Calm")
+    page.keyboard.press("Enter")
+    assert [pose["name"] for pose in state(page)["poses"]] == ["Calm"]
+    page.get_by_role("tab", name="Sliders").click()
+    page.locator(".picture").focus()
+
+
 def searches(page: Page) -> None:
     page.get_by_role("tab", name="Display").click()
     page.keyboard.press("/")
@@ -126,6 +135,7 @@ CHECKS: dict[str, Callable[[Page], None]] = {
     "Ctrl Z": undoes,
     "Ctrl Y": redoes,
     "M": flips("mirror", "m"),
+    "P": names,
     "/": searches,
     "1 2 3 4": looks,
     "← → ↑ ↓": turns,
@@ -156,7 +166,7 @@ def test_every_key_of_the_list(visit: Visit, faces: Faces) -> None:
 def test_no_key_fires_while_somebody_types(visit: Visit, faces: Faces) -> None:
     page = visit(faces.alone, **COARSE)
     update(page, weights={"jawOpen": 0.5}, t=0.5)
-    letters = " []0m/1234+-=ghowf?"
+    letters = " []0mp/1234+-=ghowf?"
     search = page.get_by_role("searchbox", name="Search sliders")
     for field in (
         page.get_by_role("spinbutton", name="jawOpen, value"),

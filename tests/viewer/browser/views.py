@@ -18,6 +18,7 @@ CALM = {
     **{"arrangement": "single", "shown": [1], "swipe": 0.5, "ghost": False, "onion": 0},
     **{"orbits": False, "picked": [], "heat": False, "against": 1, "heatTop": None},
     **{"wireframe": False, "loops": False, "shading": "smooth", "light": "studio"},
+    **{"poses": [], "favourites": [], "folded": []},
 }
 
 
@@ -36,6 +37,16 @@ def _sliders(page: Page, faces: Faces) -> None:
 def _search(page: Page, faces: Faces) -> None:
     _show(page, "Sliders", weights=SMILE, mirror=True)
     page.get_by_role("searchbox").fill("smile")
+
+
+def _poses(page: Page, faces: Faces) -> None:
+    weights = {"jawOpen": 0.4, "mouthSmile_L": 0.8, "mouthSmile_R": 0.8, "browInnerUp": 0.3}
+    poses = [
+        {"name": "Open", "weights": {"jawOpen": 1}},
+        {"name": "A laugh with a name that is too long for the panel", "weights": weights},
+    ]
+    _show(page, "Poses", poses=poses)
+    page.locator(".pose").last.click()
 
 
 def _side(page: Page, faces: Faces) -> None:
@@ -91,6 +102,7 @@ View = Callable[["Page", Faces], None]
 VIEWS: dict[str, View] = {
     "sliders": _sliders,
     "search": _search,
+    "poses": _poses,
     "side by side": _side,
     "three": _three,
     "swipe": _swipe,

@@ -2,7 +2,7 @@
 import { PerspectiveCamera, Spherical, Vector3 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Model } from '../types/model';
-import type { View } from '../types/stage';
+import type { Place, View } from '../types/stage';
 
 const FIELD = 24; // degrees, as a lens of about 85 mm sees
 const MARGIN = 1.045;
@@ -75,6 +75,29 @@ export class FaceCamera {
     ];
     const back = new Vector3().setFromSphericalCoords(1, Math.PI / 2 - lift, turn);
     this.fit(back, aspect, above);
+  }
+
+  get place(): Place {
+    const { target } = this.controls;
+    const { theta, phi, radius } = new Spherical().setFromVector3(
+      this.camera.position.clone().sub(target),
+    );
+    const aim = target.clone().sub(this.middle).divideScalar(this.size);
+    const degrees = 180 / Math.PI;
+    return [theta * degrees, 90 - phi * degrees, radius / this.size, ...aim.toArray()];
+  }
+
+  set place([turn, lift, distance, ...aim]: Place) {
+    const { target } = this.controls;
+    const radians = Math.PI / 180;
+    target.fromArray(aim).multiplyScalar(this.size).add(this.middle);
+    const back = new Vector3().setFromSphericalCoords(
+      distance * this.size,
+      (90 - lift) * radians,
+      turn * radians,
+    );
+    this.camera.position.copy(target).add(back);
+    this.controls.update();
   }
 
   turn(azimuth: number, elevation: number): void {

@@ -89,6 +89,11 @@ export class Painter {
     this.open({ x: 0, y: 0, width: this.width, height: this.height }, dark);
   }
 
+  /** Pixels of the canvas to a CSS pixel. */
+  get ratio(): number {
+    return this.renderer.getPixelRatio();
+  }
+
   /** Bytes on the graphics card, without those of faces. */
   get bytes(): number {
     return this.pictures.shadow.bytes;

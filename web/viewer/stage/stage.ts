@@ -1,7 +1,7 @@
 // The stage: draws faces as a state says, when something has changed.
 import { driveOf, type Drive } from '../rig/pose';
 import type { Model } from '../types/model';
-import type { Pick, Readout, Stage, View } from '../types/stage';
+import type { Pick, Place, Readout, Stage, View } from '../types/stage';
 import type { ViewState } from '../types/state';
 import { FaceCamera } from './camera';
 import { Comparison } from './comparison';
@@ -9,6 +9,7 @@ import type { Face } from './face';
 import { Pace } from './pace';
 import { Painter } from './painter';
 import { pickVertex } from './picking';
+import { portrait } from './portrait';
 import { viewportsOf, type Viewport } from './viewports';
 
 type Colour = readonly [number, number, number];
@@ -141,6 +142,24 @@ class FaceStage implements Stage {
     this.view.look(view, this.aspect, this.above);
     this.looking = view;
     this.request();
+  }
+
+  camera(): View | Place {
+    return this.looking ?? this.view.place;
+  }
+
+  goTo(place: Place): void {
+    this.view.place = place;
+    this.looking = null;
+    this.request();
+  }
+
+  portrait(weights: ViewState['weights']): HTMLCanvasElement {
+    const { painter, view, faces, state, dark, looking } = this;
+    const made = portrait(painter, view, faces, state!, weights, dark);
+    this.looking = looking;
+    this.draw();
+    return made;
   }
 
   turn(azimuth: number, elevation: number): void {

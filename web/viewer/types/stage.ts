@@ -4,6 +4,15 @@ import type { ViewState } from './state';
 
 export type View = 'front' | 'three-quarter' | 'side' | 'below';
 
+/**
+ * Where a face is seen from, whatever its size: the turn to the right and upwards in degrees, and
+ * in diagonals of the box round the face the distance, and what is looked at from its middle.
+ */
+export type Place = readonly [
+  ...[turn: number, lift: number, distance: number],
+  ...[x: number, y: number, z: number],
+];
+
 /** A vertex under the pointer. */
 export interface Pick {
   readonly model: number;
@@ -45,6 +54,11 @@ export interface Stage {
   readout(): Readout;
   /** Turns to a view and fits the face into it. */
   look(view: View): void;
+  /** The view that was turned to, or where the camera has gone since. */
+  camera(): View | Place;
+  goTo(place: Place): void;
+  /** A small picture of an expression of the first face shown, from the front. */
+  portrait(weights: ViewState['weights']): HTMLCanvasElement;
   /** Turns the camera round the face by angles in radians, for keys. */
   turn(azimuth: number, elevation: number): void;
   /** Moves the camera nearer (factor > 1) or farther. */

@@ -3,6 +3,12 @@
 export type Arrangement = 'single' | 'side' | 'swipe';
 export type TimingName = 'linear' | 'smoothstep' | 'minimum-jerk' | 'cosine' | 'blink';
 
+/** An expression that is kept under its name, which no other has; weights left out are 0. */
+export interface NamedPose {
+  readonly name: string;
+  readonly weights: Readonly<Record<string, number>>;
+}
+
 export interface ViewState {
   /** Weight of each slider; those left out are 0. The parameter of its path is t times this. */
   readonly weights: Readonly<Record<string, number>>;
@@ -42,4 +48,8 @@ export interface ViewState {
   readonly clipTime: number; // seconds
   /** A phone moves the sliders, through "elastomorph live". */
   readonly live: boolean;
+
+  readonly poses: readonly NamedPose[];
+  readonly favourites: readonly string[]; // sliders
+  readonly folded: readonly string[]; // groups of sliders
 }

@@ -12,6 +12,7 @@ import { createCompare } from '../panels/compare';
 import { createDisplay, frameWords } from '../panels/display';
 import { createHeat } from '../panels/heat';
 import { createOrbits } from '../panels/orbits';
+import { createPoses } from '../panels/poses';
 import { createSliders } from '../panels/sliders';
 import { createTabs } from '../panels/tabs';
 import { createTransport } from '../panels/transport';
@@ -64,9 +65,10 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   const store = createStore(INITIAL, settling(models));
   const history = createHistory(store);
   const player = createPlayer(store, models);
-  const context: Context = { store, stage, scene: () => scene, tell: messages.tell };
+  const context: Context = { store, stage, scene: () => scene, ...messages };
 
   const sliders = createSliders(context);
+  const poses = createPoses(context, () => opening.ask());
   const display = createDisplay(context);
   const legend = createLegend(context);
   const pointer = createPointer(context, picture);
@@ -82,7 +84,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   transport.element.prepend(live.element);
   const undo = createUndo(history);
   const parts: Part[] = [
-    ...[sliders, compare, heat, orbits, display, transport, live],
+    ...[sliders, poses, compare, heat, orbits, display, transport, live],
     ...[labels, swipe, legend, pointer, undo],
   ];
 
@@ -98,7 +100,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       else show(next);
     },
   });
-  const opening = createOpening([faces], messages);
+  const opening = createOpening([poses.opener, faces], messages);
   const help = () => {
     if (!keys.open) keys.showModal();
   };
@@ -114,10 +116,12 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   const tabs = createTabs(
     [
       { name: 'Sliders', content: sliders.element },
+      { name: 'Poses', content: poses.element },
       { name: 'Compare', content: block(compare, heat, orbits) },
       { name: 'Display', content: display.element },
     ],
     (open) => {
+      poses.show(store.get());
       root.dataset.panel = open ? 'open' : 'closed';
       header.panelIsOpen(open);
     },
@@ -129,6 +133,10 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     search: () => {
       tabs.select('Sliders');
       sliders.search();
+    },
+    savePose: () => {
+      tabs.select('Poses');
+      poses.name();
     },
     close: () => messages.dismiss() || sliders.clearSearch(),
   });
@@ -213,7 +221,10 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
 
   root.dataset.empty = 'true';
   tabs.open(!(embedded && innerWidth < 700));
-  followTheme(store, (dark) => stage.setDark(dark));
+  followTheme(store, (dark) => {
+    stage.setDark(dark);
+    draw();
+  });
   store.subscribe(draw);
   for (const happening of ['pointermove', 'wheel', 'keydown', 'pointerleave'] as const) {
     picture.addEventListener(happening, () => measure(), { passive: true });

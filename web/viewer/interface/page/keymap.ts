@@ -22,6 +22,7 @@ export interface Deeds {
   readonly history: History;
   look(view: View): void;
   search(): void;
+  savePose(): void;
   help(): void;
   close(): void;
 }
@@ -74,6 +75,7 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
       words: 'Mirror: move left and right together',
       run: flip('mirror'),
     },
+    { keys: ['p'], caps: ['P'], words: 'Save the pose under a name', run: deeds.savePose },
     { keys: ['/'], caps: ['/'], words: 'Search sliders', run: deeds.search },
     {
       keys: ['1', '2', '3', '4'],

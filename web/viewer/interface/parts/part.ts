@@ -18,4 +18,6 @@ export interface Context {
   scene(): Scene | null;
   /** Tells people of a problem, until they have read it. */
   tell(message: string): void;
+  /** Says for a moment that something is done. */
+  say(words: string): void;
 }

@@ -1,5 +1,5 @@
 // What a change of the state may hold: people type into it from the console and Python writes it.
-import type { ViewState } from '../../types/state';
+import type { NamedPose, ViewState } from '../../types/state';
 
 type Check = (value: unknown, field: string) => unknown;
 
@@ -46,6 +46,26 @@ const weights: Check = (value, field) => {
   );
 };
 
+const names: Check = (value, field) => {
+  const fits = Array.isArray(value) && value.every((one) => typeof one === 'string');
+  return fits ? [...new Set(value as string[])] : refuse(field, 'a list of names', value);
+};
+
+const poses: Check = (value, field) => {
+  const fits = (one: unknown): one is NamedPose =>
+    typeof (one as NamedPose | null)?.name === 'string' && (one as NamedPose).name !== '';
+  if (!Array.isArray(value) || !value.every(fits)) {
+    refuse(field, 'poses such as [{ name: "Smile", weights: { jawOpen: 0.5 } }]', value);
+  }
+  const given = value as NamedPose[];
+  const twice = given.find(({ name }, i) => given.findIndex((one) => one.name === name) < i);
+  if (twice) refuse(field, 'poses of different names', twice.name);
+  return given.map((pose) => ({
+    name: pose.name,
+    weights: weights(pose.weights, `${field}.${pose.name}`),
+  }));
+};
+
 const whole: Check = (value, field) => Math.round(number(0, Infinity)(value, field) as number);
 
 const CHECKS: Record<keyof ViewState, Check> = {
@@ -74,6 +94,9 @@ const CHECKS: Record<keyof ViewState, Check> = {
   clip: orNull(name),
   clipTime: number(0, 1e6),
   live: truth,
+  poses,
+  favourites: names,
+  folded: names,
 };
 
 /** The same change with its numbers clamped; throws a RangeError that names the field. */

@@ -29,6 +29,9 @@ export const INITIAL: ViewState = {
   clip: null,
   clipTime: 0,
   live: false,
+  poses: [],
+  favourites: [],
+  folded: [],
 };
 
 /**
@@ -53,6 +56,9 @@ export function startOf(
     picked: [],
     clip: null,
     clipTime: 0,
+    poses: [],
+    favourites: [],
+    folded: [],
     t: 1,
     arrangement: count > 1 ? 'side' : 'single',
     shown: scene.models.slice(0, 3).map((_, model) => model),

@@ -1,0 +1,91 @@
+// Poses as text: as files and the clipboard hold them, and as `elastomorph.read_poses` reads them.
+import type { NamedPose } from '../../types/state';
+import { cleanName, type Poses } from './list';
+
+const FORMAT = 'elastomorph poses';
+const VERSION = 1;
+const MANY = 10_000; // poses in one text
+const EXPECTED = 'expected {"poses": [{"name": "Smile", "weights": {"mouthSmileLeft": 0.7}}]}';
+
+/** JSON with a line for each pose. */
+export function asJson(poses: Poses): string {
+  const lines = poses.map((pose) => JSON.stringify({ name: pose.name, weights: pose.weights }));
+  const head = `{"format": ${JSON.stringify(FORMAT)}, "version": ${VERSION}, "poses": [`;
+  return `${head}\n${lines.join(',\n')}\n]}\n`;
+}
+
+/** A table with a row for each pose and a column for each slider that one of them moves. */
+export function asTable(poses: Poses, sliders: readonly string[]): string {
+  const moved = sliders.filter((slider) => poses.some(({ weights }) => weights[slider]));
+  const rows = poses.map(({ name, weights }) => [
+    name,
+    ...moved.map((slider) => String(weights[slider] ?? 0)),
+  ]);
+  return [['pose', ...moved], ...rows].map((row) => `${row.map(cell).join(',')}\n`).join('');
+}
+
+/** Whether a text that is pasted may be poses, so that others can have it where it is not. */
+export function looksLikeJson(text: string): boolean {
+  return /^\s*\{/.test(text);
+}
+
+/**
+ * The poses in JSON.
+ *
+ * @param source what the text is called in messages: a file or the clipboard.
+ * @throws Error with a sentence for people
+ */
+export function fromJson(source: string, text: string): NamedPose[] {
+  let content: unknown;
+  try {
+    content = JSON.parse(text);
+  } catch {
+    throw new Error(`${source}: this is no JSON, or only a part of it; ${EXPECTED}.`);
+  }
+  const found = entries(source, content).map(([name, weights]) => poseOf(source, name, weights));
+  if (found.length === 0) throw new Error(`${source}: there are no poses in it; ${EXPECTED}.`);
+  return found;
+}
+
+/** A pose of any text and numbers, checked. */
+export function poseOf(source: string, name: unknown, weights: unknown): NamedPose {
+  const clean = typeof name === 'string' ? cleanName(name) : '';
+  if (!clean) throw new Error(`${source}: a pose has no name; ${EXPECTED}.`);
+  if (!isObject(weights)) throw new Error(`${source}: “${clean}” has no weights; ${EXPECTED}.`);
+  for (const [slider, weight] of Object.entries(weights)) {
+    if (typeof weight !== 'number' || !Number.isFinite(weight)) {
+      const told = JSON.stringify(weight)?.slice(0, 40);
+      throw new Error(
+        `${source}: the weight of ${slider} in “${clean}” is ${told}, expected a number.`,
+      );
+    }
+  }
+  return { name: clean, weights: weights as Record<string, number> };
+}
+
+function entries(source: string, content: unknown): [unknown, unknown][] {
+  if (!isObject(content)) throw new Error(`${source}: this is no object with poses; ${EXPECTED}.`);
+  const { format, version, poses } = content;
+  if (!Array.isArray(poses)) {
+    if (format !== undefined || version !== undefined)
+      throw new Error(`${source}: there is no list of poses; ${EXPECTED}.`);
+    return Object.entries(content);
+  }
+  if ((format ?? FORMAT) !== FORMAT)
+    throw new Error(`${source}: the format is ${JSON.stringify(format)}, expected "${FORMAT}".`);
+  if ((version ?? VERSION) !== VERSION)
+    throw new Error(`${source}: version ${version} of poses is not known to this page.`);
+  if (poses.length > MANY)
+    throw new Error(`${source}: it holds ${poses.length} poses; at most ${MANY} are opened here.`);
+  return poses.map((pose: unknown) =>
+    isObject(pose) ? [pose['name'], pose['weights']] : [undefined, undefined],
+  );
+}
+
+function isObject(value: unknown): value is Record<string, unknown> {
+  return typeof value === 'object' && value !== null && !Array.isArray(value);
+}
+
+function cell(text: string): string {
+  return /[",;\t\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
