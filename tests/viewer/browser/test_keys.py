@@ -58,6 +58,27 @@ def redoes(page: Page) -> None:
     page.keyboard.press("w")
 
 
+def swaps(page: Page) -> None:
+    update(page, weights={"mouthSmile_L": 0.5})
+    page.keyboard.press("x")
+    assert state(page)["weights"] == {"mouthSmile_R": 0.5}
+
+
+def draws(page: Page) -> None:
+    page.keyboard.press("r")
+    assert len(state(page)["weights"]) > 2
+    page.keyboard.press("0")
+
+
+def stars(page: Page) -> None:
+    page.get_by_role("slider", name="jawOpen").focus()
+    page.keyboard.press("s")
+    assert state(page)["favourites"] == ["jawOpen"]
+    page.keyboard.press("s")
+    assert state(page)["favourites"] == []
+    page.locator(".picture").focus()
+
+
 def names(page: Page) -> None:
     page.keyboard.press("p")
     page.keyboard.type("Calm")
@@ -135,6 +156,9 @@ CHECKS: dict[str, Callable[[Page], None]] = {
     "Ctrl Z": undoes,
     "Ctrl Y": redoes,
     "M": flips("mirror", "m"),
+    "X": swaps,
+    "R": draws,
+    "S": stars,
     "P": names,
     "/": searches,
     "1 2 3 4": looks,
@@ -166,7 +190,7 @@ def test_every_key_of_the_list(visit: Visit, faces: Faces) -> None:
 def test_no_key_fires_while_somebody_types(visit: Visit, faces: Faces) -> None:
     page = visit(faces.alone, **COARSE)
     update(page, weights={"jawOpen": 0.5}, t=0.5)
-    letters = " []0mp/1234+-=ghowf?"
+    letters = " []0mpxrs/1234+-=ghowf?"
     search = page.get_by_role("searchbox", name="Search sliders")
     for field in (
         page.get_by_role("spinbutton", name="jawOpen, value"),

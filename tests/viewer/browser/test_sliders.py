@@ -125,10 +125,12 @@ def test_groups(visit: Visit, faces: Faces) -> None:
     assert lids.get_attribute("aria-expanded") == "true"
     lids.focus()
     page.keyboard.press("Enter")
+    settled(page)
     assert lids.get_attribute("aria-expanded") == "false"
     assert not slider(page, "eyeBlink_L").is_visible()
     assert slider(page, "jawOpen").is_visible()
     lids.click()
+    settled(page)
     assert slider(page, "eyeBlink_L").is_visible()
 
 

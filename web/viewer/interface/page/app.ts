@@ -134,6 +134,9 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       tabs.select('Sliders');
       sliders.search();
     },
+    swap: sliders.swap,
+    draw: sliders.draw,
+    star: sliders.star,
     savePose: () => {
       tabs.select('Poses');
       poses.name();

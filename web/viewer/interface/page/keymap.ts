@@ -22,6 +22,9 @@ export interface Deeds {
   readonly history: History;
   look(view: View): void;
   search(): void;
+  swap(): void;
+  draw(): void;
+  star(): void;
   savePose(): void;
   help(): void;
   close(): void;
@@ -74,6 +77,14 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
       caps: ['M'],
       words: 'Mirror: move left and right together',
       run: flip('mirror'),
+    },
+    { keys: ['x'], caps: ['X'], words: 'Swap left and right of the pose', run: deeds.swap },
+    { keys: ['r'], caps: ['R'], words: 'Random pose of the sliders shown', run: deeds.draw },
+    {
+      keys: ['s'],
+      caps: ['S'],
+      words: 'Favourite: the slider that has the focus',
+      run: deeds.star,
     },
     { keys: ['p'], caps: ['P'], words: 'Save the pose under a name', run: deeds.savePose },
     { keys: ['/'], caps: ['/'], words: 'Search sliders', run: deeds.search },

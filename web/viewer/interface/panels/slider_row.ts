@@ -7,14 +7,22 @@ export interface SliderRow {
   readonly name: string;
   readonly element: HTMLElement;
   /** The weight it shows. */
-  show(weight: number, paired: boolean): void;
+  show(weight: number, paired: boolean, favourite: boolean): void;
   /** How far it reaches: 0 to 1, or beyond. */
   reach(least: number, most: number): void;
 }
 
 let numbered = 0;
 
-export function sliderRow(name: string, change: (weight: number) => void): SliderRow {
+/**
+ * @param change hears what somebody moves it to.
+ * @param star hears that it is to be a favourite, or is to be one no more.
+ */
+export function sliderRow(
+  name: string,
+  change: (weight: number) => void,
+  star: () => void,
+): SliderRow {
   numbered += 1;
   const id = `slider-${numbered}`;
   const range = element('input', { type: 'range', id, min: 0, max: 1, step: 0.01, value: 0 });
@@ -29,9 +37,21 @@ export function sliderRow(name: string, change: (weight: number) => void): Slide
   const zero = element('button', { type: 'button', class: 'zero', 'aria-label': `${name} to 0` });
   zero.title = 'Back to 0';
   zero.append(icon('zero'));
+  // Its key is S: with a stop for each of them the way through the list would be twice as long.
+  const starred = element('button', {
+    type: 'button',
+    class: 'star',
+    tabindex: -1,
+    title: 'Favourite (S)',
+    'aria-label': `${name}, favourite`,
+    'aria-pressed': 'false',
+    onclick: star,
+  });
+  starred.append(icon('star'));
   const whole = element(
     'div',
     { class: 'slider', 'data-slider': name },
+    starred,
     element('label', { for: id, title: name }, name),
     range,
     number,
@@ -62,7 +82,8 @@ export function sliderRow(name: string, change: (weight: number) => void): Slide
   return {
     name,
     element: whole,
-    show(weight, paired) {
+    show(weight, paired, favourite) {
+      setAttribute(starred, 'aria-pressed', String(favourite));
       if (weight !== shown) {
         shown = weight;
         if (range.valueAsNumber !== weight) range.valueAsNumber = weight;

@@ -2,118 +2,108 @@
 import type { Model } from '../../types/model';
 import type { ViewState } from '../../types/state';
 import { sliderGroups } from '../names/order';
-import { twins } from '../names/pairs';
+import { opposites, twins } from '../names/pairs';
 import { toggle } from '../parts/controls';
-import { element, setText } from '../../../shared/element';
-import { icon } from '../../../shared/icons';
+import { element, setAttribute, setText } from '../../../shared/element';
+import { type Icon, icon } from '../../../shared/icons';
 import type { Context, Part } from '../parts/part';
-import { type SliderRow, sliderRow } from './slider_row';
+import { drawn, type Limits, lots, mirrored } from '../poses/mixing';
+import { type SliderGroup, sliderGroup } from './slider_group';
+import { createSift } from './slider_sift';
+import { sliderRow } from './slider_row';
 
-const REACH = [0, 1] as const;
-const REACH_BEYOND = [-0.5, 1.5] as const;
-
-interface Section {
-  readonly element: HTMLElement;
-  readonly count: HTMLElement;
-  readonly rows: readonly SliderRow[];
-}
+const REACH: Limits = [0, 1];
+const REACH_BEYOND: Limits = [-0.5, 1.5];
 
 export interface Sliders extends Part {
   search(): void;
   /** Empties the search; false where it was empty. */
   clearSearch(): boolean;
+  /** Left and right exchanged. */
+  swap(): void;
+  /** Another expression of the sliders that are shown. */
+  draw(): void;
+  /** Makes the slider in focus a favourite, or one no more. */
+  star(): void;
 }
 
 export function createSliders({ store, scene }: Context): Sliders {
   let model: Model | null = null;
-  let sections: Section[] = [];
+  let groups: SliderGroup[] = [];
   let pairs: ReadonlyMap<string, string> = new Map();
+  let across: ReadonlyMap<string, string> = new Map();
   let beyond = false;
+  const lot = lots(1); // the same faces after each loading of the page
 
-  const field = element('input', {
-    type: 'search',
-    placeholder: 'Search sliders',
-    'aria-label': 'Search sliders',
-    'aria-keyshortcuts': '/',
-    autocomplete: 'off',
-    spellcheck: 'false',
-  });
-  const onlyActive = element('input', { type: 'checkbox' });
+  const sift = createSift(() => show(store.get()));
   const beyondBox = element('input', { type: 'checkbox' });
   const mirror = toggle(store, 'mirror', 'Mirror', 'M');
   const count = element('span', { class: 'count' });
-  const reset = element('button', { type: 'button', 'aria-keyshortcuts': '0' }, 'Reset all');
   const list = element('div', { class: 'slider-list' });
-  const none = element('p', { class: 'hint', hidden: true });
 
-  const change = (name: string, weight: number) => {
+  const pose = (weights: ViewState['weights']) => {
     const state = store.get();
-    const twin = state.mirror ? pairs.get(name) : undefined;
     store.update({
-      weights: { ...state.weights, [name]: weight, ...(twin ? { [twin]: weight } : {}) },
+      weights,
       // Whoever moves a slider takes over from the performance, and wants to see it move.
       ...(state.clip === null ? {} : { clip: null, playing: false }),
       ...(state.t === 0 && !state.playing ? { t: 1 } : {}),
     });
   };
+  const change = (name: string, weight: number) => {
+    const { mirror, weights } = store.get();
+    const twin = mirror ? pairs.get(name) : undefined;
+    pose({ ...weights, [name]: weight, ...(twin ? { [twin]: weight } : {}) });
+  };
+  const zero = (sliders: readonly string[]) => {
+    const none = Object.fromEntries(sliders.map((slider) => [slider, 0]));
+    pose({ ...store.get().weights, ...none });
+  };
+  const flip = (field: 'favourites' | 'folded', name: string) => {
+    const names = store.get()[field];
+    const others = names.filter((other) => other !== name);
+    store.update({ [field]: names.length > others.length ? others : [...names, name] });
+  };
+  const draw = () => {
+    const { weights, mirror, folded } = store.get();
+    const shown = groups.filter((group) => sift.searching() || !folded.includes(group.name));
+    const rows = shown.flatMap((group) => group.rows.filter((row) => !row.element.hidden));
+    const together = mirror ? pairs : new Map<string, string>();
+    const names = rows.map((row) => row.name);
+    pose(drawn(weights, names, together, beyond ? REACH_BEYOND : REACH, lot));
+  };
+  const swap = () => pose(mirrored(store.get().weights, across));
+  const reset = element('button', { type: 'button', 'aria-keyshortcuts': '0' }, 'Reset all');
+  const swapButton = tool('swap', 'Swap left and right (X)', 'X', swap);
+  const drawButton = tool('dice', 'Random: six of the sliders shown (R)', 'R', draw);
 
   const rebuild = (next: Model | null) => {
     model = next;
-    const groups = next ? sliderGroups(next) : [];
     pairs = twins(next?.sliders ?? []);
-    sections = groups.map(({ name, sliders }) => {
-      const rows = sliders.map((slider) => sliderRow(slider, (to) => change(slider, to)));
-      const active = element('span', { class: 'count' });
-      const body = element('div', { class: 'rows' }, ...rows.map((row) => row.element));
-      const opener = element(
-        'button',
-        { type: 'button', 'aria-expanded': 'true' },
-        icon('chevron'),
-        name,
-        active,
+    across = opposites(next?.sliders ?? []);
+    groups = (next ? sliderGroups(next) : []).map(({ name, sliders }) => {
+      const rows = sliders.map((slider) =>
+        sliderRow(
+          slider,
+          (to) => change(slider, to),
+          () => flip('favourites', slider),
+        ),
       );
-      opener.addEventListener('click', () => {
-        body.hidden = !body.hidden;
-        opener.setAttribute('aria-expanded', String(!body.hidden));
-      });
-      const whole = element('section', { class: 'group' }, element('h2', {}, opener), body);
-      return { element: whole, count: active, rows };
+      return sliderGroup(
+        name,
+        rows,
+        () => flip('folded', name),
+        () => zero(sliders),
+      );
     });
-    list.replaceChildren(none, ...sections.map((section) => section.element));
+    list.replaceChildren(sift.none, ...groups.map((group) => group.element));
     reachOut();
   };
 
   const reachOut = () => {
     beyondBox.checked = beyond;
     const [least, most] = beyond ? REACH_BEYOND : REACH;
-    for (const { rows } of sections) for (const row of rows) row.reach(least, most);
-  };
-
-  const sift = (state: ViewState) => {
-    const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
-    let left = 0;
-    for (const section of sections) {
-      let visible = 0;
-      for (const row of section.rows) {
-        const name = row.name.toLowerCase();
-        const fits = words.every((word) => name.includes(word));
-        const hidden = !fits || (onlyActive.checked && !state.weights[row.name]);
-        // A row that is being moved stays, though it passes through zero.
-        row.element.hidden = hidden && !row.element.contains(document.activeElement);
-        if (!row.element.hidden) visible += 1;
-      }
-      section.element.hidden = visible === 0;
-      left += visible;
-    }
-    none.hidden = left > 0;
-    setText(
-      none,
-      (model?.sliders.length ?? 0) === 0
-        ? 'This model has no morph targets, so there is nothing to move.'
-        : words.length > 0
-          ? `No slider is called “${field.value}”${onlyActive.checked ? ' and active' : ''}.`
-          : 'No slider is active.',
-    );
+    for (const { rows } of groups) for (const row of rows) row.reach(least, most);
   };
 
   const show = (state: ViewState) => {
@@ -124,26 +114,26 @@ export function createSliders({ store, scene }: Context): Sliders {
       beyond = true;
       reachOut();
     }
-    let all = 0;
-    for (const section of sections) {
-      let active = 0;
-      for (const row of section.rows) {
+    const favourites = new Set(state.favourites);
+    const fits = sift.fits(state);
+    let [all, shown] = [0, 0];
+    for (const group of groups) {
+      for (const row of group.rows) {
         const weight = state.weights[row.name] ?? 0;
-        row.show(weight, state.mirror && pairs.has(row.name));
-        if (weight !== 0) active += 1;
+        row.show(weight, state.mirror && pairs.has(row.name), favourites.has(row.name));
+        if (weight !== 0) all += 1;
       }
-      setText(section.count, active > 0 ? `${active} of ${section.rows.length}` : '');
-      all += active;
+      shown += group.show(state, fits, state.folded.includes(group.name) && !sift.searching());
     }
+    sift.tell(model?.sliders.length ?? 0, shown);
     setText(count, `${all} of ${model?.sliders.length ?? 0} active`);
     reset.disabled = all === 0;
+    swapButton.disabled = all === 0 || across.size === 0;
+    drawButton.disabled = shown === 0;
     mirror.show(state);
     mirror.refuse(pairs.size === 0 ? 'No left and right halves by name.' : null);
-    sift(state);
   };
 
-  field.addEventListener('input', () => sift(store.get()));
-  onlyActive.addEventListener('change', () => sift(store.get()));
   beyondBox.addEventListener('change', () => {
     beyond = beyondBox.checked;
     if (!beyond) store.update({ weights: within(store.get().weights), clip: null });
@@ -151,38 +141,29 @@ export function createSliders({ store, scene }: Context): Sliders {
   });
   reset.addEventListener('click', () => store.update({ weights: {}, clip: null, playing: false }));
 
-  const searchBox = element('div', { class: 'search' }, icon('search'), field);
   const options = element(
     'div',
     { class: 'slider-options' },
     mirror.element,
-    element(
-      'label',
-      { class: 'check', title: 'Show only sliders that are not 0' },
-      onlyActive,
-      'Active only',
-    ),
+    sift.onlyActive,
     element('label', { class: 'check', title: 'Weights from −0.5 to 1.5' }, beyondBox, 'Beyond 1'),
   );
-  const whole = element(
-    'div',
-    { class: 'sliders' },
-    element('div', { class: 'slider-head' }, searchBox, options),
-    list,
-    element('div', { class: 'slider-foot' }, count, reset),
-  );
   return {
-    element: whole,
+    element: element(
+      'div',
+      { class: 'sliders' },
+      element('div', { class: 'slider-head' }, sift.element, options),
+      list,
+      element('div', { class: 'slider-foot' }, count, swapButton, drawButton, reset),
+    ),
     show,
-    search() {
-      field.focus();
-      field.select();
-    },
-    clearSearch() {
-      if (field.value === '') return false;
-      field.value = '';
-      sift(store.get());
-      return true;
+    search: sift.search,
+    clearSearch: sift.clear,
+    swap,
+    draw,
+    star() {
+      const row = document.activeElement?.closest<HTMLElement>('[data-slider]');
+      if (row?.dataset['slider']) flip('favourites', row.dataset['slider']);
     },
   };
 }
@@ -192,4 +173,11 @@ function within(weights: Readonly<Record<string, number>>): Record<string, numbe
     ([name, weight]) => [name, Math.min(1, Math.max(0, weight))] as const,
   );
   return Object.fromEntries(clamped);
+}
+
+function tool(drawing: Icon, words: string, key: string, run: () => void): HTMLButtonElement {
+  const made = element('button', { type: 'button', title: words, onclick: run }, icon(drawing));
+  setAttribute(made, 'aria-label', words.replace(/ \(.\)$/, ''));
+  setAttribute(made, 'aria-keyshortcuts', key);
+  return made;
 }

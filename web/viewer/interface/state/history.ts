@@ -127,11 +127,13 @@ function followGestures() {
   // The list of a select takes the end of the gesture that opened it.
   addEventListener('pointermove', ({ buttons }) => buttons === 0 && release(), listen);
   // Keys of a control go on with what it does; those of the page each do something of their own.
-  const control = 'input, select, textarea, [role=slider]';
+  const typed = 'input:not([type=range], [type=checkbox], [type=radio]), textarea';
+  const moved = 'input, select, [role=slider]';
   addEventListener(
     'keydown',
-    ({ repeat, target }) => {
-      if (!repeat && !(target instanceof Element && target.matches(control))) end();
+    ({ key, repeat, target }) => {
+      const goesOn = repeat || (target as Element).matches?.(key.length > 1 ? moved : typed);
+      if (!goesOn) end();
     },
     listen,
   );
