@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import elastomorph as em
 from elastomorph.io import write
 from elastomorph.io.rig_folder import read_rig
 from elastomorph.paths.auto import Auto
@@ -31,3 +32,18 @@ def test_a_rig_is_read_without_looking_for_its_paths(
     assert subject.jaw == "jawOpen"
     assert list(subject.targets) == ["jawOpen"]
     np.testing.assert_allclose(subject.targets["jawOpen"].vertices, moved.vertices, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("place", "command"),
+    [
+        ("my rig", "elastomorph export 'my rig' -o bent.glb"),
+        ("rig.fbx", "elastomorph export rig.fbx -o bent.glb"),
+        ("a/face.VRM", "elastomorph bend a/face.VRM -o face.bent.vrm"),
+        ("face.usda", "elastomorph bend face.usda -o face.bent.usda"),
+    ],
+)
+def test_the_command_keeps_what_a_file_holds_beside_the_face(place: str, command: str) -> None:
+    mesh = ball()
+    rig = em.Rig(mesh, {"grow": mesh.with_vertices(mesh.vertices * 1.1)}, method="linear")
+    assert rig_subject(place, rig).command == command

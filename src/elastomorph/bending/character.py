@@ -19,6 +19,8 @@ __all__ = ["bend", "unbend"]
 
 _GLTF = (".glb", ".gltf", ".vrm")
 _USD = (".usd", ".usda", ".usdc", ".usdz")
+BENDABLE = _GLTF + _USD
+"""Suffixes of files that are bent as they are."""
 
 
 def bend(
@@ -143,7 +145,7 @@ def _require_character(path: str | Path, verb: str, output: str | Path | None) -
             "says so; 'elastomorph export' writes it as .glb",
         )
     require_there(path)
-    if suffix not in _GLTF + _USD:
+    if suffix not in BENDABLE:
         found = f"unknown suffix '{suffix}'" if suffix else "the name has no suffix"
         expected = ", ".join(_GLTF + _USD)
         raise FormatError(path, f"{found}; a character is a file of {expected}")

@@ -104,7 +104,7 @@ def advice(paths: TargetPaths, pictures: Mapping[str, Picture], subject: Subject
     content = {
         "headline": _headline(len(pays), len(bend), len(keep)),
         "cost": _cost(paths),
-        "command": f"elastomorph export {subject.source or subject.name} -o bent.glb",
+        "command": subject.command if any(target.bends for target in paths.targets) else "",
         "groups": [_shown(group, pictures, lengths) for group in groups if group.targets],
         "scale": most if coloured else "",
         "colours": "How far the bent path is off the straight line at t = 0.5, on the target.",

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.bending.character import BENDABLE
 from elastomorph.draw.head import head_of
 from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
 from elastomorph.model.mesh import Mesh
@@ -32,7 +33,7 @@ class Subject:
         take: A recorded mesh sequence, where there is one.
         rigid_parts: Parts that turn rigidly with the jaw: the only ground truth a rig holds.
         unit: Unit of the coordinates, or an empty string where nobody knows it.
-        source: How the command line names the face.
+        command: What writes the face with bent paths.
         head: (N,) vertices of the head of a character with a body; None where that is all.
     """
 
@@ -44,7 +45,7 @@ class Subject:
     take: MeshSequence | None = None
     rigid_parts: RigidParts | None = field(default=None)
     unit: str = ""
-    source: str = ""
+    command: str = ""
     head: NDArray[np.int64] | None = None
 
 
@@ -62,7 +63,7 @@ def built_in_subject() -> Subject:
         recorded_motion(),
         find_rigid_parts(neutral, targets["jawOpen"]),
         unit="cm",
-        source="built-in",
+        command=_command("built-in"),
     )
 
 
@@ -79,9 +80,17 @@ def rig_subject(place: str | Path, rig: Rig) -> Subject:
         compose_expressions(neutral, targets) or dict(list(targets.items())[: len(EXPRESSIONS)]),
         jaw,
         rigid_parts=find_rigid_parts(neutral, targets[jaw]),
-        source=shlex.quote(str(place)),
+        command=_command(str(place)),
         head=head_of(neutral, rig.morphs.values()),
     )
+
+
+def _command(source: str) -> str:
+    """A file that may hold more than a face keeps it; of others the rig is written anew."""
+    stem, suffix = Path(source).stem, Path(source).suffix.lower()
+    if suffix in BENDABLE:
+        return f"elastomorph bend {shlex.quote(source)} -o {shlex.quote(f'{stem}.bent{suffix}')}"
+    return f"elastomorph export {shlex.quote(source)} -o bent.glb"
 
 
 def _farthest(neutral: Mesh, targets: dict[str, Mesh]) -> str:
