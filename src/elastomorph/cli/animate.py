@@ -74,7 +74,7 @@ def animate(
     settings: options.SettingsFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Play a recorded performance, or poses one after another, on a rig: a file or a film.
+    """Play a recorded performance on a rig, or poses one after another: a file or a film.
 
     Examples:
       elastomorph animate rig.glb take.csv -o take.glb --from 10 --to 20
