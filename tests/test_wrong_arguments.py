@@ -233,6 +233,7 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("write_poses of words", lambda: EM.write_poses("a.csv", {"A": {"b": "1"}}), "finite number"),
     ("write_poses of none", lambda: EM.write_poses("a.csv", {}), "no poses to write"),
     ("write_poses as", lambda: EM.write_poses("a.txt", {"A": {}}), r"found \.txt"),
+    ("write no performance", lambda: EM.write_performance("a.csv", [1]), "expected a Performance"),
     ("a clip of a table", lambda: EM.read_performance("a.csv", clip="b"), "leave the name of a"),
     ("save to None", lambda: RIG.save(None), "a file is named by a text"),
 ]

@@ -64,6 +64,7 @@ def write_all(folder: Path) -> None:
     em.write_sequence(folder / "scan.####.obj", MeshSequence(sheet(), frames))
     weights = np.linspace(0, 1, 6)[:, None] * [1.0, 0.5]
     take = Performance(("jawOpen", "smile"), np.arange(6) / 30, weights, 30.0)
+    em.write_poses(folder / "poses.csv", {"Rest": {}, "Wide": {"JawOpen": 1.0, "smile": 0.5}})
     write_performance_csv(folder / "take.csv", take)
     _write_take(folder)
     (folder / "curves.json").write_text(json.dumps([[0, 5, 10, 15, 20]]))

@@ -40,17 +40,23 @@ DOORS = {
     "blend all": ["blend", "{}", "--levels", "2", "-t", "0.5", "-o", "out.npz"],
     "animate a rig": ["animate", "{}", "take.csv", "-o", "out.glb"],
     "animate a cache": ["animate", "{}", "take.csv", "-o", "out.pc2"],
+    "animate poses": ["animate", "{}", "poses.csv", "-o", "out.npz"],
+    "film poses": ["animate", "{}", "poses.csv", "--rate", "2", "--size", "32x32", "-o", "out.gif"],
     "track": ["track", "{}", "scan.####.obj", "-o", "out.csv"],
     "view": ["view", "{}", "-o", "out.html"],
     "doctor": ["doctor", "{}", "--json"],
     "render": ["render", "{}", "-p", "jawOpen=0.5", "--size", "32x32", "-o", "out.png"],
+    "render a pose": ["render", "{}", "-p", "poses.csv#Wide", "--size", "32x32", "-o", "out.png"],
 }
 """The verbs that take a rig."""
 
 ONE_METHOD = ("inspect", "doctor")
 """The verbs that have no --method: they look at what is there."""
 
-SLOW = {"render", "view", "doctor", "animate a cache", "export to USD"}
+SLOW = {
+    *("render", "render a pose", "view", "doctor"),
+    *("animate a cache", "animate poses", "film poses", "export to USD"),
+}
 """Doors that take a second each: tried with a few sources."""
 
 

@@ -46,6 +46,19 @@ def test_arrays_that_are_none(tmp_path: Path, arrays: dict[str, object], message
         em.read_performance(path)
 
 
+def test_what_is_written_comes_back(tmp_path: Path) -> None:
+    take = em.Performance(["jawOpen", "smile"], TIMES, WEIGHTS, 29.5)
+    for name in ("take.npz", "take.csv"):
+        em.write_performance(tmp_path / name, take)
+        found = em.read_performance(tmp_path / name)
+        assert found.names == take.names
+        np.testing.assert_array_equal(found.times, TIMES)
+        np.testing.assert_array_equal(found.weights, WEIGHTS)
+        assert found.rate == (29.5 if name == "take.npz" else 30)
+    with pytest.raises(em.FormatError, match=r"into \.csv or \.npz, found \.glb"):
+        em.write_performance(tmp_path / "take.glb", take)
+
+
 def test_a_clip_of_a_rig_file(tmp_path: Path) -> None:
     """What `animate` wrote is a take again, of the sliders that it moves."""
     neutral = em.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])

@@ -164,7 +164,7 @@ def _require_none_of_film(
     if output is not None:
         holds_positions(output)
     why = "a film: write one with -o take.mp4"
-    part.require_none(why, ["audio", "audio_offset"])
+    part.require_none(why, ["audio", "audio_offset", "draft"])
     if view is not None or size is not None:
         raise ParameterError(f"--{'size' if view is None else 'view'} is for {why}")
 

@@ -67,10 +67,15 @@ class TakeOptions:
         typer.Option(help="Seconds that the sound begins after the take; negative, before it."),
     ] = None
 
+    draft: Annotated[
+        bool,
+        typer.Option("--draft", help="One sample a pixel: jagged, two to three times as fast."),
+    ] = False
+
     def require_none(self, why: str, names: Sequence[str] | None = None) -> None:
         """Refuse these options, or any."""
         for name in names or [each.name for each in fields(self)]:
-            if getattr(self, name) is not None:
+            if getattr(self, name) not in (None, False):
                 raise ParameterError(f"--{name.replace('_', '-')} is for {why}")
 
     def read(
@@ -129,7 +134,7 @@ class TakeOptions:
         sound = None
         if self.audio is not None:
             sound = laid_sound(self.audio, start, len(take) / rate, cut=self.stop is not None)
-        return Film(output, take, rate, size, sound)
+        return Film(output, take, rate, size, sound, draft=self.draft)
 
 
 def require_driven(found: Match, take: Performance) -> None:
@@ -151,6 +156,7 @@ class Film:
         fps: Frames a second; frame n shows the take n / fps after its first.
         size: Width and height in pixels.
         sound: What is heard, if anything.
+        draft: Whether it is for a glance only.
     """
 
     output: str
@@ -158,6 +164,7 @@ class Film:
     fps: float
     size: tuple[int, int]
     sound: Sound | None = None
+    draft: bool = False
 
     def write(
         self, rig: Rig, weights: NDArray[np.float64], how: dict[str, Any], say: Say
@@ -173,7 +180,7 @@ class Film:
                 say(f"frame {number} of {count}")
                 yield frame
 
-        with closing(film_frames(rig, weights, size=self.size, **how)) as frames:
+        with closing(film_frames(rig, weights, size=self.size, draft=self.draft, **how)) as frames:
             write_clip(self.output, counted(frames), count=count, fps=self.fps, sound=self.sound)
         width, height = self.size
         length = {"frames": count, "fps": self.fps, "seconds": count / self.fps}

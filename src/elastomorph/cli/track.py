@@ -36,7 +36,7 @@ Take = Annotated[
     ),
 ]
 Output = Annotated[
-    Path, typer.Option("--output", "-o", help="Columns of weights (.csv), as animate reads them.")
+    Path, typer.Option("--output", "-o", help="Weights (.csv, .npz), as animate reads them.")
 ]
 Vertices = Annotated[
     Path | None,
@@ -94,8 +94,8 @@ def track(
     from elastomorph.io.sequences import read_markers
     from elastomorph.rig.tracking import track as tracked
 
-    if output.suffix.lower() != ".csv":
-        raise ParameterError(f"weights are written as .csv, not as {output.name}")
+    if output.suffix.lower() not in (".csv", ".npz"):
+        raise ParameterError(f"weights are written as .csv or .npz, not as {output.name}")
     if rate is not None and not 0 < rate < float("inf"):
         raise ParameterError(f"--rate must be frames a second above 0, found {rate:g}")
     say(f"reading {markers}")
@@ -195,14 +195,14 @@ def _write(output: Path, found: Tracked, times: NDArray[np.float64] | None, rate
     """Write the weights; the frames a second that they have."""
     import numpy as np
 
-    from elastomorph.io.performance import write_performance_csv
+    from elastomorph.io.performance import write_performance
     from elastomorph.rig.performance import Performance
 
     if times is None:
         times = np.arange(len(found.weights)) / rate
     elif len(times) > 1:
         rate = 1.0 / float(np.median(np.diff(times)))
-    write_performance_csv(output, Performance(found.names, times, found.weights, rate))
+    write_performance(output, Performance(found.names, times, found.weights, rate))
     return rate
 
 

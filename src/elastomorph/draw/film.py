@@ -29,6 +29,7 @@ def film_frames(
     size: tuple[int, int] = (480, 600),
     view: View = "front",
     style: Style | None = None,
+    draft: bool = False,
 ) -> Generator[Image, None, None]:
     """The face in each frame: (H, W, 3) uint8, or (H, W, 4) where transparent.
 
@@ -39,13 +40,15 @@ def film_frames(
         size: Width and height of a frame in pixels.
         view: As for `camera_for`.
         style: How faces are drawn.
+        draft: One sample a pixel, which is jagged and two to three times as fast.
     """
     style = style or Style()
     mesh, head = rig.neutral, head_of(rig.neutral, rig.morphs.values())
     widest = weights[telling_frames(weights, _MOST_FRAMED)]
     framed = np.concatenate([mesh.vertices[None], rig.batch(widest, dtype=np.float64)])
     camera = camera_for(mesh, view, poses=framed, head=head, size=size)
-    with Stage(mesh, camera, size=size, occlusion=_OCCLUSION) as stage:
+    samples = 1 if draft else None
+    with Stage(mesh, camera, size=size, supersampling=samples, occlusion=_OCCLUSION) as stage:
         drawn: Image | None = None
         before = weights[:1]
         faces = (f for block in rig.stream(weights, block=_BLOCK) for f in block)

@@ -1,4 +1,4 @@
-"""A performance from any file that holds one: text in columns, arrays, a clip of a glTF file."""
+"""Performances by the suffix of a file: text in columns, arrays, a clip of a glTF file."""
 
 from __future__ import annotations
 
@@ -9,15 +9,19 @@ import numpy as np
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import require_name
 from elastomorph.io.gltf.clips import WeightClip, read_weight_clips
-from elastomorph.io.npz.members import open_npz
-from elastomorph.io.performance.columns import frame_rate, plain_performance
+from elastomorph.io.npz.members import open_npz, write_arrays
+from elastomorph.io.performance.columns import (
+    frame_rate,
+    plain_performance,
+    write_performance_csv,
+)
 from elastomorph.io.performance.livelink import is_livelink, livelink_performance
 from elastomorph.io.performance.table import read_table, say_how_read
 from elastomorph.io.rig_folder import rig_as_stored
 from elastomorph.io.untrusted import naming_file
 from elastomorph.rig.performance import Performance
 
-__all__ = ["read_performance"]
+__all__ = ["read_performance", "write_performance"]
 
 _SCENES = (".glb", ".gltf", ".vrm")
 _MEMBERS = ("names", "times", "weights")
@@ -59,6 +63,36 @@ def read_performance(
     if table is not None:
         return plain_performance(table)
     return _in_arrays(path) if suffix == ".npz" else _in_clip(path, clip)
+
+
+def write_performance(path: str | Path, performance: Performance) -> None:
+    """Write a performance, which comes back from `read_performance` bit for bit.
+
+    Timecodes and what was dropped are not kept, nor is the rate in a table; whole or not at all.
+
+    Args:
+        path: A .csv file, a table of times and weights; or .npz, the arrays ``names``, ``times``,
+            ``weights`` and ``rate``. For animated rigs see ``elastomorph animate``.
+        performance: The weights over time.
+
+    Raises:
+        FileError: The file cannot be written.
+        FormatError: The suffix is neither.
+        ParameterError: A name cannot stand in a table, or this is no performance.
+    """
+    require_name(path)
+    if not isinstance(performance, Performance):
+        raise ParameterError(f"expected a Performance, found {type(performance).__name__}")
+    suffix = Path(path).suffix.lower()
+    if suffix == ".csv":
+        write_performance_csv(path, performance)
+    elif suffix == ".npz":
+        arrays = {name: np.asarray(getattr(performance, name)) for name in (*_MEMBERS, "rate")}
+        write_arrays(path, arrays)
+    else:
+        raise FormatError(
+            path, f"a performance goes into .csv or .npz, found {suffix or 'no suffix'}"
+        )
 
 
 def _in_arrays(path: str | Path) -> Performance:
