@@ -3,7 +3,7 @@ import { grouped, refuse, type GltfContent } from './container';
 
 // What may be missing and still leave the face as it is, or is read here.
 const HARMLESS =
-  /^(KHR_(mesh_quantization|draco_mesh_compression|meshopt_compression)$|EXT_meshopt_compression$|KHR_(materials|texture|lights|animation)_|EXT_texture_|MSFT_)/;
+  /^(KHR_(mesh_quantization|draco_mesh_compression|meshopt_compression)$|EXT_meshopt_compression$|KHR_(materials|texture|lights|animation)_|EXT_texture_|FB_ngon_encoding$|MSFT_)/;
 
 export type Entry = Readonly<Record<string, unknown>>;
 

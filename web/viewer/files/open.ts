@@ -8,7 +8,7 @@ import { headOf } from './head';
 import { readMorphs, storedIn } from './morphs';
 import { placedMeshes } from './nodes';
 import { dressedParts, sortedParts } from './parts';
-import { readPolygons, triangleEdges } from './polygons';
+import { readPolygons, plainEdges } from './polygons';
 import { seamsOf } from './seams';
 import { readSkins } from './skins';
 import { readSurface } from './surface';
@@ -55,7 +55,7 @@ export async function openFile(
     fileNormals: skins ? surface.normals : null,
     head: skins ? headOf(surface) : null,
     seams,
-    edges: polygons?.edges ?? triangleEdges(surface, seams),
+    edges: polygons?.edges ?? plainEdges(surface, seams),
     loops: known.loops ?? [],
     targets: surface.targets,
     ...described,

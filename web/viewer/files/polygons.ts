@@ -2,7 +2,7 @@
 // of triangles, one after another within each part.
 import { isEntry, type Entry } from './document';
 import { unpacked } from './packed';
-import type { Surface } from './surface';
+import type { Piece, Surface } from './surface';
 
 export interface Polygons {
   /** (V,) the vertex each vertex is a copy of, or itself. */
@@ -85,16 +85,19 @@ function polygonEdges(
   return edgesOf(keys);
 }
 
-/** Edges (E, 2) of triangles, each once. */
-export function triangleEdges(surface: Surface, seams: Uint32Array): Uint32Array {
-  const keys: number[] = [];
-  for (const { triangles } of surface.pieces) {
-    for (let i = 0; i < triangles.length; i += 3) {
-      const [a, b, c] = [triangles[i]!, triangles[i + 1]!, triangles[i + 2]!];
-      keys.push(edgeKey(a, b, seams), edgeKey(b, c, seams), edgeKey(c, a, seams));
-    }
+/** Edges (E, 2) where nothing is described: of triangles, or of the polygons their fans encode. */
+export function plainEdges(surface: Surface, seams: Uint32Array): Uint32Array {
+  return polygonEdges(surface, surface.pieces.map(fansOf), seams);
+}
+
+/** FB_ngon_encoding: triangles of one polygon follow each other and have the same first corner. */
+function fansOf({ triangles, fans }: Piece): Uint32Array {
+  const polygon = new Uint32Array(triangles.length / 3);
+  for (let t = 1; t < polygon.length; t += 1) {
+    const same = fans && triangles[3 * t] === triangles[3 * t - 3];
+    polygon[t] = polygon[t - 1]! + (same ? 0 : 1);
   }
-  return edgesOf(keys);
+  return polygon;
 }
 
 const SHIFT = 2 ** 26; // two vertex numbers in one whole number below 2⁵³

@@ -1,7 +1,7 @@
 // All meshes of a file as one: vertices, triangles, and what the morph targets move.
 import { shapesInOne } from '../rig/layout';
 import { countOf, floats, floatsInto, indices } from './accessors';
-import { isEntry, type Entry, type GltfDocument } from './document';
+import { isEntry, objectIn, type Entry, type GltfDocument } from './document';
 import type { PlacedMesh } from './nodes';
 import { mirrors, place, placeEach, type Placement } from './placing';
 import { shownCoordinates } from './skins';
@@ -12,6 +12,7 @@ export interface Piece {
   readonly triangles: Uint32Array;
   readonly material: number | null;
   readonly group: string; // name of its node
+  readonly fans: boolean; // whether those of one polygon share their first corner
 }
 
 export interface Surface {
@@ -108,6 +109,7 @@ function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], piece
       triangles: triangles(file, primitive, sheet, mode),
       material,
       group: placed.name,
+      fans: mode === TRIANGLES && 'FB_ngon_encoding' in objectIn(primitive, 'extensions'),
     });
   }
 }

@@ -15,7 +15,10 @@ import {
 } from 'three';
 import type { Model } from '../types/model';
 import { loopColours } from './colours';
+import { darkVertices } from './darkness';
 import { EDGE_FRAGMENT, EDGE_VERTEX } from './shaders/edges';
+
+const LIGHT = 8; // times as bright as a dark line
 
 type Colour = readonly [number, number, number];
 
@@ -23,6 +26,7 @@ interface Style {
   readonly width: number; // CSS pixels
   readonly opacity: number;
   readonly lift: number; // share of the distance to the eye by which it is nearer than the skin
+  readonly fade: number; // CSS pixels below which a line is the fainter the shorter it is
 }
 
 /** Lines between pairs of vertices. */
@@ -31,14 +35,13 @@ export class Edges {
 
   constructor(
     ends: Uint32Array,
-    tints: Float32Array | null,
+    tints: Float32Array,
     private readonly style: Style,
   ) {
     const geometry = new InstancedBufferGeometry();
     geometry.setIndex(new BufferAttribute(new Uint32Array([0, 1, 2, 2, 1, 3]), 1));
     geometry.setAttribute('ends', new InstancedBufferAttribute(ends, 2));
-    const white = tints ?? new Float32Array((3 * ends.length) / 2).fill(1);
-    geometry.setAttribute('tint', new InstancedBufferAttribute(white, 3));
+    geometry.setAttribute('tint', new InstancedBufferAttribute(tints, 3));
     geometry.instanceCount = ends.length / 2;
     const material = new RawShaderMaterial({
       glslVersion: GLSL3,
@@ -50,6 +53,7 @@ export class Edges {
         width: { value: style.width },
         opacity: { value: style.opacity },
         lift: { value: style.lift },
+        fade: { value: style.fade },
         shade: { value: new Vector3(1, 1, 1) },
       },
       transparent: true,
@@ -67,6 +71,7 @@ export class Edges {
     uniforms['shade']!.value.set(...shade);
     uniforms['viewport']!.value.set(width, height);
     uniforms['width']!.value = this.style.width * ratio;
+    uniforms['fade']!.value = this.style.fade * ratio;
     this.mesh.material.uniformsNeedUpdate = true;
   }
 
@@ -96,7 +101,16 @@ export function wireframe(model: Model): Edges {
     ends[length + 1] = model.edges[i + 1]!;
     length += 2;
   }
-  return new Edges(ends.slice(0, length), null, { width: 0.9, opacity: 0.4, lift: 0.0006 });
+  const style = { width: 0.9, opacity: 0.42, lift: 0.0006, fade: 7 };
+  return new Edges(ends.slice(0, length), tintsOn(model, ends.subarray(0, length)), style);
+}
+
+/** White, which the shade of the lines darkens; so bright that it stays light on what is dark. */
+function tintsOn(model: Model, ends: Uint32Array): Float32Array {
+  const dark = darkVertices(model);
+  return Float32Array.from({ length: (3 * ends.length) / 2 }, (_, i) =>
+    dark[ends[2 * Math.floor(i / 3)]!] ? LIGHT : 1,
+  );
 }
 
 /** Loops, each in its colour. */
@@ -119,5 +133,6 @@ export function loopLines(model: Model): Edges {
     width: 2.6,
     opacity: 1,
     lift: 0.0015,
+    fade: 0,
   });
 }

@@ -131,14 +131,14 @@ export class Painter {
     renderer.render(this.wall, NOWHERE);
   }
 
-  private drawLines(face: Face, area: Area, { state, dark }: Look): void {
+  private drawLines(face: Face, area: Area, { state }: Look): void {
     const ratio = this.renderer.getPixelRatio();
     const draw = (edges: Edges, colour: Colour) => {
       edges.mesh.visible = true;
       edges.set(face.shape.positions, colour, area.width * ratio, area.height * ratio, ratio);
     };
     face.hideLines();
-    if (state.wireframe) draw(face.wireframe(), dark ? [0.04, 0.04, 0.05] : [0.1, 0.08, 0.08]);
+    if (state.wireframe) draw(face.wireframe(), [0.1, 0.09, 0.09]);
     if (state.loops && face.model.loops.length > 0) draw(face.loopLines(), [1, 1, 1]);
   }
 }

@@ -11,8 +11,10 @@ uniform sampler2D positions;
 uniform vec2 viewport; // pixels
 uniform float width; // pixels
 uniform float lift; // share of the distance by which lines are nearer than the skin
+uniform float fade; // pixels below which a line is the fainter the shorter it is
 out float across;
 out vec3 colour;
+out float there;
 vec4 onScreen(uint v) {
   vec4 view = modelViewMatrix * vec4(ofVertex(positions, v).xyz, 1.0);
   return projectionMatrix * vec4(view.xyz * (1.0 - lift), 1.0);
@@ -29,6 +31,7 @@ void main() {
   at.xy += 2.0 * aside / viewport * at.w;
   across = side * reach;
   colour = tint;
+  there = fade > 0.0 ? clamp(0.5 * length(way) / fade, 0.3, 1.0) : 1.0;
   gl_Position = at;
 }
 `;
@@ -37,12 +40,13 @@ export const EDGE_FRAGMENT = /* glsl */ `
 precision highp float;
 in float across;
 in vec3 colour;
+in float there;
 uniform float width;
 uniform float opacity;
 uniform vec3 shade;
 out vec4 pixel;
 void main() {
   float inside = clamp(0.5 * width + 0.5 - abs(across), 0.0, 1.0);
-  pixel = vec4(colour * shade, inside * opacity);
+  pixel = vec4(colour * shade, inside * opacity * there);
 }
 `;
