@@ -47,14 +47,16 @@ export function shownCoordinates(file: GltfDocument, primitive: Entry): string[]
   return names.map((name) => (name in given ? name : 'TEXCOORD_0'));
 }
 
-/** The looks of each material; null where nothing has an image or colours: names tell more then. */
+/** The looks of each material; null where none has an image, a shade or a glow: names tell more then. */
 export async function readSkins(file: GltfDocument, coloured: boolean): Promise<Skins | null> {
   const materials = file.items('materials').map((entry) => (isEntry(entry) ? entry : {}));
   const found = materials.map((entry, number) => {
     const toon = toonOf(file, number, entry);
     return { entry, toon, textures: texturesOf(entry, toon) };
   });
-  if (!coloured && !found.some(({ textures }) => textures.base)) return null;
+  const says = ({ entry, toon, textures }: (typeof found)[number]) =>
+    toon !== null || textures.base !== undefined || skinOf(entry).glow.some((part) => part > 0);
+  if (!coloured && !found.some(says)) return null;
   const wanted = found.flatMap(({ textures }) =>
     Object.values(textures).map((texture) => imageOf(file, texture)),
   );

@@ -59,9 +59,8 @@ function toonOfZero(file: GltfDocument, zero: Entry): Toon {
     looks: {
       shading: 'toon',
       shade: linear(numbersIn(colours, '_ShadeColor', [0.97, 0.81, 0.86, 1])),
-      glow: numbersIn(colours, '_EmissionColor', [0, 0, 0, 1]).slice(0, 3) as unknown as Skin['glow'],
+      glow: linear(numbersIn(colours, '_EmissionColor', [0, 0, 0, 1])),
       bumps: numberIn(numbers, '_BumpScale', 1),
-      doubleSided: numbers['_CullMode'] === 0,
       edge: edgeOf(-before - (1 - sharp), sharp),
       rank: numberIn(zero, 'renderQueue', 3000) - (covers ? 2500 : 3000) + (covers ? 0 : 2 * LATER),
       covers,
