@@ -20,10 +20,11 @@ BORDER = 4  # ring where the red of the lips begins
 CONTACT = 9  # ring where the lips meet
 _GAP = 0.003  # half the slit between closed lips
 
-# Mouth bag behind the contact ring: height above, height below, depth, width, all in cm.
+# Mouth bag behind the contact ring: height above and below, behind the skin or the contact
+# where that is less, and width, all in cm.
 _BAG = (
-    (0.32, 0.34, 0.44, 2.40),
-    (1.55, 1.65, 0.58, 2.85),
+    (0.32, 0.34, 0.30, 2.40),
+    (1.50, 1.32, 0.36, 2.85),
     (2.05, 2.20, 2.40, 3.45),
     (1.10, 1.20, 6.40, 2.10),
 )
@@ -86,24 +87,23 @@ def lip_rings() -> Points:
     )
     out = np.array(swell).T[:, :, None] * full - 0.05 * ((1.0 - share) ** 2)[:, None, None] * wide
     out = np.concatenate([np.broadcast_to(0.02 * full, out.shape[1:])[None], out])
-    bag_x = np.array(_BAG)[:, 3, None] * across
+    bag = np.array(_BAG)[..., None]  # (4, 4, 1)
+    bag_x = np.broadcast_to((bag[:, 3] * across)[:, None], (len(bag), *height.shape))
+    bag_y = line + sign * bag[:, :2] * (1.0 - across**3)
     depths = skin_depth(
         np.concatenate([lip_x.ravel(), x, bag_x.ravel()]),
-        np.concatenate([lip_y.ravel(), line, np.tile(line, len(_BAG))]),
+        np.concatenate([lip_y.ravel(), line, bag_y.ravel()]),
     )
     lip_z, line_z, bag_z = np.split(depths, [lip_x.size, lip_x.size + x.size])
     gap = np.where(step < 1.0, _GAP, 0.0)
     contact_z = line_z - 0.10 - 0.16 * across**4
+    bag_z = np.minimum(contact_z, bag_z.reshape(bag_x.shape)) - bag[:, 2, None]
 
-    rings = np.empty((11, 2 * STEPS + 1, 3))
     lips = np.stack([lip_x, lip_y, lip_z.reshape(lip_x.shape) + out], axis=3)
     inner = len(lips)  # the ring where the lips meet
+    rings = np.empty((inner + 1 + len(_BAG), 2 * STEPS + 1, 3))
     for lip, order in enumerate((slice(0, STEPS + 1), slice(2 * STEPS, STEPS - 1, -1))):
-        way = float(sign[lip, 0])
         rings[:inner, order] = lips[:, lip]
-        rings[inner, order] = np.stack([x, line + way * gap, contact_z], axis=1)
-        for ring, entry in enumerate(_BAG, start=inner + 1):
-            opening = way * entry[lip] * (1.0 - across**3)
-            z = np.minimum(contact_z, bag_z.reshape(bag_x.shape)[ring - inner - 1]) - entry[2]
-            rings[ring, order] = np.stack([bag_x[ring - inner - 1], line + opening, z], axis=1)
+        rings[inner, order] = np.stack([x, line + sign[lip] * gap, contact_z], axis=1)
+        rings[inner + 1 :, order] = np.stack([bag_x, bag_y, bag_z], axis=3)[:, lip]
     return rings

@@ -25,7 +25,7 @@ __all__ = ["Lip", "Mouth", "Spot", "sealed"]
 _KNOTS = (0.0, 0.35, 0.7, 1.0)
 _ARCH_Z = 4.6  # the lips slide around a vertical axis here, as over the dental arch
 _RINGS = np.arange(lips.BORDER - 1, lips.CONTACT + 2)  # what a lip's section is made of
-_SHARE = np.array([0.4, 0.8, *[1.0] * (len(_RINGS) - 3), 0.85])  # of the roll, by ring
+_SHARE = np.array([0.4, 0.8, *[1.0] * (len(_RINGS) - 3), 0.4])  # of the roll, by ring
 _APART = 0.003  # of the lips that meet, from the middle between them
 _SLIGHT = 0.004  # cm that nobody sees
 _FLAT = (0.0, 0.0, 0.0, 0.0)
@@ -98,6 +98,7 @@ class Mouth:
         for k, straight in enumerate(self._straight(turns)):
             moved = (amount * straight + arcs[k]).reshape(-1, 3)
             pulls.append((_sections(k).ravel(), moved, 50.0))
+            pulls += _behind(k, moved.reshape(len(_RINGS), -1, 3)[1])
         for spot in self.spots:
             for side in spot.sides:
                 weight = spot.strength * hill(side * spot.at[0], spot.at[1], *spot.size)
@@ -164,21 +165,35 @@ def sealed(opened: Points) -> Points:
     points = head.mesh.vertices + opened
     upper, lower = (points[_sections(number)] for number in (0, 1))
     contact = list(_RINGS).index(lips.CONTACT)
-    line = 0.72 * upper[contact] + 0.28 * lower[contact]
-    line[:, 2] = upper[contact, :, 2] - 0.5 * (upper[contact, :, 1] - line[:, 1])
+    line = 0.8 * upper[contact] + 0.2 * lower[contact]
+    line[:, 2] = upper[contact, :, 2] - 0.6 * (upper[contact, :, 1] - line[:, 1])
     rest = head.mesh.vertices
     pulls = list(_anchors(chin=False))
     for number in (0, 1):
         vertices = _sections(number)
         offset = rest[vertices] - rest[vertices[contact]]
-        pulls.append((vertices.ravel(), (line + offset - points[vertices]).reshape(-1, 3), 50.0))
+        moved = line + offset - points[vertices]
+        pulls.append((vertices.ravel(), moved.reshape(-1, 3), 50.0))
+        pulls += _behind(number, moved[1])
     chin = hill(0.0, -10.2, 1.6, 0.7)
     near = np.flatnonzero(chin > 0.0)
     pulls.append((near, 0.0, chin[near]))
-    moved = follow(pulls)
-    both = 0.5 * (moved + moved[head.partner] * _MIRROR)
+    followed = follow(pulls)
+    both = 0.5 * (followed + followed[head.partner] * _MIRROR)
     sealing: Points = np.where(np.linalg.norm(both, axis=1, keepdims=True) > _SLIGHT, both, 0.0)
     return sealing
+
+
+def _behind(number: int, skin: Points) -> list[Pull]:
+    """The mouth bag behind a lip, which goes with the skin in front of it: (19, 3) there."""
+    aside = np.abs(np.linspace(-1.0, 1.0, len(skin)))[:, None]
+    share = np.array([0.9, 0.5, 0.5])
+    vestibule = skin * (share + (1.0 - share) * aside)  # at the corners it goes all the way
+    vestibule[:, 2] = np.minimum(vestibule[:, 2], skin[:, 2])  # never through the skin
+    return [
+        (_chain(number, lips.CONTACT + 2), vestibule, 5.0),
+        (_chain(number, lips.CONTACT + 3), 0.4 * skin, 1.0),
+    ]
 
 
 def _along(number: int, lip: Lip, other: Lip | None) -> NDArray[np.float64]:
@@ -199,11 +214,15 @@ def _along(number: int, lip: Lip, other: Lip | None) -> NDArray[np.float64]:
 @cache
 def _sections(number: int) -> NDArray[np.int64]:
     """(R, 19) vertices of the upper or the lower lip, from the right corner to the left."""
+    return np.stack([_chain(number, ring) for ring in _RINGS])
+
+
+def _chain(number: int, ring: int) -> NDArray[np.int64]:
+    """(19,) vertices of a ring along the upper or the lower lip, from right to left."""
     head = build()
-    middle = lips.CORNER
-    half = head.lay.mouth[_RINGS]
-    half = half[:, : middle + 1] if number == 0 else half[:, : middle - 1 : -1]
-    return np.concatenate([head.partner[half[:, :0:-1]], half], axis=1)
+    half = head.lay.mouth[ring]
+    half = half[: lips.CORNER + 1] if number == 0 else half[: lips.CORNER - 1 : -1]
+    return np.concatenate([head.partner[half[:0:-1]], half])
 
 
 def _about_tangent(offsets: Points, line: Points, angle: NDArray[np.float64]) -> Points:
@@ -244,7 +263,8 @@ def _anchors(chin: bool) -> tuple[Pull, ...]:
     nose = grid[layout.EYE.bottom + 1 : layout.MOUTH.top - 1, :5]
     firm = [
         lay.eye[lids.CREASE - 1 :], lay.ear, lay.ear_floor, lay.cap, grid[: layout.EYE.bottom - 3],
-        grid[:, layout.EAR.front - 1 :], grid[layout.MOUTH.bottom + 9 :], lay.mouth[-2:],
+        grid[: layout.MOUTH.top, layout.EAR.front - 1 :], grid[:, layout.EAR.back - 1 :],
+        grid[layout.MOUTH.bottom + 9 :], lay.mouth[-1:],
     ]  # fmt: skip
     soft = [(nose, 0.05), (lay.nostril, 0.05), (lay.eye[: lids.CREASE - 1], 0.02)]
     soft += [(each, 20.0) for each in firm]

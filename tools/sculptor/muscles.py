@@ -16,7 +16,7 @@ from sculptor.implicit import Points
 from sculptor.mouth import sealed
 from sculptor.mouth_shapes import MOUTHS
 from sculptor.tongue import put_out
-from sculptor.turns import turn_jaw
+from sculptor.turns import turn_aside, turn_jaw
 from sculptor.weights import hill, jaw_weights
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
 
 Movement = Callable[[float], Points]
 JAW_DEGREES = 24.0  # of a fully open jaw
+SWING_DEGREES = 6.5  # of the jaw to a side
 TONGUE_DEGREES = 8.0  # of the jaw for a tongue put out
 _PAIRED = (
     "cheekSquint", "mouthDimple", "mouthFrown", "mouthLowerDown", "mouthPress", "mouthSmile",
@@ -91,8 +92,9 @@ def _tongue_out(a: float) -> Points:
     return put_out(turn_jaw(parted, TONGUE_DEGREES * a), a) - neutral
 
 
-def _jaw_slide(way: tuple[float, float, float]) -> Movement:
-    return lambda a: a * _push(jaw_weights(), way)
+def _jaw_left(a: float) -> Points:
+    swung = turn_aside(build().mesh.vertices, SWING_DEGREES * a)
+    return MOUTHS["jawLeft"].displacement(a) + swung
 
 
 def _split(movement: Movement) -> Movement:
@@ -115,9 +117,9 @@ def movements() -> dict[str, Movement]:
     }
     out: dict[str, Movement] = {
         "browInnerUp": _both_sides(_brow_inner_up),
-        "jawForward": _jaw_slide((0.0, 0.0, 0.85)),
-        "jawLeft": _jaw_slide((0.8, 0.0, 0.0)),
-        "jawRight": _jaw_slide((-0.8, 0.0, 0.0)),
+        "jawForward": lambda a: _push(jaw_weights(), (0.0, 0.0, 0.85 * a)),
+        "jawLeft": _jaw_left,
+        "jawRight": _right(_jaw_left),
         "jawOpen": _jaw_open,
         "mouthClose": _mouth_close,
         "mouthRight": _right(MOUTHS["mouthLeft"].displacement),

@@ -21,6 +21,8 @@ Piece = tuple[str, Points, list[list[int]], list[str], list[int]]
 _CELLS = np.array([0, 0.2, 0.8, 1, 1.22, 1.78, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6])
 _WIDTHS = (0.0, 0.86, 0.68, 0.78, 0.72, 0.72, 1.05)  # of the teeth, in cm, from 0
 _SPANS = len(_CELLS) - 1
+_SQUARE = 2.5  # exponent of the arch; 2 is an ellipse
+_STEEP = _SQUARE - 1.0
 _CLEAR = 0.14  # of the lips in front of the row
 _BITE = MOUTH_HEIGHT - 0.2
 # Across a row, from the gum in front over the biting edge to the gum behind: how far outwards,
@@ -45,7 +47,7 @@ def pieces() -> list[Piece]:
     return [
         _row("upper_teeth", *_arch(0)),
         _row("lower_teeth", *_arch(1)),
-        _tongue(front - 1.76),
+        _tongue(front - 1.62),
     ]
 
 
@@ -53,7 +55,7 @@ def pieces() -> list[Piece]:
 def _arch(row: int) -> tuple[float, float, float]:
     """z of the front of the upper or the lower row, its half width and its length."""
     front = float(skin_depth(np.zeros(1), np.array([MOUTH_HEIGHT]))[0])
-    return ((front - 0.84, 2.55, 4.0), (front - 0.99, 2.3, 3.8))[row]
+    return ((front - 0.70, 2.45, 4.0), (front - 0.85, 2.12, 3.8))[row]
 
 
 def push_out(points: Points) -> NDArray[np.float64]:
@@ -64,7 +66,7 @@ def push_out(points: Points) -> NDArray[np.float64]:
     """
     front, width, length = _arch(0)
     beside = np.clip(np.abs(points[..., 0]) / (width + _CLEAR), 0.0, 1.0)
-    surface = front - length * (1.0 - np.sqrt(1.0 - beside**2)) + _CLEAR
+    surface = front - length * (1.0 - (1.0 - beside**_SQUARE) ** (1.0 / _SQUARE)) + _CLEAR
     pushed: NDArray[np.float64] = np.clip(surface - points[..., 2], 0.0, 0.6)
     return pushed
 
@@ -73,22 +75,27 @@ def _row(part: str, front: float, width: float, length: float) -> Piece:
     sign = 1.0 if part == "upper_teeth" else -1.0
     place = np.interp(_CELLS, np.arange(len(_WIDTHS)), np.cumsum(_WIDTHS))
     share = place / place[-1]
-    angle = _angle_at(share, width, length)
-    arch = np.stack([width * np.sin(angle), 0 * angle, front - length * (1 - np.cos(angle))], 1)
-    outward = np.stack([np.sin(angle) * length, 0 * angle, np.cos(angle) * width], axis=1)
+    beside, ahead = _around(share, width, length)
+    zero = np.zeros_like(beside)
+    arch = np.stack([width * beside, zero, front - length * (1.0 - ahead)], axis=1)
+    outward = np.stack([beside**_STEEP / width, zero, ahead**_STEEP / length], axis=1)
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     seam = (np.mod(_CELLS, 1.0) == 0.0).astype(float)
     seam[-1] = 0.0
     # molars are shorter than incisors, the canine is pointed, the lateral incisor higher
     low = 1.0 - 0.3 * share
-    overlap = 0.10 * np.cos(angle) if sign > 0 else 0.0
+    lean = 0.0 if sign > 0 else 0.17  # of the roots, backwards
+    overlap = 0.10 * ahead if sign > 0 else 0.0
     count = len(_SECTION)
     points = np.empty((_SPANS + 1, count, 3))
     for k, (out, root, gap, between) in enumerate(_SECTION):
-        points[:, k] = arch + (out - gap * seam)[:, None] * outward
+        back = out - gap * seam - lean * root
+        points[:, k] = arch + back[:, None] * outward
         reach = root * low + (0.5 * gap * (root < 0.3) - between) * seam
         reach -= overlap if root < 0.3 else 0.0
-        points[:, k, 1] = _BITE + sign * (0.03 + reach) - (0.25 * share**2 if sign < 0 else 0.0)
+        points[:, k, 1] = (
+            _BITE + sign * (0.03 + 0.06 * share + reach) - (0.25 * share**2 if sign < 0 else 0.0)
+        )
     points[0, :, 0] = 0.0
     index = np.arange(points.size // 3).reshape(points.shape[:2])
     faces, names = [], []
@@ -105,13 +112,16 @@ def _row(part: str, front: float, width: float, length: float) -> Piece:
     return part, points.reshape(-1, 3), whole, names, [int(v) for v in index[0]]
 
 
-def _angle_at(share: NDArray[np.float64], width: float, length: float) -> NDArray[np.float64]:
-    """Angles of an ellipse's quarter at shares of its length of arc."""
-    angle = np.linspace(0.0, 0.5 * np.pi, 400)
-    pace = np.hypot(width * np.cos(angle), length * np.sin(angle))
-    gone = np.append(0.0, np.cumsum(0.5 * (pace[1:] + pace[:-1])))
-    found: NDArray[np.float64] = np.interp(share * gone[-1], gone, angle)
-    return found
+def _around(
+    share: NDArray[np.float64], width: float, length: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """x and z, over width and length, at shares of the arch's length from its front."""
+    angle = np.linspace(0.0, 0.5 * np.pi, 2000)
+    beside, ahead = np.sin(angle) ** (2.0 / _SQUARE), np.cos(angle) ** (2.0 / _SQUARE)
+    ahead[-1] = 0.0
+    steps = np.hypot(width * np.diff(beside), length * np.diff(ahead))
+    gone = np.append(0.0, np.cumsum(steps))
+    return np.interp(share * gone[-1], gone, beside), np.interp(share * gone[-1], gone, ahead)
 
 
 def _tongue(tip: float) -> Piece:

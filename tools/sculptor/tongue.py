@@ -22,6 +22,7 @@ def put_out(points: Points, amount: float) -> Points:
     tip, root = rest[:, 2].max(), rest[:, 2].min()
     share = (rest[:, 2] - root) / (tip - root)
     out = points.copy()
+    out[tongue, 0] *= 1.0 + 0.55 * amount * share**2
     out[tongue, 2] += amount * 2.9 * share**1.2
     out[tongue, 1] += amount * (0.75 * np.sin(np.pi * share**0.8) * share - 0.25 * share**4)
     return out

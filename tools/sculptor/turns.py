@@ -11,7 +11,7 @@ from sculptor.assembly import build
 from sculptor.implicit import Points
 from sculptor.weights import jaw_weights
 
-__all__ = ["Lids", "keep_off_eyes", "turn_eyes", "turn_jaw", "turn_lids"]
+__all__ = ["Lids", "keep_off_eyes", "turn_aside", "turn_eyes", "turn_jaw", "turn_lids"]
 
 Lids = tuple[float, float, float]
 """How far the upper and the lower lid close, and degrees that both slide towards the temple."""
@@ -19,6 +19,7 @@ Lids = tuple[float, float, float]
 
 # How much of a lid's turn each ring around the eye makes, from the outline inwards.
 _LID_SHARES = np.array([0.0, 0.0, 0.0, 0.04, 0.22, 0.62, 1.0, 1.0, 1.0, 1.0])
+_SWING_Z = 3.0  # of the axis about which the jaw swings
 _LID_SHARES.flags.writeable = False
 _TURNING = np.flatnonzero(_LID_SHARES)
 _TURNING.flags.writeable = False
@@ -41,6 +42,17 @@ def turn_jaw(points: Points, degrees: float, glide: tuple[float, float] = (0.0, 
     out[moved, 1] = (JAW_AXIS[1] + y * cosine - z * sine - glide[1] * share)[moved]
     out[moved, 2] = (JAW_AXIS[2] + y * sine + z * cosine + glide[0] * share)[moved]
     return out
+
+
+def turn_aside(points: Points, degrees: float) -> Points:
+    """Displacements by which the jaw swings to the left, about an upright axis behind its teeth.
+
+    Args:
+        points: (V, 3) positions of the head's vertices.
+        degrees: How far; each vertex turns by its share of the jaw's movements.
+    """
+    offset = points - [0.0, 0.0, _SWING_Z]
+    return _aside(offset, np.radians(degrees) * jaw_weights()) - offset
 
 
 def turn_lids(points: Points, closing: dict[str, Lids]) -> Points:
