@@ -6,6 +6,7 @@ A format joins by one entry in `FORMATS`.
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, partial
@@ -19,9 +20,10 @@ from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.io.npz import read_npz, read_npz_sequence, write_npz, write_npz_sequence
 from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
 from elastomorph.io.obj import read_obj, write_obj
-from elastomorph.io.performance import read_performance, write_performance_csv
+from elastomorph.io.performance import read_performance, write_performance, write_performance_csv
 from elastomorph.io.ply import read_ply, write_ply
 from elastomorph.io.point_cache import read_mdd, read_pc2, write_mdd, write_pc2
+from elastomorph.io.poses import read_poses, write_poses
 from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.io.vertex_lists import read_curves, read_region
 from elastomorph.rig.performance import Performance
@@ -76,6 +78,12 @@ def _performance() -> Performance:
     )
 
 
+_POSES = (
+    b'{"format": "elastomorph poses", "version": 1, "poses": ['
+    b'{"name": "Smile", "weights": {"smile": 0.7, "jawOpen": 0.25}}, '
+    b'{"name": "Rest", "weights": {}}]}',
+    b'{"Smile": {"smile": 0.7}, "Rest": {}}',
+)
 _LIVELINK = (
     b"Timecode,BlendShapeCount,EyeBlinkLeft,JawOpen,HeadYaw\n"
     b"13:04:31:58.500,3,0.1,0.2,-0.3\n13:04:31:59.500,3,0.2,0.3,-0.2\n13:04:32:00.500,0,,,\n"
@@ -209,6 +217,17 @@ def _sound_curves(curves: Any) -> None:
         seen.update(own)
 
 
+def _sound_poses(poses: dict[str, dict[str, float]]) -> None:
+    require(poses and all(isinstance(name, str) and name for name in poses), "poses with names")
+    numbers = [weight for weights in poses.values() for weight in weights.values()]
+    require(all(map(math.isfinite, numbers)), "finite weights")
+
+
+def _poses_again(poses: dict[str, dict[str, float]], folder: Path) -> None:
+    write_poses(folder / "again.json", poses)
+    require(read_poses(folder / "again.json") == poses, "what is written again must be the same")
+
+
 def _sound_region(region: Any) -> None:
     require(region.dtype.kind == "i" and region.ndim == 1, "whole numbers")
     require(not region.size or (region.min() >= 0 and region.max() < 2**31), "from 0")
@@ -337,6 +356,30 @@ FORMATS: tuple[Format, ...] = (
         lambda: [_LIVELINK],
         read_performance,
         crafted=lambda: _encoded(texts.livelink_files()),
+    ),
+    Format(
+        "NPZ performance",
+        "take.npz",
+        lambda: [written("take.npz", write_performance, _performance())],
+        read_performance,
+        again=_again(write_performance, read_performance, "again.npz"),
+    ),
+    Format(
+        "JSON poses",
+        "poses.json",
+        lambda: list(_POSES),
+        read_poses,
+        _sound_poses,
+        again=_poses_again,
+        damage=partial(_json_damage, _POSES),
+    ),
+    Format(
+        "CSV poses",
+        "poses.csv",
+        lambda: [b"pose,jawOpen,smile\nWide,1,\nSmile,0.25,0.7\n"],
+        read_poses,
+        _sound_poses,
+        again=_poses_again,
     ),
     Format(
         "JSON curves",

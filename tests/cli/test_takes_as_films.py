@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
+import time
 import wave
 from pathlib import Path
 
@@ -13,6 +16,7 @@ from calls import status_of as run
 from numpy.typing import NDArray
 
 import elastomorph as em
+from children import started
 from elastomorph.draw.film import film_frames
 from elastomorph.draw.movie import find_encoder
 from needs import extra
@@ -186,6 +190,26 @@ def test_poses_as_a_sheet_a_picture_and_a_clip(
     np.testing.assert_allclose(take.at([0, 0.5, 1, 1.5])[:, 0], [0, 0.5, 1, 0.5], atol=1e-6)
     assert run("render", made, "--take", file, "--fps", 10, *SMALL, "-o", tmp_path / "p.mp4") == 0
     assert len(pictures(tmp_path / "p.mp4")) == 21
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends the signal of Ctrl-C")
+def test_ctrl_c_leaves_nothing_behind(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("time,jawOpen\n0,0\n600,1\n")
+    out = tmp_path / "out"
+    out.mkdir()
+    words = [folder / "rig.npz", tmp_path / "t.csv", "--audio", folder / "click.wav", "--rate", 30]
+    code = "import sys; from elastomorph.cli import main; main(sys.argv[1:])"
+    call = ["-c", code, "animate", *map(str, words), *SMALL, "-o", str(out / "a.mp4")]
+    with started(*call, stderr=subprocess.PIPE) as process:
+        until = time.monotonic() + 60
+        while not list(out.iterdir()) and time.monotonic() < until:
+            time.sleep(0.05)
+        assert list(out.iterdir())
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert not list(out.iterdir())
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ import json
 import math
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -120,7 +121,10 @@ def _in_rows(table: CsvTable) -> Poses:
         filled = [i for i in range(1, len(table.header)) if i < len(cells) and cells[i].strip()]
         values = numbers(table, filled, [row])[0].tolist()
         weights = {table.header[i]: v for i, v in zip(filled, values, strict=True) if v}
-        _add(found, cells[0].strip(), weights, table.path, line)
+        try:
+            _add(found, cells[0].strip(), weights)
+        except ParameterError as problem:
+            raise FormatError(table.path, shortened(problem), line=line) from None
     return found
 
 
@@ -138,13 +142,11 @@ def _in_json(path: str | Path) -> Poses:
     except (RecursionError, ValueError):
         raise FormatError(path, f"nested too deeply, or too long a number: {_EXPECTED}") from None
     found: Poses = {}
-    for name, weights in _entries(path, text, content):
-        place = _line_of(text, name)
-        if not isinstance(weights, _Object):
-            raise FormatError(path, f"{name!r} has no weights by name: {_EXPECTED}", line=place)
-        if twice := weights.twice:
-            raise FormatError(path, f"{name!r} names {twice!r} twice; leave one out", line=place)
-        _add(found, name, {key: _weight(value) for key, value in weights.pairs}, path, place)
+    for name, weights in _entries(path, content):
+        try:
+            _add(found, name, _by_slider(name, weights))
+        except ParameterError as problem:
+            raise FormatError(path, shortened(problem), line=_line_of(text, name)) from None
     if not found:
         raise FormatError(path, f"the file holds no poses: {_EXPECTED}")
     return found
@@ -159,11 +161,22 @@ class _Object:
 
     @property
     def twice(self) -> str | None:
-        names = [name for name, _ in self.pairs]
-        return next((name for name in self.members if names.count(name) > 1), None)
+        """A name that is there more than once."""
+        if len(self.pairs) == len(self.members):
+            return None
+        return Counter(name for name, _ in self.pairs).most_common(1)[0][0]
 
 
-def _entries(path: str | Path, text: str, content: Any) -> Iterable[tuple[str, Any]]:
+def _by_slider(name: str, weights: Any) -> dict[str, float]:
+    """What should be the weights of a pose; NaN where they are no numbers."""
+    if not isinstance(weights, _Object):
+        raise ParameterError(f"{name!r} has no weights by name: {_EXPECTED}")
+    if twice := weights.twice:
+        raise ParameterError(f"{name!r} names {twice!r} twice; leave one out")
+    return {slider: _weight(value) for slider, value in weights.pairs}
+
+
+def _entries(path: str | Path, content: Any) -> Iterable[tuple[str, Any]]:
     """The name and what should be the weights of each pose."""
     if not isinstance(content, _Object):
         raise FormatError(path, f"this is no object with poses: {_EXPECTED}")
@@ -189,16 +202,11 @@ def _entries(path: str | Path, text: str, content: Any) -> Iterable[tuple[str, A
     return entries
 
 
-def _add(
-    found: Poses, name: str, weights: Mapping[str, float], path: str | Path, line: int | None
-) -> None:
+def _add(found: Poses, name: str, weights: Mapping[str, float]) -> None:
     """One more pose, checked."""
     if name in found:
-        raise FormatError(path, f"the pose {name!r} is there twice; rename one", line=line)
-    try:
-        found |= _checked({name: weights})
-    except ParameterError as problem:
-        raise FormatError(path, str(problem), line=line) from None
+        raise ParameterError(f"the pose {name!r} is there twice; rename one")
+    found |= _checked({name: weights})
 
 
 def _checked(poses: Mapping[str, Mapping[str, float]]) -> Poses:
