@@ -31,6 +31,18 @@ export interface Numbers {
   [index: number]: number;
 }
 
+/** t → b(t), or its derivative of an order up to 2; straight on beyond 0 and 1. */
+export type Weighing = (t: number, order?: 0 | 1 | 2) => number;
+
+/** A path: what its time, the product of its sliders, does to the weights of its targets. */
+export interface Path {
+  readonly name: string;
+  readonly target: number; // whose weight is t, and the fold of t where there is one
+  readonly fold: Weighing | null;
+  readonly bends: readonly { readonly target: number; readonly curve: Weighing }[];
+  readonly drivers: readonly number[]; // numbers of sliders
+}
+
 /** The weights of one mesh: made once, asked in every frame. */
 export class Bender {
   /**
@@ -48,6 +60,9 @@ export class Bender {
 
   /** For each slider, the number of its morph target: where programs without this one set it. */
   readonly sliderTargets: readonly number[];
+
+  /** Every path, for those who need more than weights: derivatives, or single targets. */
+  readonly morphs: readonly Path[];
 
   /** The values of the sliders in order; one that is not named is 0. */
   values(sliders: Sliders): number[];

@@ -5,8 +5,6 @@ const MOST_TERMS = 256;
 
 /** The weights of one mesh: made once, asked in every frame. */
 export class Bender {
-  #morphs;
-
   /**
    * @param extras of a glTF mesh
    * @param targets names of its morph targets in order
@@ -47,7 +45,8 @@ export class Bender {
     /** For each slider, the number of the morph target where programs without this one set it. */
     this.sliderTargets = own.map(({ target }) => target);
     const column = new Map(this.sliders.map((name, i) => [name, i]));
-    this.#morphs = all.map((morph) => ({
+    /** Each path: numbers of its targets, curves of their weights, and its sliders. */
+    this.morphs = all.map((morph) => ({
       ...morph,
       drivers: (drivers.get(morph.name) ?? [morph.name]).map((name) => column.get(name)),
     }));
@@ -60,8 +59,8 @@ export class Bender {
 
   /** Writes the weight of each morph target into `out`, from the values of the sliders in order. */
   weights(values, out = new Float64Array(this.targets.length)) {
-    for (let m = 0; m < this.#morphs.length; m += 1) {
-      const { target, fold, bends, drivers } = this.#morphs[m];
+    for (let m = 0; m < this.morphs.length; m += 1) {
+      const { target, fold, bends, drivers } = this.morphs[m];
       let t = 1;
       for (let d = 0; d < drivers.length; d += 1) {
         const value = values[drivers[d]];
@@ -153,7 +152,10 @@ function driversOf(correctives, names) {
   return drivers;
 }
 
-/** t → b(t): a piecewise polynomial between 0 and 1, straight on along its ends beyond them. */
+/**
+ * t → b(t), or its derivative of an order up to 2: a piecewise polynomial between 0 and 1, straight
+ * on along its ends beyond them.
+ */
 function curve(stored) {
   const breaks = stored?.breaks;
   const rows = stored?.coefficients;
@@ -174,11 +176,11 @@ function curve(stored) {
   const scale = rows.flat().reduce((most, a) => Math.max(most, Math.abs(a)), 1);
   const ends = Math.max(Math.abs(rows[0][0]), Math.abs(value(rows[last], width)));
   demand(ends <= 1e-9 * scale, 'a curve is not 0 at its ends');
-  const first = rows[0][1] ?? 0;
-  const end = value(rows[last].map((a, n) => n * a).slice(1), width);
-  return (t) => {
-    if (t <= 0) return first * t;
-    if (t >= 1) return end * (t - 1);
+  const first = value(rows[0], 0, 1);
+  const end = value(rows[last], width, 1);
+  return (t, order = 0) => {
+    if (t <= 0) return straight(first, t, order);
+    if (t >= 1) return straight(end, t - 1, order);
     let low = 0;
     let high = last;
     while (low < high) {
@@ -186,13 +188,18 @@ function curve(stored) {
       if (breaks[middle] <= t) low = middle;
       else high = middle - 1;
     }
-    return value(rows[low], t - breaks[low]);
+    return value(rows[low], t - breaks[low], order);
   };
 }
 
-function value(row, s) {
+function straight(slope, s, order) {
+  return order > 1 ? 0 : order ? slope : slope * s;
+}
+
+function value(row, s, order = 0) {
   let sum = 0;
-  for (let n = row.length - 1; n >= 0; n -= 1) sum = sum * s + row[n];
+  for (let n = row.length - 1; n >= order; n -= 1)
+    sum = sum * s + row[n] * (order > 1 ? n * (n - 1) : order ? n : 1);
   return sum;
 }
 

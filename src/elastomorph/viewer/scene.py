@@ -19,8 +19,8 @@ ROLES: tuple[Role, ...] = ("rig", "method", "truth")
 # The parts of the page's state that a scene may begin with.
 START = (
     "weights", "t", "mirror", "arrangement", "shown", "swipe", "ghost", "onion", "orbits",
-    "picked", "heat", "against", "heatTop", "wireframe", "loops", "shading", "light", "theme",
-    "playing", "repeat", "timing", "seconds", "clip", "clipTime", "live",
+    "picked", "grab", "pins", "heat", "against", "heatTop", "wireframe", "loops", "shading", "light",
+    "theme", "playing", "repeat", "timing", "seconds", "clip", "clipTime", "live",
     "poses", "favourites", "folded",
 )  # fmt: skip
 

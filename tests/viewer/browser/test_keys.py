@@ -164,6 +164,7 @@ CHECKS: dict[str, Callable[[Page], None]] = {
     "1 2 3 4": looks,
     "← → ↑ ↓": turns,
     "+ −": zooms,
+    "D": flips("grab", "d"),
     "G": flips("ghost", "g"),
     "H": flips("heat", "h"),
     "O": flips("orbits", "Shift+O"),

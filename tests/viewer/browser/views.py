@@ -16,7 +16,15 @@ JAW = {"weights": {"jawOpen": 1}, "t": 0.5}
 CALM = {
     **{"weights": {}, "t": 1, "playing": False, "clip": None, "mirror": False},
     **{"arrangement": "single", "shown": [1], "swipe": 0.5, "ghost": False, "onion": 0},
-    **{"orbits": False, "picked": [], "heat": False, "against": 1, "heatTop": None},
+    **{
+        "grab": False,
+        "pins": [],
+        "orbits": False,
+        "picked": [],
+        "heat": False,
+        "against": 1,
+        "heatTop": None,
+    },
     **{"wireframe": False, "loops": False, "shading": "smooth", "light": "studio"},
     **{"poses": [], "favourites": [], "folded": []},
 }
@@ -76,6 +84,17 @@ def _orbits(page: Page, faces: Faces) -> None:
     _show(page, "Compare", weights={"jawOpen": 1}, picked=picked, orbits=True, onion=4)
 
 
+def _grab(page: Page, faces: Faces) -> None:
+    """A chin pulled farther than it goes, with two pins."""
+    _show(page, "Sliders", grab=True, pins=[faces.chin, 300])
+    field = page.get_by_role("spinbutton", name="Vertex").first
+    field.fill(str(faces.chin))
+    field.press("Enter")
+    for _ in range(30):
+        page.keyboard.press("Shift+ArrowDown")
+    page.locator(".slider-list").evaluate("list => (list.scrollTop = 0)")
+
+
 def _lines(page: Page, faces: Faces) -> None:
     lines = {"wireframe": True, "loops": True, "shading": "flat", "light": "matcap"}
     _show(page, "Display", weights=SMILE, **lines)
@@ -109,6 +128,7 @@ VIEWS: dict[str, View] = {
     "heat": _heat,
     "fixed heat": _fixed_heat,
     "orbits": _orbits,
+    "grab": _grab,
     "lines": _lines,
     "take": _take,
     "keys": _keys,

@@ -1,7 +1,8 @@
 // The stage: draws faces as a state says, when something has changed.
+import { Vector3 } from 'three';
 import { driveOf, type Drive } from '../rig/pose';
 import type { Model } from '../types/model';
-import type { Pick, Place, Readout, Stage, View } from '../types/stage';
+import type { Pick, Place, Position, Readout, Spot, Stage, View } from '../types/stage';
 import type { ViewState } from '../types/state';
 import { FaceCamera } from './camera';
 import { Comparison } from './comparison';
@@ -10,7 +11,7 @@ import { Pace } from './pace';
 import { Painter } from './painter';
 import { pickVertex } from './picking';
 import { portrait } from './portrait';
-import { viewportsOf, type Viewport } from './viewports';
+import { inArea, viewportsOf, within, type Area, type Viewport } from './viewports';
 
 type Colour = readonly [number, number, number];
 
@@ -32,6 +33,7 @@ class FaceStage implements Stage {
   private dark = matchMedia('(prefers-color-scheme: dark)').matches;
   private waiting = 0;
   private looking: View | null = 'front';
+  private readonly listeners: (() => void)[] = [];
 
   constructor(private readonly container: HTMLElement) {
     this.painter = new Painter();
@@ -85,6 +87,11 @@ class FaceStage implements Stage {
     cancelAnimationFrame(this.waiting);
     this.waiting = 0;
     this.draw();
+    for (const listener of this.listeners) listener();
+  }
+
+  drawn(listener: () => void): void {
+    this.listeners.push(listener);
   }
 
   positions(model: number): Float32Array {
@@ -98,17 +105,12 @@ class FaceStage implements Stage {
     const { state } = this;
     if (!state) return null;
     const up = this.height - y;
-    const viewport = this.viewports(state).find(
-      ({ cut }) => x >= cut.x && x < cut.x + cut.width && up >= cut.y && up < cut.y + cut.height,
-    );
+    const viewport = this.viewports(state).find(({ cut }) => within(cut, x, up));
     const face = viewport && this.faces[viewport.model];
     if (!viewport || !face) return null;
     const { area } = viewport;
     this.view.shape(area.width / area.height);
-    const at = [
-      (2 * (x - area.x)) / area.width - 1,
-      (2 * (up - area.y)) / area.height - 1,
-    ] as const;
+    const at = inArea(area, x, up);
     face.show(this.drive(state));
     const positions = face.positions();
     const vertex = pickVertex(face.model, positions, this.view.camera, at);
@@ -122,6 +124,29 @@ class FaceStage implements Stage {
       position,
       distance: this.distanceAt(viewport.model, state, position, place),
     };
+  }
+
+  spot(model: number, position: ArrayLike<number>): Spot | null {
+    const viewport = this.viewportOf(model);
+    if (!viewport) return null;
+    const { area, cut } = viewport;
+    const seen = this.seen(area, position);
+    const x = area.x + (0.5 + 0.5 * seen.x) * area.width;
+    const up = area.y + (0.5 + 0.5 * seen.y) * area.height;
+    return { x, y: this.height - up, drawn: Math.abs(seen.z) <= 1 && within(cut, x, up) };
+  }
+
+  across(model: number, position: ArrayLike<number>, x: number, y: number): Position {
+    const area = this.viewportOf(model)?.area ?? this.whole;
+    // Points of such a plane have one depth.
+    const { z } = this.seen(area, position);
+    const at = new Vector3(...inArea(area, x, this.height - y), z).unproject(this.view.camera);
+    return [at.x, at.y, at.z];
+  }
+
+  eye(): Position {
+    const { x, y, z } = this.view.camera.position;
+    return [x, y, z];
   }
 
   readout(): Readout {
@@ -210,6 +235,20 @@ class FaceStage implements Stage {
 
   private viewports(state: ViewState): Viewport[] {
     return viewportsOf(state, this.faces.length, this.width, this.height);
+  }
+
+  private viewportOf(model: number): Viewport | undefined {
+    return this.state ? this.viewports(this.state).find((one) => one.model === model) : undefined;
+  }
+
+  private get whole(): Area {
+    return { x: 0, y: 0, width: this.width, height: this.height };
+  }
+
+  /** A point as an area shows it: −1 to 1 rightwards, upwards and into the picture. */
+  private seen(area: Area, position: ArrayLike<number>): Vector3 {
+    this.view.shape(area.width / area.height);
+    return new Vector3().fromArray(Array.from(position)).project(this.view.camera);
   }
 
   private drive(state: ViewState): Drive {

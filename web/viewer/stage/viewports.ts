@@ -15,6 +15,16 @@ export interface Area {
   readonly height: number;
 }
 
+/** Whether an area holds a place in CSS pixels from the lower left. */
+export function within({ x, y, width, height }: Area, right: number, up: number): boolean {
+  return right >= x && right < x + width && up >= y && up < y + height;
+}
+
+/** Such a place as the area counts it, −1 to 1 rightwards and upwards. */
+export function inArea({ x, y, width, height }: Area, right: number, up: number): [number, number] {
+  return [(2 * (right - x)) / width - 1, (2 * (up - y)) / height - 1];
+}
+
 type Arranged = Pick<ViewState, 'arrangement' | 'shown' | 'swipe'>;
 
 /** The viewports of a canvas, left to right; models that do not exist are passed over. */

@@ -12,12 +12,20 @@ export type Place = readonly [
   ...[turn: number, lift: number, distance: number],
   ...[x: number, y: number, z: number],
 ];
+/** A place of the canvas, in CSS pixels. */
+export interface Spot {
+  readonly x: number;
+  readonly y: number;
+  readonly drawn: boolean; // whether the model is drawn there
+}
+
+export type Position = readonly [number, number, number];
 
 /** A vertex under the pointer. */
 export interface Pick {
   readonly model: number;
   readonly vertex: number;
-  readonly position: readonly [number, number, number];
+  readonly position: Position;
   /** Distance from the model compared against, in the unit of the model; null without one. */
   readonly distance: number | null;
 }
@@ -51,6 +59,14 @@ export interface Stage {
   positions(model: number): Float32Array;
   /** The visible vertex nearest to a point of the canvas, in CSS pixels; null beside the face. */
   pick(x: number, y: number): Pick | null;
+  /** Where a point of a model is seen; null where the model is not shown. */
+  spot(model: number, position: ArrayLike<number>): Spot | null;
+  /** What is under a place of the canvas in the plane through a point, parallel to the picture. */
+  across(model: number, position: ArrayLike<number>, x: number, y: number): Position;
+  /** From where the faces are seen. */
+  eye(): Position;
+  /** Calls back after each drawing. */
+  drawn(listener: () => void): void;
   readout(): Readout;
   /** Turns to a view and fits the face into it. */
   look(view: View): void;

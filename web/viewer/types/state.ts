@@ -28,6 +28,9 @@ export interface ViewState {
   readonly orbits: boolean; // the way of each picked vertex as t runs from 0 to 1
   readonly picked: readonly number[]; // vertices
 
+  readonly grab: boolean; // pressing on the face drags it by its sliders
+  readonly pins: readonly number[]; // vertices that hold still meanwhile
+
   readonly heat: boolean; // colours by the distance between each shown model and `against`
   readonly against: number; // number of a model
   /** Distance of the last colour as a fraction of D; null for the largest one found. */

@@ -2,6 +2,7 @@
 import type { Scene } from '../../types/model';
 import type { Readout, Stage, View } from '../../types/stage';
 import type { ViewState } from '../../types/state';
+import { createGrab } from '../../grab/tool';
 import { createLabels } from '../overlay/labels';
 import { createLegend } from '../overlay/legend';
 import { createMessages } from '../../../shared/messages';
@@ -83,9 +84,10 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   const live = createLive(context);
   transport.element.prepend(live.element);
   const undo = createUndo(history);
+  const grab = createGrab(context, picture, sliders.moved);
   const parts: Part[] = [
     ...[sliders, poses, compare, heat, orbits, display, transport, live],
-    ...[labels, swipe, legend, pointer, undo],
+    ...[labels, swipe, legend, pointer, undo, grab],
   ];
 
   const look = (view: View) => {
@@ -141,7 +143,8 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       tabs.select('Poses');
       poses.name();
     },
-    close: () => messages.dismiss() || sliders.clearSearch(),
+    grab,
+    close: () => messages.dismiss() || sliders.clearSearch() || grab.leave(),
   });
   const keys = keysDialog(map);
   listen(map, picture);
@@ -150,6 +153,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   frame.append(
     labels.element,
     swipe.element,
+    grab.element,
     status,
     pointer.element,
     createWelcome(opening.ask),
@@ -166,7 +170,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     const { playing, clip, weights } = store.get();
     const idle = playing && clip === null && Object.keys(weights).length === 0;
     const hint = idle ? 'no slider is active, so t moves nothing' : '';
-    setText(status, [...figures, pointer.words(), hint].filter(Boolean).join(' · '));
+    setText(status, [...figures, grab.words() || pointer.words(), hint].filter(Boolean).join(' · '));
   };
   const measure = spaced(() => scene && write(stage.readout()), BETWEEN_READOUTS);
   let quiet: ReturnType<typeof setTimeout> | undefined;

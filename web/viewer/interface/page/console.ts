@@ -1,5 +1,6 @@
 // `window.elastomorph`: the viewer for scripts, tests and the curious at the console.
-import type { Readout, View } from '../../types/stage';
+import { Search, type Solved } from '../../grab/solving';
+import type { Readout, Spot, View } from '../../types/stage';
 import type { ViewState } from '../../types/state';
 import type { App } from './app';
 
@@ -18,6 +19,13 @@ export interface Elastomorph {
   /** Frame time, active targets, memory, and the worst distance while the heat map is on. */
   readout(): Readout;
   models(): { name: string; role: string; vertices: number }[];
+  /** Where a point of a model is on the picture, in CSS pixels; null where it is not shown. */
+  spot(position: readonly number[], model?: number): Spot | null;
+  /**
+   * Weights that bring vertices to positions, from those of the state, as `Rig.solve` of Python:
+   * `const { weights } = elastomorph.solve({ 912: [0, -6, 4] })`. `prior` is the cost of a slider.
+   */
+  solve(goals: Readonly<Record<number, readonly number[]>>, prior?: number): Solved;
   /** Turns to 'front', 'three-quarter', 'side' or 'below'. */
   look(view: View): void;
 }
@@ -55,6 +63,17 @@ export function onConsole(app: App, ready: Promise<void>): Elastomorph {
         role,
         vertices: neutral.length / 3,
       })),
+    spot(position, model = app.store.get().shown[0] ?? 0) {
+      drawn();
+      return app.stage.spot(model, position);
+    },
+    solve(goals, prior = 1e-8) {
+      const { weights, t, shown } = app.store.get();
+      const model = app.scene()?.models[shown[0] ?? 0];
+      if (!model) throw new RangeError('there is no face');
+      const search = new Search(model, Object.keys(goals).map(Number), t);
+      return search.solve({ goals: Object.values(goals).flat(), start: weights, prior });
+    },
     look: app.look,
   };
 }

@@ -2,6 +2,7 @@
 import type { View } from '../../types/stage';
 import type { ViewState } from '../../types/state';
 import type { Context } from '../parts/part';
+import type { GrabTool } from '../../grab/tool';
 import type { History } from '../state/history';
 import type { Player } from '../state/player';
 import type { Key } from '../../../shared/keys';
@@ -19,6 +20,7 @@ const TURN = Math.PI / 36;
 const NEARER = 1.1;
 
 export interface Deeds {
+  readonly grab: GrabTool;
   readonly history: History;
   look(view: View): void;
   search(): void;
@@ -100,9 +102,12 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
     {
       keys: Object.keys(turns),
       caps: ['←', '→', '↑', '↓'],
-      words: 'Turn the camera, while the picture has the focus',
+      words: 'Turn the camera, while the picture has the focus, or move the grabbed vertex',
       inPicture: true,
-      run: (key) => stage.turn(...(turns[key] ?? [0, 0])),
+      run: (key, shift) => {
+        const [right, up] = turns[key] ?? [0, 0];
+        if (!deeds.grab.nudge(Math.sign(right), Math.sign(up), shift)) stage.turn(right, up);
+      },
     },
     {
       keys: ['+', '=', '-'],
@@ -110,6 +115,7 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
       words: 'Nearer, farther',
       run: (key) => stage.zoom(key === '-' ? 1 / NEARER : NEARER),
     },
+    { keys: ['d'], caps: ['D'], words: 'Grab the face and drag it', run: deeds.grab.toggle },
     { keys: ['g'], caps: ['G'], words: 'Ghost of the neutral', run: flip('ghost') },
     {
       keys: ['h'],

@@ -17,6 +17,8 @@ const REACH_BEYOND: Limits = [-0.5, 1.5];
 
 export interface Sliders extends Part {
   search(): void;
+  /** Highlights what a gesture has moved; brings it into view when it is over. */
+  moved(names: readonly string[], over: boolean): void;
   /** Empties the search; false where it was empty. */
   clearSearch(): boolean;
   /** Left and right exchanged. */
@@ -164,6 +166,13 @@ export function createSliders({ store, scene }: Context): Sliders {
     star() {
       const row = document.activeElement?.closest<HTMLElement>('[data-slider]');
       if (row?.dataset['slider']) flip('favourites', row.dataset['slider']);
+    },
+    moved(names, over) {
+      const rows = groups.flatMap((group) => group.rows);
+      const own = rows.filter((row) => names.includes(row.name));
+      for (const row of rows) setAttribute(row.element, 'data-moved', own.includes(row));
+      const seen = own.find((row) => row.element.offsetParent !== null);
+      if (over) seen?.element.scrollIntoView({ block: 'nearest' });
     },
   };
 }

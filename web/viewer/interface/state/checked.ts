@@ -79,6 +79,8 @@ const CHECKS: Record<keyof ViewState, Check> = {
   onion: (value, field) => Math.round(number(0, 9)(value, field) as number),
   orbits: truth,
   picked: integers,
+  grab: truth,
+  pins: integers,
   heat: truth,
   against: whole,
   heatTop: orNull(number(1e-7, 1)),

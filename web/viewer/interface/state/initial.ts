@@ -14,6 +14,8 @@ export const INITIAL: ViewState = {
   onion: 0,
   orbits: false,
   picked: [],
+  grab: false,
+  pins: [],
   heat: false,
   against: 0,
   heatTop: null,
@@ -54,6 +56,7 @@ export function startOf(
   return {
     weights: {},
     picked: [],
+    pins: [],
     clip: null,
     clipTime: 0,
     poses: [],

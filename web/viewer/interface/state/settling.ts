@@ -46,8 +46,10 @@ export function settling(models: () => readonly Model[]): (state: ViewState) => 
       against: pairedWith(asked, shown.shown, all.length),
     };
     const vertices = (all[0]?.neutral.length ?? 0) / 3;
-    if (state.picked.some((vertex) => vertex >= vertices)) {
-      state = { ...state, picked: state.picked.filter((vertex) => vertex < vertices) };
+    for (const field of ['picked', 'pins'] as const) {
+      if (state[field].some((vertex) => vertex >= vertices)) {
+        state = { ...state, [field]: state[field].filter((vertex) => vertex < vertices) };
+      }
     }
     if (state.arrangement === 'side') together = state.shown;
     before = driven(state, all, before);
