@@ -21,7 +21,8 @@ START = (
     "weights", "t", "mirror", "arrangement", "shown", "swipe", "ghost", "onion", "orbits",
     "picked", "grab", "pins", "heat", "against", "heatTop", "wireframe", "loops", "shading", "light",
     "theme", "playing", "repeat", "timing", "seconds", "clip", "clipTime", "live",
-    "poses", "favourites", "folded",
+    "poses", "favourites", "folded", "takes", "range",
+    "speed", "soundOffset",
 )  # fmt: skip
 
 

@@ -35,6 +35,29 @@ def steps(page: Page) -> None:
     assert state(page)["t"] == pytest.approx(0.5)
 
 
+def marks(page: Page) -> None:
+    """Points are set where the clock stands, and undone as everything is."""
+    update(page, clip="a take", clipTime=0.75, range=None)
+    page.keyboard.press("}")
+    update(page, clipTime=0.25)
+    page.keyboard.press("{")
+    assert state(page)["range"] == [0.25, 0.75]
+    update(page, clip=None, range=None, weights={})
+
+
+def unfolds(page: Page) -> None:
+    update(page, clip="a take")
+    timeline = page.get_by_role("region", name="Timeline")
+    assert not timeline.is_visible()
+    page.keyboard.press("t")
+    settled(page)
+    assert timeline.is_visible()
+    page.keyboard.press("t")
+    settled(page)
+    assert not timeline.is_visible()
+    update(page, clip=None, weights={})
+
+
 def zeroes(page: Page) -> None:
     update(page, weights={"jawOpen": 1})
     page.keyboard.press("0")
@@ -152,6 +175,8 @@ def lists(page: Page) -> None:
 CHECKS: dict[str, Callable[[Page], None]] = {
     "Space": flips("playing", "Space"),
     "[ ]": steps,
+    "{ }": marks,
+    "T": unfolds,
     "0": zeroes,
     "Ctrl Z": undoes,
     "Ctrl Y": redoes,

@@ -50,7 +50,9 @@ def test_a_take_is_scrubbed_to_the_frame(visit: Visit, faces: Faces) -> None:
     assert 0.2 < moment < 0.9
     assert_frame(page, faces, moment)
     settled(page)
-    assert timeline.get_attribute("aria-valuetext") == f"{moment:.2f} seconds"
+    assert timeline.get_attribute("aria-valuetext") == (
+        f"{moment:.2f} seconds, frame {int(moment * RATE + 0.02)}"
+    )
 
 
 def test_paths_are_no_takes(visit: Visit, faces: Faces) -> None:

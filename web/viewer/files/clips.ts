@@ -3,6 +3,7 @@ import type { Clip, Corrective, Morph } from '../types/model';
 import { floats } from './accessors';
 import { isEntry, type Entry, type GltfDocument } from './document';
 import type { PlacedMesh } from './nodes';
+import { targetNamesOf } from './surface';
 
 interface Channel {
   readonly times: Float32Array;
@@ -56,7 +57,8 @@ function channel(
   const sampler = samplers[Number(entry['sampler'])];
   if (number === undefined || !isEntry(sampler)) return null;
   const mesh = file.item('meshes', number, 'an animation');
-  const names = meshTargets(file, mesh);
+  const primitive = file.list(mesh, 'primitives')[0];
+  const names = isEntry(primitive) ? targetNamesOf(file, mesh, primitive) : [];
   if (names.length === 0) return null;
   const times = floats(file, sampler['input'], 1, 'times of keys');
   const cubic = sampler['interpolation'] === 'CUBICSPLINE';
@@ -71,16 +73,6 @@ function channel(
       )
     : values;
   return { times, weights, names, step: sampler['interpolation'] === 'STEP' };
-}
-
-function meshTargets(file: GltfDocument, mesh: Entry): string[] {
-  const extras = isEntry(mesh['extras']) ? mesh['extras'] : {};
-  const given = Array.isArray(extras['targetNames']) ? extras['targetNames'] : [];
-  const first = file.list(mesh, 'primitives')[0];
-  const count = isEntry(first) ? file.list(first, 'targets').length : 0;
-  return Array.from({ length: count }, (_, i) =>
-    typeof given[i] === 'string' && given[i] ? (given[i] as string) : `target ${i + 1}`,
-  );
 }
 
 function clipOf(

@@ -63,5 +63,6 @@ export async function openFile(
     diameter: known.diameter ?? diameterOf(surface.neutral),
     bytes: file.size,
     notes: skins?.notes ?? [],
+    file: new Blob([bytes]),
   };
 }

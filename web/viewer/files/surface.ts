@@ -98,7 +98,7 @@ function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], piece
         count,
         primitive,
         held: joints ? heldBy(file, primitive['attributes'], count, joints) : placement,
-        targetNames: namesOf(file, mesh, primitive),
+        targetNames: targetNamesOf(file, mesh, primitive),
       };
       file.spend(12 * sheet.count);
       shared.set(key, sheet);
@@ -160,7 +160,7 @@ function attribute(sheet: Sheet, name: string): unknown {
 }
 
 /** Names of the morph targets, each different from the others of its mesh. */
-function namesOf(file: GltfDocument, mesh: Entry, primitive: Entry): string[] {
+export function targetNamesOf(file: GltfDocument, mesh: Entry, primitive: Entry): string[] {
   const extras = isEntry(mesh['extras']) ? mesh['extras'] : {};
   const given = Array.isArray(extras['targetNames']) ? (extras['targetNames'] as unknown[]) : [];
   const names: string[] = [];

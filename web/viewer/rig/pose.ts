@@ -1,7 +1,7 @@
 // From sliders to the weights of morph targets: V₀ + Σ_j (τ_j Δ_j + Σ_k b_jk(τ_j) D_jk).
 import type { Model } from '../types/model';
 import type { ViewState } from '../types/state';
-import { clipWeights } from './clips';
+import { clipNamed, clipWeights } from './clips';
 
 /** A morph target and its weight, which is not 0. */
 export interface ActiveTarget {
@@ -22,12 +22,8 @@ export interface Drive {
  * the sliders with the master time.
  */
 export function driveOf(models: readonly Model[], state: ViewState): Drive {
-  if (state.clip !== null) {
-    for (const model of models) {
-      const clip = model.clips.find(({ name }) => name === state.clip);
-      if (clip) return { weights: clipWeights(clip, state.clipTime), t: 1 };
-    }
-  }
+  const clip = clipNamed(models, state);
+  if (clip) return { weights: clipWeights(clip, state.clipTime), t: 1 };
   return { weights: state.weights, t: state.t };
 }
 

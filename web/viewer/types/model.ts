@@ -20,6 +20,17 @@ export interface Clip {
   readonly name: string;
   readonly times: Float32Array; // seconds, increasing
   readonly tracks: ReadonlyMap<string, Float32Array>; // by slider, as long as times
+  /** Of a take that was opened: what its file holds, and which weights drive which sliders. */
+  readonly recorded?: Recording & { readonly drives: ReadonlyMap<string, readonly string[]> };
+}
+
+/** Weights of a face over time as a file holds them. */
+export interface Recording {
+  readonly names: readonly string[];
+  readonly times: Float64Array; // (T,) seconds, rising
+  readonly weights: Float64Array; // (T, N)
+  readonly rate: number; // frames a second, nominal
+  readonly timecodes: readonly string[]; // T as Live Link Face writes them, or none
 }
 
 /** An image laid over a surface. */
@@ -110,6 +121,8 @@ export interface Model {
   readonly diameter: number; // D: largest distance between two vertices of the neutral
   readonly bytes: number; // of the file
   readonly notes: readonly string[]; // what is not as the file has it: a sentence each
+  /** The file itself, which browsers keep out of the way; none of models made otherwise. */
+  readonly file?: Blob;
 }
 
 /** What the command that shows a page does for it, and the address of each; none in a page alone. */

@@ -1,5 +1,7 @@
 // Everything the picture depends on, as plain data: the interface changes it, the stage draws it.
 
+import type { Clip } from './model';
+
 export type Arrangement = 'single' | 'side' | 'swipe';
 export type TimingName = 'linear' | 'smoothstep' | 'minimum-jerk' | 'cosine' | 'blink';
 
@@ -55,4 +57,10 @@ export interface ViewState {
   readonly poses: readonly NamedPose[];
   readonly favourites: readonly string[]; // sliders
   readonly folded: readonly string[]; // groups of sliders
+  /** Performances opened or edited here; one of the name of a file's takes its place. */
+  readonly takes: readonly Clip[];
+  /** In and out point of the performance in seconds; null for the whole. */
+  readonly range: readonly [number, number] | null;
+  readonly speed: number; // of a performance, 0.1 to 2
+  readonly soundOffset: number; // seconds that a performance's sound begins after it
 }

@@ -4,7 +4,7 @@ const BOTH = (...stems: string[]) =>
   (['Left', 'Right'] as const).flatMap((side) => stems.map((stem) => stem + side));
 const PAIRS = (...stems: string[]) => stems.flatMap((stem) => [`${stem}Left`, `${stem}Right`]);
 
-const ORDER: readonly string[] = [
+export const ARKIT: readonly string[] = [
   ...BOTH(
     ...['eyeBlink', 'eyeLookDown', 'eyeLookIn', 'eyeLookOut', 'eyeLookUp'],
     ...['eyeSquint', 'eyeWide'],
@@ -23,7 +23,7 @@ const ORDER: readonly string[] = [
   'tongueOut',
 ];
 
-const PLACE = new Map(ORDER.map((name, place) => [name.toLowerCase(), place]));
+const PLACE = new Map(ARKIT.map((name, place) => [name.toLowerCase(), place]));
 
 export const REGIONS = [
   'Eyes',

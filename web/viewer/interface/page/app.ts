@@ -15,6 +15,9 @@ import { createHeat } from '../panels/heat';
 import { createOrbits } from '../panels/orbits';
 import { createPoses } from '../panels/poses';
 import { createSliders } from '../panels/sliders';
+import { createTimeline, mark } from '../timeline/timeline';
+import { takesOpener } from '../../takes/opening';
+import { createSpeaker } from '../../takes/sound';
 import { createTabs } from '../panels/tabs';
 import { createTransport } from '../panels/transport';
 import { createLive } from '../../live/live';
@@ -65,7 +68,8 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   const stage = stageIn(picture);
   const store = createStore(INITIAL, settling(models));
   const history = createHistory(store);
-  const player = createPlayer(store, models);
+  const speaker = createSpeaker();
+  const player = createPlayer(store, models, speaker);
   const context: Context = { store, stage, scene: () => scene, ...messages };
 
   const sliders = createSliders(context);
@@ -80,7 +84,9 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     createHeat(context),
     createOrbits(context),
   ];
-  const transport = createTransport(context, player);
+  const takes = takesOpener(context, speaker, (file) => poses.opener.open([file]));
+  const timeline = createTimeline(context, speaker, takes);
+  const transport = createTransport(context, player, timeline);
   const live = createLive(context);
   transport.element.prepend(live.element);
   const undo = createUndo(history);
@@ -102,7 +108,9 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       else show(next);
     },
   });
-  const opening = createOpening([poses.opener, faces], messages);
+  // A face before what plays on it, where both are dropped; what nobody knows is refused as a face.
+  const first = { ...faces, fits: (files: readonly File[]) => faces.fits(files.filter(isGlb)) };
+  const opening = createOpening([first, takes, poses.opener, faces], messages);
   const help = () => {
     if (!keys.open) keys.showModal();
   };
@@ -144,6 +152,8 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       poses.name();
     },
     grab,
+    mark: (end) => mark(context, end),
+    timeline: () => timeline.open(!timeline.isOpen()),
     close: () => messages.dismiss() || sliders.clearSearch() || grab.leave(),
   });
   const keys = keysDialog(map);
@@ -248,6 +258,10 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     tell: messages.tell,
     busy: messages.busy,
   };
+}
+
+function isGlb({ name }: File): boolean {
+  return /\.gl(b|tf)$/i.test(name);
 }
 
 function block(...parts: Part[]): HTMLElement {

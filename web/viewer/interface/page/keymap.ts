@@ -1,4 +1,5 @@
 // The keys of the viewer.
+import { besideFrame, clipNamed } from '../../rig/clips';
 import type { View } from '../../types/stage';
 import type { ViewState } from '../../types/state';
 import type { Context } from '../parts/part';
@@ -15,7 +16,6 @@ export const VIEWS: readonly (readonly [View, string])[] = [
 ];
 
 const T_STEP = 0.05;
-const FRAME = 1 / 30; // seconds of a performance
 const TURN = Math.PI / 36;
 const NEARER = 1.1;
 
@@ -28,6 +28,8 @@ export interface Deeds {
   draw(): void;
   star(): void;
   savePose(): void;
+  mark(end: 'in' | 'out'): void;
+  timeline(): void;
   help(): void;
   close(): void;
 }
@@ -37,8 +39,9 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
     store.update({ [field]: !store.get()[field] });
   const step = (direction: number) => {
     const state: ViewState = store.get();
-    if (state.clip === null) store.update({ t: state.t + direction * T_STEP, playing: false });
-    else store.update({ clipTime: state.clipTime + direction * FRAME, playing: false });
+    const clip = clipNamed(scene()?.models ?? [], state);
+    if (!clip) store.update({ t: state.t + direction * T_STEP, playing: false });
+    else store.update({ clipTime: besideFrame(clip, state.clipTime, direction), playing: false });
   };
   const turns: Record<string, [number, number]> = {
     ArrowLeft: [-TURN, 0],
@@ -54,6 +57,13 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
       words: 'Step t back or on; a frame of a performance',
       run: (key) => step(key === '[' ? -1 : 1),
     },
+    {
+      keys: ['{', '}'],
+      caps: ['{', '}'],
+      words: 'In and out point of a performance',
+      run: (key) => deeds.mark(key === '{' ? 'in' : 'out'),
+    },
+    { keys: ['t'], caps: ['T'], words: 'Timeline of a performance', run: deeds.timeline },
     {
       keys: ['0'],
       caps: ['0'],

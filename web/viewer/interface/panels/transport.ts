@@ -5,7 +5,8 @@ import { element, setAttribute, setText } from '../../../shared/element';
 import { icon } from '../../../shared/icons';
 import type { Context, Part } from '../parts/part';
 import type { Player } from '../state/player';
-import { clipNamed, performances, span } from '../state/settling';
+import { clipNamed, frameAt, performances, span } from '../../rig/clips';
+import type { Timeline } from '../timeline/timeline';
 import { timingPicture } from './timing_picture';
 
 const REPEATS: readonly (readonly [ViewState['repeat'], string])[] = [
@@ -22,7 +23,11 @@ const TIMINGS: readonly (readonly [TimingName, string])[] = [
 ];
 const POSE = ''; // the value of the choice in which the sliders, not a performance, make the face
 
-export function createTransport({ store, scene }: Context, player: Player): Part {
+export function createTransport(
+  { store, scene }: Context,
+  player: Player,
+  timeline: Timeline,
+): Part {
   const play = element('button', {
     type: 'button',
     class: 'play',
@@ -51,11 +56,24 @@ export function createTransport({ store, scene }: Context, player: Player): Part
     element('span', { class: 'seconds' }, seconds, element('span', { 'aria-hidden': 'true' }, 's')),
   );
 
+  const speed = element('input', {
+    ...{ type: 'number', min: 0.1, max: 2, step: 0.1 },
+    ...{ 'aria-label': 'Speed', title: 'Speed, 0.1 to 2' },
+  });
+  const ofSpeed = element(
+    'span',
+    { class: 'seconds' },
+    speed,
+    element('span', { 'aria-hidden': 'true' }, '×'),
+  );
+  const models = () => scene()?.models ?? [];
+
   play.addEventListener('click', () => player.toggle());
   source.addEventListener('change', () => {
-    const clip = clipNamed(scene()?.models ?? [], source.value || null);
-    if (clip) store.update({ clip: clip.name, clipTime: span(clip)[0], playing: false });
-    else store.update({ clip: null, playing: false }); // the pose of that moment stays
+    const clip = clipNamed(models(), { ...store.get(), clip: source.value || null });
+    const clipTime = clip ? span(clip)[0] : 0;
+    // Without one, the pose of that moment stays.
+    store.update({ clip: clip?.name ?? null, clipTime, range: null, playing: false });
     show(store.get()); // the timeline has other ends now
   });
   scrub.addEventListener('input', () => {
@@ -68,17 +86,26 @@ export function createTransport({ store, scene }: Context, player: Player): Part
     seconds.value = String(store.get().seconds);
   });
 
-  const load = () => {
-    const takes = performances(scene()?.models ?? []);
+  speed.addEventListener('change', () => {
+    if (Number.isFinite(speed.valueAsNumber)) store.update({ speed: speed.valueAsNumber });
+    speed.value = String(store.get().speed);
+  });
+
+  let offered: string | null = null;
+  const offer = (state: ViewState) => {
+    const names = performances(models(), state.takes).map(({ name }) => name);
+    if (names.join('\n') === offered) return;
+    offered = names.join('\n');
     source.replaceChildren(
       element('option', { value: POSE }, 'Pose (t)'),
-      ...takes.map(({ name }) => element('option', { value: name }, name)),
+      ...names.map((name) => element('option', { value: name }, name)),
     );
-    source.hidden = takes.length === 0;
+    source.hidden = names.length === 0;
   };
 
   const show = (state: ViewState) => {
-    const clip = clipNamed(scene()?.models ?? [], state.clip);
+    const clip = clipNamed(models(), state);
+    offer(state);
     const words = state.playing ? 'Pause' : 'Play';
     if (play.getAttribute('aria-label') !== words) {
       play.setAttribute('aria-label', words);
@@ -87,30 +114,36 @@ export function createTransport({ store, scene }: Context, player: Player): Part
     }
     source.value = state.clip ?? POSE;
     const [first, last] = clip ? span(clip) : [0, 1];
+    const frame = clip ? frameAt(clip, state.clipTime) : 0;
     const now = clip ? state.clipTime : state.t;
     range(scrub, first, last, clip ? 0.01 : 0.005);
     if (scrub.valueAsNumber !== now) scrub.valueAsNumber = now;
     fill(scrub, first, now);
-    const text = clip ? `${now.toFixed(2)} / ${last.toFixed(2)} s` : `t ${now.toFixed(3)}`;
+    const moment = `${now.toFixed(2)} / ${last.toFixed(2)} s`;
+    const text = clip ? `${moment} · ${frame}` : `t ${now.toFixed(3)}`;
     setText(place, text);
     scrub.setAttribute('aria-label', clip ? `Seconds of ${clip.name}` : 'Master time t');
-    scrub.setAttribute('aria-valuetext', clip ? `${now.toFixed(2)} seconds` : text);
+    scrub.setAttribute('aria-valuetext', clip ? `${now.toFixed(2)} seconds, frame ${frame}` : text);
+    place.title = clip ? 'Seconds, and number of the frame' : '';
     repeat.value = state.repeat;
     timing.value = state.timing;
     picture.show(state.timing, player.phase());
     if (document.activeElement !== seconds) seconds.value = String(state.seconds);
+    if (document.activeElement !== speed) speed.value = String(state.speed);
     ofTiming.hidden = clip !== null;
+    ofSpeed.hidden = clip === null;
+    timeline.show(state);
   };
 
   return {
     element: element(
       'div',
       { class: 'transport', role: 'group', 'aria-label': 'Playback' },
+      timeline.element,
       element('div', { class: 'of-time' }, play, source, scrub, place),
-      element('div', { class: 'of-play' }, repeat, ofTiming),
+      element('div', { class: 'of-play' }, repeat, ofTiming, ofSpeed, timeline.opener),
     ),
     show,
-    load,
   };
 }
 

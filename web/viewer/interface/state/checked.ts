@@ -1,4 +1,5 @@
 // What a change of the state may hold: people type into it from the console and Python writes it.
+import type { Clip } from '../../types/model';
 import type { NamedPose, ViewState } from '../../types/state';
 
 type Check = (value: unknown, field: string) => unknown;
@@ -66,6 +67,38 @@ const poses: Check = (value, field) => {
   }));
 };
 
+/** A performance as it is, or in plain lists as people and Python write it. */
+const take = (value: Partial<Clip> | null): Clip | null => {
+  if (typeof value?.name !== 'string') return null;
+  if (value.times instanceof Float32Array && value.tracks instanceof Map) return value as Clip;
+  const clip: Clip = {
+    ...(value as Clip),
+    times: floats(value.times ?? []),
+    tracks: new Map(
+      Object.entries(value.tracks ?? {}).map(([slider, track]) => [slider, floats(track)]),
+    ),
+  };
+  const whole = [clip.times, ...clip.tracks.values()].every(
+    (track) => track.length === clip.times.length && track.every(Number.isFinite),
+  );
+  const rises = clip.times.every((time, i) => i === 0 || time > clip.times[i - 1]!);
+  return whole && rises && clip.times.length > 0 ? clip : null;
+};
+
+const floats = (numbers: ArrayLike<number>) => Float32Array.from(numbers);
+
+const takes: Check = (value, field) => {
+  const clips = Array.isArray(value) ? value.map(take) : [null];
+  const words = 'performances, as in [{ name, times: [0, 1], tracks: { jawOpen: [0, 1] } }]';
+  return clips.every(Boolean) ? clips : refuse(field, words, value);
+};
+
+const range: Check = (value, field) => {
+  const fits = Array.isArray(value) && value.length === 2 && value.every(Number.isFinite);
+  if (!fits) refuse(field, 'two moments in seconds, or null', value);
+  return (value as number[]).toSorted((a, b) => a - b);
+};
+
 const whole: Check = (value, field) => Math.round(number(0, Infinity)(value, field) as number);
 
 const CHECKS: Record<keyof ViewState, Check> = {
@@ -94,7 +127,11 @@ const CHECKS: Record<keyof ViewState, Check> = {
   timing: oneOf('linear', 'smoothstep', 'minimum-jerk', 'cosine', 'blink'),
   seconds: number(0.1, 60),
   clip: orNull(name),
-  clipTime: number(0, 1e6),
+  clipTime: number(-1e6, 1e6),
+  takes,
+  range: orNull(range),
+  speed: number(0.1, 2),
+  soundOffset: number(-1e6, 1e6),
   live: truth,
   poses,
   favourites: names,

@@ -1,4 +1,5 @@
 // The state a page starts with, before the scene has its say.
+import { performances } from '../../rig/clips';
 import type { Scene } from '../../types/model';
 import type { ViewState } from '../../types/state';
 import { understood } from './checked';
@@ -34,11 +35,15 @@ export const INITIAL: ViewState = {
   poses: [],
   favourites: [],
   folded: [],
+  takes: [],
+  range: null,
+  speed: 1,
+  soundOffset: 0,
 };
 
 /**
- * What a scene starts with: distances are measured from the truth where there is one, and several
- * models stand side by side.
+ * What a scene starts with: distances are measured from the truth where there is one, several models
+ * stand side by side, and one file with a performance opens on it.
  *
  * @param still nothing may move by itself.
  * @param tell hears of parts of the scene's own start that make no sense.
@@ -57,11 +62,14 @@ export function startOf(
     weights: {},
     picked: [],
     pins: [],
-    clip: null,
+    clip: count > 1 ? null : (performances(scene.models)[0]?.name ?? null),
     clipTime: 0,
     poses: [],
     favourites: [],
     folded: [],
+    takes: [],
+    range: null,
+    soundOffset: 0,
     t: 1,
     arrangement: count > 1 ? 'side' : 'single',
     shown: scene.models.slice(0, 3).map((_, model) => model),

@@ -1,8 +1,9 @@
 // The clock: moves t, or the seconds of a performance, while the state says that it plays.
+import { clipNamed, played } from '../../rig/clips';
 import { timingLaw } from '../../rig/timing';
+import type { Speaker } from '../../takes/sound';
 import type { Model } from '../../types/model';
 import type { TimingName, ViewState } from '../../types/state';
-import { clipNamed, span } from './settling';
 import type { Store } from './store';
 
 const LONGEST_STEP = 0.5; // seconds: after a pause of the page it goes on where it was
@@ -53,7 +54,7 @@ export interface Player {
   phase(): number;
 }
 
-export function createPlayer(store: Store, models: () => readonly Model[]): Player {
+export function createPlayer(store: Store, models: () => readonly Model[], sound: Speaker): Player {
   let phase = 1;
   let reached = store.get().t; // the t this clock wrote last: any other was set by somebody else
   let direction: 1 | -1 = 1;
@@ -75,9 +76,15 @@ export function createPlayer(store: Store, models: () => readonly Model[]): Play
     }
     const elapsed = Math.min(LONGEST_STEP, (now - (last ?? now)) / 1000);
     last = now;
-    const clip = clipNamed(models(), state.clip);
+    const clip = clipNamed(models(), state);
     if (clip) {
-      const step = advanced(state.clipTime, elapsed, direction, span(clip), state.repeat);
+      if (state.repeat !== 'back and forth') direction = 1;
+      // Sound has no way back, and nothing else that keeps time where it can be heard.
+      const heard = direction > 0 ? sound.follow(state) : null;
+      if (heard === null) sound.hush();
+      const passed = heard === null ? elapsed * state.speed : heard - state.clipTime;
+      const ends = played(clip, state.range);
+      const step = advanced(state.clipTime, passed, direction, ends, state.repeat);
       direction = step.direction;
       store.update({ clipTime: step.place, playing: step.goesOn });
     } else {
@@ -94,6 +101,7 @@ export function createPlayer(store: Store, models: () => readonly Model[]): Play
   store.subscribe((state, previous) => {
     follow(state);
     if (state.playing && !previous.playing) requestAnimationFrame(tick);
+    if (!state.playing || state.clip !== previous.clip) sound.hush();
   });
   follow(store.get());
   if (store.get().playing) requestAnimationFrame(tick);
@@ -104,11 +112,11 @@ export function createPlayer(store: Store, models: () => readonly Model[]): Play
       const state = store.get();
       if (state.playing) return store.update({ playing: false });
       direction = 1;
-      const clip = clipNamed(models(), state.clip);
+      const clip = clipNamed(models(), state);
       if (clip) {
-        const [first, end] = span(clip);
-        const over = state.repeat === 'once' && state.clipTime >= end;
-        store.update({ playing: true, clipTime: over ? first : state.clipTime });
+        const [first, end] = played(clip, state.range);
+        const within = state.clipTime >= first && state.clipTime < end;
+        store.update({ playing: true, clipTime: within ? state.clipTime : first });
       } else {
         if (state.repeat === 'once' && phase >= 1) phase = 0;
         reached = timingLaw(state.timing)(phase);

@@ -1,36 +1,7 @@
 // Makes a state agree with the models there are: valid numbers of models, weights of the clip.
-import { clipWeights } from '../../rig/clips';
-import type { Clip, Model } from '../../types/model';
+import { clipNamed, clipWeights, span } from '../../rig/clips';
+import type { Model } from '../../types/model';
 import type { Arrangement, ViewState } from '../../types/state';
-
-/** The performance of that name; models that are compared may each bring it. */
-export function clipNamed(models: readonly Model[], name: string | null): Clip | null {
-  if (name === null) return null;
-  for (const model of models) {
-    const clip = model.clips.find((one) => one.name === name);
-    if (clip && clip.times.length > 0) return clip;
-  }
-  return null;
-}
-
-/** What can be played: every file of ours also has a clip a morph, which only plays its path. */
-export function performances(models: readonly Model[]): Clip[] {
-  const found = new Map<string, Clip>();
-  for (const model of models) {
-    const paths = new Set(model.morphs.map((morph) => morph.name));
-    for (const clip of model.clips) {
-      if (!paths.has(clip.name) && clip.times.length > 1 && !found.has(clip.name)) {
-        found.set(clip.name, clip);
-      }
-    }
-  }
-  return [...found.values()];
-}
-
-/** First and last second of a performance. */
-export function span(clip: Clip): readonly [number, number] {
-  return [clip.times[0] ?? 0, clip.times.at(-1) ?? 0];
-}
 
 export function settling(models: () => readonly Model[]): (state: ViewState) => ViewState {
   let before: ViewState | null = null;
@@ -86,17 +57,16 @@ function pairedWith(asked: ViewState, shown: readonly number[], count: number): 
 }
 
 // While a performance plays it holds the sliders, at t = 1.
-function driven(
-  state: ViewState,
-  models: readonly Model[],
-  before: ViewState | null,
-): ViewState {
-  const clip = clipNamed(models, state.clip);
+function driven(state: ViewState, models: readonly Model[], before: ViewState | null): ViewState {
+  const clip = clipNamed(models, state);
   if (!clip) return state.clip === null ? state : { ...state, clip: null };
   const [first, last] = span(clip);
   const clipTime = Math.min(last, Math.max(first, state.clipTime));
   const unmoved =
-    before?.clip === clip.name && before.clipTime === clipTime && before.weights === state.weights;
+    before?.clip === clip.name &&
+    before.takes === state.takes &&
+    before.clipTime === clipTime &&
+    before.weights === state.weights;
   if (unmoved && state.t === 1) return { ...state, clipTime };
   return { ...state, clipTime, t: 1, weights: nonZero(clipWeights(clip, clipTime)) };
 }

@@ -1,0 +1,84 @@
+"""Takes on a page: opened, and read back from its state."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from visiting import settled, wait
+
+import elastomorph as em
+from elastomorph.rig import Rig
+from elastomorph.viewer import Scene, SceneModel
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+LATEST = """() => {
+    const take = elastomorph.state().takes.at(-1);
+    const text = numbers => {
+        const bytes = new Uint8Array(numbers.slice().buffer);
+        let letters = '';
+        for (let i = 0; i < bytes.length; i += 8192)
+            letters += String.fromCharCode(...bytes.subarray(i, i + 8192));
+        return btoa(letters);
+    };
+    const tracks = [...take.tracks].map(([slider, track]) => [slider, text(track)]);
+    return {name: take.name, times: text(take.times), tracks: Object.fromEntries(tracks)};
+}"""
+
+
+class Take(NamedTuple):
+    """What a page made of a take: (T,) seconds, and (T,) weights of each slider it drives."""
+
+    name: str
+    times: NDArray[np.float32]
+    tracks: dict[str, NDArray[np.float32]]
+
+
+def open_files(page: Page, *files: Path) -> None:
+    """Chooses files as in the browser's dialogue, and waits until they are open or refused."""
+    page.locator("input[aria-label='Files to open']").set_input_files([str(f) for f in files])
+    settled(page)
+    wait(page, "document.querySelector('.busy').textContent === ''", 60)
+    settled(page)
+
+
+def latest(page: Page) -> Take:
+    """The take that was opened or edited last."""
+    found = page.evaluate(LATEST)
+
+    def numbers(text: str) -> NDArray[np.float32]:
+        return np.frombuffer(base64.b64decode(text), "<f4")
+
+    tracks = {name: numbers(text) for name, text in found["tracks"].items()}
+    return Take(found["name"], numbers(found["times"]), tracks)
+
+
+def told(page: Page) -> list[str]:
+    """What the page has told people and they have not dismissed, and takes it away."""
+    messages = page.locator(".message")
+    words = [text.strip() for text in messages.all_inner_texts()]
+    page.evaluate("document.querySelectorAll('.message button').forEach(b => b.click())")
+    return words
+
+
+def named_rig(names: tuple[str, ...]) -> Rig:
+    """A rig of a few vertices with a slider of each name."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], float)
+    neutral = em.Mesh(corners, [[0, 1, 3, 2]])
+    to = em.prepare(neutral, "linear")
+    return Rig(neutral, {name: to(_moved(neutral, i)) for i, name in enumerate(names)})
+
+
+def _moved(neutral: em.Mesh, i: int) -> em.Mesh:
+    moved = neutral.vertices.copy()
+    moved[i % 4, 2] += 0.1 + 0.01 * i
+    return neutral.with_vertices(moved)
+
+
+def alone(glb: bytes, name: str = "rig") -> Scene:
+    return Scene((SceneModel(name, "rig", glb),), name)

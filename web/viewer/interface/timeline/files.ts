@@ -1,0 +1,65 @@
+// The line of a timeline with its files: a take or a sound to open, and what it is saved as.
+import { element } from '../../../shared/element';
+import { wordsOf } from '../../../shared/start';
+import { clipNamed } from '../../rig/clips';
+import type { Takes } from '../../takes/opening';
+import { takeAsCsv } from '../../takes/saving/csv';
+import { takeAsGlb } from '../../takes/saving/glb';
+import type { Clip, Model } from '../../types/model';
+import type { Context } from '../parts/part';
+
+export function createFiles(context: Context, takes: Takes): { element: HTMLElement } {
+  const { store, scene, tell } = context;
+  const save = (
+    words: string,
+    title: string,
+    suffix: string,
+    make: (clip: Clip, model: Model) => Promise<Blob>,
+  ) => {
+    const made = element('button', { type: 'button', title }, words);
+    made.addEventListener('click', () => {
+      const state = store.get();
+      const model = scene()?.models[state.shown[0] ?? 0];
+      const clip = clipNamed(scene()?.models ?? [], state);
+      if (!model || !clip) return;
+      make(clip, model).then(
+        (blob) => download(`${clip.name}.${suffix}`, blob),
+        (problem: unknown) => tell(wordsOf(problem)),
+      );
+    });
+    return made;
+  };
+  return {
+    element: element(
+      'div',
+      { class: 'take-files', role: 'group', 'aria-label': 'Files of the take' },
+      openButton('Open a take…', takes.acceptsHere, takes.open),
+      openButton('Add sound…', 'audio/*,video/*', takes.open),
+      save('Save CSV', 'The take as a table of weights', 'csv', async (clip) => takeAsCsv(clip)),
+      save('Save GLB', 'The rig with the take as its animation', 'glb', takeAsGlb),
+    ),
+  };
+}
+
+/** A button for files that it hands on. */
+function openButton(
+  words: string,
+  accept: string,
+  take: (files: readonly File[]) => Promise<void>,
+): HTMLElement {
+  const button = element('button', { type: 'button' }, words);
+  button.addEventListener('click', () => {
+    const field = element('input', { type: 'file', accept, multiple: true });
+    field.addEventListener('change', () => void take([...(field.files ?? [])]));
+    field.click();
+  });
+  return button;
+}
+
+/** Gives people a file. */
+export function download(name: string, content: Blob): void {
+  const address = URL.createObjectURL(content);
+  const link = element('a', { href: address, download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(address), 60_000);
+}

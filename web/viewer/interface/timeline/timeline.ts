@@ -1,0 +1,108 @@
+// The timeline of a take, which unfolds above the bar: its range, its sound, its curves, its files.
+import { element, setText } from '../../../shared/element';
+import { clipNamed, frameRate, played } from '../../rig/clips';
+import type { Takes } from '../../takes/opening';
+import { matchWords } from '../../takes/reading';
+import type { Speaker } from '../../takes/sound';
+import type { ViewState } from '../../types/state';
+import type { Context, Part } from '../parts/part';
+import { createEdits } from './edits';
+import { numberField } from './fields';
+import { createFiles } from './files';
+import { createStrip } from './strip';
+
+export interface Timeline extends Part {
+  /** The button that unfolds it. */
+  readonly opener: HTMLButtonElement;
+  open(open: boolean): void;
+  isOpen(): boolean;
+}
+
+/** Puts the in or the out point where the clock stands; the other gives way. */
+export function mark({ store, scene }: Context, end: 'in' | 'out'): void {
+  const state = store.get();
+  const clip = clipNamed(scene()?.models ?? [], state);
+  if (!clip) return;
+  const [first, last] = played(clip, state.range);
+  const now = state.clipTime;
+  const range = end === 'in' ? [now, Math.max(now, last)] : [Math.min(now, first), now];
+  store.update({ range: range as [number, number] });
+}
+
+export function createTimeline(context: Context, speaker: Speaker, takes: Takes): Timeline {
+  const { store, scene } = context;
+  const clip = (state: ViewState) => clipNamed(scene()?.models ?? [], state);
+  const near = element('input', {
+    ...{ type: 'range', class: 'near', min: 0, max: 1, step: 0.01, value: 0 },
+    ...{ 'aria-label': 'Zoom of the timeline', title: 'Zoom (wheel)' },
+  });
+  const strip = createStrip(context, speaker, (share) => (near.value = String(share)));
+  near.addEventListener('input', () => strip.near(near.valueAsNumber));
+  const edits = createEdits(context, strip);
+  const files = createFiles(context, takes);
+  const button = (words: string, title: string, run: () => void) => {
+    const made = element('button', { type: 'button', title }, words);
+    made.addEventListener('click', run);
+    return made;
+  };
+  const about = element('span', { class: 'value' });
+  const sound = element('span', { class: 'value' });
+  const offset = numberField('Sound +', {
+    ...{ step: 0.01, unit: 's' },
+    title: 'Seconds that the sound begins after the take',
+  });
+  offset.input.addEventListener('change', () => store.update({ soundOffset: offset.value() }));
+  const whole = button('Whole', 'The whole take', () => store.update({ range: null }));
+  const line = element(
+    'div',
+    { class: 'range-line' },
+    button('In', 'Begin here ({)', () => mark(context, 'in')),
+    button('Out', 'End here (})', () => mark(context, 'out')),
+    ...[whole, about, sound, offset.element, near],
+  );
+  const opener = element(
+    'button',
+    {
+      ...{ type: 'button', class: 'unfold', 'aria-keyshortcuts': 'T' },
+      ...{ 'aria-expanded': 'false', title: 'Timeline (T)' },
+    },
+    'Timeline',
+  );
+  const all = element(
+    'section',
+    { class: 'timeline', 'aria-label': 'Timeline', hidden: true },
+    ...[line, strip.element, element('div', { class: 'take-lines' }, edits.element, files.element)],
+  );
+  let open = false;
+  let opened: readonly unknown[] = [];
+
+  const show = (state: ViewState) => {
+    const of = clip(state);
+    // Whoever opens a take wants to see it.
+    if (of?.recorded && !opened.includes(of.recorded)) open = true;
+    opened = state.takes.map(({ recorded }) => recorded);
+    all.hidden = !open || !of;
+    opener.hidden = !of;
+    opener.setAttribute('aria-expanded', String(open));
+    if (!of || all.hidden) return;
+    const [first, last] = played(of, state.range);
+    whole.disabled = state.range === null;
+    const [start, end] = [first, last].map((seconds) => seconds.toFixed(2));
+    const frames = `${of.times.length.toLocaleString('en')} frames, ${Number(frameRate(of).toFixed(2))} fps`;
+    setText(about, state.range ? `${start}–${end} s` : frames);
+    about.title = matchWords(of, scene()?.models[state.shown[0] ?? 0]?.sliders ?? []);
+    const heard = speaker.of(of.name);
+    setText(sound, heard ? `♪ ${heard.name}` : '');
+    offset.element.hidden = sound.hidden = !heard;
+    if (document.activeElement !== offset.input)
+      offset.input.value = String(Number(state.soundOffset.toFixed(3)));
+    strip.show(state);
+    edits.show(state);
+  };
+  const set = (next: boolean) => {
+    open = next;
+    show(store.get());
+  };
+  opener.addEventListener('click', () => set(!open));
+  return { element: all, opener, show, open: set, isOpen: () => open };
+}

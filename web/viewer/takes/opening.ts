@@ -1,0 +1,79 @@
+// Takes and sounds people open or drop: a take plays on the rig that is shown, a sound beside a take.
+import { wordsOf } from '../../shared/start';
+import type { Opener } from '../interface/page/opening';
+import type { Context } from '../interface/parts/part';
+import { clipNamed, span } from '../rig/clips';
+import type { Clip } from '../types/model';
+import { readTake, TAKES } from './reading';
+import { SOUNDS, type Speaker } from './sound';
+
+const ALIKE = 0.1; // seconds that a sound and its take may differ in length
+const POSES = /^\W{0,4}pose\W/i; // how a table of poses begins
+
+/** Takes with one more, or with another in place of that of its name. */
+export function withTake(takes: readonly Clip[], take: Clip): readonly Clip[] {
+  const place = takes.findIndex(({ name }) => name === take.name);
+  return place < 0 ? [...takes, take] : takes.with(place, take);
+}
+
+export interface Takes extends Opener {
+  /** Also files of faces, for the performances in them. */
+  readonly acceptsHere: string;
+}
+
+/** @param poses opens a table of poses, which has the suffix of a take */
+export function takesOpener(
+  { store, scene, tell }: Context,
+  speaker: Speaker,
+  poses?: (file: File) => Promise<void>,
+): Takes {
+  const openTake = async (file: File) => {
+    if (poses && /\.csv$/i.test(file.name) && POSES.test(await file.slice(0, 64).text()))
+      return poses(file);
+    const model = scene()?.models[store.get().shown[0] ?? 0];
+    if (!model)
+      throw new Error(
+        `${file.name} holds weights of sliders: open a rig (.glb) first, then the take.`,
+      );
+    const take = await readTake(file, model.sliders);
+    store.update({
+      takes: withTake(store.get().takes, take),
+      clip: take.name,
+      clipTime: span(take)[0],
+      range: null,
+      soundOffset: 0,
+      // Sound has no way back.
+      ...(store.get().repeat === 'back and forth' && { repeat: 'loop' }),
+      playing: false,
+    });
+  };
+  const openSound = async (file: File) => {
+    const clip = clipNamed(scene()?.models ?? [], store.get());
+    if (!clip)
+      throw new Error(`${file.name} is a sound: open the take first, and it plays beside it.`);
+    const buffer = await speaker.read(file);
+    const [first, last] = span(clip);
+    const sound = speaker.lend(clip.name, first, file.name, buffer);
+    store.update({ soundOffset: 0 });
+    if (Math.abs(sound.seconds - (last - first)) > ALIKE)
+      tell(
+        `${file.name} is ${sound.seconds.toFixed(2)} s long and ${clip.name} ` +
+          `${(last - first).toFixed(2)} s: both play from the start, and the longer one goes on alone.`,
+      );
+  };
+  return {
+    accepts: '.csv,.npz,.wav,.mp3,.ogg,.flac,.m4a,.mp4,.m4v,.mov,.webm',
+    acceptsHere: '.csv,.npz,.glb,.gltf',
+    fits: (files) => files.filter(({ name }) => TAKES.test(name) || SOUNDS.test(name)),
+    async open(files) {
+      const sounds = files.filter(({ name }) => SOUNDS.test(name));
+      const takes = files.filter((file) => !sounds.includes(file));
+      for (const [some, open] of [
+        [takes, openTake],
+        [sounds, openSound],
+      ] as const)
+        for (const file of some)
+          await open(file).catch((problem: unknown) => tell(wordsOf(problem)));
+    },
+  };
+}
