@@ -6,6 +6,7 @@ export const SOUNDS = /\.(wav|mp3|mp4|m4v|m4a|mov|webm|ogg|flac)$/i;
 const LARGEST = 2 ** 30; // bytes of a file
 const LONGEST = 7200; // seconds: two hours are 2.6 GiB in memory
 const PEAKS = 200; // loudest moments kept, a second
+const RATE = 48_000; // samples a second of a video's sound
 const SOON = 0.01; // seconds until a sound that was asked for begins
 const SAME = 1e-6; // seconds: a moment that went through the state is still the one told
 
@@ -32,15 +33,13 @@ export interface Speaker {
    */
   follow(moment: Moment): number | null;
   hush(): void;
-  /** What sounds, as a track for a recorder; the picture then follows it without the speaker's delay. */
-  record(): MediaStreamTrack | null;
-  recorded(): void;
+  /** What of a take's sound is heard in so many seconds from a moment on; null where it has none. */
+  render(moment: Moment, seconds: number): Promise<AudioBuffer | null>;
 }
 
 export function createSpeaker(): Speaker {
   const sounds = new Map<string, Lent>(); // by take
   let context: AudioContext | null = null;
-  let tap: MediaStreamAudioDestinationNode | null = null;
   let source: AudioBufferSourceNode | null = null;
   let begun = { at: 0, from: 0, speed: 1, as: '' };
   let told = 0;
@@ -48,29 +47,20 @@ export function createSpeaker(): Speaker {
   const own = () => (context ??= new AudioContext({ latencyHint: 'interactive' }));
 
   const hush = () => {
-    source?.stop();
     source?.disconnect();
     source = null;
   };
 
   const begin = (sounding: AudioContext, of: Lent, moment: Moment, as: string) => {
     hush();
-    const { clipTime, speed, soundOffset } = moment;
-    const { buffer } = of;
     const at = sounding.currentTime + SOON;
-    const into = clipTime - of.begin - soundOffset;
-    source = sounding.createBufferSource();
-    source.buffer = buffer;
-    source.playbackRate.value = speed;
-    source.connect(sounding.destination);
-    if (tap) source.connect(tap);
-    if (into < buffer.duration) source.start(at + Math.max(0, -into) / speed, Math.max(0, into));
-    begun = { at, from: clipTime, speed, as };
+    source = started(sounding, of, moment, at);
+    begun = { at, from: moment.clipTime, speed: moment.speed, as };
   };
 
   /** The moment of the context's clock that comes out of the loudspeaker now. */
   const clock = (sounding: AudioContext) =>
-    sounding.currentTime - (tap ? 0 : sounding.outputLatency || sounding.baseLatency || 0);
+    sounding.currentTime - (sounding.outputLatency || sounding.baseLatency || 0);
 
   return {
     async read(file) {
@@ -111,24 +101,38 @@ export function createSpeaker(): Speaker {
         void context.resume().catch(() => undefined); // it waits for people to touch the page
         return null;
       }
-      const as = `${clip} ${speed} ${soundOffset} ${tap !== null}`;
+      const as = `${clip} ${speed} ${soundOffset}`;
       if (!source || as !== begun.as || Math.abs(clipTime - told) > SAME)
         begin(context, sound, moment, as);
       told = begun.from + begun.speed * Math.max(0, clock(context) - begun.at);
       return told;
     },
     hush,
-    record() {
-      if (!context) return null;
-      tap = context.createMediaStreamDestination();
-      return tap.stream.getAudioTracks()[0] ?? null;
-    },
-    recorded() {
-      tap?.disconnect();
-      tap = null;
-      hush();
+    async render(moment, seconds) {
+      const sound = sounds.get(moment.clip ?? '');
+      if (!sound) return null;
+      const channels = Math.min(2, sound.buffer.numberOfChannels);
+      const offline = new OfflineAudioContext(channels, Math.ceil(seconds * RATE), RATE);
+      started(offline, sound, moment, 0);
+      return offline.startRendering();
     },
   };
+}
+
+/** A sound as it is heard with its take, which is at a moment when the clock of a context is at `at`. */
+function started(
+  context: BaseAudioContext,
+  { buffer, begin }: Lent,
+  { clipTime, speed, soundOffset }: Moment,
+  at: number,
+): AudioBufferSourceNode {
+  const into = clipTime - begin - soundOffset;
+  const source = context.createBufferSource();
+  source.buffer = buffer;
+  source.playbackRate.value = speed;
+  source.connect(context.destination);
+  if (into < buffer.duration) source.start(at + Math.max(0, -into) / speed, Math.max(0, into));
+  return source;
 }
 
 function peaksOf(buffer: AudioBuffer): Float32Array {

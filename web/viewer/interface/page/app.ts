@@ -17,6 +17,7 @@ import { createPoses } from '../panels/poses';
 import { createSliders } from '../panels/sliders';
 import { createTimeline, mark } from '../timeline/timeline';
 import { takesOpener } from '../../takes/opening';
+import { createRecorder } from '../../takes/video/recording';
 import { createSpeaker } from '../../takes/sound';
 import { createTabs } from '../panels/tabs';
 import { createTransport } from '../panels/transport';
@@ -33,7 +34,7 @@ import { keymap } from './keymap';
 import { keysDialog, listen } from '../../../shared/keys';
 import { modelOpener } from './models';
 import { createOpening } from './opening';
-import { followTheme } from './theme';
+import { followTheme, isDark } from './theme';
 import { createUndo } from './undo';
 
 const BETWEEN_READOUTS = 200; // milliseconds: figures that flicker cannot be read
@@ -85,7 +86,10 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     createOrbits(context),
   ];
   const takes = takesOpener(context, speaker, (file) => poses.opener.open([file]));
-  const timeline = createTimeline(context, speaker, takes);
+  const recorder = createRecorder(context, speaker, picture, isDark);
+  const timeline = createTimeline(context, speaker, takes, recorder, () => {
+    if (innerWidth <= 720) tabs.open(false); // a sheet and a timeline leave no picture
+  });
   const transport = createTransport(context, player, timeline);
   const live = createLive(context);
   transport.element.prepend(live.element);

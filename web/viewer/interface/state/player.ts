@@ -59,6 +59,7 @@ export function createPlayer(store: Store, models: () => readonly Model[], sound
   let reached = store.get().t; // the t this clock wrote last: any other was set by somebody else
   let direction: 1 | -1 = 1;
   let last: number | null = null;
+  let waiting = 0;
   let followed = store.get().timing;
 
   const follow = (state: ViewState) => {
@@ -95,16 +96,20 @@ export function createPlayer(store: Store, models: () => readonly Model[], sound
       store.update({ t: reached, playing: step.goesOn });
       reached = store.get().t;
     }
-    requestAnimationFrame(tick);
+    waiting = requestAnimationFrame(tick);
+  };
+  const start = () => {
+    cancelAnimationFrame(waiting); // one clock, however often it is stopped and started
+    waiting = requestAnimationFrame(tick);
   };
 
   store.subscribe((state, previous) => {
     follow(state);
-    if (state.playing && !previous.playing) requestAnimationFrame(tick);
+    if (state.playing && !previous.playing) start();
     if (!state.playing || state.clip !== previous.clip) sound.hush();
   });
   follow(store.get());
-  if (store.get().playing) requestAnimationFrame(tick);
+  if (store.get().playing) start();
 
   return {
     phase: () => phase,

@@ -3,12 +3,18 @@ import { element } from '../../../shared/element';
 import { wordsOf } from '../../../shared/start';
 import { clipNamed } from '../../rig/clips';
 import type { Takes } from '../../takes/opening';
+import type { Recorder } from '../../takes/video/recording';
 import { takeAsCsv } from '../../takes/saving/csv';
 import { takeAsGlb } from '../../takes/saving/glb';
 import type { Clip, Model } from '../../types/model';
 import type { Context } from '../parts/part';
+import { createVideo } from './video';
 
-export function createFiles(context: Context, takes: Takes): { element: HTMLElement } {
+export function createFiles(
+  context: Context,
+  takes: Takes,
+  recorder: Recorder,
+): { element: HTMLElement } {
   const { store, scene, tell } = context;
   const save = (
     words: string,
@@ -37,6 +43,9 @@ export function createFiles(context: Context, takes: Takes): { element: HTMLElem
       openButton('Add sound…', 'audio/*,video/*', takes.open),
       save('Save CSV', 'The take as a table of weights', 'csv', async (clip) => takeAsCsv(clip)),
       save('Save GLB', 'The rig with the take as its animation', 'glb', takeAsGlb),
+      createVideo(context, recorder, (video) =>
+        download(`${store.get().clip ?? 'take'}.webm`, video),
+      ),
     ),
   };
 }
@@ -57,7 +66,7 @@ function openButton(
 }
 
 /** Gives people a file. */
-export function download(name: string, content: Blob): void {
+function download(name: string, content: Blob): void {
   const address = URL.createObjectURL(content);
   const link = element('a', { href: address, download: name });
   link.click();

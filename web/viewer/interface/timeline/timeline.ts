@@ -2,6 +2,7 @@
 import { element, setText } from '../../../shared/element';
 import { clipNamed, frameRate, played } from '../../rig/clips';
 import type { Takes } from '../../takes/opening';
+import type { Recorder } from '../../takes/video/recording';
 import { matchWords } from '../../takes/reading';
 import type { Speaker } from '../../takes/sound';
 import type { ViewState } from '../../types/state';
@@ -29,7 +30,14 @@ export function mark({ store, scene }: Context, end: 'in' | 'out'): void {
   store.update({ range: range as [number, number] });
 }
 
-export function createTimeline(context: Context, speaker: Speaker, takes: Takes): Timeline {
+/** @param unfolded hears that it takes room from the picture now */
+export function createTimeline(
+  context: Context,
+  speaker: Speaker,
+  takes: Takes,
+  recorder: Recorder,
+  unfolded: () => void,
+): Timeline {
   const { store, scene } = context;
   const clip = (state: ViewState) => clipNamed(scene()?.models ?? [], state);
   const near = element('input', {
@@ -39,7 +47,7 @@ export function createTimeline(context: Context, speaker: Speaker, takes: Takes)
   const strip = createStrip(context, speaker, (share) => (near.value = String(share)));
   near.addEventListener('input', () => strip.near(near.valueAsNumber));
   const edits = createEdits(context, strip);
-  const files = createFiles(context, takes);
+  const files = createFiles(context, takes, recorder);
   const button = (words: string, title: string, run: () => void) => {
     const made = element('button', { type: 'button', title }, words);
     made.addEventListener('click', run);
@@ -81,7 +89,9 @@ export function createTimeline(context: Context, speaker: Speaker, takes: Takes)
     // Whoever opens a take wants to see it.
     if (of?.recorded && !opened.includes(of.recorded)) open = true;
     opened = state.takes.map(({ recorded }) => recorded);
-    all.hidden = !open || !of;
+    const hidden = !open || !of;
+    if (all.hidden && !hidden) unfolded();
+    all.hidden = hidden;
     opener.hidden = !of;
     opener.setAttribute('aria-expanded', String(open));
     if (!of || all.hidden) return;
