@@ -45,6 +45,7 @@ CALLS = [
     (["farm", "ours.glb", "--faces", "9", "-o", "{}"], "ours.glb"),
     (["render", "ours.glb", "-p", "smile=1", "-o", "{}"], "ours.glb"),
     (["view", "ours.glb", "-o", "{}"], "ours.glb"),
+    (["live", "ours.glb", "--replay", "take.csv", "--record", "{}"], "take.csv"),
 ]  # fmt: skip
 """A call of every verb with an output, and the input that it is."""
 

@@ -42,6 +42,7 @@ VERBS = {
     "farm": "Make a data set of faces.",
     "render": "Draw a face.",
     "view": "Look at a rig, or compare several, in the browser.",
+    "live": "Show the face of a phone on a rig, as it moves, in the browser.",
     "landmarks": "Place the points of a face in photographs and on meshes, in the browser.",
     "register": "Register scans of any topology.",
     "bench": "Time the paper's experiment.",

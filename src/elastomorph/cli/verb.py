@@ -24,7 +24,7 @@ from typer.main import get_command
 from elastomorph.cli.output import print_json, progress
 from elastomorph.errors import ElastomorphError, FileError, MissingExtraError
 
-_OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to")
+_OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to", "record")
 """The parameters of verbs that name what is written."""
 _PICTURES = ("picture", "sheet", "grid")
 _DRAWING = (("vtkmodules", "vtk", "demo"), ("PIL", "pillow", "demo"))

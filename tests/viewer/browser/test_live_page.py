@@ -124,7 +124,7 @@ def test_a_neutral_is_set_by_keys(visit: Visit, faces: Faces, stage: Stage) -> N
     button = page.get_by_role("button", name="Set as neutral")
     button.press("Enter")
     follows(page, faces)
-    assert button.get_attribute("aria-pressed") == "true"
+    wait(page, "document.querySelectorAll('.live [aria-pressed=true]').length === 3")
     stage.phone.send(weights(MouthSmileLeft=1.0, BrowInnerUp=0.5))
     follows(page, faces, mouthSmile_L=0.25, browInnerUp=0.5)
     button.press("Space")
