@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import elastomorph as em
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.rig.performance.naming import ARKIT
 from elastomorph.samples import expressions, head, shapes
@@ -192,6 +193,21 @@ def test_eyes_look_and_the_lids_follow(shape, way, degrees, whole):
     np.testing.assert_array_equal(
         moved[whole.part == "eye_R"], whole.mesh.vertices[whole.part == "eye_R"]
     )
+
+
+@pytest.mark.parametrize("name", ["eyeBlink_L", "eyeLookDown_L", "eyeLookUp_L", "eyeSquint_L"])
+def test_lids_go_around_the_eyeball_by_auto(name, whole):
+    """At 11 times no vertex of the skin is in it, as on a straight line some are in a blink."""
+    ends = whole.mesh, SHAPES[name]
+    skin = np.flatnonzero((whole.part == "skin") & (whole.mesh.vertices[:, 0] > 0.0))
+
+    def nearest(method):
+        path = em.interpolate(*ends, method)
+        around = [path.at(t)[skin] - EYE_CENTRE for t in np.linspace(0.0, 1.0, 11)]
+        return np.linalg.norm(around, axis=2).min()
+
+    assert nearest("auto") > EYE_RADIUS
+    assert name != "eyeBlink_L" or nearest("linear") < EYE_RADIUS - 0.02
 
 
 def test_puff(whole):

@@ -26,7 +26,7 @@ _LIDS: Mapping[str, turns.Lids] = MappingProxyType(
         "eyeLookDown": (0.60, -0.30, 0.0),
         "eyeLookIn": (0.0, 0.0, -6.0),
         "eyeLookOut": (0.0, 0.0, 6.0),
-        "eyeLookUp": (-0.42, 0.14, 0.0),
+        "eyeLookUp": (-0.42, 0.19, 0.0),
         "cheekSquint": (0.05, 0.32, 0.0),
         "browDown": (0.08, 0.0, 0.0),
         "mouthSmile": (0.02, 0.10, 0.0),

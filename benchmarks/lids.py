@@ -1,0 +1,137 @@
+"""How deep lids cut into the eyeball on their way, by method, at 11 times.
+
+    python benchmarks/lids.py [--rig FOLDER] [--methods linear,auto,rotation]
+
+Every shape of the left lids of the built-in head and of a rig, ICT FaceKit by default. A cut is how
+far a vertex of the skin lies below the surface of the eyeball, in the direction from the eyeball's
+centre, if it was outside with the eye at rest; the eyeballs stay as they are at rest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import elastomorph as em
+from elastomorph.samples import head, shapes
+
+LIDS = (
+    "eyeBlink_L", "eyeSquint_L", "eyeWide_L", "eyeLookDown_L", "eyeLookIn_L", "eyeLookOut_L",
+    "eyeLookUp_L", "cheekSquint_L",
+)  # fmt: skip
+TIMES = np.linspace(0.0, 1.0, 11)
+_NEAR = 1.4  # of the eyeball's radius: skin that may touch it
+_ICT = {"face": slice(0, 9409), "left eyeball": slice(21451, 22221)}  # of ICT FaceKit's vertices
+
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Eye:
+    """A rig's left eye.
+
+    Attributes:
+        neutral: The whole mesh.
+        centre: (3,) of the eyeball.
+        radius: Of its surface, in directions (N, 3) from the centre.
+        skin: Vertices of the lids and around, outside the eyeball at rest.
+    """
+
+    neutral: em.Mesh
+    centre: Points
+    radius: Callable[[Points], Points]
+    skin: NDArray[np.int64]
+
+    def cut(self, positions: Points) -> float:
+        """How deep the skin lies in the eyeball."""
+        offset = positions[self.skin] - self.centre
+        far = np.linalg.norm(offset, axis=1)
+        return float(np.max(self.radius(offset / far[:, None]) - far, initial=0.0))
+
+
+def eye_of(neutral: em.Mesh, ball: NDArray[np.int64], face: NDArray[np.int64]) -> Eye:
+    """The eye whose ball these vertices are: its surface between them is interpolated."""
+    from scipy.interpolate import LinearNDInterpolator
+
+    points = neutral.vertices[ball]
+    behind = points[points[:, 2] < points[:, 2].max() - 0.25 * np.ptp(points[:, 2])]  # no cornea
+    fit = np.linalg.lstsq(np.c_[2 * behind, np.ones(len(behind))], (behind**2).sum(1), rcond=None)[
+        0
+    ]
+    centre = fit[:3]
+    offset = points - centre
+    far = np.linalg.norm(offset, axis=1)
+    front = offset[:, 2] > -0.2 * far
+    surface = LinearNDInterpolator(_flat(offset[front] / far[front, None]), far[front], 0.0)
+    around = np.linalg.norm(neutral.vertices - centre, axis=1)
+    near = face[around[face] < _NEAR * far.max()]
+    direction = (neutral.vertices[near] - centre) / around[near, None]
+    outside = (direction[:, 2] > 0.1) & (around[near] > surface(_flat(direction)))
+    return Eye(neutral, centre, lambda way: surface(_flat(way)), near[outside])
+
+
+def _flat(way: Points) -> Points:
+    """Directions as points of a plane, whose origin is straight ahead."""
+    return way[:, :2] / (1.0 + np.clip(way[:, 2:], -0.5, 1.0))
+
+
+def built_in() -> tuple[Eye, Mapping[str, em.Mesh]]:
+    """The built-in head."""
+    mesh = head()
+    assert mesh.groups is not None
+    label = np.array(mesh.groups.names)[mesh.groups.of_face][mesh.faces.corner_faces]
+    ball, face = (
+        np.unique(mesh.faces.indices[np.isin(label, names)]).astype(np.int64)
+        for names in (("eye_L", "iris_L", "pupil_L"), ("skin", "lids", "lashes", "brows"))
+    )
+    return eye_of(mesh, ball, face), shapes()
+
+
+def scanned(folder: Path) -> tuple[Eye, Mapping[str, em.Mesh]]:
+    """ICT FaceKit."""
+    mesh = em.read(folder / "generic_neutral_mesh.obj")
+    every = np.arange(len(mesh.vertices))
+    files = {name: folder / f"{name}.obj" for name in LIDS}
+    return eye_of(mesh, every[_ICT["left eyeball"]], every[_ICT["face"]]), {
+        n: em.read(file) for n, file in files.items() if file.is_file()
+    }
+
+
+def main() -> None:
+    """Print a table for each head: the cut at the end, and the deepest between, by method."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    data = Path(os.environ.get("ELASTOMORPH_DATA", "data"))
+    parser.add_argument("--rig", type=Path, default=data / "ict-facekit")
+    parser.add_argument("--methods", default="linear,auto,rotation,arc")
+    chosen = parser.parse_args()
+    methods = chosen.methods.split(",")
+    heads = {"built-in": built_in}
+    if chosen.rig.is_dir():
+        heads["ICT"] = lambda: scanned(chosen.rig)
+    print("| head | shape | at the end, cm |", *(f" {name}, between |" for name in methods))
+    print("|---" * (3 + len(methods)) + "|")
+    for label, make in heads.items():
+        eye, targets = make()
+        for name in LIDS:
+            if name not in targets:
+                continue
+            row = []
+            for method in methods:
+                path = em.interpolate(eye.neutral, targets[name], method)
+                cuts = [eye.cut(path.at(float(t))) for t in TIMES]
+                row.append(f"{max(cuts[1:-1]):.3f} at {TIMES[1 + int(np.argmax(cuts[1:-1]))]:.1f}")
+            print(
+                f"| {label} | {name} | {eye.cut(targets[name].vertices):.3f} |",
+                " | ".join(row),
+                "|",
+            )
+
+
+if __name__ == "__main__":
+    main()
