@@ -7,6 +7,7 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.draw.camera import Camera
 from elastomorph.draw.framing import View, camera_for
 from elastomorph.draw.head import head_of
 from elastomorph.draw.pictures import Image
@@ -42,13 +43,11 @@ def film_frames(
         style: How faces are drawn.
         draft: One sample a pixel, which is jagged and two to three times as fast.
     """
-    style = style or Style()
-    mesh, head = rig.neutral, head_of(rig.neutral, rig.morphs.values())
-    widest = weights[telling_frames(weights, _MOST_FRAMED)]
-    framed = np.concatenate([mesh.vertices[None], rig.batch(widest, dtype=np.float64)])
-    camera = camera_for(mesh, view, poses=framed, head=head, size=size)
+    style, camera = style or Style(), film_camera(rig, weights, view, size)
     samples = 1 if draft else None
-    with Stage(mesh, camera, size=size, supersampling=samples, occlusion=_OCCLUSION) as stage:
+    with Stage(
+        rig.neutral, camera, size=size, supersampling=samples, occlusion=_OCCLUSION
+    ) as stage:
         drawn: Image | None = None
         before = weights[:1]
         faces = (f for block in rig.stream(weights, block=_BLOCK) for f in block)
@@ -57,3 +56,13 @@ def film_frames(
                 drawn = style.draw(stage, positions.astype(np.float64))
             before = row
             yield drawn
+
+
+def film_camera(
+    rig: Rig, weights: NDArray[np.float64], view: View, size: tuple[int, int]
+) -> Camera:
+    """One camera for all frames of a film."""
+    mesh, head = rig.neutral, head_of(rig.neutral, rig.morphs.values())
+    widest = weights[telling_frames(weights, _MOST_FRAMED)]
+    framed = np.concatenate([mesh.vertices[None], rig.batch(widest, dtype=np.float64)])
+    return camera_for(mesh, view, poses=framed, head=head, size=size)
