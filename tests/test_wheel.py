@@ -134,8 +134,9 @@ def test_the_main_path_runs_on_the_core_alone(environment: dict[str, str], tmp_p
         (("curves", "head.obj", "-o", "c.json", "--picture", "c.png"), "demo"),
         (("export", "built-in", "-o", "head.usda", "--only", "jawOpen"), "usd"),
         (("export", "head.fbx", "-o", "head.npz"), "fbx"),
+        (("live", "built-in", "--no-open"), "live"),
     ],
-    ids=["demo", "usd", "fbx"],
+    ids=["demo", "usd", "fbx", "live"],
 )
 def test_what_is_missing_says_how_to_install_itself(
     environment: dict[str, str], tmp_path: Path, words: tuple[str, ...], extra: str

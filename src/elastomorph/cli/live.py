@@ -68,8 +68,9 @@ def live(
       elastomorph live rig.glb --replay take.csv
     """
     from elastomorph.io.performance import read_performance
-    from elastomorph.live import LivePage, Replay
+    from elastomorph.live import LivePage, Replay, require_possible
 
+    require_possible(listen, port, record)
     with progress(as_json) as say:
         take = None if replay is None else read_performance(replay)
         source = options.NamedRig.of(rig, settings, method, mesh)

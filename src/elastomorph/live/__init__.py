@@ -9,7 +9,7 @@ from __future__ import annotations
 from elastomorph.live.packets import FacePacket, PacketError, decode, encode
 from elastomorph.live.receiver import PORT
 from elastomorph.live.replay import Replay, Weather
-from elastomorph.live.serving import LivePage
+from elastomorph.live.serving import LivePage, require_possible
 
 __all__ = [
     "PORT",
@@ -20,4 +20,5 @@ __all__ = [
     "Weather",
     "decode",
     "encode",
+    "require_possible",
 ]

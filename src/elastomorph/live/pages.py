@@ -35,6 +35,18 @@ _PATIENCE = 1.0  # seconds after which a pose that was not drawn, as in a hidden
 _POLICY = 1008
 
 
+def require_websockets() -> None:
+    """Refuse to begin without the package, before any work is done.
+
+    Raises:
+        MissingExtraError: It is not installed.
+    """
+    try:
+        import websockets.sync.server  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError("websockets", "live") from error
+
+
 class Pages:
     """Serves pages while it is entered with ``with``.
 
@@ -46,10 +58,7 @@ class Pages:
     """
 
     def __init__(self, session: Session) -> None:
-        try:
-            import websockets.sync.server  # noqa: F401
-        except ImportError as error:
-            raise MissingExtraError("websockets", "live") from error
+        require_websockets()
         self.session = session
         self.origins: frozenset[str] = frozenset()
         """Where the page comes from; nobody may connect before it is known."""

@@ -9,12 +9,30 @@ from types import TracebackType
 
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import require_writable
-from elastomorph.live.pages import Pages
+from elastomorph.live.pages import Pages, require_websockets
 from elastomorph.live.receiver import LOOPBACK, PORT, Receiver
 from elastomorph.live.session import Session
 from elastomorph.rig import Rig
 from elastomorph.viewer import rig_scene, serve
 from elastomorph.viewer.scene import Scene
+
+
+def require_possible(
+    host: str = LOOPBACK, port: int = PORT, record: str | Path | None = None
+) -> None:
+    """Refuse what could not be received or recorded, before a rig is read, which may take long.
+
+    Raises:
+        ParameterError: An address or port cannot be used, or the file is none of a take.
+        FileError: The file cannot be written.
+        MissingExtraError: websockets is not installed.
+    """
+    require_websockets()
+    if record is not None:
+        if Path(record).suffix.lower() != ".csv":
+            raise ParameterError(f"{record}: takes are recorded as .csv")
+        require_writable(record)
+    Receiver(lambda content, address: None, host, port).close()
 
 
 class LivePage:
@@ -48,12 +66,8 @@ class LivePage:
         subject: str | None = None,
         record: str | Path | None = None,
     ) -> None:
-        file = None if record is None else Path(record)
-        if file is not None:
-            if file.suffix.lower() != ".csv":
-                raise ParameterError(f"{file}: takes are recorded as .csv")
-            require_writable(file)
-        self.session = Session(rig.names, subject, file)
+        require_possible(host, port, record)
+        self.session = Session(rig.names, subject, None if record is None else Path(record))
         if not self.session.match.drives:
             raise ParameterError(
                 f"no weight of ARKit drives a slider of the rig ({', '.join(rig.names[:8])}); "
