@@ -78,7 +78,7 @@ def _both_sides(movement: Movement) -> Movement:
 def _jaw_open(a: float) -> Points:
     neutral = build().mesh.vertices
     lips_moved = neutral + MOUTHS["jawOpen"].displacement(a)
-    return turn_jaw(lips_moved, JAW_DEGREES * a, (0.25 * a, 0.1 * a)) - neutral
+    return turn_jaw(lips_moved, JAW_DEGREES * a, (0.6 * a, 0.2 * a)) - neutral
 
 
 def _mouth_close(a: float) -> Points:
