@@ -94,7 +94,7 @@ def _row(part: str, front: float, width: float, length: float) -> Piece:
         reach = root * low + (0.5 * gap * (root < 0.3) - between) * seam
         reach -= overlap if root < 0.3 else 0.0
         points[:, k, 1] = (
-            _BITE + sign * (0.03 + 0.06 * share + reach) - (0.45 * share**2 if sign < 0 else 0.0)
+            _BITE + sign * (0.03 + 0.2 * share + reach) - (0.45 * share**2 if sign < 0 else 0.0)
         )
     points[0, :, 0] = 0.0
     index = np.arange(points.size // 3).reshape(points.shape[:2])
