@@ -114,23 +114,23 @@ def main() -> None:
     heads = {"built-in": built_in}
     if chosen.rig.is_dir():
         heads["ICT"] = lambda: scanned(chosen.rig)
-    print("| head | shape | at the end, cm |", *(f" {name}, between |" for name in methods))
+    print("| head | shape | at the end |", " | ".join(f"`{name}`" for name in methods), "|")
     print("|---" * (3 + len(methods)) + "|")
     for label, make in heads.items():
         eye, targets = make()
         for name in LIDS:
             if name not in targets:
                 continue
-            row = []
-            for method in methods:
-                path = em.interpolate(eye.neutral, targets[name], method)
-                cuts = [eye.cut(path.at(float(t))) for t in TIMES]
-                row.append(f"{max(cuts[1:-1]):.3f} at {TIMES[1 + int(np.argmax(cuts[1:-1]))]:.1f}")
-            print(
-                f"| {label} | {name} | {eye.cut(targets[name].vertices):.3f} |",
-                " | ".join(row),
-                "|",
-            )
+            paths = (em.interpolate(eye.neutral, targets[name], method) for method in methods)
+            row = [_words([eye.cut(path.at(float(t))) for t in TIMES[1:-1]]) for path in paths]
+            at_end = eye.cut(targets[name].vertices)
+            print(f"| {label} | `{name}` | {at_end:.3f} |", " | ".join(row), "|")
+
+
+def _words(cuts: list[float]) -> str:
+    """The deepest of the cuts between the ends, and when it is."""
+    deepest = int(np.argmax(cuts))
+    return f"{cuts[deepest]:.3f} at {TIMES[1 + deepest]:.1f}" if cuts[deepest] > 0.0 else "0.000"
 
 
 if __name__ == "__main__":

@@ -23,7 +23,8 @@ from elastomorph.draw.stage import Stage
 SIDES = ((0.0, 0.0), (40.0, 0.0))
 MOUTH = ((-4.6, 4.6), (-11.6, -3.2), (5.0, 10.0))  # cm around the built-in head's mouth: x, y, z
 EYES = ((-5.2, 5.2), (-2.6, 3.6), (5.0, 9.0))
-SIZE = {"mouth": (190, 176), "eyes": (190, 116)}
+SIZE = {"mouth": (150, 139), "eyes": (150, 92)}
+_SHAPES = {"mouth": ("jaw", "mouth", "cheek", "nose", "tongue"), "eyes": ("eye", "brow")}
 
 
 def pairs(names: Sequence[str]) -> dict[str, list[str]]:
@@ -31,6 +32,8 @@ def pairs(names: Sequence[str]) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for name in names:
         found.setdefault(name.removesuffix("_L").removesuffix("_R"), []).append(name)
+    if "mouthClose" in found and "jawOpen" in names:
+        found["jawOpen + mouthClose"] = ["jawOpen", *found.pop("mouthClose")]
     return found
 
 
@@ -71,11 +74,11 @@ def main() -> None:
     parser.add_argument("--beside", help="another rig, drawn above")
     parser.add_argument("--shapes", type=lambda text: text.split(","))
     parser.add_argument("--place", choices=list(SIZE), default="mouth")
-    parser.add_argument("--across", type=int, default=4)
+    parser.add_argument("--across", type=int, default=5)
     parser.add_argument("-o", "--output", required=True)
     chosen = parser.parse_args()
     rigs = [em.read_rig(file) for file in (chosen.beside, chosen.rig) if file]
-    names = rigs[-1].names
+    names = [name for name in rigs[-1].names if name.startswith(_SHAPES[chosen.place])]
     if chosen.shapes:
         names = [name for name in names if name.partition("_")[0] in chosen.shapes]
     write_picture(sheet(rigs, names, chosen.place, chosen.across), chosen.output)
