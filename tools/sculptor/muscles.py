@@ -29,7 +29,7 @@ __all__ = [
 Movement = Callable[[float], Points]
 JAW_DEGREES = 24.0  # of a fully open jaw
 SWING_DEGREES = 6.5  # of the jaw to a side
-TONGUE_DEGREES = 8.0  # of the jaw for a tongue put out
+TONGUE_DEGREES = 11.0  # of the jaw for a tongue put out
 _PAIRED = (
     "cheekSquint", "mouthDimple", "mouthFrown", "mouthLowerDown", "mouthPress", "mouthSmile",
     "mouthStretch", "mouthUpperUp", "noseSneer",

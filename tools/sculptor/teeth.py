@@ -129,7 +129,7 @@ def _tongue(tip: float) -> Piece:
     half_width = 1.35 * np.sqrt(np.clip(1.0 - (1.0 - along) ** 3, 0, 1))
     half_width[-2:] *= (0.75, 0.0)
     thick = 0.42 * np.sqrt(np.clip(1.0 - (2.0 * along - 1.0) ** 4, 0, 1)) + 0.0
-    arch = _BITE - 0.95 + 0.55 * np.sin(0.8 * np.pi * along)
+    arch = _BITE - 0.75 + 0.55 * np.sin(0.8 * np.pi * along)
     z = tip - 3.6 * along
     turn = np.linspace(0.5 * np.pi, -0.5 * np.pi, 7)
     sections = range(1, len(along) - 1)

@@ -1,4 +1,4 @@
-"""The tongue put out over the lower lip."""
+"""The tongue put out between the lips."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["put_out"]
 
 
 def put_out(points: Points, amount: float) -> Points:
-    """Points after the tongue has slid forwards and bent down in front of the lower teeth.
+    """Points after the tongue has slid forwards over the lower teeth.
 
     Args:
         points: (V, 3) positions of the head's vertices.
@@ -23,6 +23,6 @@ def put_out(points: Points, amount: float) -> Points:
     share = (rest[:, 2] - root) / (tip - root)
     out = points.copy()
     out[tongue, 0] *= 1.0 + 0.55 * amount * share**2
-    out[tongue, 2] += amount * 2.9 * share**1.2
-    out[tongue, 1] += amount * (0.75 * np.sin(np.pi * share**0.8) * share - 0.25 * share**4)
+    out[tongue, 2] += amount * 3.9 * share**1.2
+    out[tongue, 1] += amount * (0.72 * share**1.5 + 0.25 * np.sin(np.pi * share))  # over the teeth
     return out
