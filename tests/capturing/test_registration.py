@@ -97,7 +97,7 @@ def test_what_a_hole_hides_is_not_trusted() -> None:
     assert np.count_nonzero(skin & (away < 0.6)) > 2
     assert (holed.confidence[skin & (away < 0.6)] < 0.5).all()
     assert (whole.confidence[skin & (away < 0.6)] > 0.9).all()
-    far = skin & (away > 4)
+    far = skin & (away > 4.5)  # the hole ends up to a polygon beyond 2, and trust falls around it
     np.testing.assert_allclose(holed.confidence[far], whole.confidence[far], atol=1e-6)
 
 
