@@ -4,6 +4,7 @@ const DRAWINGS = {
   play: '<path d="M4 2.5v11l9-5.5z" fill="currentColor" stroke="none"/>',
   pause: '<path d="M4 2.5h3v11H4zM9 2.5h3v11H9z" fill="currentColor" stroke="none"/>',
   open: '<path d="M1.5 13V3h4l1.5 2h7.5v8z"/>',
+  folder: '<path d="M1.5 13V3h4l1.5 2h7.5v8zM8 7v4M6 9h4"/>',
   panel: '<path d="M1.5 2.5h13v11h-13zM10 2.5v11"/>',
   help: '<path d="M5.7 6a2.3 2.3 0 1 1 3.4 2c-.8.4-1.1.9-1.1 1.7"/><path d="M8 12v.6"/>',
   close: '<path d="M3.5 3.5l9 9M12.5 3.5l-9 9"/>',

@@ -55,7 +55,8 @@ class Uploads:
 
     def _open(self, sent: Sent, say: Say) -> Mapping[str, Any]:
         with self._lock, TemporaryDirectory(prefix="elastomorph-") as folder:
-            root = Path(folder).resolve()
+            root = Path(folder).resolve() / "face"  # what a face of loose files is called
+            root.mkdir()
             try:
                 files = _listed(sent)
                 _store(sent, files, root, say)

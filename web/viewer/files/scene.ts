@@ -16,7 +16,16 @@ const ROLES: readonly string[] = ['rig', 'method', 'truth'] satisfies Model['rol
 export async function loadScene(document: Document): Promise<Scene | null> {
   const text = document.getElementById(ID)?.textContent;
   if (!text?.trim()) return null;
-  const stored = described(text);
+  return sceneOf(document, described(text));
+}
+
+/**
+ * The scene of a description, with the models that are at its addresses.
+ *
+ * @throws Error with a sentence for people
+ */
+export async function sceneOf(document: Document, description: unknown): Promise<Scene> {
+  const stored = isEntry(description) ? description : {};
   const entries = Array.isArray(stored['models']) ? stored['models'].filter(isEntry) : [];
   if (entries.length === 0)
     throw new Error('This page describes no model. Make it again with "elastomorph view".');

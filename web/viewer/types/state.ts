@@ -63,4 +63,7 @@ export interface ViewState {
   readonly range: readonly [number, number] | null;
   readonly speed: number; // of a performance, 0.1 to 2
   readonly soundOffset: number; // seconds that a performance's sound begins after it
+
+  /** Methods chosen for targets and not saved yet; '' for none of its own. */
+  readonly methods: Readonly<Record<string, string>>;
 }

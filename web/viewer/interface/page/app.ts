@@ -34,8 +34,10 @@ import { keymap } from './keymap';
 import { keysDialog, listen } from '../../../shared/keys';
 import { modelOpener } from './models';
 import { createOpening } from './opening';
+import { servedOpener } from './served';
 import { followTheme, isDark } from './theme';
 import { createUndo } from './undo';
+import { createMethods } from '../../methods/panel';
 
 const BETWEEN_READOUTS = 200; // milliseconds: figures that flicker cannot be read
 const UNTIL_QUIET = 1000; // milliseconds: when there is no frame rate any more
@@ -95,8 +97,14 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   transport.element.prepend(live.element);
   const undo = createUndo(history);
   const grab = createGrab(context, picture, sliders.moved);
+  const replace = (next: Scene, added: readonly number[]) => {
+    const joins = scene?.models[0]?.neutral.length === next.models[0]?.neutral.length;
+    if (joins) join(next, added);
+    else show(next);
+  };
+  const methods = createMethods(context, replace);
   const parts: Part[] = [
-    ...[sliders, poses, compare, heat, orbits, display, transport, live],
+    ...[sliders, poses, compare, heat, orbits, methods, display, transport, live],
     ...[labels, swipe, legend, pointer, undo, grab],
   ];
 
@@ -104,17 +112,11 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     stage.look(view);
     measure();
   };
-  const faces = modelOpener({
-    scene: () => scene,
-    replace: (next, added) => {
-      const joins = scene?.models[0]?.neutral.length === next.models[0]?.neutral.length;
-      if (joins) join(next, added);
-      else show(next);
-    },
-  });
+  const receiver = { scene: () => scene, replace };
+  const [served, faces] = [servedOpener(receiver, messages.busy), modelOpener(receiver)];
   // A face before what plays on it, where both are dropped; what nobody knows is refused as a face.
   const first = { ...faces, fits: (files: readonly File[]) => faces.fits(files.filter(isGlb)) };
-  const opening = createOpening([first, takes, poses.opener, faces], messages);
+  const opening = createOpening([served, first, takes, poses.opener, faces], messages);
   const help = () => {
     if (!keys.open) keys.showModal();
   };
@@ -123,6 +125,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       look,
       help,
       open: opening.ask,
+      openFolder: opening.askForFolder,
       panel: () => tabs.open(!tabs.isOpen()),
     },
     undo.element,
@@ -132,6 +135,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       { name: 'Sliders', content: sliders.element },
       { name: 'Poses', content: poses.element },
       { name: 'Compare', content: block(compare, heat, orbits) },
+      { name: 'Methods', content: methods.element },
       { name: 'Display', content: display.element },
     ],
     (open) => {
@@ -217,8 +221,9 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     scene = next;
     root.dataset.empty = 'false';
     header.title(next.title);
+    header.folders(next.services.open !== undefined);
     for (const part of parts) part.load?.(next);
-    store.update(start);
+    history.aside(start);
     draw();
   };
   const show = (next: Scene) => {

@@ -8,11 +8,14 @@ export interface Header {
   readonly element: HTMLElement;
   title(words: string): void;
   panelIsOpen(open: boolean): void;
+  /** Whether folders can be opened. */
+  folders(can: boolean): void;
 }
 
 export interface HeaderDeeds {
   look(view: View): void;
   open(): void;
+  openFolder(): void;
   help(): void;
   panel(): void;
 }
@@ -36,6 +39,8 @@ export function createHeader(deeds: HeaderDeeds, undo: HTMLElement): Header {
     return button;
   });
   const open = tool('open', 'Open a GLB…', deeds.open);
+  const folder = tool('folder', 'Open a folder of meshes…', deeds.openFolder);
+  folder.hidden = true;
   const help = tool('help', 'Keys (?)', deeds.help);
   const panel = tool('panel', 'Panel', deeds.panel);
   return {
@@ -44,12 +49,15 @@ export function createHeader(deeds: HeaderDeeds, undo: HTMLElement): Header {
       { class: 'head' },
       title,
       element('div', { class: 'views', role: 'group', 'aria-label': 'Views' }, ...views),
-      element('div', { class: 'tools' }, undo, open, help, panel),
+      element('div', { class: 'tools' }, undo, open, folder, help, panel),
     ),
     title(words) {
       setText(title, words || 'elastomorph');
       title.title = words;
       document.title = words ? `${words} – elastomorph` : 'elastomorph';
+    },
+    folders: (can) => {
+      folder.hidden = !can;
     },
     panelIsOpen: (isOpen) => setAttribute(panel, 'aria-expanded', String(isOpen)),
   };

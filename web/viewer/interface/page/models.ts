@@ -25,7 +25,7 @@ export function modelOpener(receiver: Receiver): Opener {
 }
 
 /** A model of as many vertices joins those there are; any other stands alone. */
-function joined(scene: Scene | null, model: Model): [Scene, number[]] {
+export function joined(scene: Scene | null, model: Model): [Scene, number[]] {
   const fits = scene?.models[0]?.neutral.length === model.neutral.length;
   if (!scene || !fits) {
     const services = beside(scene?.services);

@@ -17,10 +17,20 @@ export interface Opener {
 }
 
 export interface Opening {
-  /** The hidden field behind the buttons, to be put on the page. */
+  /** The hidden field behind the button, to be put on the page. */
   readonly element: HTMLElement;
   ask(): void;
+  askForFolder(): void;
 }
+
+const paths = new WeakMap<File, string>(); // of those that were dropped in folders
+
+/** The path of a file in the folder that was opened; its name where it was opened by itself. */
+export function pathOf(file: File): string {
+  return paths.get(file) ?? (file.webkitRelativePath || file.name);
+}
+
+const MOST_ENTRIES = 5000;
 
 export interface Teller {
   tell(message: string): void;
@@ -28,20 +38,24 @@ export interface Teller {
 }
 
 export function createOpening(openers: readonly Opener[], teller: Teller): Opening {
-  const field = element('input', {
-    type: 'file',
-    accept: openers.map(({ accepts }) => accepts).join(),
-    multiple: true,
-    hidden: true,
-    'aria-label': 'Files to open',
-  });
   const open = (files: readonly File[]) => void openAll(files, openers, teller);
-  field.addEventListener('change', () => {
-    open([...(field.files ?? [])]);
-    field.value = ''; // so that the same file can be opened again
-  });
+  const field = (label: string, more: Record<string, string | boolean>) => {
+    const made = element('input', { type: 'file', hidden: true, 'aria-label': label, ...more });
+    made.addEventListener('change', () => {
+      open([...(made.files ?? [])]);
+      made.value = ''; // so that the same file can be opened again
+    });
+    return made;
+  };
+  const accept = openers.map(({ accepts }) => accepts).join();
+  const files = field('Files to open', { accept, multiple: true });
+  const folder = field('Folder to open', { webkitdirectory: true });
   takeDrops(open);
-  return { element: field, ask: () => field.click() };
+  return {
+    element: files,
+    ask: () => files.click(),
+    askForFolder: () => folder.click(),
+  };
 }
 
 async function openAll(files: readonly File[], openers: readonly Opener[], teller: Teller) {
@@ -77,6 +91,33 @@ function takeDrops(take: (files: File[]) => void): void {
     delete root.dataset.dropping;
     if (!hasFiles(event)) return;
     event.preventDefault();
-    take([...(event.dataTransfer?.files ?? [])]);
+    // Both at once: after this event the browser hands out nothing more.
+    const files = [...(event.dataTransfer?.files ?? [])];
+    const entries = [...(event.dataTransfer?.items ?? [])].map((item) => item.webkitGetAsEntry());
+    if (!entries.some((entry) => entry?.isDirectory)) take(files);
+    else void Promise.all(entries.map(filesIn)).then((found) => take(found.flat()));
   });
+}
+
+/** The files in what was dropped, with their paths; what cannot be read is left out. */
+async function filesIn(entry: FileSystemEntry | null): Promise<File[]> {
+  if (entry?.isFile) {
+    const file = await new Promise<File | null>((found) =>
+      (entry as FileSystemFileEntry).file(found, () => found(null)),
+    );
+    if (file) paths.set(file, entry.fullPath.replace(/^\//, ''));
+    return file ? [file] : [];
+  }
+  if (!entry?.isDirectory) return [];
+  const reader = (entry as FileSystemDirectoryEntry).createReader();
+  const inside: FileSystemEntry[] = [];
+  // Browsers hand out a hundred at a time; more than anybody opens are not asked for.
+  while (inside.length < MOST_ENTRIES) {
+    const more = await new Promise<FileSystemEntry[]>((found) =>
+      reader.readEntries(found, () => found([])),
+    );
+    if (more.length === 0) break;
+    inside.push(...more);
+  }
+  return (await Promise.all(inside.map(filesIn))).flat();
 }

@@ -99,6 +99,13 @@ const range: Check = (value, field) => {
   return (value as number[]).toSorted((a, b) => a - b);
 };
 
+const methods: Check = (value, field) => {
+  const fits = typeof value === 'object' && value !== null && !Array.isArray(value);
+  return fits && Object.values(value).every((method) => typeof method === 'string')
+    ? value
+    : refuse(field, "methods by target, as in { jawOpen: 'rotation' }", value);
+};
+
 const whole: Check = (value, field) => Math.round(number(0, Infinity)(value, field) as number);
 
 const CHECKS: Record<keyof ViewState, Check> = {
@@ -136,6 +143,7 @@ const CHECKS: Record<keyof ViewState, Check> = {
   poses,
   favourites: names,
   folded: names,
+  methods,
 };
 
 /** The same change with its numbers clamped; throws a RangeError that names the field. */

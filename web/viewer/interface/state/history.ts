@@ -22,6 +22,8 @@ export interface History {
   canRedo(): boolean;
   /** Forgets everything: another face is there. */
   clear(): void;
+  /** Changes of the state that nobody made: they are no step. */
+  aside(fields: Fields): void;
   /** Changes the state and all that is remembered alike, as if it had always been so. */
   amend(change: (fields: Fields) => Fields): void;
 }
@@ -69,6 +71,7 @@ export function createHistory(store: Store): History {
       gesture.end();
       silently(step.after);
     },
+    aside: silently,
     canUndo: () => past.length > 0,
     canRedo: () => future.length > 0,
     clear() {

@@ -39,6 +39,7 @@ export const INITIAL: ViewState = {
   range: null,
   speed: 1,
   soundOffset: 0,
+  methods: {},
 };
 
 /**
@@ -70,6 +71,7 @@ export function startOf(
     takes: [],
     range: null,
     soundOffset: 0,
+    methods: {},
     t: 1,
     arrangement: count > 1 ? 'side' : 'single',
     shown: scene.models.slice(0, 3).map((_, model) => model),
