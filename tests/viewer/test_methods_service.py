@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asking import ask, get, post
-from pages import read_back
+from pages import read_back, scene_in
 
 import elastomorph as em
+from elastomorph.cli import main
 from elastomorph.cli.options import NamedRig
 from elastomorph.cli.view import _services
 from elastomorph.rig import Rig
@@ -100,6 +101,38 @@ def test_what_is_shown_is_what_is_saved(folder: Path, tmp_path: Path) -> None:
         assert np.abs(path.at(time) - expected).max() < 1e-6 * scale
         assert np.abs(after["eyeBlink_L"].at(time) - expected).max() < 1e-6 * scale
         assert np.abs(after["jawOpen"].at(time) - anew["jawOpen"].at(time)).max() < 1e-6 * scale
+
+
+def test_every_verb_makes_the_path_that_was_shown(tmp_path: Path) -> None:
+    """Export, bend and view, of a folder whose settings name a rig file."""
+    folder = tmp_path / "Ada"
+    folder.mkdir()
+    rig = em.read_rig("built-in", method="linear").only(["jawOpen", "eyeBlink_L"])
+    em.write(folder / "head.glb", rig)
+    (folder / "elastomorph.toml").write_text('[character]\nrig = "head.glb"  # final\n')
+    choices = {"jawOpen": "rotation", "eyeBlink_L": "ease:2"}
+    shown = {}
+    with serving(folder) as server:
+        for name, method in choices.items():
+            glb = ask(server, "methods", target=name, method=method)["done"]["glb"]
+            shown[name] = read_back(get(server, glb)[1], tmp_path)[name]
+        assert ask(server, "save", choices=choices, known={})["done"]
+    out, bent, page = tmp_path / "out.glb", tmp_path / "bent.glb", tmp_path / "page.html"
+    run("export", folder, "-o", out)
+    run("bend", folder / "elastomorph.toml", "-o", bent)
+    run("view", folder, "-o", page)
+    viewed = read_back(scene_in(page.read_text())[1][0], tmp_path)
+    for made in (em.read_rig(out), em.read_rig(bent), viewed):
+        for name, path in shown.items():
+            error = np.abs(made[name].at(0.4) - path.at(0.4)).max()
+            assert error < 2e-5 * rig.neutral.diameter, name
+
+
+def run(*words: object) -> None:
+    """A call of the program."""
+    with pytest.raises(SystemExit) as stopped:
+        main([str(word) for word in words])
+    assert not stopped.value.code
 
 
 def test_a_choice_may_be_taken_back(folder: Path) -> None:
