@@ -68,6 +68,7 @@ def test_every_target_is_listed_with_its_cost_and_distance(folder: Path) -> None
     assert rows["eyeBlink_L"]["said"] == "linear"
     assert [rows["eyeBlink_L"][key] for key in ("extra", "bytes", "largest", "mean")] == [0] * 4
     assert rows["jawOpen"]["said"] == ""
+    assert rows["jawOpen"]["between"] is None
     assert rows["jawOpen"]["method"].startswith("auto: turned")
     jaw = NamedRig.of(str(folder)).full(print)["jawOpen"]
     times = np.linspace(0, 1, 11)
@@ -161,6 +162,33 @@ def test_targets_with_inbetweens(folder: Path) -> None:
         )["done"]
     assert done["rows"][0]["said"] == "piecewise"
     assert '"0.5" = "half.obj"  # scan 12\n' in settings.read_text()
+
+
+def test_shapes_on_the_way_by_their_names(folder: Path) -> None:
+    """A scan called eyeBlink_L_50 is what the path to eyeBlink_L should be near at 0.5."""
+    (folder / "half.obj").rename(folder / "eyeBlink_L_50.obj")
+    with serving(folder) as server:
+        found = {
+            method: ask(server, "methods", target="eyeBlink_L", method=method)["done"]["row"]
+            for method in ("linear", "rotation")
+        }
+    scale = head().diameter
+    assert found["rotation"]["between"][0] < 1e-4 * scale
+    lid = em.read_rig(folder)["eyeBlink_L"].target.vertices
+    off = np.linalg.norm(
+        (head().vertices + lid) / 2 - em.read(folder / "eyeBlink_L_50.obj").vertices, axis=1
+    )
+    assert found["linear"]["between"][0] == pytest.approx(off.max(), rel=1e-6)
+
+
+def test_what_has_no_effect_is_told(folder: Path) -> None:
+    (folder / "elastomorph.toml").write_text('[method]\ndefault = "beam:2"\nclosure = "rest"\n')
+    with serving(folder) as server:
+        quiet = ask(server, "methods", target="jawOpen", method="rotation")["done"]
+        assert quiet["warnings"] == []
+        (folder / "elastomorph.toml").write_text('[method]\nclosure = "rest"\n')
+        told = ask(server, "methods", target="jawOpen", method="rotation")["done"]["warnings"]
+    assert "'closure' has no effect" in told[0]
 
 
 def test_two_tabs_on_one_file(folder: Path) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from elastomorph.errors import ElastomorphError, FileError
 from elastomorph.io.atomic import read_bytes
@@ -22,6 +22,8 @@ from elastomorph.io.vertex_lists import read_curves, read_region
 _FRAME = re.compile(r"(?P<before>.*[._-])(?P<number>[0-9]{3,})")
 _BETWEEN = re.compile(r"(?P<target>.*?)[._-]?(?:(?P<share>0\.[0-9]+)|(?P<percent>[0-9]{1,2}))%?")
 _LEAST_FRAMES = 3
+
+Shape = TypeVar("Shape")
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ def survey(
     csv = [file for file in files if file.suffix.lower() == ".csv"]
     return replace(
         found,
-        inbetweens=_inbetweens(found.targets),
+        inbetweens=ways_by_name(found.targets),
         sequences=dict(sorted(sequences.items())),
         curves=curves,
         regions=regions,
@@ -175,16 +177,16 @@ def _by_name(place: Path, files: list[Path]) -> dict[str, Path]:
     return targets
 
 
-def _inbetweens(targets: dict[str, Path]) -> dict[str, dict[float, Path]]:
-    """Names such as jawOpen_30 or jawOpen_0.3 beside jawOpen."""
-    found: dict[str, dict[float, Path]] = {}
-    for name, file in targets.items():
+def ways_by_name(targets: Mapping[str, Shape]) -> dict[str, dict[float, Shape]]:
+    """What is on the way to a target by its name and when: jawOpen_30 or jawOpen_0.3 to jawOpen."""
+    found: dict[str, dict[float, Shape]] = {}
+    for name, shape in targets.items():
         parts = _BETWEEN.fullmatch(name)
         if parts is None or parts["target"] not in targets:
             continue
         time = float(parts["share"]) if parts["share"] else int(parts["percent"]) / 100
         if 0 < time < 1 and time not in found.get(parts["target"], {}):
-            found.setdefault(parts["target"], {})[time] = file
+            found.setdefault(parts["target"], {})[time] = shape
     return {name: dict(sorted(own.items())) for name, own in found.items()}
 
 

@@ -114,10 +114,14 @@ def _scene(
         if twice:
             raise ParameterError(f"{twice[0]} was given twice")
 
+    # The targets are what counts if methods are named: the straight lines cost nothing.
+    method = "linear" if methods else None
+    named = {file: options.NamedRig.of(file, settings, method, mesh) for file in files}
+    followed = named[files[0]].settings
+    unit = unit or (followed.character.unit if followed else None) or ""
+
     def read(file: str) -> Rig:
-        # The targets are what counts if methods are named: the straight lines cost nothing.
-        method = "linear" if methods else None
-        return options.NamedRig.of(file, settings, method, mesh).full(say)
+        return named[file].full(say)
 
     own = bool(mesh) or settings is not None
     return read_scene(files, methods, unit=unit, read=read, say=say, chosen=own)

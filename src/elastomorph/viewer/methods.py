@@ -8,11 +8,13 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 from elastomorph.character import PathMaker, Settings
 from elastomorph.character.document import parse_document
 from elastomorph.character.editing import said_of, save_methods, with_methods
 from elastomorph.character.read import settings_of
+from elastomorph.character.survey import ways_by_name
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import is_file, read_bytes
 from elastomorph.io.registry import read
@@ -64,7 +66,8 @@ class MethodBench:
         self._rig: Rig | None = None
         self._stored: Rig | None = None
         self._maker: PathMaker | None = None
-        self._shapes: dict[str, dict[float, Mesh]] = {}
+        self._shapes: dict[str, dict[float, Mesh]] = {}  # in-betweens of the settings
+        self._named: dict[str, dict[float, Mesh]] = {}  # targets that are some by their names
         self._made: OrderedDict[tuple[str, str, str], Morph] = OrderedDict()
         self._number = 0
 
@@ -82,10 +85,14 @@ class MethodBench:
             target, method = _text(asked, "target"), _text(asked, "method")
             rig.sliders.require(target, rig.sliders.morphs)
             say(f"{target}: {method or 'as without a choice'}")
-            morph = self._path(rig, target, method, say)
+            with catch_warnings(record=True) as warned:
+                simplefilter("always")
+                morph = self._path(rig, target, method, say)
             say(f"{target}: {morph.method}, packing it")
             model = rig_model(Rig(rig.neutral, {target: morph}), method, "method")
-            return {"row": self._row(target, morph), "glb": self._shelved(model.glb)}
+            told = list(dict.fromkeys(str(each.message) for each in warned))
+            row = self._row(target, morph)
+            return {"row": row, "glb": self._shelved(model.glb), "warnings": told}
 
     def _save(self, sent: Sent, say: Say) -> Mapping[str, Any]:
         asked = _object(sent)
@@ -119,6 +126,8 @@ class MethodBench:
     def _whole(self, say: Say) -> Rig:
         if self._rig is None:
             self._rig = self._subject.rig(say)
+            targets = {name: morph.target for name, morph in self._rig.morphs.items()}
+            self._named = ways_by_name(targets)
         return self._rig
 
     def _rows(self, rig: Rig, names: Iterable[str], say: Say) -> list[dict[str, Any]]:
@@ -137,7 +146,8 @@ class MethodBench:
         if settings is not None and between is not None and target not in self._shapes:
             own = between.files.items()
             self._shapes[target] = {time: read(settings.file(file)) for time, file in own}
-        figures = path_figures(morph, self._shapes.get(target))
+        on_the_way = self._shapes.get(target, self._named.get(target))
+        figures = path_figures(morph, on_the_way)
         laws = [] if between is None else list(LAWS)
         return {"name": target, "said": said, "laws": laws, **asdict(figures)}
 

@@ -21,6 +21,7 @@ export interface Row {
 export interface Tried {
   readonly row: Row;
   readonly model: Model;
+  readonly warnings: readonly string[];
 }
 
 export interface Listed {
@@ -59,7 +60,8 @@ export class Bench {
     const bytes = await modelBytes(String(done['glb']), signal);
     const { diameter } = this;
     const model = await openFile(method, bytes, { name: method, role: 'method', diameter });
-    const found = { row: rowsIn({ rows: [done['row']] })[0]!, model };
+    const row = rowsIn({ rows: [done['row']] })[0]!;
+    const found = { row, model, warnings: textsIn(done['warnings']) };
     this.tried.set(key, found);
     return found;
   }

@@ -110,6 +110,7 @@ export function createMethods(
       if (signal.aborted) return;
       if (wanted.size > 0) setText(status, '');
       tried = method === undefined ? null : found[0]!;
+      for (const words of tried?.warnings ?? []) tell(words);
       beside.put(found.map(({ model }) => ({ ...model, name: titled(target, model.name) })));
     } catch (error) {
       if (isAborted(error)) return;
