@@ -72,7 +72,7 @@ def test_a_method_beside_the_present_one(
     truth = em.interpolate(rig.neutral, rig["jawOpen"].target, "beam:2").at(0.5)
     found = positions(page, 1, len(truth))
     assert distances(found, truth).max() < 1e-4 * rig.neutral.diameter
-    words = page.locator(".figures-table").inner_text()
+    words = page.locator(".figures-table").inner_text().replace("\xa0", " ")
     assert "Chosen" in words
     assert "% of D" in words
     page.get_by_label("The straight line beside it").check()
@@ -162,6 +162,9 @@ def test_changed_meanwhile_by_an_editor(visit: Visit, server: ViewerServer, fold
     page.get_by_role("alert").get_by_text("it now says 'linear'").wait_for()
     assert (folder / "elastomorph.toml").read_text() == theirs
     assert state(page)["methods"] == {"eyeBlink_L": "rotation"}
+    (folder / "elastomorph.toml").write_text(COMMENTED)
+    page.get_by_role("button", name="Save").click()
+    page.get_by_text("Written to").wait_for()
 
 
 def test_a_command_that_has_ended(visit: Visit, folder: Path) -> None:
@@ -190,6 +193,19 @@ def test_a_file_by_itself_is_compared_and_not_saved(
         choose(page, "jawOpen", "arc")
         assert page.get_by_role("button", name="Save").is_disabled()
         page.get_by_text("elastomorph init FOLDER").wait_for()
+
+
+def test_by_touch(visit: Visit, server: ViewerServer) -> None:
+    """Rows are as high as a fingertip."""
+    page = visit(server.address, size=(390, 800), has_touch=True, is_mobile=True, **COARSE)
+    page.get_by_role("tab", name="Methods").tap()
+    row = page.get_by_role("button", name="jawOpen", exact=True)
+    row.tap()
+    box = row.bounding_box()
+    assert box is not None
+    assert box["height"] >= 44
+    page.get_by_label("Method", exact=True).select_option("arc")
+    wait(page, "elastomorph.models().length === 2")
 
 
 @needs_axe

@@ -5,7 +5,11 @@ import type { Row } from './bench';
 
 export function figuresOf(now: Row, other: Row | null, unit: string, diameter: number): HTMLElement {
   const rows = other ? [now, other] : [now];
-  const far = (value: number) => (value > 0 ? lengthAndShare(value, unit, diameter) : '–');
+  // Broken before the share, where there is no room for both.
+  const far = (value: number) =>
+    value > 0
+      ? lengthAndShare(value, unit, diameter).replaceAll(' ', '\u00a0').replace('\u00a0(', ' (')
+      : '–';
   const line = (words: string, value: (row: Row) => string) =>
     element(
       'tr',

@@ -32,6 +32,7 @@ export function createMethods(
   let asked = ''; // what stands beside the rig, or is on its way there
   let tried: Tried | null = null; // what was chosen, once it is there
   let waiting = new AbortController();
+  let drawn: readonly unknown[] = [];
 
   const status = element('p', { class: 'hint', role: 'status' });
   const figures = element('div');
@@ -127,6 +128,7 @@ export function createMethods(
     const names = Object.keys(choices);
     const known = Object.fromEntries(names.map((name) => [name, rowOf(name)?.said ?? '']));
     save.disabled = true;
+    drawn = [];
     try {
       const saved = await maker.save(choices, known, base, says);
       rows = rows.map((row) => saved.rows.find(({ name }) => name === row.name) ?? row);
@@ -155,6 +157,10 @@ export function createMethods(
     const row = rowOf(target);
     if (!bench || !row) return;
     void compare(bench);
+    // While a face moves this is asked at every frame.
+    const now = [rows, target, state.methods, tried, bench, subject];
+    if (now.every((one, i) => one === drawn[i])) return;
+    drawn = now;
     picker.show(row, state.methods[target] ?? null);
     table.show(rows, state.methods, target);
     const found = scene();
