@@ -13,6 +13,7 @@ from serving import NAMES, serving, write_folder
 from visiting import COARSE, SMALL, Visit, positions, state, update, wait
 
 import elastomorph as em
+from character_makers import make
 from elastomorph.rig import Rig
 from elastomorph.viewer import ViewerServer
 from needs import extra
@@ -111,6 +112,23 @@ def test_files_of_our_exporters(
     truth = rig.pose({"jawOpen": 0.5})
     error = distances(positions(page, 0, len(truth)), truth).max()
     assert error < 2e-3 * faces.diameter  # USD holds in-betweens of the path
+
+
+@pytest.mark.parametrize("name", ["vrm0", "vrm1", "placed-files"])
+def test_characters_of_others(
+    visit: Visit, server: ViewerServer, tmp_path: Path, name: str
+) -> None:
+    """Faces of several meshes on a skeleton; of a .gltf with the buffers beside it."""
+    folder = tmp_path / name
+    folder.mkdir()
+    file = make(name, folder)
+    page = visit(server.address, size=SMALL, **COARSE)
+    page.locator(FILES).set_input_files(sorted(folder.iterdir()))
+    opened(page, file.stem)
+    rig = em.read_rig(file)
+    update(page, weights={"jawOpen": 1})
+    assert page.evaluate("elastomorph.readout().targets") >= 1
+    assert page.evaluate("elastomorph.models()[0].vertices") >= len(rig.neutral.vertices)
 
 
 @pytest.mark.realdata

@@ -7,6 +7,7 @@ import { pathOf, type Opener } from './opening';
 const MESHES = /\.(obj|ply)$/i;
 const RIGS = /\.(fbx|usd[acz]?)$/i;
 const CHARACTERS = /\.vrm$/i; // which the page reads itself where nobody else does
+const BUFFERS = /\.bin$/i; // without which a .gltf is empty
 const BESIDE = /\.(mtl|png|jpe?g|tga|bmp|bin|toml|json)$/i;
 const CHANCE = /(^|\/)(\.|Thumbs\.db$|desktop\.ini$)/; // what systems leave in folders
 const MOST_BYTES = 2 ** 31;
@@ -23,8 +24,12 @@ export function servedOpener(receiver: Receiver, busy: (words: string) => void):
         const top = pathOf(inFolders[0]!).split('/')[0]!;
         return inFolders.filter((file) => pathOf(file).startsWith(`${top}/`));
       }
-      const mine = (file: File) =>
-        RIGS.test(file.name) || (CHARACTERS.test(file.name) && address() !== undefined);
+      const served = address() !== undefined;
+      const inParts = served && files.some(({ name }) => BUFFERS.test(name));
+      const mine = ({ name }: File) =>
+        RIGS.test(name) ||
+        (served && CHARACTERS.test(name)) ||
+        (inParts && /\.gltf$/i.test(name));
       const rig = files.find(mine);
       if (rig) return [rig, ...files.filter(({ name }) => BESIDE.test(name))];
       const meshes = files.filter(({ name }) => MESHES.test(name));
