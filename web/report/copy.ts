@@ -1,5 +1,6 @@
 // In a report: a button over each table that copies it, for sheets and for documents.
 import { element, setText } from '../shared/element';
+import './link';
 
 const BACK = 2000; // milliseconds until the button says again what it does
 

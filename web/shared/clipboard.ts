@@ -1,7 +1,11 @@
 // What a page hands over: text to the clipboard, and files to where downloads are.
 
-/** Copies a text, also where a frame may not ask for the clipboard; whether it is there. */
+// Frames may not ask for the clipboard, and browsers complain of those that do.
+const framed = () => window.self !== window.top;
+
+/** Copies a text; whether it is there. */
 export async function copyText(text: string): Promise<boolean> {
+  if (framed()) return copyBySelecting(text);
   try {
     await navigator.clipboard.writeText(text);
     return true;
@@ -12,6 +16,7 @@ export async function copyText(text: string): Promise<boolean> {
 
 /** The text on the clipboard; null where the browser does not let the page read it. */
 export async function pastedText(): Promise<string | null> {
+  if (framed()) return null;
   try {
     return await navigator.clipboard.readText();
   } catch {

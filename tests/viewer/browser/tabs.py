@@ -1,7 +1,8 @@
 """Tabs of a browser that are used again: opening one costs more than the page it shows.
 
 Every page is a new document, so nothing of the one before is left in it; what belongs to the tab,
-its size and its media, is set each time. Pages under test store nothing.
+its size and its media, is set each time. What pages store is forgotten before the next one, but
+in tabs with ``keeps``.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 NOWHERE = "about:blank"
+FORGET = "try { localStorage.clear() } catch {}"
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,10 @@ class Tabs:
         viewport = {"width": size[0], "height": size[1]}
         idle = self._idle.get(repr(options))
         if not idle:
-            context = self.browser.new_context(viewport=viewport, **media, **options)
+            known = {name: value for name, value in options.items() if name != "keeps"}
+            context = self.browser.new_context(viewport=viewport, **media, **known)
+            if not options.get("keeps"):
+                context.add_init_script(FORGET)
             context.set_default_timeout(20_000)
             return Tab(context.new_page(), Watch(context), repr(options))
         tab = idle.pop()

@@ -102,6 +102,13 @@ def stars(page: Page) -> None:
     page.locator(".picture").focus()
 
 
+def links(page: Page) -> None:
+    page.keyboard.press("l")
+    said = page.locator("[role=status], [role=alert]").filter(has_text="clipboard")
+    said.first.wait_for()
+    page.keyboard.press("Escape")
+
+
 def names(page: Page) -> None:
     page.keyboard.press("p")
     page.keyboard.type("Calm")
@@ -185,6 +192,7 @@ CHECKS: dict[str, Callable[[Page], None]] = {
     "R": draws,
     "S": stars,
     "P": names,
+    "L": links,
     "/": searches,
     "1 2 3 4": looks,
     "← → ↑ ↓": turns,
@@ -216,7 +224,7 @@ def test_every_key_of_the_list(visit: Visit, faces: Faces) -> None:
 def test_no_key_fires_while_somebody_types(visit: Visit, faces: Faces) -> None:
     page = visit(faces.alone, **COARSE)
     update(page, weights={"jawOpen": 0.5}, t=0.5)
-    letters = " []0mpxrs/1234+-=ghowf?"
+    letters = " []0mpxrsl/1234+-=ghowf?"
     search = page.get_by_role("searchbox", name="Search sliders")
     for field in (
         page.get_by_role("spinbutton", name="jawOpen, value"),

@@ -14,6 +14,9 @@ from pictures import differing, picture
 from test_sliders import assert_posed, slider
 from visiting import COARSE, PHONE, Visit, settled, state, update, wait
 
+import elastomorph as em
+from elastomorph.rig.performance.poses import fitted_poses
+
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 
@@ -303,7 +306,31 @@ def test_files(visit: Visit, faces: Faces, tmp_path: Path) -> None:
         {"name": one.pop("pose"), "weights": {n: float(w) for n, w in one.items() if float(w)}}
         for one in rows
     ] == poses
-    update(page, poses=[])
-    page.locator("input[type=file]").set_input_files(saved["json"])
-    page.get_by_text("3 poses are here").wait_for()
-    assert state(page)["poses"] == poses
+    for file in saved.values():
+        assert em.read_poses(file) == {pose["name"]: pose["weights"] for pose in poses}
+        update(page, poses=[])
+        page.locator("input[type=file]").set_input_files(file)
+        wait(page, "elastomorph.state().poses.length === 3")
+        assert state(page)["poses"] == poses
+
+
+def test_a_table_of_another_program(visit: Visit, faces: Faces, tmp_path: Path) -> None:
+    """Names in ARKit's spelling and cells as a sheet copies them mean the same as in Python."""
+    page = visit(faces.alone, **COARSE)
+    poses_tab(page)
+    text = "pose\tjawOpen\tmouthSmileLeft\teyeBlink\tgill\nWide\t0,5\t\t\t1\nSly\t\t0,25\t1\t\n"
+    paste(page, text)
+    assert state(page)["poses"] == [
+        {"name": "Wide", "weights": {"jawOpen": 0.5}},
+        {"name": "Sly", "weights": {"mouthSmile_L": 0.25, "eyeBlink_L": 1, "eyeBlink_R": 1}},
+    ]
+    assert told(page) == "The rig has no slider gill; what else the poses move is kept."
+    file = tmp_path / "sheet.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.warns(em.ElastomorphWarning, match="tabs"):
+        poses = em.read_poses(file)
+    fit = fitted_poses(poses, faces.rigs["beam:2"].names)
+    assert [{"name": name, "weights": own} for name, own in fit.poses.items()] == state(page)[
+        "poses"
+    ]
+    assert fit.unknown == ("gill",)

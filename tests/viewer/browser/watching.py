@@ -32,6 +32,7 @@ class Watch:
 
     def outside(self, address: str) -> list[str]:
         """Requests that went elsewhere than to the page and what lies beside it."""
+        address = address.partition("#")[0]
         # A file has nothing beside it; a server has its models below the same secret.
         served = address.startswith("http")
         own = address.rpartition("/")[0] + "/" if served else address

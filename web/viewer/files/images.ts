@@ -92,7 +92,7 @@ function sizeOf(bytes: Uint8Array): Size | null {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const start = String.fromCharCode(...bytes.subarray(0, 64));
   try {
-    if (start.startsWith('\x89PNG')) return [view.getUint32(16), view.getUint32(20)];
+    if (start.startsWith('PNG', 1)) return [view.getUint32(16), view.getUint32(20)];
     if (start.startsWith('\xff\xd8')) return sizeOfJpeg(view);
     if (/^RIFF....WEBP/s.test(start)) return sizeOfWebp(view, start.slice(12, 16));
     if (/^....ftypavi/s.test(start)) return sizeOfAvif(view);

@@ -37,7 +37,7 @@ export class Painter {
   private readonly pictures: Pictures = {
     heat: heatTexture(),
     matcap: clayMatcap(),
-    shadow: new Shadow(),
+    shadow: new Shadow(this.renderer),
   };
   private width = 1;
   private height = 1;

@@ -43,12 +43,14 @@ export class Shadow {
   private readonly scene = new Scene();
   private readonly mesh: Mesh<BufferGeometry, RawShaderMaterial>;
 
-  constructor() {
+  constructor(renderer: WebGLRenderer) {
     this.map = new DepthTexture(SIZE, SIZE, UnsignedIntType);
     this.map.compareFunction = LessEqualCompare;
     this.map.minFilter = LinearFilter;
     this.map.magFilter = LinearFilter;
     this.target = new WebGLRenderTarget(SIZE, SIZE, { depthTexture: this.map });
+    // What draws faces reads the map even where no light has cast a shadow yet.
+    renderer.initRenderTarget(this.target);
     this.material = new RawShaderMaterial({
       glslVersion: GLSL3,
       vertexShader: SHADOW_VERTEX,

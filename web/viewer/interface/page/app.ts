@@ -24,6 +24,7 @@ import { createTransport } from '../panels/transport';
 import { createLive } from '../../live/live';
 import { element, setText } from '../../../shared/element';
 import type { Context, Part } from '../parts/part';
+import { createKept } from '../state/kept';
 import { createHistory } from '../state/history';
 import { INITIAL, startOf } from '../state/initial';
 import { createPlayer } from '../state/player';
@@ -33,6 +34,7 @@ import { createHeader } from './header';
 import { keymap } from './keymap';
 import { keysDialog, listen } from '../../../shared/keys';
 import { modelOpener } from './models';
+import { createLink } from './link';
 import { createOpening } from './opening';
 import { servedOpener } from './served';
 import { followTheme, isDark } from './theme';
@@ -103,6 +105,8 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     else show(next);
   };
   const methods = createMethods(context, replace);
+  const link = createLink(context);
+  const kept = createKept(store, history, () => (embedded ? '' : link.words()), messages.tell);
   const parts: Part[] = [
     ...[sliders, poses, compare, heat, orbits, methods, display, transport, live],
     ...[labels, swipe, legend, pointer, undo, grab],
@@ -136,7 +140,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       { name: 'Poses', content: poses.element },
       { name: 'Compare', content: block(compare, heat, orbits) },
       { name: 'Methods', content: methods.element },
-      { name: 'Display', content: display.element },
+      { name: 'Display', content: block(display, link) },
     ],
     (open) => {
       poses.show(store.get());
@@ -155,6 +159,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     swap: sliders.swap,
     draw: sliders.draw,
     star: sliders.star,
+    link: link.copy,
     savePose: () => {
       tabs.select('Poses');
       poses.name();
@@ -227,9 +232,13 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     draw();
   };
   const show = (next: Scene) => {
-    replaceScene(next, startOf(next, still, messages.tell));
-    history.clear();
+    const start = startOf(next, still, messages.tell);
+    const found = kept.of(next, start);
+    replaceScene(next, { ...start, ...found.lists });
+    found.begin();
     stage.look('front');
+    link.begin(store.get(), embedded ? '' : found.view);
+    history.clear();
     // Of one path there is nothing to set but how it is compared.
     if (next.models.length > 1 && next.models.every(({ sliders }) => sliders.length < 2)) {
       tabs.select('Compare');
@@ -273,7 +282,7 @@ function isGlb({ name }: File): boolean {
   return /\.gl(b|tf)$/i.test(name);
 }
 
-function block(...parts: Part[]): HTMLElement {
+function block(...parts: Pick<Part, 'element'>[]): HTMLElement {
   return element('div', {}, ...parts.map((part) => part.element));
 }
 

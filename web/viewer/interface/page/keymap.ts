@@ -30,6 +30,7 @@ export interface Deeds {
   savePose(): void;
   mark(end: 'in' | 'out'): void;
   timeline(): void;
+  link(): void;
   help(): void;
   close(): void;
 }
@@ -99,6 +100,7 @@ export function keymap({ store, stage, scene }: Context, player: Player, deeds: 
       run: deeds.star,
     },
     { keys: ['p'], caps: ['P'], words: 'Save the pose under a name', run: deeds.savePose },
+    { keys: ['l'], caps: ['L'], words: 'Copy a link to this view', run: deeds.link },
     { keys: ['/'], caps: ['/'], words: 'Search sliders', run: deeds.search },
     {
       keys: ['1', '2', '3', '4'],

@@ -6,7 +6,7 @@ import { fill } from '../parts/controls';
 import type { Context, Part } from '../parts/part';
 import { poseDeeds } from '../poses/deeds';
 import { cleanName, LONGEST_NAME } from '../poses/list';
-import { looksLikeJson } from '../poses/text';
+import { looksLikePoses } from '../poses/text';
 import type { Opener } from '../page/opening';
 import { createPoseList } from './pose_list';
 
@@ -93,7 +93,7 @@ export function createPoses(context: Context, open: () => void): PosesPanel {
     const target = event.target instanceof Element ? event.target : null;
     const text = event.clipboardData?.getData('text') ?? '';
     if (!context.scene() || (target !== field && target?.matches('input, textarea'))) return;
-    if (target === field && !looksLikeJson(text)) return;
+    if (target === field && !looksLikePoses(text)) return;
     event.preventDefault();
     deeds.takeText(text);
   });

@@ -5,7 +5,7 @@ import type { Context } from '../parts/part';
 import { fitted, listed } from './fitting';
 import { added, cleanName, duplicated, freshName, moved, type Poses, removed, renamed, saved } from './list';
 import { mixed } from './mixing';
-import { asJson, asTable, fromJson } from './text';
+import { asJson, asTable, fromText } from './text';
 
 const UNIT = [0, 1] as const;
 const LARGEST = 2 ** 24; // bytes of a file of poses
@@ -101,16 +101,16 @@ export function poseDeeds(
       const text = await pastedText();
       if (text === null)
         tell('The browser does not let this page read the clipboard: press Ctrl+V instead.');
-      else tried(() => take(fromJson('The clipboard', text)));
+      else tried(() => take(fromText('The clipboard', text)));
     },
     /** Text that was pasted by the browser's own key. */
-    takeText: (text: string) => tried(() => take(fromJson('The clipboard', text))),
+    takeText: (text: string) => tried(() => take(fromText('The clipboard', text))),
     async open(files: readonly File[]) {
       for (const file of files) {
         if (file.size > LARGEST)
           throw new Error(`${file.name}: this is too large for a file of poses.`);
         if (!scene()) throw new Error(`${file.name}: poses need a face; open that first.`);
-        take(fromJson(file.name, await file.text()));
+        take(fromText(file.name, await file.text()));
       }
     },
     saveJson: () => download(`${fileName()}.json`, 'application/json', asJson(poses())),

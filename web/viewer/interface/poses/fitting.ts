@@ -1,26 +1,38 @@
-// Poses on this rig: what its sliders know of them, and a sentence about the rest.
+// Poses on this rig: which of its sliders their names mean, and a sentence about the rest.
+import { matched } from '../../takes/matching';
+import { isRotation } from '../../takes/names';
 import type { NamedPose } from '../../types/state';
 import type { Poses } from './list';
 
 const SHOWN = 4;
 
-/** The poses by the sliders there are, and the names that none of them has. */
-export function fitted(
-  poses: Poses,
-  sliders: readonly string[],
-): { readonly poses: NamedPose[]; readonly unknown: string[] } {
-  const known = new Set(sliders);
-  const unknown = new Set<string>();
-  const own = poses.map(({ name, weights }) => ({
-    name,
-    weights: Object.fromEntries(
-      Object.entries(weights).filter(([slider, weight]) => {
-        if (!known.has(slider)) unknown.add(slider);
-        return known.has(slider) && weight !== 0;
-      }),
-    ),
-  }));
-  return { poses: own, unknown: [...unknown] };
+export interface Fitted {
+  readonly poses: NamedPose[];
+  readonly unknown: string[]; // names that mean none of the sliders
+}
+
+/**
+ * The poses by the sliders there are: names that the rig has are its own, others are matched as
+ * those of a take.
+ *
+ * @throws Error with half a sentence where it is open which slider a name means
+ */
+export function fitted(poses: Poses, sliders: readonly string[]): Fitted {
+  const names = [...new Set(poses.flatMap(({ weights }) => Object.keys(weights)))];
+  const own = new Set(sliders);
+  if (names.every((name) => own.has(name)))
+    return { poses: poses.map((pose) => ({ ...pose, weights: nonZero(pose.weights) })), unknown: [] };
+  const drives = matched(names, sliders);
+  const used = new Set([...drives.values()].flat());
+  return {
+    poses: poses.map(({ name, weights }) => ({
+      name,
+      weights: nonZero(
+        Object.fromEntries([...drives].map(([slider, by]) => [slider, mean(by, weights)])),
+      ),
+    })),
+    unknown: names.filter((name) => !used.has(name) && !isRotation(name)),
+  };
 }
 
 /** `a, b, c and 5 more` */
@@ -28,4 +40,12 @@ export function listed(names: readonly string[]): string {
   const rest = names.length - SHOWN;
   if (rest > 1) return `${names.slice(0, SHOWN).join(', ')} and ${rest} more`;
   return names.length < 2 ? names.join() : `${names.slice(0, -1).join(', ')} and ${names.at(-1)}`;
+}
+
+function mean(names: readonly string[], weights: NamedPose['weights']): number {
+  return names.reduce((sum, name) => sum + (weights[name] ?? 0), 0) / names.length;
+}
+
+function nonZero(weights: NamedPose['weights']): Record<string, number> {
+  return Object.fromEntries(Object.entries(weights).filter(([, weight]) => weight !== 0));
 }

@@ -1,5 +1,6 @@
 // Poses as text: as files and the clipboard hold them, and as `elastomorph.read_poses` reads them.
 import type { NamedPose } from '../../types/state';
+import { numbers, readTable } from '../../takes/csv/table';
 import { cleanName, type Poses } from './list';
 
 const FORMAT = 'elastomorph poses';
@@ -25,8 +26,18 @@ export function asTable(poses: Poses, sliders: readonly string[]): string {
 }
 
 /** Whether a text that is pasted may be poses, so that others can have it where it is not. */
-export function looksLikeJson(text: string): boolean {
-  return /^\s*\{/.test(text);
+export function looksLikePoses(text: string): boolean {
+  return /^\s*\{/.test(text) || isTable(text);
+}
+
+/** The poses in a text, JSON or a table; the same errors. */
+export function fromText(source: string, text: string): NamedPose[] {
+  if (!isTable(text)) return fromJson(source, text);
+  return fromTable(source, new TextEncoder().encode(text).buffer);
+}
+
+function isTable(text: string): boolean {
+  return /^\W{0,4}pose\W/i.test(text) && !/^\s*\{/.test(text);
 }
 
 /**
@@ -35,7 +46,7 @@ export function looksLikeJson(text: string): boolean {
  * @param source what the text is called in messages: a file or the clipboard.
  * @throws Error with a sentence for people
  */
-export function fromJson(source: string, text: string): NamedPose[] {
+function fromJson(source: string, text: string): NamedPose[] {
   let content: unknown;
   try {
     content = JSON.parse(text);
@@ -47,8 +58,27 @@ export function fromJson(source: string, text: string): NamedPose[] {
   return found;
 }
 
+/**
+ * The poses in a table whose first column is `pose`; empty cells are 0.
+ *
+ * @throws Error with a sentence for people
+ */
+function fromTable(source: string, bytes: ArrayBuffer): NamedPose[] {
+  const table = readTable(source, bytes);
+  const { header, rows } = table;
+  if (header[0]!.toLowerCase() !== 'pose')
+    throw new Error(`${source}: the first column is ${header[0]}, expected "pose".`);
+  if (rows.length === 0) throw new Error(`${source}: there are no poses below the header.`);
+  return rows.map((cells, row) => {
+    const filled = header.map((_, column) => column).filter((i) => i > 0 && cells[i]?.trim());
+    const values = numbers(table, filled, [row]);
+    const weights = filled.map((column, i) => [header[column]!, values[i]!] as const);
+    return poseOf(source, cells[0], Object.fromEntries(weights));
+  });
+}
+
 /** A pose of any text and numbers, checked. */
-export function poseOf(source: string, name: unknown, weights: unknown): NamedPose {
+function poseOf(source: string, name: unknown, weights: unknown): NamedPose {
   const clean = typeof name === 'string' ? cleanName(name) : '';
   if (!clean) throw new Error(`${source}: a pose has no name; ${EXPECTED}.`);
   if (!isObject(weights)) throw new Error(`${source}: “${clean}” has no weights; ${EXPECTED}.`);
