@@ -8,6 +8,11 @@ from faces import Faces
 from test_sliders import assert_posed, slider
 from visiting import COARSE, PHONE, Visit, settled, state, update
 
+import elastomorph as em
+from elastomorph.rig import Rig
+from elastomorph.samples import shapes
+from elastomorph.viewer import rig_scene
+
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
@@ -38,6 +43,19 @@ def test_left_and_right_are_swapped(visit: Visit, faces: Faces) -> None:
     assert state(page)["weights"] == SIDES
     page.keyboard.press("Control+z")
     assert state(page)["weights"] == SWAPPED
+
+
+def test_a_way_to_one_side_becomes_that_to_the_other(visit: Visit, faces: Faces) -> None:
+    """Though the two do not move together: a jaw cannot go both ways."""
+    targets = {name: shapes()[name] for name in ("jawLeft", "jawRight")}
+    to = em.prepare(faces.neutral, "linear")
+    rig = Rig(faces.neutral, {name: to(target) for name, target in targets.items()})
+    page = visit(rig_scene(rig, name="jaw", title="A jaw"), **COARSE)
+    slider(page, "jawLeft").press("End")
+    page.keyboard.press("m")
+    slider(page, "jawLeft").press("ArrowLeft")
+    page.keyboard.press("x")
+    assert state(page)["weights"] == {"jawRight": 0.99}
 
 
 def test_a_face_by_lot(visit: Visit, faces: Faces) -> None:

@@ -120,6 +120,8 @@ def test_everything_is_undone(visit: Visit, faces: Faces) -> None:
 
 def test_the_clock_is_not_undone(visit: Visit, faces: Faces) -> None:
     page = visit(faces.performed, **COARSE, reduced_motion="no-preference")
+    update(page, clip=None)
+    page.wait_for_timeout(600)
     page.get_by_role("combobox", name="What plays").select_option("a take")
     page.get_by_role("button", name="Play").click()
     wait(page, "elastomorph.state().clipTime > 0.2")

@@ -125,7 +125,7 @@ export function createPoses(context: Context, open: () => void): PosesPanel {
         { class: 'pose-foot' },
         button('Paste', 'Paste poses from the clipboard', () => void deeds.paste()),
         button('Open…', 'Open poses from files', open),
-        element('span', { class: 'of-saving' }, element('span', {}, 'Save all'), json, table),
+        element('span', { class: 'of-saving' }, element('span', {}, 'All as'), json, table),
       ),
     ),
     show,

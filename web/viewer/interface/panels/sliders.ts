@@ -8,6 +8,7 @@ import { element, setAttribute, setText } from '../../../shared/element';
 import { type Icon, icon } from '../../../shared/icons';
 import type { Context, Part } from '../parts/part';
 import { drawn, type Limits, lots, mirrored } from '../poses/mixing';
+import { posed } from '../state/posing';
 import { type SliderGroup, sliderGroup } from './slider_group';
 import { createSift } from './slider_sift';
 import { sliderRow } from './slider_row';
@@ -43,15 +44,7 @@ export function createSliders({ store, scene }: Context): Sliders {
   const count = element('span', { class: 'count' });
   const list = element('div', { class: 'slider-list' });
 
-  const pose = (weights: ViewState['weights']) => {
-    const state = store.get();
-    store.update({
-      weights,
-      // Whoever moves a slider takes over from the performance, and wants to see it move.
-      ...(state.clip === null ? {} : { clip: null, playing: false }),
-      ...(state.t === 0 && !state.playing ? { t: 1 } : {}),
-    });
-  };
+  const pose = (weights: ViewState['weights']) => store.update(posed(store.get(), weights));
   const change = (name: string, weight: number) => {
     const { mirror, weights } = store.get();
     const twin = mirror ? pairs.get(name) : undefined;
@@ -138,10 +131,10 @@ export function createSliders({ store, scene }: Context): Sliders {
 
   beyondBox.addEventListener('change', () => {
     beyond = beyondBox.checked;
-    if (!beyond) store.update({ weights: within(store.get().weights), clip: null });
+    if (!beyond) pose(within(store.get().weights));
     reachOut();
   });
-  reset.addEventListener('click', () => store.update({ weights: {}, clip: null, playing: false }));
+  reset.addEventListener('click', () => pose({}));
 
   const options = element(
     'div',

@@ -2,6 +2,7 @@
 import { copyText, download, pastedText } from '../../../shared/clipboard';
 import type { NamedPose, ViewState } from '../../types/state';
 import type { Context } from '../parts/part';
+import { posed } from '../state/posing';
 import { fitted, listed } from './fitting';
 import { added, cleanName, duplicated, freshName, moved, type Poses, removed, renamed, saved } from './list';
 import { mixed } from './mixing';
@@ -28,11 +29,7 @@ export function poseDeeds(
     store.update({ poses: next });
     chosen(name);
   };
-  const pose = (weights: ViewState['weights']) => {
-    const { t, playing } = store.get();
-    // As for sliders: whoever poses takes over from the performance, and wants to see it.
-    store.update({ weights, clip: null, playing: false, ...(t === 0 && !playing ? { t: 1 } : {}) });
-  };
+  const pose = (weights: ViewState['weights']) => store.update(posed(store.get(), weights));
   const take = (found: Poses) => {
     const fit = fitted(found, sliders());
     const before = poses();

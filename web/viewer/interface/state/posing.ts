@@ -1,0 +1,12 @@
+// What else changes when somebody poses the face.
+import type { ViewState } from '../../types/state';
+
+/** Whoever moves sliders takes over from a performance or a phone, and wants to see them move. */
+export function posed(state: ViewState, weights: ViewState['weights']): Partial<ViewState> {
+  return {
+    weights,
+    live: false,
+    ...(state.clip === null ? {} : { clip: null, playing: false }),
+    ...(state.t === 0 && !state.playing ? { t: 1 } : {}),
+  };
+}
