@@ -91,8 +91,11 @@ export function createKept(
       problem(full ? FULL : FORBIDDEN);
     }
   };
-  store.subscribe(() => {
-    if (key) timer ??= setTimeout(write, SOON);
+  store.subscribe((state, before) => {
+    const fields = Object.keys(NOTHING) as (keyof Lists)[];
+    const made = fields.some((field) => state[field] !== before[field]);
+    const moving = state.playing || state.live; // its end is written
+    if (key && (made || !moving)) timer ??= setTimeout(write, SOON);
   });
   addEventListener('pagehide', write);
   addEventListener('visibilitychange', () => document.hidden && write());
