@@ -13,7 +13,7 @@ from glb_samples import CORNERS, SQUARE, HandMade, square
 from PIL import Image
 
 from elastomorph.io.gltf import read_glb
-from elastomorph.model.appearance import Material
+from elastomorph.model.appearance import Finish, Material
 from elastomorph.model.mesh import Mesh
 
 TEXTURE = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype=float)
@@ -183,7 +183,7 @@ def test_meshes_joined_keep_their_looks(tmp_path: Path) -> None:
     mesh = read(file, tmp_path)
     assert mesh.appearance is not None
     assert mesh.appearance["skin"].texture is not None
-    assert mesh.appearance["hair"] == Material()
+    assert mesh.appearance["hair"] == Material(finish=Finish(metal=1.0))
     assert mesh.materials is not None
     assert mesh.materials.of_face.tolist() == [0, 0, 1, 1, -1, -1]
 
@@ -235,3 +235,38 @@ def test_nonsense_in_materials_never_refuses_a_file(
     file.document["extensions"] = {"VRM": {"materialProperties": [{"shader": []}]}}
     mesh = read(file, tmp_path)
     np.testing.assert_array_equal(mesh.vertices, SQUARE)
+
+
+def test_toons_of_the_first_vrm_are_those_of_the_second(tmp_path: Path) -> None:
+    """Colours as screens show them; an edge of the sharpness 1 where the cosine is -shift."""
+    file = textured({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+    settings = {"_ShadeShift": 0.25, "_ShadeToony": 1.0, "_BlendMode": 3}
+    colours = {"_ShadeColor": [0.5, 0.0, 1.0, 1.0], "_EmissionColor": [1.0, 0.0, 0.5, 1.0]}
+    shader = {
+        "shader": "VRM/MToon",
+        "floatProperties": settings,
+        "vectorProperties": colours,
+        "textureProperties": {"_MainTex": 0, "_ShadeTexture": 0},
+        "renderQueue": 2503,
+    }
+    file.document["extensions"] = {"VRM": {"materialProperties": [shader]}}
+    finish = material_of(file, tmp_path).finish
+    assert finish is not None
+    assert finish.toon is not None
+    np.testing.assert_allclose(finish.toon.shade, [0.21404, 0, 1], atol=1e-5)
+    np.testing.assert_allclose(finish.glow, [1, 0, 0.21404], atol=1e-5)
+    assert (finish.toon.shift, finish.toon.toony) == (-0.25, 1.0)
+    assert (finish.toon.covers, finish.toon.queue) == (True, 3)
+    assert set(finish.layers) == {"shade"}
+
+
+def test_images_by_other_coordinates_than_the_base_are_left_out(tmp_path: Path) -> None:
+    """A mesh has one set of texture coordinates."""
+    base = {"baseColorTexture": {"index": 0}}
+    creases = {"index": 0, "texCoord": 1}
+    file = textured({"pbrMetallicRoughness": base, "normalTexture": {"index": 0, "scale": 2.0}})
+    file.document["materials"][0]["occlusionTexture"] = creases
+    finish = material_of(file, tmp_path).finish
+    assert finish is not None
+    assert set(finish.layers) == {"bumps"}
+    assert (finish.bump, finish.roughness, finish.metal, finish.toon) == (2.0, 1.0, 1.0, None)

@@ -11,7 +11,7 @@ import elastomorph as em
 from cards import card, image_of, texture, unlit
 from elastomorph.io.gltf import read_glb
 from elastomorph.io.gltf.writer import write_glb
-from elastomorph.model.appearance import Material, Texture
+from elastomorph.model.appearance import Finish, Layer, Material, Texture, Toon
 from elastomorph.model.mesh import FaceLabels, Mesh
 from foreign_files import chunks_of
 
@@ -54,6 +54,29 @@ def test_looks_come_back(tmp_path: Path, material: Material) -> None:
     )
 
 
+def test_finishes_come_back(tmp_path: Path) -> None:
+    layers: dict[Layer, Texture] = {
+        name: texture([[(number, 0, 0)]], scale=(2.0, 1.0))
+        for number, name in enumerate(("bumps", "glow", "finish", "creases"))
+    }
+    for finish in (
+        Finish(0.25, 0.5, (1.0, 2.0, 4.0), 0.5, 0.75, layers),
+        Finish(layers={"shade": texture()}, toon=Toon((0.5, 0.25, 0.0), -0.5, 0.75, True, 3)),
+    ):
+        found = back(
+            card(Material(texture=texture(scale=(3.0, 1.0)), finish=finish)), tmp_path / "a.glb"
+        )
+        assert found.appearance is not None
+        own = found.appearance["card"].finish
+        assert own is not None
+        assert own.toon == finish.toon
+        for name in ("roughness", "metal", "glow", "bump", "crease"):
+            assert getattr(own, name) == getattr(finish, name)
+        assert {n: (each.image, each.scale) for n, each in own.layers.items()} == {
+            n: (each.image, each.scale) for n, each in finish.layers.items()
+        }
+
+
 def test_an_image_shown_twice_is_stored_once(tmp_path: Path) -> None:
     one = card(unlit(texture()))
     labels = FaceLabels(("left", "right"), np.array([0, 1], dtype=np.int32))
@@ -85,7 +108,8 @@ def test_what_is_no_image_is_left_out(tmp_path: Path, content: bytes) -> None:
     material = Material((1.0, 0.5, 0.0, 1.0), Texture(content, "broken"))
     found = back(card(material), tmp_path / "card.glb")
     assert found.appearance is not None
-    assert found.appearance["card"] == Material((1.0, 0.5, 0.0, 1.0))
+    plain = Finish(roughness=0.7, metal=0.0)
+    assert found.appearance["card"] == Material((1.0, 0.5, 0.0, 1.0), finish=plain)
 
 
 def test_a_mesh_without_looks_has_the_materials_it_always_had(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ export async function openFile(
   const seams = skins ? seamsOf(surface, SEAM_OF_SKINS) : (polygons?.seams ?? seamsOf(surface));
   const described = readMorphs(stored, surface.targetNames);
   return {
-    name: known.name ?? name.replace(/\.(glb|gltf)$/i, ''),
+    name: known.name ?? name.replace(/\.(glb|gltf|vrm)$/i, ''),
     role: known.role ?? 'rig',
     neutral: surface.neutral,
     ...(skins

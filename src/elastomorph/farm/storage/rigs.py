@@ -6,7 +6,7 @@ import base64
 import hashlib
 import io
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,11 @@ def packed(rig: Rig) -> bytes:
     arrays, looks = rig_arrays(rig), rig.neutral.appearance
     if looks is not None:
         arrays[_LOOKS] = np.array(
-            [json.dumps({n: asdict(m) for n, m in looks.items()}, default=_coded)]
+            [
+                json.dumps(
+                    {n: asdict(replace(m, finish=None)) for n, m in looks.items()}, default=_coded
+                )
+            ]
         )
     file = io.BytesIO()
     pack_arrays(file, arrays)

@@ -6,13 +6,14 @@ texture that cannot be had says why, and the one who draws says so.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from typing import Any
 
 from elastomorph.errors import ElastomorphError
 from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.finish import read_finish
+from elastomorph.io.gltf.lenient import entry_of, key_of, number_of, numbers_of, object_of
 from elastomorph.model.appearance import WHITE, Material, Opacity, Texture, Wrap
 
 __all__ = ["material_names", "read_appearance", "shown_coordinates"]
@@ -44,12 +45,11 @@ def shown_coordinates(file: GltfFile, primitive: dict[str, Any]) -> str:
     materials = file.items("materials")
     found = "TEXCOORD_0"
     if type(number) is int and 0 <= number < len(materials):
-        texture = _base(_object(materials[number]))[1]
-        transform = _object(_object(texture.get("extensions")).get(_TRANSFORM))
-        chosen = transform.get("texCoord", texture.get("texCoord", 0))
+        texture = _base(object_of(materials[number]))[1]
+        chosen = _set_of(texture)
         if type(chosen) is int and 0 <= chosen < _TEXTURE_SETS:
             found = f"TEXCOORD_{chosen}"
-    return found if found in _object(primitive.get("attributes")) else "TEXCOORD_0"
+    return found if found in object_of(primitive.get("attributes")) else "TEXCOORD_0"
 
 
 def read_appearance(file: GltfFile, names: Collection[str]) -> dict[str, Material] | None:
@@ -57,31 +57,41 @@ def read_appearance(file: GltfFile, names: Collection[str]) -> dict[str, Materia
 
     Such files say nothing of looks: what their parts are, their names tell.
     """
-    shaders = _object(_object(file.document.get("extensions")).get("VRM")).get("materialProperties")
+    shaders = object_of(object_of(file.document.get("extensions")).get("VRM")).get(
+        "materialProperties"
+    )
     old = shaders if isinstance(shaders, list) else []
     found = {}
     for number, name in enumerate(material_names(file)):
         if name in names:
-            shader = _object(old[number]) if number < len(old) else {}
-            found[name] = _material(file, _object(file.items("materials")[number]), shader)
+            shader = object_of(old[number]) if number < len(old) else {}
+            found[name] = _material(file, object_of(file.items("materials")[number]), shader)
     return None if all(material.plain for material in found.values()) else found
 
 
 def _material(file: GltfFile, entry: dict[str, Any], shader: dict[str, Any]) -> Material:
     colour, texture = _base(entry)
-    extensions = _object(entry.get("extensions"))
-    opacity = _OPACITIES.get(_key(entry.get("alphaMode")), "opaque")
-    cutoff = _number(entry.get("alphaCutoff"), 0.5)
+    extensions = object_of(entry.get("extensions"))
+    opacity = _OPACITIES.get(key_of(entry.get("alphaMode")), "opaque")
+    cutoff = number_of(entry.get("alphaCutoff"), 0.5)
     double = entry.get("doubleSided") is True
     unlit = any(name in extensions for name in _UNLIT)
     if str(shader.get("shader")).startswith(("VRM/MToon", "VRM/Unlit")):
-        settings = _object(shader.get("floatProperties"))
+        settings = object_of(shader.get("floatProperties"))
         unlit = True
-        opacity = _OLD_OPACITIES.get(_key(settings.get("_BlendMode")), opacity)
-        cutoff = _number(settings.get("_Cutoff"), cutoff)
+        opacity = _OLD_OPACITIES.get(key_of(settings.get("_BlendMode")), opacity)
+        cutoff = number_of(settings.get("_Cutoff"), cutoff)
         double = double or settings.get("_CullMode") == 0
-        image = _object(shader.get("textureProperties")).get("_MainTex")
+        image = object_of(shader.get("textureProperties")).get("_MainTex")
         texture = texture or ({} if image is None else {"index": image})
+
+    def layer(shown: dict[str, Any]) -> Texture | None:
+        """As `_texture`, of those that take the coordinates of the base colour and are there."""
+        if "index" not in shown or _set_of(shown) != _set_of(texture):
+            return None
+        found = _texture(file, shown)
+        return found if found.image else None
+
     return Material(
         _colour(colour),
         _texture(file, texture) if texture else None,
@@ -89,39 +99,46 @@ def _material(file: GltfFile, entry: dict[str, Any], shader: dict[str, Any]) -> 
         cutoff,
         double,
         unlit,
+        read_finish(entry, shader, layer),
     )
+
+
+def _set_of(texture: dict[str, Any]) -> Any:
+    """The number of the texture coordinates that a texture takes."""
+    transform = object_of(object_of(texture.get("extensions")).get(_TRANSFORM))
+    return transform.get("texCoord", texture.get("texCoord", 0))
 
 
 def _base(entry: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
     """The colour factor and the texture of a material."""
-    glossy = _object(_object(entry.get("extensions")).get(_GLOSSY))
+    glossy = object_of(object_of(entry.get("extensions")).get(_GLOSSY))
     if glossy:
-        return glossy.get("diffuseFactor"), _object(glossy.get("diffuseTexture"))
-    metallic = _object(entry.get("pbrMetallicRoughness"))
-    return metallic.get("baseColorFactor"), _object(metallic.get("baseColorTexture"))
+        return glossy.get("diffuseFactor"), object_of(glossy.get("diffuseTexture"))
+    metallic = object_of(entry.get("pbrMetallicRoughness"))
+    return metallic.get("baseColorFactor"), object_of(metallic.get("baseColorTexture"))
 
 
 def _texture(file: GltfFile, shown: dict[str, Any]) -> Texture:
     """A texture as a material shows it, with its image where that can be had."""
     number = shown.get("index")
-    entry = _in_list(file, "textures", number)
-    sampler = _in_list(file, "samplers", entry.get("sampler"))
-    transform = _object(_object(shown.get("extensions")).get(_TRANSFORM))
-    source = _object(_object(entry.get("extensions")).get(_WEBP)).get("source")
+    entry = entry_of(file, "textures", number)
+    sampler = entry_of(file, "samplers", entry.get("sampler"))
+    transform = object_of(object_of(shown.get("extensions")).get(_TRANSFORM))
+    source = object_of(object_of(entry.get("extensions")).get(_WEBP)).get("source")
     source = entry.get("source") if source is None else source
-    picture = _in_list(file, "images", source)
+    picture = entry_of(file, "images", source)
     named = picture.get("name")
     name = named if isinstance(named, str) and named else f"texture {number}"
     content, problem = _content(file, picture, source)
-    across, down = _numbers(transform.get("offset"), (0.0, 0.0))
-    wide, high = _numbers(transform.get("scale"), (1.0, 1.0))
+    across, down = numbers_of(transform.get("offset"), (0.0, 0.0))
+    wide, high = numbers_of(transform.get("scale"), (1.0, 1.0))
     return Texture(
         content,
         name[:60],
         problem,
         (_wrap(sampler.get("wrapS")), _wrap(sampler.get("wrapT"))),
         (across, down),
-        _number(transform.get("rotation"), 0.0),
+        number_of(transform.get("rotation"), 0.0),
         (wide, high),
         smooth=sampler.get("magFilter") != _NEAREST,
     )
@@ -146,41 +163,9 @@ def _content(file: GltfFile, picture: dict[str, Any], source: Any) -> tuple[byte
 
 
 def _colour(given: Any) -> tuple[float, float, float, float]:
-    red, green, blue, alpha = (min(max(part, 0.0), 1.0) for part in _numbers(given, WHITE))
+    red, green, blue, alpha = (min(max(part, 0.0), 1.0) for part in numbers_of(given, WHITE))
     return red, green, blue, alpha
 
 
 def _wrap(given: Any) -> Wrap:
-    return _WRAPS.get(_key(given), "repeat")
-
-
-def _in_list(file: GltfFile, key: str, number: Any) -> dict[str, Any]:
-    """An object of a list of the document, or an empty one."""
-    items = file.document.get(key)
-    if isinstance(items, list) and type(number) is int and 0 <= number < len(items):
-        return _object(items[number])
-    return {}
-
-
-def _object(value: Any) -> dict[str, Any]:
-    return value if isinstance(value, dict) else {}
-
-
-def _key(value: Any) -> Any:
-    """A value to look up; lists and objects are none."""
-    return value if isinstance(value, int | float | str) else None
-
-
-def _number(value: Any, otherwise: float) -> float:
-    return _numbers([value], (otherwise,))[0]
-
-
-def _numbers(values: Any, otherwise: Sequence[float]) -> list[float]:
-    """As many finite numbers as there are others, or those."""
-    usable = isinstance(values, list) and len(values) == len(otherwise)
-    try:
-        found = [float(v) for v in values if type(v) in (int, float)] if usable else []
-    except OverflowError:
-        found = []
-    fits = len(found) == len(otherwise) and all(map(math.isfinite, found))
-    return found if fits else [float(value) for value in otherwise]
+    return _WRAPS.get(key_of(given), "repeat")

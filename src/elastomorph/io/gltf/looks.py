@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from elastomorph.io.gltf.finish import finish_json
 from elastomorph.model.appearance import Material, Texture
 
 __all__ = ["Looks"]
@@ -54,9 +55,15 @@ class Looks:
         }
         if found.opacity == "mask":
             entry["alphaCutoff"] = found.cutoff
-        if found.unlit:
-            self.used.setdefault("KHR_materials_unlit", False)
-            entry["extensions"] = {"KHR_materials_unlit": {}}
+        extensions: dict[str, Any] = {"KHR_materials_unlit": {}} if found.unlit else {}
+        if found.finish is not None:
+            said, more = finish_json(found.finish, self._shown)
+            shading |= said.pop("pbrMetallicRoughness")
+            entry |= said
+            extensions |= more
+        if extensions:
+            entry["extensions"] = extensions
+            self.used = dict.fromkeys(extensions, False) | self.used
         return entry
 
     def add_to(self, document: dict[str, Any], blob: bytes) -> bytes:
