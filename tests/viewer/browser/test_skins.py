@@ -24,7 +24,7 @@ from cards import (
     texture,
     unlit,
 )
-from elastomorph.model.appearance import Material, Texture
+from elastomorph.model.appearance import Finish, Material, Texture, Toon
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.viewer import Scene, rig_scene
 
@@ -78,6 +78,13 @@ def test_a_colour_tints_its_image_as_light_does(visit: Visit) -> None:
     half = unlit(texture(), colour=(0.5, 0.5, 0.5, 1.0))
     grey = shown(visit, card(half))[3]
     assert max(abs(part - 188) for part in grey) <= 1
+
+
+def test_a_finish_comes_through_python(visit: Visit) -> None:
+    """A toon in shade, as the cosine of a card to the lamp is 0.62; a light of its own is added."""
+    finish = Finish(glow=(0.0, 0.5, 0.0), toon=Toon((0.0, 0.0, 1.0), shift=-0.7, toony=1.0))
+    toon = Material(texture=texture([[RED]]), unlit=True, finish=finish)
+    assert shown(visit, card(toon)) == [(0, 188, 255)] * 4
 
 
 def test_masks_and_sides_let_the_wall_be_seen(visit: Visit) -> None:
