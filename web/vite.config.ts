@@ -20,8 +20,9 @@ const PAGES = {
   },
 };
 
-const CONTAINS = `The viewer of elastomorph (MIT licence). It contains the decoders of Draco (The Draco Authors,
-Apache License 2.0) and of meshoptimizer (Arseny Kapoulkine, MIT licence), and parts of three.js:`;
+const CONTAINS = `The viewer of elastomorph (MIT licence). It contains the decoder of Draco (the Draco Authors,
+Apache License, Version 2.0: apache.org/licenses/LICENSE-2.0), that of meshoptimizer, and parts of three.js:`;
+const LICENCES = ['three/LICENSE', 'meshoptimizer/LICENSE.md'];
 
 export default defineConfig(({ mode }) => {
   const page = mode === 'landmarks' ? mode : 'viewer';
@@ -39,7 +40,7 @@ export default defineConfig(({ mode }) => {
   };
 });
 
-/** Puts words into the one `index.html` of both pages, and above the viewer the licence of three.js. */
+/** Puts words into the one `index.html` of both pages, and above the viewer the licences of others. */
 function filled(words: Readonly<Record<string, string>>): Plugin {
   let notice = '';
   const handler = (html: string) =>
@@ -48,8 +49,10 @@ function filled(words: Readonly<Record<string, string>>): Plugin {
     name: 'filled',
     async buildStart() {
       if (words['page'] !== 'viewer') return;
-      const licence = await this.fs.readFile(here('node_modules/three/LICENSE'), { encoding: 'utf8' });
-      notice = `\n<!--\n${CONTAINS}\n\n${licence.trim()}\n-->`;
+      const read = (name: string) =>
+        this.fs.readFile(here(`node_modules/${name}`), { encoding: 'utf8' });
+      const licences = (await Promise.all(LICENCES.map(read))).map((text) => text.trim());
+      notice = `\n<!--\n${[CONTAINS, ...licences].join('\n\n')}\n-->`;
     },
     transformIndexHtml: { order: 'pre', handler },
   };

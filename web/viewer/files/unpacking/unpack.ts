@@ -18,10 +18,11 @@ export async function unpack(job: Omit<Job, 'draco'>): Promise<Answer> {
   ]);
   const address = URL.createObjectURL(new Blob([script], { type: 'text/javascript' }));
   const worker = new Worker(address);
+  let limit: ReturnType<typeof setTimeout> | undefined;
   try {
     return await new Promise<Answer>((resolve) => {
       const fail = (problem: string) => resolve({ problem });
-      setTimeout(fail, 1000 * SECONDS, `unpacking it takes more than ${SECONDS} s: it is damaged`);
+      limit = setTimeout(fail, 1000 * SECONDS, `unpacking it takes more than ${SECONDS} s: it is damaged`);
       worker.onmessage = ({ data }: MessageEvent<Answer>) => resolve(data);
       worker.onerror = (event) => {
         event.preventDefault();
@@ -30,6 +31,7 @@ export async function unpack(job: Omit<Job, 'draco'>): Promise<Answer> {
       worker.postMessage({ ...job, draco: draco?.buffer ?? null } satisfies Job);
     });
   } finally {
+    clearTimeout(limit);
     worker.terminate();
     URL.revokeObjectURL(address);
   }
