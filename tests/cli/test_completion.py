@@ -91,6 +91,9 @@ def test_poses_of_a_file(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert found == {"p.json#Smile", "p.json#Sad"}
     assert offered(files, monkeypatch, "render", "face", "-p", "p.csv#") == {"p.csv#Smile"}
     assert not offered(files, monkeypatch, "render", "face", "-p", "nowhere.csv#")
+    assert offered(files, monkeypatch, "render", "face", "-p", "p.") == {"p.json", "p.csv"}
+    both = {"p.csv", "p.csv#Smile"}
+    assert offered(files, monkeypatch, "render", "face", "-p", "p.c") == both
 
 
 def test_sliders_of_the_built_in_head_come_at_once(

@@ -36,6 +36,8 @@ __all__ = [
 
 _WEIGHTS = ("0.25", "0.5", "0.75", "1")
 _BREAKS = frozenset("=:")
+_MOST_BYTES = 1 << 20
+"""Larger files hold takes, not poses."""
 
 
 def methods(incomplete: str) -> list[str]:
@@ -87,11 +89,12 @@ Expressions = Annotated[
 def poses(context: typer.Context, incomplete: str) -> list[str]:
     """As `sliders`, each with ``=``, and the last one with some weights.
 
-    A shell adds a space behind what it has no choice for, and a weight follows without one. Behind
-    a file of poses and ``#``, the names in it.
+    A shell adds a space behind what it has no choice for, and a weight follows without one. Also
+    files of poses, and the names in one.
     """
-    if of_files := _poses_of_files(incomplete):
-        return of_files
+    with suppress(OSError):
+        if of_files := _poses_of_files(incomplete):
+            return of_files
     before, comma, last = incomplete.rpartition(",")
     taken = [text.partition("=")[0] for text in before.split(",")]
     stem, equals, _ = last.partition("=")
@@ -103,15 +106,25 @@ def poses(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def _poses_of_files(incomplete: str) -> list[str]:
-    file, mark, _ = incomplete.partition("#")
-    if not mark:
-        return []
-    with suppress(Exception), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        from elastomorph.io.poses import read_poses
+    """Files of poses that begin so, or with ``#`` the poses in one."""
+    from elastomorph.io.poses import POSE_SUFFIXES, read_poses
 
-        return _beginning([f"{file}#{name}" for name in read_poses(file)], incomplete)
-    return []
+    named, mark, _ = incomplete.partition("#")
+    folder, slash, _ = named.rpartition("/")
+    files = [named] if mark else []
+    if named and not mark:
+        there = (f"{folder}{slash}{each.name}" for each in Path(folder + slash or ".").iterdir())
+        files = _beginning(there, named)
+    found: dict[str, list[str]] = {}
+    for file in sorted(files):
+        if not file.lower().endswith(POSE_SUFFIXES) or Path(file).stat().st_size > _MOST_BYTES:
+            continue
+        with suppress(Exception), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found[file] = [f"{file}#{name}" for name in read_poses(file)]
+    if mark or len(found) == 1:  # one file: it, and what can follow
+        return _beginning([text for file in found for text in (file, *found[file])], incomplete)
+    return list(found)
 
 
 def _beginning(names: Iterable[str], incomplete: str) -> list[str]:

@@ -32,7 +32,9 @@ RATE = 25.0
 class Shot:
     """What is drawn, and when: a picture, a strip, a sheet of poses, a clip or a film of a take."""
 
-    take: Annotated[str | None, typer.Option("--take", help=f"Film a take: {TAKES}")] = None
+    take: Annotated[
+        str | None, typer.Option("--take", help=f"Film {TAKES[0].lower()}{TAKES[1:]}")
+    ] = None
     t: Annotated[
         float | None,
         typer.Option(
