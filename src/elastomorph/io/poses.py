@@ -144,7 +144,7 @@ def _in_json(path: str | Path) -> Poses:
     found: Poses = {}
     for name, weights in _entries(path, content):
         try:
-            _add(found, name, _by_slider(name, weights))
+            _add(found, name.strip(), _by_slider(name, weights))
         except ParameterError as problem:
             raise FormatError(path, shortened(problem), line=_line_of(text, name)) from None
     if not found:
@@ -217,9 +217,9 @@ def _checked(poses: Mapping[str, Mapping[str, float]]) -> Poses:
             f"{{'Smile': {{'mouthSmileLeft': 0.7}}}}, found {shortened(repr(poses))}"
         )
     for name, weights in poses.items():
-        _require_printable(name, "a pose")
+        _require_plain(name, "a pose")
         for slider, weight in weights.items():
-            _require_printable(slider, "a slider")
+            _require_text(slider)
             if not math.isfinite(_weight(weight)):
                 raise ParameterError(
                     f"the weight of {slider!r} in {name!r} is {shortened(str(weight))}, expected "
@@ -228,13 +228,21 @@ def _checked(poses: Mapping[str, Mapping[str, float]]) -> Poses:
     return {name: {s: _weight(w) for s, w in own.items()} for name, own in poses.items()}
 
 
-def _require_printable(name: object, what: str) -> None:
+def _require_plain(name: object, what: str) -> None:
+    """Refuse a name that a table or a list could not show as it is."""
     fits = isinstance(name, str) and name and name == name.strip()
     if not fits or any(unicodedata.category(letter) in ("Cc", "Cs") for letter in str(name)):
         raise ParameterError(
             f"{what} cannot be called {shortened(repr(name))}; give it a name of letters without "
             "blanks around it"
         )
+
+
+def _require_text(slider: object) -> None:
+    """Refuse what is no name of a slider; rigs call theirs as they like."""
+    lone = isinstance(slider, str) and any("\ud800" <= letter <= "\udfff" for letter in slider)
+    if not isinstance(slider, str) or not slider or lone:
+        raise ParameterError(f"a slider is named by a text, found {shortened(repr(slider))}")
 
 
 def _weight(value: object) -> float:
@@ -263,6 +271,7 @@ def _as_json(poses: Poses) -> str:
 def _as_rows(poses: Poses) -> str:
     sliders = list(dict.fromkeys(name for weights in poses.values() for name in weights))
     for name in sliders:
+        _require_plain(name, "in a table, a slider")
         if ";" in name:  # a header with it would be taken for columns separated by semicolons
             raise ParameterError(f"a table cannot hold the slider {name!r}; write .json")
     text = io.StringIO(newline="")
