@@ -26,6 +26,7 @@ from elastomorph.errors import ElastomorphError, FileError, MissingExtraError
 
 _OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to", "record")
 """The parameters of verbs that name what is written."""
+_DRAWN = {".png", ".jpg", ".jpeg", ".webp", ".gif", ".mp4"}
 _PICTURES = ("picture", "sheet", "grid")
 _DRAWING = (("vtkmodules", "vtk", "demo"), ("PIL", "pillow", "demo"))
 _COMPRESSION = ("meshopt", "meshopt", "gltf")
@@ -138,7 +139,8 @@ def _require_packages(parameters: dict[str, Any], name: str) -> None:
 
     suffixes = {Path(word).suffix.lower() for word in _words(parameters.get("output"))}
     needed = [known.package for known in RIG_FORMATS if suffixes.intersection(known.suffixes)]
-    if name == "demo" or any(parameters.get(own) is not None for own in _PICTURES):
+    drawn = _DRAWN.intersection(suffixes) or any(parameters.get(own) for own in _PICTURES)
+    if name == "demo" or drawn:
         needed += _DRAWING
     pages = parameters.get("output") is not None or parameters.get("report") is not None
     if name == "demo" or (name == "evaluate" and pages and parameters.get("pictures", True)):
