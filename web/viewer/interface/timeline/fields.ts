@@ -18,7 +18,7 @@ export interface NumberField {
 }
 
 export function numberField(name: string, { unit = '', ...options }: Options): NumberField {
-  const input = element('input', { type: 'number', ...options });
+  const input = element('input', { type: 'number', 'aria-label': name, ...options });
   const after = element('span', { class: 'unit' }, unit);
   return {
     element: element('label', { class: 'field', title: options.title }, name, input, after),
