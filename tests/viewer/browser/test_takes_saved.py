@@ -83,7 +83,7 @@ def test_a_take_of_a_phone_stays_one(visit: Visit, tmp_path: Path) -> None:
 
 
 def test_a_saved_file_plays_the_take(visit: Visit, faces: Faces, tmp_path: Path) -> None:
-    """Bends, correctives and all: three.js shows the poses of the rig, and Python reads the take."""
+    """Bends, correctives and all: three.js shows the rig's poses, and Python reads the take."""
     rig, take = faces.rigs["beam:2"], faces.take
     write_performance_csv(tmp_path / "a take.csv", take)
     page = visit(alone(glb(rig), "head"), size=SIZE)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 SMILE = {"mouthSmile_L": 0.9, "mouthSmile_R": 0.9, "browInnerUp": 0.6, "jawOpen": 0.25}
 JAW = {"weights": {"jawOpen": 1}, "t": 0.5}
 CALM = {
-    **{"weights": {}, "t": 1, "playing": False, "clip": None, "mirror": False},
+    **{"weights": {}, "t": 1, "playing": False, "clip": None, "mirror": False, "range": None},
     **{"arrangement": "single", "shown": [1], "swipe": 0.5, "ghost": False, "onion": 0},
     **{
         "grab": False,
@@ -104,6 +104,12 @@ def _take(page: Page, faces: Faces) -> None:
     _show(page, "Sliders", clip="a take", clipTime=0.5)
 
 
+def _timeline(page: Page, faces: Faces) -> None:
+    _show(page, "Sliders", clip="a take", clipTime=0.5, range=[0.2, 0.8])
+    page.get_by_role("button", name="Timeline").click()
+    page.get_by_role("combobox", name="Curve").select_option("jawOpen")
+
+
 def _keys(page: Page, faces: Faces) -> None:
     _show(page, "Sliders")
     page.get_by_role("button", name="Keys (?)").click()
@@ -131,13 +137,17 @@ VIEWS: dict[str, View] = {
     "grab": _grab,
     "lines": _lines,
     "take": _take,
+    "timeline": _timeline,
     "keys": _keys,
     "alert": _alert,
 }
 
 
 def close_all(page: Page) -> None:
-    """Closes what a view has opened over the picture."""
+    """Closes what a view has opened, and opens the panel that gave way to it."""
+    page.evaluate("document.querySelector('.unfold[aria-expanded=true]')?.click()")
+    if page.locator("[data-panel=closed]").count():
+        page.get_by_role("tab", selected=True).click()
     page.evaluate("document.querySelector('dialog[open]')?.close()")
     page.evaluate("document.querySelectorAll('.message button').forEach(b => b.click())")
     search = page.get_by_role("searchbox")

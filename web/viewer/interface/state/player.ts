@@ -81,11 +81,12 @@ export function createPlayer(store: Store, models: () => readonly Model[], sound
     if (clip) {
       if (state.repeat !== 'back and forth') direction = 1;
       // Sound has no way back, and nothing else that keeps time where it can be heard.
-      const heard = direction > 0 ? sound.follow(state) : null;
-      if (heard === null) sound.hush();
-      const passed = heard === null ? elapsed * state.speed : heard - state.clipTime;
       const ends = played(clip, state.range);
-      const step = advanced(state.clipTime, passed, direction, ends, state.repeat);
+      const clipTime = Math.min(ends[1], Math.max(ends[0], state.clipTime));
+      const heard = direction > 0 ? sound.follow({ ...state, clipTime }) : null;
+      if (heard === null) sound.hush();
+      const passed = heard === null ? elapsed * state.speed : heard - clipTime;
+      const step = advanced(clipTime, passed, direction, ends, state.repeat);
       direction = step.direction;
       store.update({ clipTime: step.place, playing: step.goesOn });
     } else {

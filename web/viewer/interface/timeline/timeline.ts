@@ -44,7 +44,10 @@ export function createTimeline(
     ...{ type: 'range', class: 'near', min: 0, max: 1, step: 0.01, value: 0 },
     ...{ 'aria-label': 'Zoom of the timeline', title: 'Zoom (wheel)' },
   });
-  const strip = createStrip(context, speaker, (share) => (near.value = String(share)));
+  const strip = createStrip(context, speaker, (share) => {
+    near.value = String(share);
+    edits.show(store.get());
+  });
   near.addEventListener('input', () => strip.near(near.valueAsNumber));
   const edits = createEdits(context, strip);
   const files = createFiles(context, takes, recorder);
