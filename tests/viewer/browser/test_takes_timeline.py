@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from visiting import Visit, settled, state, update, wait
 
 from elastomorph.io.performance import write_performance_csv
 from elastomorph.rig.performance import Performance
+from needs import extra
 
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
@@ -316,6 +318,58 @@ def test_a_sound_of_another_length_is_said_and_plays(
     assert state_of(page, "clipTime") == pytest.approx(2)
 
 
+@pytest.mark.parametrize("kind", ["mp3", "webm", "mp4", "mov"])
+def test_sounds_and_the_sound_of_videos_begin_where_they_should(
+    visit: Visit, faces: Faces, tmp_path: Path, kind: str
+) -> None:
+    """Encoders put silence in front; within a frame the click is where it was."""
+    path = tmp_path / f"take.{kind}"
+    program = extra("imageio_ffmpeg", "demo").get_ffmpeg_exe()
+    picture = [] if kind == "mp3" else ["-f", "lavfi", "-i", "color=c=gray:s=64x64:r=30:d=2"]
+    sound = ["-i", str(write_click(tmp_path))]
+    command = [program, "-y", "-loglevel", "error", *picture, *sound, str(path)]
+    subprocess.run(command, check=True, timeout=60)
+    page = visit(alone(glb(faces.rigs["linear"])), size=SIZE)
+    page.evaluate(DECODED)
+    open_files(page, write_take(tmp_path), path)
+    assert [words for words in told(page) if "s long" not in words] == []
+    assert page.locator(".range-line").get_by_text(f"♪ take.{kind}").is_visible()
+    assert page.evaluate("onset") == pytest.approx(1, abs=1 / 30)
+
+
+def test_a_take_and_its_sound_are_dropped(visit: Visit, faces: Faces, tmp_path: Path) -> None:
+    page = visit(alone(glb(faces.rigs["linear"])), size=SIZE)
+    files = [[p.name, p.read_bytes().hex()] for p in (write_click(tmp_path), write_take(tmp_path))]
+    page.evaluate(
+        """files => {
+            const dropped = new DataTransfer();
+            const bytes = hex => Uint8Array.from(hex.match(/../g), h => parseInt(h, 16));
+            for (const [name, hex] of files) dropped.items.add(new File([bytes(hex)], name));
+            document.body.dispatchEvent(
+                new DragEvent('drop', {dataTransfer: dropped, bubbles: true, cancelable: true}));
+        }""",
+        files,
+    )
+    page.get_by_text("♪ click.wav").wait_for()
+    assert latest(page).name == "flash"
+    assert told(page) == []
+
+
+def test_an_edited_clip_of_a_file_takes_its_place(visit: Visit, faces: Faces) -> None:
+    page = visit(faces.performed, size=SIZE)
+    page.keyboard.press("t")
+    choose(page, "jawOpen")
+    update(page, clipTime=0.5)
+    field(page, "Value", "0.125")
+    assert latest(page).name == "a take"
+    assert state(page)["weights"]["jawOpen"] == pytest.approx(0.125)
+    assert page.get_by_role("combobox", name="What plays").locator("option").count() == 2
+    page.locator(".picture").focus()
+    page.keyboard.press("Control+z")
+    assert page.evaluate("elastomorph.state().takes.length") == 0
+    assert state(page)["weights"]["jawOpen"] == pytest.approx(1, abs=1e-3)
+
+
 def test_sounds_that_are_none_are_refused(visit: Visit, faces: Faces, tmp_path: Path) -> None:
     page = visit(alone(glb(faces.rigs["linear"])), size=SIZE)
     click = write_click(tmp_path)
@@ -326,6 +380,15 @@ def test_sounds_that_are_none_are_refused(visit: Visit, faces: Faces, tmp_path: 
     assert "finds no sound" in told(page)[0]
 
 
+DECODED = """() => {
+    const decode = BaseAudioContext.prototype.decodeAudioData;
+    BaseAudioContext.prototype.decodeAudioData = async function (bytes) {
+        const buffer = await decode.call(this, bytes);
+        const loud = buffer.getChannelData(0).findIndex(sample => Math.abs(sample) > 0.2);
+        window.onset = loud / buffer.sampleRate;
+        return buffer;
+    };
+}"""
 HEAR = """() => {
     window.heard = [];
     window.now = () => context.currentTime - (context.outputLatency || context.baseLatency || 0);

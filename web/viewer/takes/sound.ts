@@ -27,6 +27,8 @@ export interface Speaker {
   /** Gives a take, which begins at a second, its sound. */
   lend(take: string, begin: number, name: string, buffer: AudioBuffer): Sound;
   of(take: string | null): Sound | null;
+  /** Calls back when a take has got another sound. */
+  subscribe(listener: () => void): void;
   /**
    * Sounds from this moment on, or goes on sounding: the second of the take that is heard now; null
    * where nothing can sound.
@@ -39,6 +41,7 @@ export interface Speaker {
 
 export function createSpeaker(): Speaker {
   const sounds = new Map<string, Lent>(); // by take
+  const listeners: (() => void)[] = [];
   let context: AudioContext | null = null;
   let source: AudioBufferSourceNode | null = null;
   let begun = { at: 0, from: 0, speed: 1, as: '' };
@@ -89,8 +92,10 @@ export function createSpeaker(): Speaker {
       const sound = { name, begin, seconds: buffer.duration, peaks: peaksOf(buffer), buffer };
       sounds.set(take, sound);
       hush();
+      for (const listener of listeners) listener();
       return sound;
     },
+    subscribe: (listener) => void listeners.push(listener),
     of: (take) => (take === null ? null : (sounds.get(take) ?? null)),
     follow(moment) {
       const { clip, clipTime, speed, soundOffset } = moment;

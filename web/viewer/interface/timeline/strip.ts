@@ -172,12 +172,14 @@ export function createStrip(
   };
 }
 
+/** What draws on an empty canvas. */
 function penFor(canvas: HTMLCanvasElement, { width, height }: Plot): drawing.Pen {
   const ratio = devicePixelRatio;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
+  const size = [Math.round(width * ratio), Math.round(height * ratio)] as const;
   const pen = canvas.getContext('2d')!;
-  pen.scale(ratio, ratio);
+  if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.clearRect(0, 0, width, height);
   pen.font = '11px system-ui, sans-serif';
   return pen;
 }

@@ -5,6 +5,7 @@ import type { Takes } from '../../takes/opening';
 import type { Recorder } from '../../takes/video/recording';
 import { matchWords } from '../../takes/reading';
 import type { Speaker } from '../../takes/sound';
+import type { Clip } from '../../types/model';
 import type { ViewState } from '../../types/state';
 import type { Context, Part } from '../parts/part';
 import { createEdits } from './edits';
@@ -85,6 +86,7 @@ export function createTimeline(
     ...[line, strip.element, element('div', { class: 'take-lines' }, edits.element, files.element)],
   );
   let open = false;
+  let described: Clip | null = null; // the take whose match can be read
   let opened: readonly unknown[] = [];
 
   const show = (state: ViewState) => {
@@ -103,7 +105,10 @@ export function createTimeline(
     const [start, end] = [first, last].map((seconds) => seconds.toFixed(2));
     const frames = `${of.times.length.toLocaleString('en')} frames, ${Number(frameRate(of).toFixed(2))} fps`;
     setText(about, state.range ? `${start}–${end} s` : frames);
-    about.title = matchWords(of, scene()?.models[state.shown[0] ?? 0]?.sliders ?? []);
+    if (of !== described) {
+      described = of;
+      about.title = matchWords(of, scene()?.models[state.shown[0] ?? 0]?.sliders ?? []);
+    }
     const heard = speaker.of(of.name);
     setText(sound, heard ? `♪ ${heard.name}` : '');
     offset.element.hidden = sound.hidden = !heard;
@@ -117,5 +122,6 @@ export function createTimeline(
     show(store.get());
   };
   opener.addEventListener('click', () => set(!open));
+  speaker.subscribe(() => show(store.get()));
   return { element: all, opener, show, open: set, isOpen: () => open };
 }
