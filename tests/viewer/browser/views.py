@@ -110,6 +110,12 @@ def _timeline(page: Page, faces: Faces) -> None:
     page.get_by_role("combobox", name="Curve").select_option("jawOpen")
 
 
+def _video(page: Page, faces: Faces) -> None:
+    _show(page, "Sliders", clip="a take")
+    page.get_by_role("button", name="Timeline").click()
+    page.get_by_role("button", name="Video…").click()
+
+
 def _keys(page: Page, faces: Faces) -> None:
     _show(page, "Sliders")
     page.get_by_role("button", name="Keys (?)").click()
@@ -138,6 +144,7 @@ VIEWS: dict[str, View] = {
     "lines": _lines,
     "take": _take,
     "timeline": _timeline,
+    "video": _video,
     "keys": _keys,
     "alert": _alert,
 }

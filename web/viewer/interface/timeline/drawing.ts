@@ -13,6 +13,7 @@ const KEYS_APART = 7; // pixels between frames from which keys are dots
 
 export interface Colours {
   readonly accent: string;
+  readonly ground: string;
   readonly line: string;
   readonly muted: string;
   readonly text: string;
@@ -133,11 +134,11 @@ export function drawRange(
   pen: Pen,
   plot: Plot,
   range: readonly [number, number],
-  { accent, text }: Colours,
+  { accent, ground }: Colours,
 ): void {
   const [start, end] = range.map((seconds) => xOf(plot, seconds));
-  pen.fillStyle = text;
-  pen.globalAlpha = 0.12;
+  pen.fillStyle = ground;
+  pen.globalAlpha = 0.6;
   pen.fillRect(0, 0, Math.max(0, start!), plot.height);
   pen.fillRect(end!, 0, Math.max(0, plot.width - end!), plot.height);
   pen.globalAlpha = 1;

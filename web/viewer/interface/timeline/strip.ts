@@ -189,6 +189,7 @@ function coloursOf(of: HTMLElement): drawing.Colours {
   const colour = (name: string) => style.getPropertyValue(`--${name}`).trim();
   return {
     accent: colour('accent'),
+    ground: colour('ground'),
     line: colour('line'),
     muted: colour('muted'),
     text: colour('text'),
