@@ -152,10 +152,10 @@ VIEWS: dict[str, View] = {
 
 def close_all(page: Page) -> None:
     """Closes what a view has opened, and opens the panel that gave way to it."""
+    page.evaluate("document.querySelector('dialog[open]')?.close()")
     page.evaluate("document.querySelector('.unfold[aria-expanded=true]')?.click()")
     if page.locator("[data-panel=closed]").count():
         page.get_by_role("tab", selected=True).click()
-    page.evaluate("document.querySelector('dialog[open]')?.close()")
     page.evaluate("document.querySelectorAll('.message button').forEach(b => b.click())")
     search = page.get_by_role("searchbox")
     if search.is_visible() and search.input_value():

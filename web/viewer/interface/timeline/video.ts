@@ -48,7 +48,10 @@ export function createVideo(
   close.addEventListener('click', () => dialog.close());
   button.addEventListener('click', () => {
     if (recorder.recording()) recorder.stop();
-    else dialog.showModal();
+    else {
+      document.querySelector('main')!.append(dialog); // nothing around it hides it there
+      dialog.showModal();
+    }
   });
   begin.addEventListener('click', () => {
     dialog.close();
@@ -62,7 +65,7 @@ export function createVideo(
       .catch((problem: unknown) => tell(wordsOf(problem)))
       .finally(() => setText(button, 'Video…'));
   });
-  return element('span', {}, button, dialog);
+  return button;
 }
 
 function choice(words: string, names: readonly string[]) {
