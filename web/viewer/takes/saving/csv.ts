@@ -16,11 +16,11 @@ interface Columns {
 export function takeAsCsv(clip: Clip): Blob {
   const { names, columns } = clip.recorded ? recordedColumns(clip) : ownColumns(clip);
   const timecodes = clip.recorded?.timecodes ?? [];
-  const times = clip.recorded?.times ?? Float64Array.from(clip.times);
+  const times = clip.recorded?.times ?? clip.times;
   const lines = [[...headOf(clip, names, columns, times), ...names].map(quoted).join(',')];
   for (let i = 0; i < times.length; i += 1) {
-    const first = timecodes.length > 0 ? [timecodes[i]!, names.length] : [shortest(times[i]!)];
-    lines.push([...first, ...columns.map((column) => shortest(column[i]!))].join(','));
+    const first = timecodes.length > 0 ? [timecodes[i]!, names.length] : [textOf(times, i)];
+    lines.push([...first, ...columns.map((column) => textOf(column, i))].join(','));
   }
   return new Blob([`${lines.join('\n')}\n`], { type: 'text/csv' });
 }
@@ -29,14 +29,14 @@ function headOf(
   clip: Clip,
   names: readonly string[],
   columns: Columns['columns'],
-  times: Float64Array,
+  times: ArrayLike<number>,
 ) {
   if (clip.recorded?.timecodes.length) return ['Timecode', 'BlendShapeCount'];
   const table = Float64Array.from(
     { length: times.length * names.length },
     (_, i) => columns[i % names.length]![Math.floor(i / names.length)]!,
   );
-  return [timeColumn(names, times, table)];
+  return [timeColumn(names, Float64Array.from(times), table)];
 }
 
 function ownColumns({ tracks }: Clip): Columns {
@@ -58,8 +58,10 @@ function recordedColumns({ recorded, tracks, times }: Clip): Columns {
   names.forEach((name, j) => {
     const changes = [...moved].filter(([slider]) => drives.get(slider)?.includes(name));
     const column = columns[j]!;
-    for (let i = 0; i < frames; i += 1)
-      column[i]! += changes.reduce((sum, [, by]) => sum + by[i]! / changes.length, 0);
+    for (let i = 0; i < frames; i += 1) {
+      const by = changes.reduce((sum, [, change]) => sum + change[i]! / changes.length, 0);
+      if (by !== 0) column[i] = shortest(column[i]! + by);
+    }
   });
   const table = Float64Array.from(
     { length: frames * names.length },
@@ -76,14 +78,19 @@ function recordedColumns({ recorded, tracks, times }: Clip): Columns {
   return found;
 }
 
-/** The shortest text that single precision reads as this number; more digits where it has more. */
-function shortest(value: number): string {
-  if (Math.fround(value) !== value) return String(value);
+/** A number as it is, or of single precision the shortest one that stands for it. */
+function textOf(numbers: ArrayLike<number>, i: number): string {
+  const value = numbers[i]!;
+  return String(numbers instanceof Float32Array ? shortest(value) : value);
+}
+
+function shortest(value: number): number {
+  const single = Math.fround(value);
   for (let digits = 6; digits < 9; digits += 1) {
-    const text = Number(value.toPrecision(digits));
-    if (Math.fround(text) === value) return String(text);
+    const text = Number(single.toPrecision(digits));
+    if (Math.fround(text) === single) return text;
   }
-  return String(value);
+  return single;
 }
 
 function quoted(name: string | number): string {
