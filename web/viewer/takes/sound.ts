@@ -71,7 +71,8 @@ export function createSpeaker(): Speaker {
       if (size > LARGEST)
         refuse(
           name,
-          `it has ${grouped(Math.ceil(size / 2 ** 20))} MiB; sounds of up to 1,024 MiB are opened here. Save the sound alone as a WAV.`,
+          `it has ${grouped(Math.ceil(size / 2 ** 20))} MiB; sounds of up to 1,024 MiB are ` +
+            'opened here. Save the sound alone as a WAV.',
         );
       const buffer = await own()
         .decodeAudioData(await file.arrayBuffer())
@@ -84,7 +85,8 @@ export function createSpeaker(): Speaker {
       if (buffer.duration > LONGEST)
         refuse(
           name,
-          `it is ${grouped(Math.round(buffer.duration / 60))} minutes long; sounds of up to two hours are opened here. Cut it.`,
+          `it is ${grouped(Math.round(buffer.duration / 60))} minutes long; sounds of up to ` +
+            'two hours are opened here. Cut it.',
         );
       return buffer;
     },
