@@ -31,8 +31,11 @@ export interface Numbers {
   [index: number]: number;
 }
 
-/** t → b(t), or its derivative of an order up to 2; straight on beyond 0 and 1. */
-export type Weighing = (t: number, order?: 0 | 1 | 2) => number;
+/** t → b(t), straight on beyond 0 and 1; its first or second derivative. */
+export interface Weighing {
+  (t: number): number;
+  rate(t: number, order: 1 | 2): number;
+}
 
 /** A path: what its time, the product of its sliders, does to the weights of its targets. */
 export interface Path {

@@ -153,8 +153,8 @@ function driversOf(correctives, names) {
 }
 
 /**
- * t → b(t), or its derivative of an order up to 2: a piecewise polynomial between 0 and 1, straight
- * on along its ends beyond them.
+ * t → b(t): a piecewise polynomial between 0 and 1, straight on along its ends beyond them. Its
+ * `rate` is the derivative of an order, which no frame asks for: it may allocate.
  */
 function curve(stored) {
   const breaks = stored?.breaks;
@@ -176,11 +176,11 @@ function curve(stored) {
   const scale = rows.flat().reduce((most, a) => Math.max(most, Math.abs(a)), 1);
   const ends = Math.max(Math.abs(rows[0][0]), Math.abs(value(rows[last], width)));
   demand(ends <= 1e-9 * scale, 'a curve is not 0 at its ends');
-  const first = value(rows[0], 0, 1);
-  const end = value(rows[last], width, 1);
-  return (t, order = 0) => {
-    if (t <= 0) return straight(first, t, order);
-    if (t >= 1) return straight(end, t - 1, order);
+  const first = rows[0][1] ?? 0;
+  const end = value(slopes(rows[last]), width);
+  const at = (t) => {
+    if (t <= 0) return first * t;
+    if (t >= 1) return end * (t - 1);
     let low = 0;
     let high = last;
     while (low < high) {
@@ -188,19 +188,25 @@ function curve(stored) {
       if (breaks[middle] <= t) low = middle;
       else high = middle - 1;
     }
-    return value(rows[low], t - breaks[low], order);
+    return value(rows[low], t - breaks[low]);
   };
+  at.rate = (t, order) => {
+    if (t < 0 || t > 1) return order > 1 ? 0 : t < 0 ? first : end;
+    const piece = rows.reduce((found, _, i) => (breaks[i] <= t ? i : found), 0);
+    const slope = slopes(rows[piece]);
+    return value(order > 1 ? slopes(slope) : slope, t - breaks[piece]);
+  };
+  return at;
 }
 
-function straight(slope, s, order) {
-  return order > 1 ? 0 : order ? slope : slope * s;
-}
-
-function value(row, s, order = 0) {
+function value(row, s) {
   let sum = 0;
-  for (let n = row.length - 1; n >= order; n -= 1)
-    sum = sum * s + row[n] * (order > 1 ? n * (n - 1) : order ? n : 1);
+  for (let n = row.length - 1; n >= 0; n -= 1) sum = sum * s + row[n];
   return sum;
+}
+
+function slopes(row) {
+  return row.map((a, n) => n * a).slice(1);
 }
 
 function numbers(row) {

@@ -23,9 +23,6 @@ export interface Moving {
   curved(left: Numbers): Numbers;
 }
 
-// A second derivative is that of the path itself where it begins and ends.
-const WITHIN = 1e-9;
-
 export class Points {
   private readonly rest: Numbers;
   private readonly ways: readonly Way[];
@@ -93,19 +90,18 @@ export class Points {
 function moved({ delta, fold, bends }: Way, time: number, positions: Numbers): Numbers {
   const speed = new Float64Array(positions.length);
   add(positions, time + (fold?.(time) ?? 0), delta);
-  add(speed, 1 + (fold?.(time, 1) ?? 0), delta);
+  add(speed, 1 + (fold?.rate(time, 1) ?? 0), delta);
   for (const { field, curve } of bends) {
     add(positions, curve(time), field);
-    add(speed, curve(time, 1), field);
+    add(speed, curve.rate(time, 1), field);
   }
   return speed;
 }
 
 function turnOf({ delta, fold, bends }: Way, time: number, length: number): Numbers {
-  const at = time < 0 || time > 1 ? time : Math.min(Math.max(time, WITHIN), 1 - WITHIN);
   const turn = new Float64Array(length);
-  if (fold) add(turn, fold(at, 2), delta);
-  for (const { field, curve } of bends) add(turn, curve(at, 2), field);
+  if (fold) add(turn, fold.rate(time, 2), delta);
+  for (const { field, curve } of bends) add(turn, curve.rate(time, 2), field);
   return turn;
 }
 
