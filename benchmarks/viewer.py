@@ -225,7 +225,7 @@ def measure(browser: Any, folder: Path, count: int) -> None:
         write_viewer(ours, rig_scene(curved, unit="cm"))
         page, our_load = loaded(browser, ours, "elastomorph.ready")
         print(f"  drawn by {renderer(page)}, Chromium {browser.version}")
-        box = page.locator("canvas").bounding_box()
+        box = page.locator("canvas").first.bounding_box()
         our_frames = frames(page, OUR_POSER, names, count)
         readout = page.evaluate("elastomorph.readout()")
         page.context.close()
