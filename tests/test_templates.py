@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from jinja2 import UndefinedError
 from markupsafe import Markup
 
+from elastomorph.report.document import document
 from elastomorph.templates import rendered
 
 # What HTML can show: no control characters, no halves of surrogate pairs, and a parser of HTML
@@ -19,9 +20,7 @@ texts = st.text(st.characters(exclude_categories=("Cs", "Cc")))
 
 
 def page(title: str, subtitle: str = "") -> str:
-    return rendered(
-        "elastomorph.report", "page.html", title=title, subtitle=subtitle, sections=[], viewer=False
-    )
+    return document(title, subtitle, [])
 
 
 def tags(made: str) -> list[str]:
@@ -65,5 +64,5 @@ def test_markup_stays_as_it_is() -> None:
 
 
 def test_a_value_that_is_missing_is_an_error() -> None:
-    with pytest.raises(UndefinedError, match="subtitle"):
-        rendered("elastomorph.report", "page.html", title="", sections=[], viewer=False)
+    with pytest.raises(UndefinedError, match="graphs"):
+        rendered("elastomorph.report", "graphs.html", it={})

@@ -35,7 +35,7 @@ from elastomorph.report.recipe import recipe
 SCRIPT = (files("elastomorph.report") / "templates" / "copy.js").read_text(encoding="utf-8")
 PAPER = "https://doi.org/10.3390/axioms13030185"
 ANSWER = ["outcome", "faces", "viewer"]
-APPENDIX = ["compared", "errors", "graphs", "recipe"]
+APPENDIX = ["compared", "errors", "more", "graphs", "recipe"]
 SECTIONS = [*ANSWER, *APPENDIX]
 
 

@@ -43,9 +43,12 @@ def demo(
 
     Example: elastomorph demo --data path/to/rig -o out
     """
+    from elastomorph.io.registry import require_there
     from elastomorph.report.subject import built_in_subject, rig_subject
     from elastomorph.report.walkthrough import walk_through
 
+    if data is not None:
+        require_there(data)
     start = time.perf_counter()
     with steps(as_json) as say:
         if data is None and settings is None:

@@ -21,6 +21,8 @@ from elastomorph.report.recipe import recipe
 
 __all__ = ["report_page", "write_evaluation", "write_report"]
 
+_IN_FRONT = 2
+"""Pictures that stand in front of the appendix: the ways over time, and one moment."""
 _ONE_MOTION = (
     "All of this was measured on one motion of one face. On other motions other methods have come "
     "closest: judge by several."
@@ -114,7 +116,8 @@ def report_page(
         graphs = _graphs(evaluation, suggestions, timing_known=about.timing_known)
         if faces is None and has_polygons and about.timing_known:
             faces = evaluation_pictures(evaluation, lengths, informed, say)
-        sections += picture_sections(faces or (), pictures)
+        faces = faces or ()
+        sections += picture_sections(faces[:_IN_FRONT], [*faces[_IN_FRONT:], *pictures])
         say("adding the viewer")
         viewer = live_viewer(evaluation, about.name, about.unit, informed, about.truth)
         live = bool(viewer.content["page"])
