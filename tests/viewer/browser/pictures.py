@@ -22,6 +22,11 @@ def picture(page: Page) -> Pixels:
     address = page.evaluate(
         "() => { elastomorph.readout(); return document.querySelector('canvas').toDataURL(); }"
     )
+    return pixels_of(address)
+
+
+def pixels_of(address: str) -> Pixels:
+    """(H, W, 3) of a picture in a ``data:`` address."""
     png = base64.b64decode(address.partition(",")[2])
     with Image.open(io.BytesIO(png)) as image:
         return np.asarray(image.convert("RGB")).astype(np.int16)

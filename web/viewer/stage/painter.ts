@@ -21,6 +21,7 @@ export interface Look {
   readonly drive: Drive;
   readonly dark: boolean;
   readonly heatTop: number; // distance of the last colour
+  readonly moving: boolean; // what only a picture at rest needs may wait
 }
 
 const SHARPEST = 2; // pixels a CSS pixel; more cost time and show nothing
@@ -113,7 +114,8 @@ export class Painter {
     const { camera, middle, size } = view;
     if (look.state.light === 'studio') {
       const { casting, shape } = face;
-      this.pictures.shadow.draw(renderer, camera, casting, shape, middle, 0.6 * size);
+      const { shadow } = this.pictures;
+      shadow.draw(renderer, camera, casting, shape, middle, 0.6 * size, look.moving);
     }
     face.arrange(camera);
     renderer.setScissor(cut.x, cut.y, cut.width, cut.height);

@@ -44,7 +44,7 @@ export function portrait(
   view.look('front', 1, 0);
   view.zoom(NEARER);
   face.show(drive);
-  const look = { state: { ...state, ...PLAIN, weights }, drive, dark, heatTop: 1 };
+  const look = { state: { ...state, ...PLAIN, weights }, drive, dark, heatTop: 1, moving: false };
   painter.draw(faces, [{ model, area, cut: area }], view, look);
   const context = made.getContext('2d')!;
   context.drawImage(canvas, 0, canvas.height - side, side, side, 0, 0, PORTRAIT, PORTRAIT);

@@ -5,6 +5,7 @@ import {
   GLSL3,
   LessEqualCompare,
   LinearFilter,
+  type Matrix4,
   Mesh,
   RawShaderMaterial,
   Scene,
@@ -21,6 +22,8 @@ import { LIGHT_SPACE, SHADOW_FRAGMENT } from './shaders/shadow';
 import { VERTEX_FETCH } from './shaders/vertices';
 
 const SIZE = 1024;
+const [FEWEST, MOST] = [2, 8]; // looks a pixel: soft edges wait until nothing moves
+const KEPT = 400; // milliseconds for which a moving face may have the shadow of an earlier pose
 
 const SHADOW_VERTEX = /* glsl */ `
 ${VERTEX_FETCH}
@@ -38,6 +41,9 @@ export class Shadow {
   readonly map: DepthTexture;
   /** Middle of the face in the camera's space, and its radius. */
   readonly ball = new Vector4(0, 0, 0, 1);
+  /** How often a pixel looks into the map, as a uniform. */
+  readonly looks = { value: MOST };
+  private last: { at: number; shape: Shape; from: Matrix4 } | null = null;
   private readonly target: WebGLRenderTarget;
   private readonly material: RawShaderMaterial;
   private readonly scene = new Scene();
@@ -64,6 +70,10 @@ export class Shadow {
     this.scene.add(this.mesh);
   }
 
+  /**
+   * @param moving keeps the shadow of an earlier pose for a while, where the same face is seen from
+   *   where it was.
+   */
   draw(
     renderer: WebGLRenderer,
     camera: PerspectiveCamera,
@@ -71,7 +81,13 @@ export class Shadow {
     shape: Shape,
     middle: Vector3,
     radius: number,
+    moving: boolean,
   ): void {
+    this.looks.value = moving ? FEWEST : MOST;
+    const [from, at] = [camera.matrixWorldInverse, performance.now()];
+    const { last } = this;
+    if (moving && last?.shape === shape && last.from.equals(from) && at - last.at < KEPT) return;
+    this.last = { at, shape, from: from.clone() };
     const seen = middle.clone().applyMatrix4(camera.matrixWorldInverse);
     this.ball.set(seen.x, seen.y, seen.z, radius);
     this.mesh.geometry = geometry;

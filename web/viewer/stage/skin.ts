@@ -143,6 +143,7 @@ export function skinMaterials(
     heatTop: { value: 1 },
     shadows: { value: shadow.map },
     ball: { value: shadow.ball },
+    looks: shadow.looks,
   };
   const shaders = {
     glslVersion: GLSL3,

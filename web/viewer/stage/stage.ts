@@ -15,6 +15,7 @@ import { inArea, viewportsOf, within, type Area, type Viewport } from './viewpor
 
 type Colour = readonly [number, number, number];
 
+const AT_REST = 180; // milliseconds without another pose until the picture is drawn at its best
 const NAMES = 36; // CSS pixels above each of the faces side by side
 
 /** @throws Error where the browser has no WebGL 2 */
@@ -32,6 +33,8 @@ class FaceStage implements Stage {
   private state: ViewState | null = null;
   private dark = matchMedia('(prefers-color-scheme: dark)').matches;
   private waiting = 0;
+  private moving = false;
+  private settling: ReturnType<typeof setTimeout> | undefined;
   private looking: View | null = 'front';
   private readonly listeners: (() => void)[] = [];
 
@@ -78,15 +81,23 @@ class FaceStage implements Stage {
     const arranged =
       this.state?.arrangement !== state.arrangement ||
       this.state.shown.length !== state.shown.length;
+    if (this.state && !samePose(this.state, state)) this.moving = true;
     this.state = state;
     if (arranged && this.looking) this.look(this.looking);
     this.request();
   }
 
   flush(): void {
+    this.moving = false;
+    this.present();
+  }
+
+  private present(): void {
     cancelAnimationFrame(this.waiting);
     this.waiting = 0;
     this.draw();
+    clearTimeout(this.settling);
+    if (this.moving) this.settling = setTimeout(() => this.rest(), AT_REST);
     for (const listener of this.listeners) listener();
   }
 
@@ -206,6 +217,7 @@ class FaceStage implements Stage {
 
   dispose(): void {
     cancelAnimationFrame(this.waiting);
+    clearTimeout(this.settling);
     this.resized.disconnect();
     this.faces.forEach((face) => face.dispose());
     this.faces = [];
@@ -259,7 +271,12 @@ class FaceStage implements Stage {
   }
 
   private request(): void {
-    if (!this.waiting) this.waiting = requestAnimationFrame(() => this.flush());
+    if (!this.waiting) this.waiting = requestAnimationFrame(() => this.present());
+  }
+
+  private rest(): void {
+    this.moving = false;
+    this.request();
   }
 
   private resize(): void {
@@ -284,7 +301,7 @@ class FaceStage implements Stage {
     const needed = state.heat ? [...shown, state.against] : shown;
     for (const number of new Set(needed)) this.faces[number]?.show(drive);
     const heat = this.comparison.of(this.faces, shown, state);
-    const look = { state, drive, dark: this.dark, heatTop: heat?.top ?? 1 };
+    const look = { state, drive, dark: this.dark, heatTop: heat?.top ?? 1, moving: this.moving };
     painter.draw(this.faces, viewports, this.view, look);
     this.pace.add(start, performance.now() - start);
     if (moving) this.request();
@@ -302,4 +319,8 @@ class FaceStage implements Stage {
     const other = place(against.positions());
     return Math.hypot(position[0] - other[0], position[1] - other[1], position[2] - other[2]);
   }
+}
+
+function samePose(one: ViewState, other: ViewState): boolean {
+  return one.weights === other.weights && one.t === other.t;
 }

@@ -13,11 +13,11 @@ vec3 inLight(vec3 view) {
 }
 `;
 
-/** How much of the key light reaches a point, 0 to 1: eight looks, turned from pixel to pixel. */
+/** How much of the key light reaches a point, 0 to 1: some looks, turned from pixel to pixel. */
 export const SHADOW = /* glsl */ `
 ${LIGHT_SPACE}
 uniform mediump sampler2DShadow shadows;
-const int LOOKS = 8;
+uniform int looks;
 float lit(vec3 view, vec3 n) {
   if (dot(n, TOWARDS) < -0.35) return 0.22; // turned away, where no lamp reaches it anyway
   vec3 at = inLight(view + 0.012 * ball.w * n);
@@ -27,13 +27,13 @@ float lit(vec3 view, vec3 n) {
   vec2 slope = up.xy / max(up.z, 0.25);
   float turn = 6.2832 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   float sum = 0.0;
-  for (int i = 0; i < LOOKS; i += 1) {
-    float away = sqrt((float(i) + 0.5) / float(LOOKS)) * 0.012;
+  for (int i = 0; i < looks; i += 1) {
+    float away = sqrt((float(i) + 0.5) / float(looks)) * 0.012;
     float angle = turn + 2.399963 * float(i);
     vec2 aside = away * vec2(cos(angle), sin(angle));
     sum += texture(shadows, vec3(place.xy + aside, place.z + dot(slope, aside) - 0.0012));
   }
-  return 0.22 + 0.78 * sum / float(LOOKS); // the lamp is large: no shadow is black
+  return 0.22 + 0.78 * sum / float(looks); // the lamp is large: no shadow is black
 }
 `;
 
