@@ -6,9 +6,9 @@ Prints, measured in one run in one Chromium that draws in software: the size of 
 time from opening a file on disk to its first frame, and the shortest time of a frame with every
 slider at random and with one slider, for a production rig. The plain page is what users of three.js
 write: its own loader and morph targets, built here in a temporary folder, with one straight target
-an expression; the viewer also adds the bends, finds normals on every frame, and shadows now and then.
-Frames are those of a slider that is dragged, the interface included. With
---picture only the picture is made.
+an expression; the viewer also adds the bends, finds normals on every frame, and a shadow now and
+then. Frames are those of a slider that is dragged, the interface included. With --picture only the
+picture is made.
 """
 
 from __future__ import annotations
