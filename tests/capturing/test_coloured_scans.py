@@ -101,7 +101,7 @@ def test_skin_is_followed_from_an_image_to_colours_of_vertices(tmp_path: Path) -
     sure = (smile.confidence > 0.5) & (neutral.confidence > 0.5)
     moving = sure & (np.linalg.norm(moved, axis=1) > 0.02 * extent)
     off = 100 * np.linalg.norm(smile.vertices - neutral.vertices - moved, axis=1) / extent
-    assert np.count_nonzero(moving) > 100
+    assert np.count_nonzero(moving) > 50
     assert off[moving].mean() < 0.5, "a confidence above a half promises no more"
 
 

@@ -5,6 +5,7 @@ Needs Node.js and the packages of ``web``.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -39,16 +40,26 @@ def test_nothing_is_gone(bent: Path, command: str, tmp_path: Path) -> None:
     assert found.said == ()
 
 
+@pytest.fixture(scope="module")
+def exact(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Stored within so little that some bends are smaller than what is rounded away."""
+    node(*PACKAGES)
+    folder = tmp_path_factory.mktemp("exact")
+    out = folder / "bent.glb"
+    em.bend(make("skinned", folder), out, tolerance=1e-5)
+    return out
+
+
 @pytest.mark.parametrize("command", sorted(ROUNDING))
 def test_bends_smaller_than_the_rounding_are_named(
-    bent: Path, command: str, tmp_path: Path
+    exact: Path, command: str, tmp_path: Path
 ) -> None:
-    found = outcome(bent, command, tmp_path)
+    found = outcome(exact, command, tmp_path)
     assert found.targets == (7, 7)
     assert found.bends[0] == found.bends[1]
     assert found.off <= 1e-3
     (said,) = found.said
-    assert "1 of 6 bends, such as 'mouthSmileLeft.bend1', move nothing: rounded away" in said
+    assert re.search(r": 1 of 13 bends, such as '\w+\.bend2', move nothing: rounded away", said)
 
 
 @pytest.mark.parametrize("command", ["copy", "prune", "draco"])

@@ -47,10 +47,11 @@ def hostile(module: str) -> Any:
 # Formats read here, and whether a file of the format that was cut off can never be whole.
 FORMATS = {
     **dict.fromkeys(["OBJ", "PLY ascii", "CSV performance", "CSV Live Link"], False),
+    **dict.fromkeys(["JSON poses", "CSV poses"], False),
     **dict.fromkeys(["JSON curves", "JSON region", "TOML settings", "numbered frames"], False),
     **dict.fromkeys(["PLY binary LE", "PLY binary BE", "MDD cache", "PC2 cache"], True),
-    **dict.fromkeys(["NPZ mesh", "NPZ rig", "NPZ take", "NPZ markers", "GLB"], True),
-    "glTF + .bin": False,
+    **dict.fromkeys(["NPZ mesh", "NPZ rig", "NPZ take", "NPZ markers", "NPZ performance"], True),
+    **{"GLB": True, "glTF + .bin": False},
 }
 TEXTS = [name for name in FORMATS if name.split()[0] in ("OBJ", "PLY", "CSV", "JSON", "TOML")]
 EACH = pytest.mark.parametrize("name", FORMATS)

@@ -102,8 +102,8 @@ def test_each_target_is_told_what_to_do_with_it(evaluation: Evaluation, tmp_path
         [card.one("b").text, *(e.text for e in card.all("span"))] for card in section.all("li")
     ]
     assert cards == [
-        ["jawOpen", "0.132\u00a0cm off, +2 targets, 88\u00a0kB"],
-        ["eyeBlink", "0.0240\u00a0cm off, +1 target, 5\u00a0kB"],
+        ["jawOpen", "0.132\u00a0cm, +2 targets, 88\u00a0kB"],
+        ["eyeBlink", "0.0240\u00a0cm, +1 target, 5\u00a0kB"],
         ["sneer"],
     ]
     assert "sneer" in section.one("details").text

@@ -73,10 +73,10 @@ def test_the_bent_rig_is_nearer_than_the_straight_one(rig: Rig, vertices: list[i
 
 
 def test_a_chin_out_of_reach_is_left_where_no_other_pose_is_nearer(rig: Rig) -> None:
-    """Half as far again as the jaw opens: among many poses none has it nearer than is said."""
+    """Three times as far as the jaw opens: among many poses none has it nearer than is said."""
     opened = rig["jawOpen"].delta
     chin = int(np.linalg.norm(opened, axis=1).argmax())
-    goal = rig.neutral.vertices[chin] + 1.5 * opened[chin]
+    goal = rig.neutral.vertices[chin] + 3.0 * opened[chin]
     solved = rig.solve({chin: goal})
     left = solved.distances[chin]
     assert not solved.reached

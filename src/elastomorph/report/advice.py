@@ -107,7 +107,8 @@ def advice(paths: TargetPaths, pictures: Mapping[str, Picture], subject: Subject
         "command": subject.command if any(target.bends for target in paths.targets) else "",
         "groups": [_shown(group, pictures, lengths) for group in groups if group.targets],
         "scale": most if coloured else "",
-        "colours": "How far the bent path is off the straight line at t = 0.5, on the target.",
+        "colours": "How far the bent path is off the straight line at t = 0.5, on the target; the "
+        "length is the most.",
     }
     return Section("advice", "What to do with each target", content)
 
@@ -157,8 +158,8 @@ def _shown(group: _Group, pictures: Mapping[str, Picture], lengths: Lengths) -> 
 
 
 def _words(target: TargetPath, lengths: Lengths) -> str:
-    """Such as "0.13 cm off, +2 targets, 88 kB"."""
-    said = [f"{lengths.plain(target.choice.distance)} off"]
+    """Such as "0.13 cm, +2 targets, 88 kB"."""
+    said = [lengths.plain(target.choice.distance)]
     if target.bends:
         said.append(f"+{counted(target.bends, 'target')}, {target.bytes / 1000:.0f}{SPACE}kB")
     if target.flips:

@@ -106,7 +106,7 @@ def report_page(
     )
     sections = [
         *first,
-        outcome(verdict, about, _ONE_MOTION),
+        outcome(verdict, _ONE_MOTION),
         compared(evaluation, about, informed),
         errors([table], ranked(lines, about), lengths, shape=has_polygons, informed=informed),
     ]

@@ -73,7 +73,7 @@ def compared(evaluation: Evaluation, about: About, informed: Sequence[str] = ())
         "between them is compared with the "
         f"{'recorded frames' if about.timing_known else 'known way'}."
     )
-    content = {"source": about.source, "facts": facts, "how": how}
+    content = {"source": about.source, "facts": facts, "how": how, "remarks": about.remarks}
     return Section("compared", "What was compared", content, appendix=True)
 
 

@@ -72,7 +72,7 @@ def movements_page(
     ]
     sections = [
         _compared(judged, take, about),
-        outcome(verdict, about, _SCOPE),
+        outcome(verdict, _SCOPE),
         errors(tables, ranked(every, about), lengths, shape=shape, informed=informed),
         _each(judged, informed, [_graph(judged, every)] if draw else []),
         recipe(take, first, about, several=True),
@@ -109,7 +109,7 @@ def _compared(judged: Sequence[JudgedMovement], take: MeshSequence, about: About
         "D. There are no pictures of faces and no viewer for a whole take: evaluate one movement "
         "of a mesh for those."
     )
-    content = {"source": about.source, "facts": facts, "how": how}
+    content = {"source": about.source, "facts": facts, "how": how, "remarks": about.remarks}
     return Section("compared", "What was compared", content, appendix=True)
 
 

@@ -21,9 +21,9 @@ _UNMASKED = {"LME": "unmasked_lme", "LAE": "unmasked_lae"}
 _FREE = {title: f"path_{name}" for title, name in _TIMED.items()}
 
 
-def outcome(verdict: Verdict, about: About, scope: str) -> Section:
+def outcome(verdict: Verdict, scope: str) -> Section:
     """The outcome in words, and how far it reaches."""
-    reasons = [*verdict.reasons, *about.remarks, scope]
+    reasons = [*verdict.reasons, scope]
     return Section("outcome", "The outcome", {"headline": verdict.headline, "reasons": reasons})
 
 

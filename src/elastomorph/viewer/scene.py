@@ -21,7 +21,7 @@ START = (
     "weights", "t", "mirror", "arrangement", "shown", "swipe", "ghost", "onion", "orbits",
     "picked", "grab", "pins", "heat", "against", "heatTop", "wireframe", "loops", "shading",
     "light", "theme", "playing", "repeat", "timing", "seconds", "clip", "clipTime", "live",
-    "poses", "favourites", "folded", "takes", "range", "speed", "soundOffset",
+    "poses", "favourites", "folded", "takes", "range", "speed", "soundOffset", "methods",
 )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from faces import Faces
-from test_poses import BLINK, OPEN, SMILE, told
+from test_named_poses import BLINK, OPEN, SMILE, told
 from visiting import COARSE, Visit, settled, state, update, wait
 
 from elastomorph.viewer import write_viewer

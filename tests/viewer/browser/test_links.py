@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from faces import Faces
 from pictures import differing, picture
-from test_poses import told
+from test_named_poses import told
 from visiting import COARSE, Visit, settled, state, update, wait
 
 from elastomorph.evaluation import Evaluation

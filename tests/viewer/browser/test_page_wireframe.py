@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from pictures import picture
-from test_materials import UNLIT, Cards, seen
+from test_page_materials import UNLIT, Cards, seen
 from visiting import FRAME, Visit, empty_page, update
 
 if TYPE_CHECKING:
