@@ -117,7 +117,9 @@ def scanned(folder: Path) -> Subject:
 
 
 def _cell(figures: Points | None, point: int) -> str:
-    return "–" if figures is None else " ".join(f"{value:.1f}" for value in figures[point] + 0.0)
+    if figures is None:
+        return "–"
+    return " ".join(f"{value:.1f}" for value in np.round(figures[point], 1) + 0.0)  # no -0.0
 
 
 def table(rigs: dict[str, Subject], names: tuple[str, ...]) -> str:

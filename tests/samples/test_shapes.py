@@ -121,6 +121,18 @@ def test_lips_that_the_jaw_has_parted_are_sealed_by_mouth_close(amount, whole):
     assert _gaps(SHAPES["jawOpen"].vertices, whole)[:, 1].max() > 2.5
 
 
+@pytest.mark.parametrize(
+    "names",
+    [("mouthPress_L", "mouthPress_R"), ("mouthRollLower",), ("mouthRollUpper",),
+     ("mouthRollLower", "mouthRollUpper")],
+    ids="+".join,
+)  # fmt: skip
+def test_lips_that_press_or_roll_stay_closed(names, whole):
+    neutral = head().vertices
+    points = neutral + sum(SHAPES[name].vertices - neutral for name in names)
+    assert _gaps(points, whole)[:, 1].max() < 0.03
+
+
 def _gaps(points, whole):
     """(2, 2, 9) of the right and left half, the ring before the contact and the contact."""
     last = 2 * lips.STEPS
@@ -157,6 +169,14 @@ def test_angry(whole, brow):
         p[red[0], 1] - p[red[1], 1] for p in (FACES["angry"].vertices, whole.mesh.vertices)
     )
     assert lips_now < 0.9 * lips_then
+
+
+def test_each_brow_shape_lifts_its_own_end(whole, brow):
+    neutral = whole.mesh.vertices
+    inner, outer = brow[:, :2], brow[:, -3:]
+    for shape, more, less in (("browInnerUp", inner, outer), ("browOuterUp_L", outer, inner)):
+        up = SHAPES[shape].vertices[:, 1] - neutral[:, 1]
+        assert up[more].mean() > 2.0 * max(up[less].mean(), 0.0)
 
 
 def test_confused(whole, brow):

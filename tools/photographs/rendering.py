@@ -73,16 +73,16 @@ class Scene:
         self.vertices = vertices
         self._rays = EmbreeScene()
         TriangleMesh(self._rays, vertices.astype(np.float32), surface.triangles.astype(np.int32))
-        normals = _normals(vertices, surface.triangles)
-        self._normals = normals
-        light = self._open(vertices, normals)
-        attributes = [surface.rest, normals, surface.tints, light[:, None]]
+        self._normals = _normals(vertices, surface.triangles)
+        # The last is the light around, of vertices that were photographed before.
+        attributes = [surface.rest, self._normals, surface.tints, np.zeros((len(vertices), 1))]
         self._attributes = np.concatenate(attributes, axis=1).astype(np.float32)
+        self._lit = np.zeros(len(vertices), dtype=bool)
 
-    def _open(
-        self, vertices: NDArray[np.float64], normals: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """(V,) share of the light around that reaches each vertex, cosine-weighted."""
+    def _light(self, chosen: NDArray[np.integer]) -> None:
+        """Work out the share of the light around that reaches vertices, cosine-weighted."""
+        new = chosen[~self._lit[chosen]]
+        vertices, normals = self.vertices[new], self._normals[new]
         sphere = np.random.default_rng(0).normal(size=(_RAYS, 3))
         sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
         start = (vertices + 0.01 * normals).astype(np.float32)
@@ -92,7 +92,8 @@ class Scene:
             toward /= np.linalg.norm(toward, axis=1, keepdims=True)
             distance = self._rays.run(start, toward.astype(np.float32), query="DISTANCE")
             free += np.minimum(np.asarray(distance, dtype=float) / _REACH, 1)
-        return free / _RAYS
+        self._attributes[new, -1] = free / _RAYS
+        self._lit[new] = True
 
     def facing(self, shot: Shot, chosen: list[int], behind: float) -> NDArray[np.float64]:
         """(n,) cosine between the face around vertices and the way to a camera; -1 where hidden.
@@ -148,6 +149,7 @@ class Scene:
         directions = shot.lens.directions(samples).reshape(-1, 3)
         ways = directions @ shot.rotation.astype(np.float32)
         triangle, weights = seen.triangle.ravel(), seen.weights.reshape(-1, 3)
+        self._light(np.unique(self.surface.triangles[np.unique(triangle[triangle >= 0])]))
         picture = np.empty((len(ways), 3), dtype=np.float32)
         for first in range(0, len(ways), _BLOCK):
             block = slice(first, first + _BLOCK)

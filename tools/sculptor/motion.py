@@ -14,7 +14,7 @@ import numpy as np
 from elastomorph.model.sequence import MeshSequence
 from sculptor.assembly import build
 from sculptor.implicit import Points
-from sculptor.muscles import movements
+from sculptor.muscles import brow_raise, mirrored, movements
 from sculptor.turns import keep_off_eyes, turn_jaw, turn_lids
 
 __all__ = ["FRAMES", "JAW_TURN", "jaw_angle", "recorded_motion"]
@@ -31,7 +31,7 @@ _PACE = {
     "mouthLowerDown": (0.52, 0.10, 0.5),
     "cheekSquint": (0.62, 0.09, 1.1),
     "noseSneer": (0.66, 0.10, 0.25),
-    "browOuterUp": (0.30, 0.08, 0.45),
+    "brows": (0.30, 0.08, 0.45),
     "browInnerUp": (0.27, 0.07, 0.4),
     "upper lid": (0.60, 0.07, 0.07),
     "lower lid": (0.66, 0.10, 0.36),
@@ -58,6 +58,8 @@ def _frame(time: float) -> Points:
     if time == 0.0:
         return points
     moves = movements()
+    raised = brow_raise(_progress("brows", time))
+    points += raised + mirrored(raised)
     for part in _PACE:
         for name in (part, f"{part}_L", f"{part}_R"):
             if name in moves:

@@ -22,6 +22,7 @@ from sculptor.weights import hill, jaw_weights
 __all__ = [
     "JAW_DEGREES",
     "Movement",
+    "brow_raise",
     "mirrored",
     "movements",
 ]
@@ -64,6 +65,11 @@ def _brow_inner_up(a: float) -> Points:
 
 
 def _brow_outer_up(a: float) -> Points:
+    return _push(hill(4.1, 2.1, 1.7, 1.2), (0.0, 0.78 * a, -0.14 * a))
+
+
+def brow_raise(a: float) -> Points:
+    """The whole left brow lifted, which is no shape of its own."""
     return _push(hill(3.5, 2.1, 1.9, 1.2), (0.0, 0.85 * a, -0.15 * a))
 
 
