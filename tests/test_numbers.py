@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.numbers import as_number, as_numbers
+from elastomorph.numbers import as_number, as_numbers, first_few
 
 STRAIGHT = em.interpolate(em.Mesh(np.eye(3)), em.Mesh(2 * np.eye(3)), "linear")
 
@@ -48,3 +48,9 @@ def test_one_number_is_finite_and_within_its_bound(value: object) -> None:
         as_number(value, "size", least=0)
     with pytest.raises(em.ParameterError, match=r"size must be a (finite )?number above 0, found"):
         as_number(value, "size", above=0)
+
+
+def test_the_first_few_names_are_listed() -> None:
+    assert first_few([], 2) == ""
+    assert first_few(iter("ab"), 2) == "a, b"
+    assert first_few(range(1_003), 3) == "0, 1, 2 and 1,000 more"

@@ -1,7 +1,8 @@
-"""Numbers as users give them: one, a list, an array; not what NumPy would make one of."""
+"""Numbers as users give them, not as NumPy would take them; and what is said of what was found."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from numbers import Real
 from typing import TypeGuard
 
@@ -70,6 +71,13 @@ def shown(value: object) -> str:
     """What was found, for a message: it itself where that is short, else of what type it is."""
     text = repr(value)
     return text if len(text) <= _LONGEST and "\n" not in text else type(value).__name__
+
+
+def first_few(names: Iterable[object], most: int) -> str:
+    """Names for a message, the first of many: "a, b and 7 more"."""
+    kept = list(names)
+    rest = len(kept) - most
+    return ", ".join(map(str, kept[:most])) + (f" and {rest:,} more" if rest > 0 else "")
 
 
 def _is_number(value: object) -> bool:

@@ -13,6 +13,7 @@ import pytest
 from small_characters import ANGLE, SmallFile, flap, flap_character
 
 import elastomorph as em
+from elastomorph.bending.gltf import glb_with_paths
 from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 
@@ -229,6 +230,32 @@ def test_a_bent_file_is_read_with_the_paths_of_its_original(tmp_path: Path) -> N
     found = em.read_rig(tmp_path / "bent a.glb")
     for t in (0.3, 0.5, 0.8):
         np.testing.assert_allclose(found.pose({"open": t}), expected.pose({"open": t}), atol=2e-4)
+
+
+@pytest.mark.parametrize("version", [0, 1])
+def test_a_viewer_gets_the_whole_file_with_the_paths_of_a_rig(tmp_path: Path, version: int) -> None:
+    """The path of the rig is in it, and so is all that the file says; both face as glTF does."""
+    file = flap_character(normals=True)
+    file.json["extensions"] = [{"VRM": {}}, {"VRMC_vrm": {}}][version]
+    path = file.write(tmp_path / "a.vrm")
+    rig = em.read_rig(path, method="rotation")
+    if version == 0:
+        assert np.allclose(rig.neutral.vertices[:9, [0, 2]], -flap()[0][:9, [0, 2]])
+    copy = tmp_path / "b.vrm"
+    copy.write_bytes(glb_with_paths(path, rig))
+    source, document = open_gltf(path).document, open_gltf(copy).document
+    assert document["extensions"] == source["extensions"]
+    assert document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"]
+    again = em.read_rig(copy)
+    assert len(again.neutral.vertices) == len(rig.neutral.vertices)
+    for t in (0.3, 0.7):
+        apart = again["open"].at(t) - rig["open"].at(t)
+        assert np.linalg.norm(apart, axis=1).max() < 3e-5
+    straight = em.read_rig(path, method="linear")
+    copy.write_bytes(glb_with_paths(path, straight))
+    assert (open_gltf(copy).document, open_gltf(copy).chunk) == (source, open_gltf(path).chunk)
+    with pytest.raises(em.FormatError, match="whole file"):
+        glb_with_paths(path, em.read_rig(path, mesh="flap"))
 
 
 def test_normals_turn_with_the_path(tmp_path: Path) -> None:

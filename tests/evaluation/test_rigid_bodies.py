@@ -69,6 +69,19 @@ def test_nothing_rigid_is_nothing_found() -> None:
     assert find_rigid_parts(neutral, neutral) is None
 
 
+def test_what_hardly_moves_turns_about_nothing() -> None:
+    """An empty target of an avatar, and hair in a point, to which every turn is as good."""
+    neutral = boxes(3)
+    points = neutral.vertices.copy()
+    points[:8] = points[0]
+    neutral = neutral.with_vertices(points)
+    assert find_rigid_parts(neutral, neutral) is None
+    points[8:16] = 1e-4 * Rotation.from_rotvec([1, 0, 0]).apply(points[8:16] - points[8]) + 3
+    tiny = points.copy()
+    tiny[8:16] = 1e-4 * Rotation.from_rotvec([2, 0, 0]).apply(neutral.vertices[8:16] - 3) + 3
+    assert find_rigid_parts(neutral.with_vertices(points), neutral.with_vertices(tiny)) is None
+
+
 ANGLE = np.radians(30)
 
 

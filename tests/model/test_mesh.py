@@ -159,6 +159,6 @@ def test_same_topology_passes_and_any_difference_is_named() -> None:
 def test_a_difference_in_an_endless_polygon_is_told_in_short() -> None:
     one = Mesh(np.eye(3), [[0, 1, 2] * 100_000])
     other = Mesh(np.eye(3), [[0, 1, 2] * 99_999])
-    with pytest.raises(TopologyError, match=r"\[0, 1, 2, .*, and 299,985 more\] instead of") as why:
+    with pytest.raises(TopologyError, match=r"\[0, 1, 2, .* and 299,985 more\] instead of") as why:
         require_same_topology(one, other)
     assert len(str(why.value)) < 500

@@ -107,6 +107,21 @@ def test_the_bent_rig_is_nearer_than_the_straight_one_where_the_truth_is_bent(wi
     assert not linear.reached
 
 
+@pytest.mark.parametrize("handles", [1, 10])
+def test_paths_without_speed_at_rest_are_left(small: Rig, handles: int) -> None:
+    """V0 + t² Δ is 0.49 Δ away at t = 0.7, and goes nowhere at t = 0."""
+    slow = em.BendCurve.power(2)
+    eased = {
+        name: em.Morph(small.neutral, morph.target, morph.delta[None], (slow,))
+        for name, morph in small.morphs.items()
+    }
+    rig = Rig(small.neutral, eased)
+    goals = small.neutral.vertices + 0.49 * small["a"].delta
+    solved = rig.solve({vertex: goals[vertex] for vertex in (0, *range(10))[:handles]})
+    assert solved.reached
+    assert solved.weights == pytest.approx({"a": 0.7, "b": 0.0, "c": 0.0}, abs=2e-3)
+
+
 def test_what_is_not_needed_stays_where_it_was(small: Rig) -> None:
     face = small.pose({"a": 0.6})
     at_rest = small.solve(everywhere(face))

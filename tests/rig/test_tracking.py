@@ -54,6 +54,20 @@ def test_weights_head_and_scale_are_found(
     assert str(found).startswith("14 frames, scale 12.5, ")
 
 
+def test_a_take_on_paths_without_speed_at_rest_is_found(wide: Rig, weights: np.ndarray) -> None:
+    """On V0 + t² Δ every face of V0 + t Δ is at the roots of its weights."""
+    slow = em.BendCurve.power(2)
+    eased = {
+        name: em.Morph(wide.neutral, morph.target, morph.delta[None], (slow,))
+        for name, morph in wide.morphs.items()
+    }
+    straight = np.einsum("fj,jvc->fvc", weights, np.stack([m.delta for m in wide.morphs.values()]))
+    markers = SCALE * (wide.neutral.vertices + straight)
+    found = Rig(wide.neutral, eased).track(markers, range(30), smooth=0, prior=1e-8)
+    np.testing.assert_allclose(found.weights, np.sqrt(weights), atol=1e-3)
+    assert found.scale == pytest.approx(SCALE, rel=1e-3)
+
+
 def test_missing_markers_are_missed_by_nobody(
     wide: Rig, weights: np.ndarray, markers: np.ndarray
 ) -> None:

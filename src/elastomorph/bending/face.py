@@ -66,23 +66,34 @@ class Face:
     meshes: tuple[FaceMesh, ...]
 
     @classmethod
-    def read(cls, file: GltfFile) -> Face:
-        """The face in a file."""
+    def read(cls, file: GltfFile, *, whole: bool = False) -> Face:
+        """The face in a file.
+
+        Args:
+            file: The file.
+            whole: Whether everything else that the scene shows is a part of it, as it is of
+                `elastomorph.io.gltf.read_glb`.
+        """
         require_known_extensions(file)
         with naming_file(file.path):
+            shown = placed_meshes(file)
             placed: dict[int, PlacedMesh] = {}
-            for own in placed_meshes(file):  # of several nodes with one mesh, the first places it
+            for own in shown:  # of several nodes with one mesh, the first places it
                 placed.setdefault(own.number, own)
             wanted = [own for own in placed.values() if _target_count(file, own.number)]
-            if not wanted:
+            if not (wanted or whole):
                 file.refuse(
                     "none of its meshes has morph targets (blend shapes, shape keys), so there is "
                     "nothing to bend; export it with them"
                 )
-            meshes = read_meshes(file, wanted)
+            meshes = read_meshes(file, shown if whole else wanted)
             rig = rig_of(file, meshes)
         starts = np.cumsum([0, *(len(own.part.mesh.vertices) for own in meshes)])
-        found = [_face_mesh(file, own, start) for own, start in zip(meshes, starts, strict=False)]
+        found = [
+            _face_mesh(file, own, start)
+            for own, start in zip(meshes, starts, strict=False)
+            if any(own.placed is one for one in wanted)
+        ]
         return cls(file, rig, tuple(found))
 
     @cached_property

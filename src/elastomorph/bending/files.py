@@ -115,14 +115,21 @@ def write_character(
             made_folder(place.parent)
         with replacing(place) as file:
             file.write(content)
-    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
-    chunks = [text]
-    if character.is_glb:
-        chunks = glb_chunks(text, chunk, character.rest)
-        if sum(map(len, chunks)) > _LARGEST:
-            raise FormatError(output, "a GLB file holds less than 4 GiB; bend fewer targets")
+    chunks = _chunks(character, document, chunk)
+    if character.is_glb and sum(map(len, chunks)) > _LARGEST:
+        raise FormatError(output, "a GLB file holds less than 4 GiB; bend fewer targets")
     with replacing(output) as file:
         file.writelines(chunks)
+
+
+def written_glb(character: Character, document: dict[str, Any], chunk: bytes | None) -> bytes:
+    """A character in one file of chunks, as another with this document."""
+    return b"".join(_chunks(character, document, chunk))
+
+
+def _chunks(character: Character, document: dict[str, Any], chunk: bytes | None) -> list[bytes]:
+    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
+    return glb_chunks(text, chunk, character.rest) if character.is_glb else [text]
 
 
 def referred(file: GltfFile) -> list[str]:

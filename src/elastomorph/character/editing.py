@@ -74,6 +74,7 @@ def save_methods(path: Path, choices: Mapping[str, str], known: Mapping[str, str
 
 def with_methods(path: Path, raw: bytes, choices: Mapping[str, str]) -> bytes:
     """The bytes of a settings file with other methods, as for `save_methods`."""
+    parse_document(path, raw)  # says what is wrong with it, where something is
     text = raw.decode("utf-8-sig")
     plain = found = text.replace("\r\n", "\n")
     # Each new line stands below the header, so the last comes first.

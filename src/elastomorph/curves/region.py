@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import CurveError, ParameterError
 from elastomorph.model.mesh import Mesh
-from elastomorph.numbers import as_number
+from elastomorph.numbers import as_number, first_few
 
 _MOST_SHOWN = 12
 
@@ -58,8 +58,7 @@ def _nearest(name: str, names: Sequence[str]) -> str:
     near = get_close_matches(name, names, n=3, cutoff=0.5)
     if near:
         return f"did you mean {' or '.join(map(repr, near))}?"
-    more = ", …" if len(names) > _MOST_SHOWN else ""
-    return f"it has {', '.join(names[:_MOST_SHOWN])}{more}"
+    return f"it has {first_few(names, _MOST_SHOWN)}"
 
 
 def region_weights(

@@ -21,7 +21,7 @@ from elastomorph.errors import FormatError, ParameterError
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.words import SPACE
 from elastomorph.model.sequence import MeshSequence
-from elastomorph.numbers import as_number, as_numbers
+from elastomorph.numbers import as_number, as_numbers, first_few
 
 LEAST = 0.5
 """The confidence from which on a vertex counts."""
@@ -184,12 +184,10 @@ def _by_name(given: Mapping[str, ArrayLike], truth: MeshSequence) -> NDArray[np.
     for frame in truth.names:
         name = next((own for own in (frame, Path(frame).stem) if own in given), None)
         if name is None:
-            known = [str(own) for own in given]
-            more = f" and {len(known) - _NAMED:,} more" if len(known) > _NAMED else ""
             raise ParameterError(
                 f"it has no confidence for the frame {frame}, but for "
-                f"{', '.join(known[:_NAMED]) or 'none'}{more}; give that of these frames, or let "
-                "all vertices count with a least confidence of 0"
+                f"{first_few(given, _NAMED) or 'none'}; give that of these frames, or let all "
+                "vertices count with a least confidence of 0"
             )
         rows.append(_shares(as_numbers(given[name], f"the confidence of {name!r}"), name, truth))
     return np.stack(rows)

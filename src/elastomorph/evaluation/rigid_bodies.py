@@ -60,8 +60,12 @@ def find_rigid_parts(neutral: Mesh, target: Mesh) -> RigidParts | None:
     rigid: list[NDArray[np.int64]] = []
     for vertices in connected_parts(len(neutral.vertices), neutral.edges):
         if len(vertices) >= 4:
-            screw, residual = fit_rigid(neutral.vertices[vertices], target.vertices[vertices])
-            if np.degrees(screw.angle) >= _LEAST_TURN and residual.max() <= _RIGID * scale:
+            start, end = neutral.vertices[vertices], target.vertices[vertices]
+            screw, residual = fit_rigid(start, end)
+            # What hardly moves is near to any motion, and to none that could be called its own.
+            moves = np.abs(end - start).max() > _RIGID * scale
+            turns = np.degrees(screw.angle) >= _LEAST_TURN
+            if moves and turns and residual.max() <= _RIGID * scale:
                 rigid.append(vertices)
     if not rigid:
         return None

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastomorph.evaluation.shape import ShapeProbe
+from elastomorph.evaluation.words import counted
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Choice, Morph
@@ -31,6 +32,7 @@ class TargetPath:
         bake_error: Largest distance of the stored path from the one it stands for, as a fraction
             of D of the neutral.
         flips: Polygons that point against both ends at t = 0.25, 0.5 or 0.75, at most.
+        empty: Whether it moves nothing.
     """
 
     name: str
@@ -39,6 +41,7 @@ class TargetPath:
     moved: int
     bake_error: float
     flips: int
+    empty: bool = False
 
     @property
     def bytes(self) -> int:
@@ -53,6 +56,8 @@ class TargetPath:
     @property
     def words(self) -> str:
         """What the target needs, in a few words."""
+        if self.empty:
+            return "moves nothing"
         way = "straight is enough" if self.choice.straight else "rotation"
         return f"{way}; an in-between would pay here" if self.inbetween_pays else way
 
@@ -72,16 +77,20 @@ class TargetPaths:
     @property
     def summary(self) -> str:
         """How many go which way and what they cost together, in a sentence."""
-        straight = sum(target.choice.straight for target in self.targets)
+        turning = sum(not target.choice.straight for target in self.targets)
+        empty = sum(target.empty for target in self.targets)
         bends = sum(target.bends for target in self.targets)
         pays = [target.name for target in self.targets if target.inbetween_pays]
-        said = f"Of {len(self.targets)} targets {straight} may go straight"
-        if straight < len(self.targets):
+        count = len(self.targets)
+        said = f"Of {counted(count, 'target')} {count - turning - empty} may go straight"
+        if turning:
             size = sum(target.bytes for target in self.targets) / 1e6
             said += (
-                f" and {len(self.targets) - straight} need rotation, which costs {bends} more "
-                f"morph {'target' if bends == 1 else 'targets'} ({size:.2g} MB)"
+                f" and {turning} need rotation, which costs {counted(bends, 'more morph target')} "
+                f"({size:.2g} MB)"
             )
+        if empty:
+            said += f"; {empty} move nothing"
         if pays:
             said += f"; an in-between would pay for {', '.join(pays)}"
         return f"{said}."
@@ -116,7 +125,8 @@ def target_paths(
         choice = morph.choice or Choice(0.0, 0.0)
         moved = sum(int(bend.any(axis=1).sum()) for bend in morph.bends)
         bends, error = len(morph.bends), morph.bake_error
-        found.append(TargetPath(name, choice, bends, moved, error, _flips(morph)))
+        empty = not morph.delta.any()
+        found.append(TargetPath(name, choice, bends, moved, error, _flips(morph), empty))
     found.sort(key=lambda path: -path.choice.distance)
     return TargetPaths(extent, tuple(found))
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from elastomorph.errors import ParameterError
 from elastomorph.model.morph import Choice
+from elastomorph.numbers import first_few
 
 __all__ = ["ListedMesh", "choice_from_json", "choice_to_json", "chosen_meshes", "wanted_names"]
 
@@ -67,11 +68,8 @@ def chosen_meshes(
 
 
 def _listed(meshes: Sequence[ListedMesh]) -> str:
-    shown = [
-        f"'{mesh.names[0][:60]}' ({mesh.shapes or 'no'} shapes)" for mesh in meshes[:_MOST_SHOWN]
-    ]
-    more = ", …" if len(meshes) > _MOST_SHOWN else ""
-    return f"there are {', '.join(shown) or 'no meshes'}{more}"
+    shown = (f"'{mesh.names[0][:60]}' ({mesh.shapes or 'no'} shapes)" for mesh in meshes)
+    return f"there are {first_few(shown, _MOST_SHOWN) or 'no meshes'}"
 
 
 def choice_to_json(choice: Choice | None) -> dict[str, Any] | None:

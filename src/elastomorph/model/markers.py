@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.numbers import first_few
 
 _SHOWN = 12
 
@@ -55,9 +56,7 @@ class Markers:
 
     def listed(self) -> str:
         """Names of the markers, the first of many."""
-        more = len(self.names) - _SHOWN
-        shown = ", ".join(f"{name:.40}" for name in self.names[:_SHOWN])
-        return f"{shown} and {more:,} more" if more > 0 else shown
+        return first_few((f"{name:.40}" for name in self.names), _SHOWN)
 
     def __len__(self) -> int:
         return len(self.frames)

@@ -15,7 +15,7 @@ from elastomorph.errors import MeshError, ParameterError, TopologyError
 from elastomorph.model.appearance import Material
 from elastomorph.model.geometry import largest_distance
 from elastomorph.model.polygons import Polygons
-from elastomorph.numbers import as_numbers
+from elastomorph.numbers import as_numbers, first_few
 
 LARGEST = 1e75
 """The largest coordinate of a mesh: products of four lengths, as in a squared area, are numbers."""
@@ -247,6 +247,4 @@ def _first_difference(neutral: Mesh, target: Mesh) -> str:
 
 def _corners_shown(polygon: NDArray[np.int32]) -> str:
     """The corners of a polygon, at most the first twelve of them."""
-    shown = ", ".join(map(str, polygon[:_MOST_SHOWN].tolist()))
-    rest = len(polygon) - _MOST_SHOWN
-    return f"[{shown}, and {rest:,} more]" if rest > 0 else f"[{shown}]"
+    return f"[{first_few(polygon.tolist(), _MOST_SHOWN)}]"

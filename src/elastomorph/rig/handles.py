@@ -27,6 +27,9 @@ Handle = str | Place
 """A place, or the name of a landmark."""
 
 _SHARES_SUM = 1e-6
+_PACES = 33
+_STALLED = 0.25
+"""Of a path's mean speed: one that is slower begins or ends there."""
 
 
 class Mix(NamedTuple):
@@ -100,6 +103,41 @@ class HandledPoints:
         """The farthest that one slider at 1 moves one of the points."""
         lengths = np.linalg.norm(self.fields[self.deltas].reshape(-1, 3), axis=1)
         return float(lengths.max(initial=0.0))
+
+    @property
+    def straight(self) -> HandledPoints:
+        """The points on straight paths to the same targets."""
+        count = len(self.deltas)
+        none = np.arange(0)
+        return HandledPoints(
+            self.sliders, self.rest, self.fields[self.deltas], np.arange(count), none, ()
+        )
+
+    def stall(self, row: Floats) -> bool:
+        """Whether a slider moves the points far, yet hardly from (sliders,) weights on.
+
+        Beams set out so, and a search that goes downhill finds nothing to do there.
+        """
+        bent, even = (np.linalg.norm(each.at(row).rates, axis=0) for each in (self, self.straight))
+        return bool((bent < _STALLED * even).any())
+
+    def paced(self, row: Floats) -> Floats:
+        """The (sliders,) weights that bring each as far along its chord as straight paths come."""
+        times, ways = self._progress
+        there = [np.interp(at, way, times) for at, way in zip(row, ways, strict=True)]
+        return np.where((row > 0) & (row < 1), there, row)
+
+    @cached_property
+    def _progress(self) -> tuple[Floats, Floats]:
+        """(T,) weights, and (sliders, T) how far each slider alone has come along its chord."""
+        times = np.linspace(0.0, 1.0, _PACES)
+        ways = np.tile(times, (len(self.sliders.names), 1))
+        for way, own in zip(ways, np.eye(len(ways)), strict=True):
+            moved = np.array([self.at(time * own).positions - self.rest for time in times])
+            along = np.tensordot(moved, moved[-1])
+            if along[-1] > 0:
+                way[:] = np.maximum.accumulate(along / along[-1])
+        return times, ways
 
     @cached_property
     def _bends(self) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:

@@ -302,8 +302,8 @@ class Rig:
 
         from elastomorph.viewer import rig_scene, serve
 
-        with serve(rig_scene(self, title=repr(self))) as server:
-            say(f"{server.address}\nshown to this machine only; Ctrl-C ends it")
+        with serve(rig_scene(self, title=repr(self)), None) as server:
+            say(server.words)
             webbrowser.open(server.address)
             server.wait()
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -83,26 +83,49 @@ def solve(
     low, high = limits(rig.sliders, bounds)
     at = np.zeros(len(low)) if weights is None else rig.sliders.row(weights)
     strength = as_number(prior, "the prior", least=0)
+    start = np.clip(at, low, high)
     with one_blas_thread():
         points = HandledPoints.of(rig, mix)
-        scale = points.reach or 1.0
-
-        def residuals(row: Floats) -> tuple[Floats, Floats, Floats]:
-            moving = points.at(row)
-            left = (moving.positions - goals).ravel() / scale
-            return left, moving.rates / scale, moving.curved(left) / scale
-
-        start = np.clip(at, low, high)
-        found = start
-        for cost in sorted({max(strength, _FIRST_PRIOR), strength}, reverse=True):
-            box = Box(low, high, start, cost, max(_RIDGE * cost, _LEAST_RIDGE), _REACHED)
-            found = nearest(residuals, box, found)
-        left = np.linalg.norm(points.at(found).positions - goals, axis=1)
+        search = _Search(goals, points.reach or 1.0, Box(low, high, start, strength, 0.0, _REACHED))
+        found, left = search.on(points, start)
+        if (left > search.within).any() and points.stall(start):
+            # Nothing leads away from there: straight paths say which sliders are needed.
+            straight = search.on(points.straight, start)[0]
+            other, nearer = search.on(points, np.clip(points.paced(straight), low, high))
+            if nearer @ nearer < left @ left:
+                found, left = other, nearer
     return Solved(
         dict(zip(rig.names, found.tolist(), strict=True)),
         dict(zip(handles, left.tolist(), strict=True)),
-        _REACHED * scale,
+        search.within,
     )
+
+
+class _Search(NamedTuple):
+    """The search for (H, 3) positions of points in a box, at no less than its prior."""
+
+    goals: Floats
+    scale: float  # Of residuals: the farthest that one slider moves one of them
+    box: Box
+
+    @property
+    def within(self) -> float:
+        """The distance at which a goal is reached."""
+        return _REACHED * self.scale
+
+    def on(self, points: HandledPoints, row: Floats) -> tuple[Floats, Floats]:
+        """The (sliders,) weights found from some on, and (H,) distances left."""
+
+        def residuals(row: Floats) -> tuple[Floats, Floats, Floats]:
+            moving = points.at(row)
+            left = (moving.positions - self.goals).ravel() / self.scale
+            return left, moving.rates / self.scale, moving.curved(left) / self.scale
+
+        prior = self.box.prior
+        for cost in sorted({max(prior, _FIRST_PRIOR), prior}, reverse=True):
+            ridge = max(_RIDGE * cost, _LEAST_RIDGE)
+            row = nearest(residuals, self.box._replace(prior=cost, ridge=ridge), row)
+        return row, np.linalg.norm(points.at(row).positions - self.goals, axis=1)
 
 
 def limits(sliders: Sliders, bounds: Bounds) -> tuple[Floats, Floats]:

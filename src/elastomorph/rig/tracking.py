@@ -93,19 +93,36 @@ def track(
         if rest is not None:
             points = _worn(points, taken, rest, places)
         scale = _scale(points, taken[whole if rest is None else [rest]])
+        # What sets out without speed is found on straight paths first.
+        ways = [points.straight, points] if points.stall(box.start) else [points]
         if rest is None:
             # Extents differ by expressions, too: the scale at which faces fit tells the two apart.
-            sized = _Frames(points, taken / scale, box, 0.0, sized=True)
+            sized = _Frames(ways[0], taken / scale, box, 0.0, sized=True)
             some = whole[spread_rows(len(whole), _SCALE_FRAMES)].tolist()
             scale *= float(np.median([sized.solve(frame) for frame in some]))
-        solver = _Frames(points, taken / scale, box, near)
-        for number, order in enumerate((whole, whole[::-1]), 1):
-            for done, frame in enumerate(order):
-                if done % 100 == 0:
-                    progress(f"frame {done:,} of {len(order):,}, {number} of 2")
-                solver.solve(int(frame))
+        solver = _Frames(ways[0], taken / scale, box, near)
+        _solve_all(solver, ways, whole, progress)
     warn_unlike(solver.distances, points.rest)
     return _tracked(rig.names, solver, whole, scale)
+
+
+def _solve_all(
+    solver: _Frames,
+    ways: Sequence[HandledPoints],
+    whole: NDArray[np.intp],
+    progress: Callable[[str], object],
+) -> None:
+    """Solve the frames forth and back, on paths of one kind after another."""
+    rounds = [(way, order) for way in ways for order in (whole, whole[::-1])]
+    for number, (way, order) in enumerate(rounds, 1):
+        if way is not solver.points:
+            solver.points = way
+            paced = [way.paced(row) for row in solver.weights[whole]]
+            solver.weights[whole] = np.clip(paced, solver.box.low, solver.box.high)
+        for done, frame in enumerate(order):
+            if done % 100 == 0:
+                progress(f"frame {done:,} of {len(order):,}, {number} of {len(rounds)}")
+            solver.solve(int(frame), again=number % 2 == 0)
 
 
 class _Head(NamedTuple):
@@ -136,16 +153,18 @@ class _Frames:
         self.distances = np.full((frames, count), np.nan)
         self.trust = np.zeros((frames, count))
 
-    def solve(self, frame: int) -> float:
-        """Find the weights of a frame from those of its neighbours that there are; its scale."""
+    def solve(self, frame: int, *, again: bool = False) -> float:
+        """Find the weights of a frame from its own, or those of its neighbours; its scale.
+
+        Again, there is no doubt which markers are far off.
+        """
         known = [
             self.weights[near]
             for near in (frame - 1, frame + 1)
             if 0 <= near < len(self.weights) and not np.isnan(self.weights[near, :1]).any()
         ]
         own = self.weights[frame]
-        again = not np.isnan(own[:1]).any()
-        near = own if again else (known[0] if known else self.box.start)
+        near = own if np.isfinite(own).all() else known[0] if known else self.box.start
         seen = np.isfinite(self.taken[frame]).all(axis=1)
         goals = np.where(seen[:, None], self.taken[frame], 0.0)
         held = self.smooth * len(known)

@@ -234,7 +234,7 @@ def test_nonsense_in_materials_never_refuses_a_file(
     file.document["textures"][0]["sampler"] = {}
     file.document["extensions"] = {"VRM": {"materialProperties": [{"shader": []}]}}
     mesh = read(file, tmp_path)
-    np.testing.assert_array_equal(mesh.vertices, SQUARE)
+    np.testing.assert_array_equal(mesh.vertices, SQUARE * [-1, 1, -1])
 
 
 def test_toons_of_the_first_vrm_are_those_of_the_second(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def test_references_that_multiply_without_end_are_stopped(tmp_path: Path) -> Non
     with pytest.raises(FormatError, match=r"a\.usda: (USD broke while reading it|it needs more)"):
         read_usd(path)
     path.write_text(nested_references(3))
-    with pytest.raises(FormatError, match=r"no mesh has blend shapes; there are .*, …"):
+    with pytest.raises(FormatError, match=r"no mesh has blend shapes; there are .* and \d+ more"):
         read_usd(path)
 
 

@@ -145,6 +145,17 @@ def test_text_says_what_is_not_obvious() -> None:
     ]
 
 
+def test_text_names_the_first_of_many() -> None:
+    many = [f"s{n}" for n in range(200)]
+    found = Match(("a", "b"), ("w", *many), {f"s{n}": Drive(("a",), (2.0,)) for n in range(5)})
+    assert found.text(3).splitlines()[1:] == [
+        *(f"  s{n} = 2 a" for n in range(3)),
+        "  and 2 more",
+        "in the recording but not on the rig: b",
+        "on the rig but not driven: w, s5, s6 and 193 more",
+    ]
+
+
 def test_a_match_of_ones_own() -> None:
     own = Match(("a", "b"), ("x", "y"), {"y": Drive(("a", "b"), (2.0, -1.0))})
     assert own.drive([[1.0, 0.5]]).tolist() == [[0.0, 1.5]]

@@ -22,8 +22,11 @@ Points = NDArray[np.float64]
 _NEARBY = ((0.06, 8), (0.03, 8), (0.012, 8), (0.006, 6))
 _FAR = ((0.25, 8), (0.12, 8), (0.06, 8))
 _FROM_FAR = ((0.1, 15), (0.06, 15), (0.03, 15), (0.015, 10), (0.008, 8))
-# Points of a face that first guesses and the last are made with.
-_FEW, _ENOUGH, _COARSE = 600, 4000, 12_000
+# Points of a face, and of a scan, that guesses are made with, and of a face for the last.
+_FEW, _COARSE, _ENOUGH = 600, 12_000, 4000
+# A guess that moves by less than this part of the reach stays there, and the point that belongs
+# to one of its vertices may be this part farther away than the nearest.
+_AT_REST, _NEARLY = 0.05, 1.0
 # A vertex is covered where the scan is this part of the extent away and faces the same way.
 _COVERED, _SAME = 0.02, 0.8
 # Covered part of a face from which on it was found, and what others, turned otherwise, may cover
@@ -58,8 +61,7 @@ def laid_over(
     first: Similarity,
     *,
     rigid: bool,
-    reaches: tuple[tuple[float, int], ...] = _NEARBY,
-    enough: int = _ENOUGH,
+    guess: tuple[tuple[float, int], ...] | None = None,
 ) -> Laid:
     """A scan laid over a face from a first guess, by points and planes (Chen and Medioni, 1991).
 
@@ -72,24 +74,29 @@ def laid_over(
         scan: in its own units and axes.
         first: brings the scan near the face.
         rigid: whether the scale stays.
-        reaches: parts of the extent and how many steps.
-        enough: vertices that are used.
+        guess: parts of the extent and how many steps of a guess, which few vertices are enough
+            for.
     """
-    step = max(1, len(face) // enough)
+    step = max(1, len(face) // (_ENOUGH if guess is None else _FEW))
     points, facing = face[::step], normals[::step]
+    nearly, at_rest = (0.0, 0.0) if guess is None else (_NEARLY, _AT_REST)
     # The face is moved, so that the scan is sorted once.
     back = first.inverse()
     unit = back.scale * size
-    for reach, steps in reaches:
+    for reach, steps in guess or _NEARBY:
         for _ in range(steps):
             here, there = back(points), facing @ back.rotation.T
-            found = scan.matches(here, there, turn=reach * unit)
+            found = scan.matches(here, there, turn=reach * unit, nearly=nearly)
             weights = found.weights(reach * unit)
             if np.count_nonzero(weights) < 10:
                 break
             move = _step(here, found.points, found.normals, weights, rigid)
             back = back.then(move)
             unit = back.scale * size
+            if np.abs(back(points) - here).max() < at_rest * reach * unit:
+                break
+    if guess is not None:
+        face, normals = points, facing
     here, there = back(face), normals @ back.rotation.T
     found = scan.matches(here, there, turn=_COVERED * unit)
     near = (found.distances < _COVERED * unit) & (found.cosines > _SAME) & ~found.border
@@ -120,14 +127,10 @@ def found_anywhere(
         own = ratio / factor if scale is None else scale
         for turn in _turns():
             first = Similarity(own, turn, middle - own * turn @ scan_middle)
-            tried.append(
-                laid_over(
-                    face, normals, size, coarse, first, rigid=rigid, reaches=_FAR, enough=_FEW
-                )
-            )
+            tried.append(laid_over(face, normals, size, coarse, first, rigid=rigid, guess=_FAR))
     tried.sort(key=lambda each: -each.covered)
     best = [
-        laid_over(face, normals, size, coarse, own, rigid=rigid, reaches=_FROM_FAR, enough=_FEW)
+        laid_over(face, normals, size, coarse, own, rigid=rigid, guess=_FROM_FAR)
         for own in _different(tried)
     ]
     best.sort(key=lambda each: -each.covered)

@@ -98,7 +98,7 @@ class ScanPoints:
         copy.border, copy._trees = self.border, {}
         return copy
 
-    def matches(self, points: Points, normals: Points, turn: float) -> Matches:
+    def matches(self, points: Points, normals: Points, turn: float, nearly: float = 0.0) -> Matches:
         """The point of the scan's tangent planes that is near (N, 3) points and faces alike.
 
         Args:
@@ -106,9 +106,10 @@ class ScanPoints:
             normals: (N, 3) there.
             turn: the distance, in the units of the points, that counts as much as normals that
                 differ by 1.
+            nearly: part by which another point may be farther away than the nearest.
         """
         tree, turn = self._tree_of(turn)
-        own = tree.query(np.hstack([points, turn * normals]))[1]
+        own = tree.query(np.hstack([points, turn * normals]), eps=nearly)[1]
         there = self.normals[own]
         height = np.einsum("ij,ij->i", points - self.points[own], there)
         # Of the nearest point only what is across counts beyond its plane: points are dense.

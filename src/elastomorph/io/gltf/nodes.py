@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.lenient import object_of
 from elastomorph.io.gltf.skins import Placement, Skin
 
 
@@ -37,12 +38,12 @@ def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
 
     A mesh with a skin stands where its joints hold it in the pose that the nodes have, and its own
     node does not count. A document without scenes, or without nodes that show a mesh, gives all its
-    meshes.
+    meshes. Characters of VRM 0.x, which look backwards, are turned around.
     """
     found: list[tuple[dict[str, Any], NDArray[np.float64]]] = []
-    unit = np.eye(4)
+    root = _root(file)
     worlds: dict[int, NDArray[np.float64]] = {}
-    waiting = [(node, unit) for node in reversed(_roots(file))]
+    waiting = [(node, root) for node in reversed(_roots(file))]
     while waiting:
         number, above = waiting.pop()
         node = file.item("nodes", number, "the scene")
@@ -59,7 +60,7 @@ def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
         return [_placed(file, node, world, worlds, skins) for node, world in found]
     count = len(file.items("meshes"))
     file.budget.spend_objects(count)
-    return [_placed(file, {"mesh": number}, unit, worlds, {}) for number in range(count)]
+    return [_placed(file, {"mesh": number}, root, worlds, {}) for number in range(count)]
 
 
 def _placed(
@@ -89,8 +90,16 @@ def _world(
 ) -> NDArray[np.float64]:
     """(4, 4) of a node; one that the scene does not show, as some joints, stands by itself."""
     if number not in worlds:
-        worlds[number] = _transform(file, file.item("nodes", number, "a skin"), number)
+        node = file.item("nodes", number, "a skin")
+        worlds[number] = _root(file) @ _transform(file, node, number)
     return worlds[number]
+
+
+def _root(file: GltfFile) -> NDArray[np.float64]:
+    """(4, 4) of the scene: glTF and VRM 1.0 look along +Z, VRM 0.x along -Z."""
+    extensions = object_of(file.document.get("extensions"))
+    backwards = "VRM" in extensions and "VRMC_vrm" not in extensions
+    return np.diag([-1.0, 1.0, -1.0, 1.0]) if backwards else np.eye(4)
 
 
 def _roots(file: GltfFile) -> list[Any]:

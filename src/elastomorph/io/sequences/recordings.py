@@ -25,6 +25,7 @@ from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.model.markers import Markers
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
+from elastomorph.numbers import first_few
 
 __all__ = ["Recording", "read_recording", "read_sequence", "whole"]
 
@@ -134,9 +135,8 @@ def _of_markers(path: str | Path) -> Recording:
         raise FormatError(path, "no marker is seen in any frame: there are no finite numbers")
     if not ever.all():
         never = [taken.names[i] for i in np.flatnonzero(~ever)]
-        more = f" and {len(never) - _FEW} more" if len(never) > _FEW else ""
         warnings.warn(
-            f"{path}: never seen, and left out: {', '.join(never[:_FEW])}{more}",
+            f"{path}: never seen, and left out: {first_few(never, _FEW)}",
             ElastomorphWarning,
             stacklevel=3,
         )
@@ -217,9 +217,8 @@ def _of_clip(path: str | Path, name: str | None) -> Recording:
     if name is None and len(clips) == 1:
         name = next(iter(clips))
     if name not in clips:
-        listed = ", ".join(list(clips)[:_FEW]) + (", …" if len(clips) > _FEW else "")
         problem = "say which animation" if name is None else f"there is no animation {name!r}"
-        raise FormatError(path, f"{problem}; there are {len(clips)}: {listed}")
+        raise FormatError(path, f"{problem}; there are {len(clips)}: {first_few(clips, _FEW)}")
     clip = clips[name]
     if len(clip.times) < 2:
         raise FormatError(path, f"the animation {name!r} has only one key, so nothing moves")

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.numbers import first_few
 from elastomorph.rig.performance.naming import is_rotation, shape_of, wholes
 
 
@@ -100,25 +101,32 @@ class Match:
             raise ParameterError("weights must be finite numbers")
         return table @ self.factors
 
-    def text(self) -> str:
-        """The match for people: what drives what under another name, and what is left over."""
+    def text(self, most: int | None = None) -> str:
+        """The match for people: what drives what under another name, and what is left over.
+
+        Args:
+            most: How many of a kind are named; all by default.
+        """
         used = len(self.weights) - len(self.rotations) - len(self.unmatched_weights)
         lines = [
             f"{used} of {len(self.weights) - len(self.rotations)} weights drive "
             f"{len(self.drives)} of {len(self.sliders)} sliders"
         ]
-        lines += [
+        otherwise = [
             f"  {slider} = {_formula(drive)}"
             for slider, drive in self.drives.items()
             if drive.factors != (1.0,) or shape_of(slider) != shape_of(drive.names[0])
         ]
+        lines += otherwise[:most]
+        if len(otherwise) > len(otherwise[:most]):
+            lines.append(f"  and {len(otherwise[most:])} more")
         for title, names in (
             ("in the recording but not on the rig", self.unmatched_weights),
             ("on the rig but not driven", self.unmatched_sliders),
             ("rotations, which drive no slider", self.rotations),
         ):
             if names:
-                lines.append(f"{title}: {', '.join(names)}")
+                lines.append(f"{title}: {first_few(names, len(names) if most is None else most)}")
         return "\n".join(lines)
 
 

@@ -162,9 +162,12 @@ class Performance:
         """
         inside = np.flatnonzero((self.times >= start) & (self.times <= stop))
         if not inside.size:
+            where = f"between {start:g} and {stop:g} s"
+            if stop == np.inf or start == -np.inf:
+                where = f"after {start:g} s" if stop == np.inf else f"before {stop:g} s"
             raise ParameterError(
-                f"no frame lies between {start:g} and {stop:g} s; the performance goes from "
-                f"{self.times[0]:g} to {self.times[-1]:g} s"
+                f"no frame lies {where}; the performance goes from {self.times[0]:g} to "
+                f"{self.times[-1]:g} s"
             )
         first, last = int(inside[0]), int(inside[-1])
         gone = np.flatnonzero(

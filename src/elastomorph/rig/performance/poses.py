@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.numbers import first_few
 from elastomorph.rig.performance.matching import match
 from elastomorph.rig.performance.naming import is_rotation
 from elastomorph.rig.performance.performance import Performance
@@ -59,9 +60,7 @@ def unknown_sliders(unknown: Sequence[str], sliders: Sequence[str]) -> str:
     for name in unknown[:_SHOWN]:
         near = get_close_matches(name, sliders, n=1, cutoff=0.5)
         words.append(f"{name!r} (did you mean {near[0]!r}?)" if near else repr(name))
-    rest = len(unknown) - _SHOWN
-    more = f" and {rest} more" if rest > 0 else ""
-    return f"the rig has no slider {', '.join(words)}{more}"
+    return f"the rig has no slider {first_few([*words, *unknown[_SHOWN:]], _SHOWN)}"
 
 
 def through_poses(
