@@ -122,7 +122,7 @@ class TestAnimate:
             (["rig", "bad.csv", "-o", "t.npz"], "bad.csv, line 2"),
             (["none", "take.csv", "-o", "t.npz"], "none"),
             (["rig", "other.csv", "-o", "t.npz"], "no weight of other.csv drives"),
-            (["rig", "take.csv", "-o", "t.npz", "--start", "9"], "no frame lies between"),
+            (["rig", "take.csv", "-o", "t.npz", "--start", "9"], "no frame lies after 9 s"),
             (["rig", "take.csv", "-o", "t.npz", "--rate", "0"], "above 0"),
             (["rig", "take.csv", "-o", "none/t.npz"], "does not exist"),
         ],

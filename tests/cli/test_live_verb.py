@@ -6,6 +6,7 @@ import json
 import signal
 import socket
 import urllib.request
+from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 from subprocess import PIPE
@@ -23,6 +24,8 @@ from elastomorph.live import encode
 from elastomorph.rig.performance import Performance
 from needs import extra
 from streams import packet
+
+HANGUP = getattr(signal, "SIGHUP", signal.SIGTERM)  # of a terminal that is closed
 
 
 @pytest.fixture(autouse=True)
@@ -46,7 +49,16 @@ def documents(text: str) -> list[Any]:
     return found
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.fixture
+def hung_up() -> Iterator[None]:
+    """Tests that were started to outlive their terminal hand that on to what they start."""
+    before = signal.signal(HANGUP, signal.SIG_DFL)
+    yield
+    signal.signal(HANGUP, before)
+
+
+@pytest.mark.usefixtures("hung_up")
+@pytest.mark.parametrize("number", [signal.SIGINT, HANGUP])
 def test_it_serves_records_and_ends_when_asked(number: signal.Signals) -> None:
     """Ctrl-C is how one leaves: what was recorded is kept, and the outcome is said."""
     words = ("live", "face.npz", "--port", "0", "--no-open", "--json", "--record", "new.csv")

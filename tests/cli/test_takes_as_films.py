@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from calls import status_of as run
 from numpy.typing import NDArray
+from PIL import Image
 
 import elastomorph as em
 from children import started
@@ -164,6 +165,76 @@ def test_a_sound_of_another_length_is_told(
     assert clicks(out)[1] == pytest.approx(frames / 30, abs=0.025)
 
 
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--audio", "click.wav", "--audio-offset", "nan"), "--audio-offset must be a number"),
+        (("--from", "nan"), "--from must be a number, found nan"),
+        (("--from", 0.5, "--to", 0.1), "--from 0.5 comes after --to 0.1: exchange the two"),
+        (("--fps", 1e-9), "a clip needs above 0 and at most 240 fps, found 0"),
+        (("--fps", "inf"), "a clip needs above 0 and at most 240 fps, found inf"),
+    ],
+)
+def test_what_makes_no_film_is_refused_in_a_sentence(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    options: tuple[object, ...],
+    told: str,
+) -> None:
+    monkeypatch.chdir(folder)
+    words = (
+        "rig.npz",
+        "--take",
+        "take.csv",
+        "--fps",
+        25,
+        *options,
+        *SMALL,
+        "-o",
+        tmp_path / "take.mp4",
+    )
+    assert run("render", *words) == 1
+    assert told in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_part_between_two_keys_is_a_film_too(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As of an animator's clip. From 1 to 2 s of a rise in 5 s it goes from 0.2 to 0.4."""
+    (tmp_path / "keys.csv").write_text("seconds,jawOpen\n0,0\n5,1\n")
+    (tmp_path / "all.csv").write_text("seconds,jawOpen\n0,0.2\n1,0.4\n")
+    words = (folder / "rig.npz", "--fps", 4, *SMALL)
+    part = ("--take", tmp_path / "keys.csv", "--from", 1, "--to", 2)
+    assert run("render", *words, *part, "-o", tmp_path / "a.#.png", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["frames"] == 5
+    assert run("render", *words, "--take", tmp_path / "all.csv", "-o", tmp_path / "b.#.png") == 0
+    one, other = (
+        np.stack([np.asarray(Image.open(path)) for path in sorted(tmp_path.glob(f"{of}.*.png"))])
+        for of in "ab"
+    )
+    assert np.abs(one.astype(int) - other).max() <= 2
+    assert (np.abs(np.diff(one.astype(int), axis=0)).max(axis=(1, 2, 3)) > 2).all()
+
+
+def test_weights_beyond_1_are_clipped_by_both_verbs(folder: Path, tmp_path: Path) -> None:
+    """Else the board goes on along the end of its path."""
+    (tmp_path / "take.csv").write_text("seconds,jawOpen\n0,1.8\n0.1,1.8\n")
+    (tmp_path / "full.csv").write_text("seconds,jawOpen\n0,1\n0.1,1\n")
+    words = {
+        "full": ("render", folder / "rig.npz", "--take", tmp_path / "full.csv"),
+        "clipped": ("render", folder / "rig.npz", "--take", tmp_path / "take.csv", "--clip"),
+        "animated": ("animate", folder / "rig.npz", tmp_path / "take.csv", "--clip"),
+        "beyond": ("render", folder / "rig.npz", "--take", tmp_path / "take.csv"),
+    }
+    for name, call in words.items():
+        assert run(*call, "--fps", 10, *SMALL, "-o", tmp_path / f"{name}.##.png") == 0
+    full, *others = ((tmp_path / f"{name}.01.png").read_bytes() for name in words)
+    assert [other == full for other in others] == [True, True, False]
+
+
 def test_gifs_and_numbered_pictures_of_a_take(folder: Path, tmp_path: Path) -> None:
     words = (folder / "rig.npz", folder / "take.csv", "--fps", 5, *SMALL)
     assert run("animate", *words, "-o", tmp_path / "f.##.png") == 0
@@ -231,7 +302,7 @@ def test_ctrl_c_leaves_nothing_behind(folder: Path, tmp_path: Path) -> None:
         (["--take", "t.csv", "-o", "a.mp4", "--pose", "jawOpen=1"], "leave out --pose"),
         (["--take", "t.csv", "-o", "a.mp4", "--timing", "cosine"], "--timing is for poses"),
         (["--take", "t.csv", "-o", "a.mp4", "--fps", "0"], "above 0 and at most 240"),
-        (["--take", "t.csv", "-o", "a.mp4", "--from", "9"], "no frame lies between"),
+        (["--take", "t.csv", "-o", "a.mp4", "--from", "9"], "no frame lies after 9 s"),
         (["--take", "other.csv", "-o", "a.mp4"], "no weight of other.csv drives a slider"),
         (["--take", "p.json#A", "-o", "a.mp4"], "is one pose, which does not move"),
         (["--audio", "click.wav", "-o", "a.png"], "--audio is for a --take"),

@@ -9,6 +9,7 @@ import subprocess
 import urllib.request
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from elastomorph.io.gltf.clips import read_weight_clips
 from elastomorph.rig import Rig
 from elastomorph.samples import expressions, head, shapes
 from elastomorph.viewer import ViewerServer
+from elastomorph.viewer.server import serve_page
 from foreign_files import chunks_of, glb, write_foreign_glb
 
 STAND_IN = "<!doctype html><head>\n<!-- elastomorph scene -->\n</head><body></body>\n"
@@ -137,6 +139,7 @@ def test_every_file_by_every_method(small: Rig, tmp_path: Path) -> None:
     assert run("view", *files, "--method", "linear", "--method", "cosine", "-o", page) == 0
     scene, _ = written(page)
     assert scene["title"] == "a and b: linear, cosine"
+    assert scene["name"] == "a and b", "what is kept of them is theirs by any method"
     names = ["a, linear", "a, cosine", "b, linear", "b, cosine"]
     assert [m["name"] for m in scene["models"]] == names
 
@@ -178,6 +181,24 @@ def test_the_browser_is_sent_to_the_page(
     ((address, content),) = visited
     assert address in capsys.readouterr().out
     assert b"model-0.glb" in content
+
+
+def test_every_run_has_the_usual_port(
+    small: Rig,
+    tmp_path: Path,
+    visited: list[tuple[str, bytes]],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """So that the browser finds again what it kept; a number is kept to, and 0 is a free one."""
+    em.write(tmp_path / "a.glb", small)
+    with serve_page(b"") as server:
+        usual = server.port
+    monkeypatch.setattr("elastomorph.viewer.server.USUAL_PORT", usual)
+    for more in ((), (), ("--port", "0")):
+        assert run("view", tmp_path / "a.glb", *more) == 0
+    small.view(say=lambda words: None)
+    ports = [urlsplit(address).port for address, _ in visited]
+    assert [port == usual for port in ports] == [True, True, False, True]
 
 
 def test_no_browser_and_json(

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import elastomorph as em
 from cards import character
+from elastomorph.draw.camera import Camera
+from elastomorph.draw.comparisons import closure_comparison
 from elastomorph.draw.framing import Turntable, camera_for
 from elastomorph.draw.head import head_of
+from elastomorph.draw.pictures import Image
 from elastomorph.draw.posed import PosedRig, compare, pose_picture
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig.build import extent_of
@@ -49,6 +53,23 @@ def test_pictures_of_a_rig_are_of_its_head() -> None:
         for view in ("front", "whole")
     ]
     assert covered[0].mean() > 2 * covered[1].mean()
+
+
+def test_closures_are_shown_on_the_face_of_a_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Above the head, below its mouth; of the whole figure the second would be the hips."""
+    cameras: list[tuple[Camera, tuple[int, int]]] = []
+
+    def seen(mesh: Mesh, rows: object, camera: Camera, size: tuple[int, int], **_: object) -> Image:
+        cameras.append((camera, size))
+        return np.zeros((*size[::-1], 3), dtype=np.uint8)
+
+    monkeypatch.setattr("elastomorph.draw.comparisons.face_sheet", seen)
+    rig = character()
+    closure_comparison(rig.neutral, rig["open"].target, closures=["limit"], width=60)
+    for camera, size in cameras:
+        assert 0 < seen_at(camera, np.array([0.0, 5.5, 0.8]), size)[0][1] < size[1]
+        assert seen_at(camera, np.array([0.0, 0.0, 0.0]), size)[0][1] > size[1]
+    assert len(cameras) == 2
 
 
 def test_what_is_no_more_than_a_head_is_framed_as_ever() -> None:

@@ -62,7 +62,6 @@ def animate(
     performance: Take,
     output: Output = None,
     rate: Rate = None,
-    clip: Annotated[bool, typer.Option(help="Keep weights within 0 and 1.")] = False,
     part: takes.TakeOptions = takes.TakeOptions(),  # noqa: B008
     timing: Timing = None,
     view: View = None,
@@ -106,15 +105,16 @@ def animate(
         if output is not None:
             takes.require_driven(found, take)
         if film is not None:
-            weights = slider_weights(face_rig, film.take, found, clip=clip)
+            weights = slider_weights(face_rig, film.take, found, clip=part.clip)
             film.write(face_rig, weights, {"view": view_of(view or "front")}, say)
     written = take if film is None else film.take
     if output is not None and not filmed:
         export = {} if source.settings is None else export_options(source.settings, output)
-        how = {"clip": clip, "export": export}
+        how = {"clip": part.clip, "export": export}
         written = _write(output, face_rig, take, found, rate, how, quiet=as_json)
     if picture is not None:
-        _draw(picture, face_rig, take, slider_weights(face_rig, take, found, clip=clip), as_json)
+        weights = slider_weights(face_rig, take, found, clip=part.clip)
+        _draw(picture, face_rig, take, weights, as_json)
     _tell(take, written, found, output, as_json)
 
 
@@ -237,11 +237,12 @@ def _tell(
     if as_json:
         print_json(_facts(take, written, found, output))
         return
-    typer.echo(f"{take.source}: {len(take):,} frames at {take.rate:.5g} fps, {take.duration:.2f} s")
+    recorded = takes.frames_line(len(take), take.rate)
+    typer.echo(f"{take.source}: {recorded}, {take.duration:.2f} s")
     for what, names in (("dropped", take.dropped), ("came twice", take.duplicates)):
         if names:
             shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             typer.echo(f"{what}: {len(names):,} ({shown})")
-    typer.echo(found.text())
+    typer.echo(found.text(None if output is None else takes.MOST_NAMED))
     if output is not None:
-        typer.echo(f"{len(written):,} frames at {written.rate:.5g} fps → {output}")
+        typer.echo(f"{takes.frames_line(len(written), written.rate)} → {output}")

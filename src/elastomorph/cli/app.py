@@ -123,6 +123,10 @@ def main(arguments: list[str] | None = None) -> None:
     _require_streams()
     if arguments is None:
         signal.signal(signal.SIGTERM, _stop)
+        # A terminal that is closed; nohup has it ignored, and Windows has none.
+        closed = getattr(signal, "SIGHUP", None)
+        if closed is not None and signal.getsignal(closed) is signal.SIG_DFL:
+            signal.signal(closed, _stop)
     words = sys.argv[1:] if arguments is None else arguments
     # Text may be empty where it is a caption; nothing else means anything then.
     if any(not word and before != "--unit" for before, word in pairwise(["", *words])):

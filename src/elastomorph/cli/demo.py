@@ -105,13 +105,14 @@ def _facts(found: Walkthrough, seconds: float) -> dict[str, object]:
 def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
     from rich.console import Console
 
+    from elastomorph.evaluation.words import counted
     from elastomorph.report.walkthrough_page import beam_words, truth_words
 
-    console = Console()
+    console = Console(markup=False)  # of names too: they may hold brackets
     subject = found.subject
     console.print(
-        f"{subject.name}: {len(subject.neutral.vertices):,} vertices on {len(found.curves):,} "
-        f"curves, {len(subject.targets)} targets"
+        f"{subject.name}: {len(subject.neutral.vertices):,} vertices on "
+        f"{counted(len(found.curves), 'curve')}, {counted(len(subject.targets), 'target')}"
     )
     console.print("\n" + found.paths.summary, soft_wrap=True, highlight=False)
     if any(path.inbetween_pays or not path.choice.straight for path in found.paths.targets):

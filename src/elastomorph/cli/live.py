@@ -31,14 +31,22 @@ Subject = Annotated[
     str | None, typer.Option(help="The phone to show, by its subject name. Default: the first.")
 ]
 Record = Annotated[
-    Path | None, typer.Option(help="Record to a take (.csv), from the first packet on.")
+    Path | None,
+    typer.Option(
+        help="Record to a take (take.csv), from the first packet on; no file is replaced, the next "
+        "is take-2.csv.",
+    ),
 ]
 ReplayFile = Annotated[
     Path | None,
     typer.Option(help="Send a recorded take (.csv) instead of a phone, over and over."),
 ]
 PagePort = Annotated[
-    int | None, typer.Option(help="Port of 127.0.0.1 for the page; a free one by default.")
+    int | None,
+    typer.Option(
+        help="Port of 127.0.0.1 for the page; a free one for 0. Default: that of 'view', or a free "
+        "one.",
+    ),
 ]
 Open = Annotated[bool, typer.Option("--open/--no-open", help="Open the address in the browser.")]
 
@@ -79,7 +87,7 @@ def live(
             name=Path(rig).stem,
             host=listen,
             port=port,
-            page_port=page_port or 0,
+            page_port=page_port,
             subject=subject,
             record=record,
         )
@@ -106,7 +114,6 @@ def _say_where(page: LivePage, open_browser: bool, as_json: bool) -> None:
     if as_json:
         print_json({"address": page.address, "port": page.port})
     else:
-        typer.echo(f"{page.address}\nshown to this machine only; Ctrl-C ends it")
-        typer.echo(f"{page.meaning}\n{page.session.match.text()}")
+        typer.echo(f"{page.server.words}\n{page.meaning}\n{page.session.match.text()}")
     if open_browser:
         webbrowser.open(page.address)

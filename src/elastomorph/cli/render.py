@@ -131,7 +131,7 @@ def render(
     curves = said.curves_of(full, say) if edge_loops else ()
     how: dict[str, Any] = {"view": looked, "style": Style(wireframe, curves, colour)}
     if film is not None:
-        facts = _film(film, full, methods, how, say)
+        facts = _film(film, full, methods, how, say, clip=of_take.clip)
     elif posed.sheet:
         facts = _sheet(output, posed, full, methods, sides, how, say)
     else:
@@ -144,17 +144,24 @@ def render(
 
 
 def _film(
-    film: takes.Film, rig: Rig, methods: Sequence[str], how: dict[str, Any], say: Say
+    film: takes.Film,
+    rig: Rig,
+    methods: Sequence[str],
+    how: dict[str, Any],
+    say: Say,
+    *,
+    clip: bool,
 ) -> dict[str, Any]:
     """Write the film of a take; what it holds, and which weights drove which sliders."""
     from elastomorph.cli.render_words import posed_rigs
-    from elastomorph.rig.performance import match
+    from elastomorph.rig.performance import match, slider_weights
 
     found = match(film.take.names, rig.names)
     takes.require_driven(found, film.take)
     posed = posed_rigs(rig, methods, dict.fromkeys(found.drives, 1.0), say)[0]
-    written = film.write(posed.rig, found.drive(film.take.weights), how, say)
-    return {**written, "take": film.take.source, "match": found.text()}
+    weights = slider_weights(posed.rig, film.take, found, clip=clip)
+    written = film.write(posed.rig, weights, how, say)
+    return {**written, "take": film.take.source, "match": found.text(takes.MOST_NAMED)}
 
 
 def _sheet(

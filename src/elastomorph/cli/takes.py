@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.numbers import as_number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,6 +31,8 @@ TAKES = (
     "(.glb, take.glb#NAME), or poses to go through (.json, .csv)."
 )
 _POSED = re.compile(r"(.+\.(?:json|csv|glb|gltf|vrm))#(.+)", re.IGNORECASE)
+MOST_NAMED = 8
+"""Weights or sliders of a kind; ``animate --list`` names them all."""
 _TOLD = 0.1
 """Seconds by which a sound may end beside the take before that is told."""
 
@@ -66,7 +69,7 @@ class TakeOptions:
         float | None,
         typer.Option(help="Seconds that the sound begins after the take; negative, before it."),
     ] = None
-
+    clip: Annotated[bool, typer.Option("--clip", help="Keep weights within 0 and 1.")] = False
     draft: Annotated[
         bool,
         typer.Option("--draft", help="One sample a pixel: jagged, two to three times as fast."),
@@ -108,11 +111,32 @@ class TakeOptions:
 
     def part(self, whole: Performance) -> Performance:
         """The frames that are meant."""
-        if self.start is None and self.stop is None:
-            return whole
-        return whole.part(
-            *(b if a is None else a for a, b in ((self.start, -inf), (self.stop, inf)))
-        )
+        start, stop = self._span()
+        return whole if (start, stop) == (-inf, inf) else whole.part(start, stop)
+
+    def _span(self) -> tuple[float, float]:
+        """First and last second."""
+        start = -inf if self.start is None else as_number(self.start, "--from")
+        stop = inf if self.stop is None else as_number(self.stop, "--to")
+        if start > stop:
+            raise ParameterError(f"--from {start:g} comes after --to {stop:g}: exchange the two")
+        return start, stop
+
+    def _even(self, whole: Performance, rate: float) -> Performance:
+        """Frames at an even rate from the first second that is meant on.
+
+        Keys may be far apart: between two of them there is a take, too.
+        """
+        from elastomorph.rig.performance import Performance
+
+        start, stop = self._span()
+        first, last = max(start, float(whole.times[0])), min(stop, float(whole.times[-1]))
+        if first > last:
+            whole.part(start, stop)  # says that there is nothing
+        inside = whole.times[(whole.times > first) & (whole.times < last)]
+        times = [first, *inside, last] if first < last else [first]
+        cut = Performance(whole.names, times, whole.at(times), whole.rate, source=whole.source)
+        return cut.resampled(rate)
 
     def film(
         self, output: str, whole: Performance, fps: float | None, size: tuple[int, int]
@@ -126,11 +150,12 @@ class TakeOptions:
         elif not output.lower().endswith(".mp4"):
             raise ParameterError(f"{output} holds no sound: write .mp4, or leave --audio out")
         wanted = whole.rate if fps is None else fps
-        check_clip(output, size, 1, wanted)
-        rate = float(movie_rate(wanted))
-        take = self.part(whole).resampled(rate)
+        rate = float(movie_rate(wanted)) if 0 < wanted < inf else wanted
+        check_clip(output, size, 1, rate)
+        take = self._even(whole, rate)
         check_clip(output, size, len(take), rate)
-        start = float(take.times[0] - whole.times[0]) - (self.audio_offset or 0.0)
+        offset = as_number(self.audio_offset or 0.0, "--audio-offset")
+        start = float(take.times[0] - whole.times[0]) - offset
         sound = None
         if self.audio is not None:
             sound = laid_sound(self.audio, start, len(take) / rate, cut=self.stop is not None)
@@ -209,10 +234,15 @@ def _tell(sentence: str) -> None:
     warnings.warn(sentence, ElastomorphWarning, stacklevel=4)
 
 
+def frames_line(count: int, rate: float) -> str:
+    """Such as "1 frame at 29.97 fps"."""
+    return f"{count:,} frame{'s' * (count != 1)} at {rate:.5g} fps"
+
+
 def film_line(facts: dict[str, Any]) -> str:
     """What was written, in a line."""
     length = (
-        f", {facts['frames']:,} frames at {facts['fps']:.5g} fps, {facts['seconds']:.2f} s"
+        f", {frames_line(facts['frames'], facts['fps'])}, {facts['seconds']:.2f} s"
         if "frames" in facts
         else ""
     )

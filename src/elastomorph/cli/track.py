@@ -11,6 +11,7 @@ from elastomorph.cli import options
 from elastomorph.cli.output import Say
 from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import FormatError, ParameterError
+from elastomorph.numbers import first_few
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -216,14 +217,9 @@ def _tell(found: Tracked, facts: Mapping[str, Any]) -> None:
     told = {
         "farthest": ", ".join(f"{name} {each:.3g}" for name, each in far),
         "never seen": ", ".join(facts["never_seen"]),
-        "without a place on the rig": _some(facts["left_out"]),
+        "without a place on the rig": first_few(facts["left_out"], _SHOWN),
     }
     for what, names in told.items():
         if names:
             console.print(f"{what}: {names}", **how)
     console.print(f"written to {facts['written']}", **how)
-
-
-def _some(names: list[str]) -> str:
-    more = len(names) - _SHOWN
-    return ", ".join(names[:_SHOWN]) + (f" and {more:,} more" if more > 0 else "")

@@ -41,7 +41,13 @@ Page = Annotated[
     typer.Option("--output", "-o", help="Write the page (.html) instead of serving it."),
 ]
 Unit = Annotated[str, typer.Option(help="Unit of the coordinates, for legends.")]
-Port = Annotated[int | None, typer.Option(help="Port of 127.0.0.1; a free one by default.")]
+Port = Annotated[
+    int | None,
+    typer.Option(
+        help="Port of 127.0.0.1; a free one for 0. Default: always the same one, by which the "
+        "browser finds poses again, or a free one where it is taken.",
+    ),
+]
 Open = Annotated[bool, typer.Option("--open/--no-open", help="Open the address in the browser.")]
 
 
@@ -92,7 +98,7 @@ def view(
 
         shelf: dict[str, Offer] = {}
         services = _services(files, methods, unit, settings, mesh, shelf)
-        shown(serve(scene, port or 0, services, shelf), open_browser, as_json)
+        shown(serve(scene, port, services, shelf), open_browser, as_json)
     elif as_json:
         print_json({"written": str(output), "bytes": output.stat().st_size})
     else:
@@ -169,7 +175,7 @@ def shown(server: ViewerServer, open_browser: bool, as_json: bool) -> None:
         if as_json:
             print_json({"address": server.address})
         else:
-            typer.echo(f"{server.address}\nshown to this machine only; Ctrl-C ends it")
+            typer.echo(server.words)
         if open_browser:
             webbrowser.open(server.address)
         server.wait()

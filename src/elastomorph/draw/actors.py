@@ -13,7 +13,7 @@ from elastomorph.draw.dressed import Dress
 from elastomorph.draw.pictures import colour_bytes, imported
 from elastomorph.draw.window import rendering
 from elastomorph.model.appearance import Material, Wrap
-from elastomorph.model.polygons import Polygons, polygon_normals
+from elastomorph.model.polygons import Polygons
 
 AMBIENT = 0.17
 # An image of skin or cloth holds some shade already.
@@ -148,58 +148,6 @@ def line_actor(
     actor.GetProperty().LightingOff()
     actor.GetProperty().SetLineWidth(lines.width * scale)
     return actor
-
-
-def corner_pairs(
-    faces: Polygons, places: NDArray[np.int64] | None = None
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(P,) corners and (P,) corners at the same vertex, all pairs of them, each with itself.
-
-    The places, (C,) numbers, may say of more than one vertex that they are the same.
-    """
-    vertices = faces.indices if places is None else places
-    order = np.argsort(vertices, kind="stable")
-    valence = np.bincount(vertices)
-    own = valence[vertices[order]]
-    begin = (np.cumsum(valence) - valence)[vertices[order]]
-    step = np.arange(own.sum()) - np.repeat(np.cumsum(own) - own, own)
-    return np.repeat(order, own), order[np.repeat(begin, own) + step]
-
-
-def corner_normals(
-    vertices: NDArray[np.float64],
-    faces: Polygons,
-    pairs: tuple[NDArray[np.int64], NDArray[np.int64]],
-    *,
-    crease: float = 70.0,
-    smooth: NDArray[np.bool_] | None = None,
-) -> NDArray[np.float64]:
-    """(C, 3) unit normals of every polygon corner; (0, 0, 1) at those of polygons without area.
-
-    A corner averages the normals of the polygons around its vertex, weighted by area, but only of
-    those that its own polygon meets at less than the crease angle in degrees. So a cheek is smooth
-    and the edge of a tooth, a lid or a torn lip stays an edge. Pairs are those of `corner_pairs`;
-    those that are smooth, (P,), are whatever their angle.
-    """
-    of_face = polygon_normals(vertices, faces)
-    lengths = np.linalg.norm(of_face, axis=1, keepdims=True)
-    units = np.divide(of_face, lengths, out=np.zeros_like(of_face), where=lengths > 0)
-    first, second = (faces.corner_faces[corners] for corners in pairs)
-    alike = np.einsum("ij,ij->i", units[first], units[second]) > np.cos(np.radians(crease))
-    alike = alike if smooth is None else alike | smooth
-    giving, receiving = second[alike], pairs[0][alike]
-    normals = np.stack(
-        [
-            np.bincount(receiving, weights=of_face[giving, axis], minlength=faces.indices.size)
-            for axis in range(3)
-        ],
-        axis=1,
-    ).astype(np.float64)  # bincount counts in whole numbers where there is nothing to add
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    flat = lengths[:, 0] == 0
-    normals = np.divide(normals, lengths, out=normals, where=lengths > 0)
-    normals[flat] = (0.0, 0.0, 1.0)
-    return np.asarray(normals)
 
 
 def _actor(shape: Any) -> Any:

@@ -166,15 +166,17 @@ def closure_comparison(
     )
     poses = [seam.morph.at(time) for seam in made]
     ends = np.stack([neutral.vertices, target.vertices])
-    head, mouth = (width, round(1.2 * width)), (width, round(0.7 * width))
+    head = head_of(neutral, (seam.morph for seam in made))
+    face, mouth = (width, round(1.2 * width)), (width, round(0.7 * width))
     whole = face_sheet(
         neutral,
         [[Face(pose) for pose in poses]],
-        camera_for(neutral, view, poses=ends, size=head),
-        head,
+        camera_for(neutral, view, poses=ends, head=head, size=face),
+        face,
         column_labels=[f"beam R={order}, {closure}, t = {time:g}" for closure in closures],
     )
-    near = camera_for(neutral, "mouth", poses=np.stack([neutral.vertices, *poses]), size=mouth)
+    seen = np.stack([neutral.vertices, *poses])
+    near = camera_for(neutral, "mouth", poses=seen, head=head, size=mouth)
     close = [Face(pose, _seam_words(seam)) for pose, seam in zip(poses, made, strict=True)]
     return written(stack(whole, face_sheet(neutral, [close], near, mouth)), path)
 

@@ -72,7 +72,8 @@ def write_movie(
         finally:
             _end(process)
         if status:
-            raise FileError(path, f"ffmpeg could not encode the movie: {_last_line(complaints)}")
+            why = _last_line(complaints) or f"it ended with status {status}"
+            raise FileError(path, f"ffmpeg could not encode the movie: {why}")
 
 
 def _command(
@@ -116,7 +117,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 def _last_line(complaints: IO[bytes]) -> str:
     complaints.seek(0)
     lines = complaints.read().decode(errors="replace").strip().splitlines()
-    return lines[-1].strip() if lines else "it gave no reason"
+    return lines[-1].strip() if lines else ""
 
 
 COLOURS = 255

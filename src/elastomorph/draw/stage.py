@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.draw.actors import Lines, Part, corner_normals, corner_pairs, line_actor
+from elastomorph.draw.actors import Lines, Part, line_actor
 from elastomorph.draw.camera import Camera
 from elastomorph.draw.dressed import dresses_of, welded_corners
 from elastomorph.draw.framing import View, camera_for
+from elastomorph.draw.normals import CornerNormals, corner_pairs
 from elastomorph.draw.pictures import (
     COLOUR_MAP,
     RGB,
@@ -88,10 +89,10 @@ class Stage:
         self.camera = camera or camera_for(mesh, size=size)
         self._factor = supersampling
         dressed = mesh.appearance is not None
-        self._pairs = corner_pairs(mesh.faces, welded_corners(mesh) if dressed else None)
+        pairs = corner_pairs(mesh.faces, welded_corners(mesh) if dressed else None)
         # Who cuts vertices apart along seams does so along sharp edges too, and only there.
-        one, other = (mesh.faces.indices[corners] for corners in self._pairs)
-        self._smooth = one == other if dressed else None
+        one, other = (mesh.faces.indices[corners] for corners in pairs)
+        self._normals = CornerNormals(mesh.faces, pairs, one == other if dressed else None)
         parts = [Part(mesh.faces, dress) for dress in dresses_of(mesh)]
         self._parts = sorted(parts, key=lambda part: part.blends)
         self._occlusion = _ambient_occlusion(occlusion)
@@ -134,7 +135,7 @@ class Stage:
         if wireframe:
             drawn.insert(0, self._edges())
         actors = [self._line_actor(points, each) for each in drawn]
-        normals = corner_normals(points, self.mesh.faces, self._pairs, smooth=self._smooth)
+        normals = self._normals.of(points)
         placed = self._scene(points)
         to_camera = np.array(self.camera.position) - np.array(self.camera.focus)
         for part in self._parts:

@@ -81,8 +81,8 @@ def mode_law_graph(
     """
     t = np.linspace(0.0, 1.0, 201)
     rows = [Load.power(load) if isinstance(load, int) else load for load in loads]
-    with new_figure(path, 3.3 * len(materials) + 1.2, 2.6 * len(rows)) as figure:
-        grid = figure.subplots(len(rows), len(materials), sharex=True, squeeze=False)
+    with new_figure(path, 2.3 * len(materials) + 0.4, 1.9 * len(rows) + 0.7) as figure:
+        grid = figure.subplots(len(rows), len(materials), sharex=True, sharey="row", squeeze=False)
         for axes_of_row, load in zip(grid, rows, strict=True):
             for axes, material in zip(axes_of_row, materials, strict=True):
                 _draw_laws(axes, t, load, material, modes)
@@ -92,7 +92,7 @@ def mode_law_graph(
         for axes in grid[-1]:
             axes.set_xlabel("t")
         handles, labels = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside right upper")
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(handles))
 
 
 def _draw_laws(

@@ -8,9 +8,9 @@ import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import NDArray
 
-from elastomorph.draw.actors import corner_pairs
 from elastomorph.draw.dressed import Dress, dresses_of, welded_corners
 from elastomorph.draw.materials import LOOKS, parts_of
+from elastomorph.draw.normals import corner_pairs
 from elastomorph.draw.textures import linear
 from elastomorph.errors import MeshError
 from elastomorph.farm.pictures.texels import Texels

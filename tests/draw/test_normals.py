@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.draw.actors import corner_normals, corner_pairs
+from elastomorph.draw.normals import CornerNormals, corner_pairs
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.polygons import Polygons
 
@@ -18,7 +18,7 @@ def _cube() -> Mesh:
 
 def test_corners_of_a_cube_keep_the_normals_of_their_faces() -> None:
     cube = _cube()
-    normals = corner_normals(cube.vertices, cube.faces, corner_pairs(cube.faces))
+    normals = CornerNormals(cube.faces, corner_pairs(cube.faces)).of(cube.vertices)
     expected = np.repeat(
         [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]], 4, 0
     )
@@ -27,13 +27,13 @@ def test_corners_of_a_cube_keep_the_normals_of_their_faces() -> None:
 
 def test_a_large_crease_angle_rounds_a_cube() -> None:
     cube = _cube()
-    normals = corner_normals(cube.vertices, cube.faces, corner_pairs(cube.faces), crease=120)
+    normals = CornerNormals(cube.faces, corner_pairs(cube.faces), crease=120).of(cube.vertices)
     outward = (cube.vertices - 0.5) * 2 / np.sqrt(3)
     np.testing.assert_allclose(normals, outward[cube.faces.indices], atol=1e-12)
 
 
 def test_normals_of_a_sphere_point_outwards(sphere: Mesh) -> None:
-    normals = corner_normals(sphere.vertices, sphere.faces, corner_pairs(sphere.faces))
+    normals = CornerNormals(sphere.faces, corner_pairs(sphere.faces)).of(sphere.vertices)
     along = np.einsum("ij,ij->i", normals, sphere.vertices[sphere.faces.indices])
     assert along.min() > 0.99
 
@@ -53,5 +53,5 @@ def test_corner_pairs_are_all_pairs_at_a_vertex() -> None:
 
 def test_polygons_without_area_get_a_normal_of_length_one() -> None:
     mesh = Mesh(np.zeros((3, 3)), [[0, 1, 2]])
-    normals = corner_normals(mesh.vertices, mesh.faces, corner_pairs(mesh.faces))
+    normals = CornerNormals(mesh.faces, corner_pairs(mesh.faces)).of(mesh.vertices)
     assert np.linalg.norm(normals, axis=1) == pytest.approx(1)
