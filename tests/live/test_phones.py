@@ -65,7 +65,7 @@ def test_lost_late_and_twice_are_counted(seed: int, lost: float, shuffled: float
     found = standing(one)
     assert found.missing == len(gone)
     assert found.late == late
-    assert one.take(packet(left[5]), 7.0)[0] in ("twice", "again")
+    assert one.take(packet(left[5]), len(left) / 60)[0] in ("twice", "apart")
 
 
 def test_a_packet_that_comes_again() -> None:
@@ -89,15 +89,28 @@ def test_a_pause_is_no_loss_and_a_stream_may_begin_anew() -> None:
         one.take(packet(frame), frame / 60)
     assert one.take(packet(102 + 60 * 60), 70.0)[0] == "new"  # a minute later
     assert standing(one).missing == 0
-    assert one.take(packet(10), 71.0)[0] == "again"
-    assert one.take(packet(11), 71.1)[0] == "new"
-    assert one.take(packet(12, rate=(24, 1)), 71.2)[0] == "again"
+    assert one.take(packet(10), 72.0)[0] == "again"
+    assert one.take(packet(11), 72.1)[0] == "new"
+    orders = [one.take(packet(12 + n, rate=(24, 1)), 72.2 + n / 24)[0] for n in range(8)]
+    assert orders == ["apart"] * 6 + ["again", "new"]  # of another rate, at once
+
+
+def test_another_stream_under_its_id_is_left_out() -> None:
+    """Else one who sends under the id of a phone would make a file of every packet."""
+    one = phone()
+    leaps = [0, 500_000, 90_000, 4_000_000, 7_000]
+    orders = []
+    for n in range(200):
+        orders.append(one.take(packet(1000 + n), n / 60)[0])
+        orders.append(one.take(packet(leaps[n % 5] + n), n / 60 + 0.005)[0])
+    assert orders == ["new", "apart"] * 200
+    assert standing(one, 200 / 60).text().endswith("200 of another stream by its id")
 
 
 def test_the_first_is_shown_and_others_are_known() -> None:
     phones = Phones()
     for name in ("left", "right"):
-        phones.of(packet(1, subject=name, device=name), "10.0.0.3")
+        phones.of(packet(1, subject=name, device=name), "10.0.0.3", 0.0)
     assert phones.shown is not None
     assert phones.shown.subject == "left"
     assert [one.subject for one in phones.known()] == ["left", "right"]
@@ -107,10 +120,13 @@ def test_the_first_is_shown_and_others_are_known() -> None:
 
 
 def test_the_one_wanted_is_waited_for() -> None:
-    session = Session(["jawOpen"], subject="right")
+    now = 0.0
+    session = Session(["jawOpen"], subject="right", clock=lambda: now)
     session.take(encode(packet(1, subject="left", device="left")), "10.0.0.3")
     assert session.newest(0, 0) is None
     assert session.status().text() == "no packets of 'right' yet · also sending: left"
+    now = 2.0
+    assert session.status().text() == "no packets of 'right' yet"
     session.take(encode(packet(16, subject="right", device="right")), "10.0.0.4")
     pose = session.newest(0, 0)
     assert pose is not None
@@ -126,3 +142,19 @@ def test_only_so_many_are_kept_apart() -> None:
     assert len(found.phones) == MOST_PHONES
     assert found.beyond == 9 * MOST_PHONES
     assert f"{9 * MOST_PHONES} packets of further phones" in found.text()
+
+
+def test_those_who_are_gone_give_way() -> None:
+    """Strangers who sent once do not keep a phone out for ever."""
+    now = 0.0
+    session = Session(["jawOpen"], subject="wanted", clock=lambda: now)
+    for number in range(MOST_PHONES):
+        session.take(encode(packet(1, device=str(number), subject="p")), "10.0.0.5")
+    session.take(encode(packet(1, device="late")), "10.0.0.6")
+    assert session.status().beyond == 1
+    session.take(encode(packet(1, device="w", subject="wanted")), "10.0.0.6")
+    now = 11.0
+    session.take(encode(packet(1, device="late")), "10.0.0.6")
+    phones = session.status().phones
+    assert [phone.number for phone in phones] == [*range(2, MOST_PHONES), 8, 9]
+    assert session.status().shown == phones[-2]

@@ -24,9 +24,11 @@ def record(file: Path, frames: list[int], **of: object) -> Recorder:
     """Records packets of these frames."""
     recorder, phone = Recorder(file), Phone(0, "one", "iPhone", "here")
     recorder.start()
+    now, before = 0.0, frames[0]
     for frame in frames:
-        one = packet(frame, **of)  # type: ignore[arg-type]
-        recorder.take(one, *phone.take(one, frame / 60))
+        now += 2 if abs(frame - before) > 120 else 1 / 60  # a leap comes after a silence
+        one, before = packet(frame, **of), frame  # type: ignore[arg-type]
+        recorder.take(one, *phone.take(one, now))
     recorder.stop()
     return recorder
 
@@ -93,18 +95,21 @@ def test_a_stream_that_begins_anew_and_a_long_pause_are_two_takes(
         assert count == len(read_performance(file)) == 60
 
 
-def test_the_first_file_is_replaced_and_no_other(tmp_path: Path) -> None:
-    for name in ("take.csv", "take-2.csv"):
-        (tmp_path / name).write_text("old")
+def test_no_file_is_replaced(tmp_path: Path) -> None:
+    """A face cannot be recorded again, and the command is given again by its last line."""
+    old = [tmp_path / name for name in ("take.csv", "take-3.csv")]
+    for file in old:
+        file.write_text("old")
     recorder, phone = Recorder(tmp_path / "take.csv"), Phone(0, "one", "iPhone", "here")
     for first in (0, 100):
         recorder.start()
         for frame in range(first, first + 30):
             recorder.take(packet(frame), *phone.take(packet(frame), frame / 60))
-        assert not any(file.read_text() == "" for file in tmp_path.glob("take*"))
+        assert recorder.file is not None
+        assert not recorder.file.exists()
         recorder.stop()
-    assert [file.name for file, _ in recorder.files] == ["take.csv", "take-3.csv"]
-    assert (tmp_path / "take-2.csv").read_text() == "old"
+    assert [file.name for file, _ in recorder.files] == ["take-2.csv", "take-4.csv"]
+    assert {file.read_text() for file in old} == {"old"}
 
 
 def test_nothing_is_left_where_nothing_was_recorded(tmp_path: Path) -> None:
@@ -123,23 +128,21 @@ def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     assert not recorder.wanted
 
 
-def test_a_full_disk_ends_the_recording_only(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    recorder, phone = Recorder(tmp_path / "take.csv"), Phone(0, "one", "iPhone", "here")
-    recorder.start()
-    recorder.take(packet(1), *phone.take(packet(1), 0.0))
-
-    class Full:
-        def write(self, content: bytes) -> int:
-            raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(recorder, "_file", Full())
-    for frame in range(2, 40):
-        recorder.take(packet(frame), *phone.take(packet(frame), frame / 60))
-    assert "No space left on device" in recorder.problem
+def test_what_came_until_the_disk_was_full_is_kept(tmp_path: Path) -> None:
+    """In whole lines; the next recording goes into another file."""
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
+    try:
+        recorder = record(tmp_path / "take.csv", list(range(60)))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    ((file, frames),) = recorder.files
+    assert recorder.problem.endswith(f"; the {frames} frames until then are in take.csv")
     assert recorder.file is None
-    assert list(tmp_path.iterdir()) == []
+    assert not recorder.wanted
+    assert 10 < frames == len(read_performance(file)) < 60
+    assert [each.name for each in tmp_path.iterdir()] == ["take.csv"]
 
 
 def test_rates_that_no_timecode_has_become_sixtieths(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
 import tracemalloc
 import urllib.request
@@ -167,13 +168,17 @@ def test_a_face_out_of_sight_and_a_stream_that_stops_stay_as_they_are(live: Live
 
 def test_neutral_is_subtracted(live: Live) -> None:
     page = live.watcher()
-    live.send(encode(packet(1, face=weights(JawOpen=0.25, BrowInnerUp=0.5))))
-    page.say(drawn=page.next("pose")["pose"])
+    live.send(encode(packet(1, face=weights(JawOpen=0.25, BrowInnerUp=0.5, HeadYaw=0.5))))
+    first = page.next("pose")
+    assert first["head"] == [0.5, 0, 0]
+    page.say(drawn=first["pose"])
     page.say(neutral=True)
     page.until(neutral=True)
     live.send(encode(packet(2, face=weights(JawOpen=0.75, BrowInnerUp=0.25))))
     wait(lambda: live.page.session.status().phones[0].packets == 2)
-    assert live.watcher().next("weights")["weights"] == [0, 0.5, 0]
+    shown = live.watcher().next("weights")
+    assert shown["weights"] == [0, 0.5, 0]
+    assert shown["head"] == [-0.5, 0, 0]  # angles have both signs
     page.say(neutral=False)
     page.until(neutral=False)
     assert live.watcher().next("weights")["weights"] == [0, 0.75, 0.25]
@@ -191,16 +196,15 @@ def test_another_phone_is_chosen(live: Live) -> None:
 
 def test_recording_is_begun_and_ended_by_the_page(live: Live, tmp_path: Path) -> None:
     page = live.watcher()
-    for name, packets in (("take.csv", 30), ("take-2.csv", 61)):
+    for name, first in (("take.csv", 0), ("take-2.csv", 30)):
         page.say(record=True)
         page.until(recording=True)
-        live.send(*(encode(packet(frame)) for frame in range(30)))
-        wait(partial(_arrived, live, packets))
+        live.send(*(encode(packet(first + frame)) for frame in range(30)))
+        wait(partial(_arrived, live, first + 30))
         assert f"recording {name}" in live.page.session.status().text()
         page.say(record=False)
         page.until(recording=False)
         assert len(read_performance(tmp_path / name)) == 30
-        live.send(encode(packet(5000)))  # after it the stream begins anew
 
 
 def _arrived(live: Live, packets: int) -> bool:
@@ -232,7 +236,7 @@ def test_nobody_else_may_connect(live: Live, wrong: str) -> None:
     from websockets.exceptions import InvalidStatus
 
     base, token = live.address.removesuffix("/").rsplit("/", 1)
-    address = {"secret": f"{base}/{token[:-1]}x/", "no secret": f"{base}/"}.get(wrong)
+    address = {"secret": f"{base}/{token.swapcase()}/", "no secret": f"{base}/"}.get(wrong)
     options: dict[str, Any] = {
         "origin": {"origin": "http://example.org"},
         "no origin": {"origin": None},
@@ -359,7 +363,8 @@ def test_a_rig_that_nothing_drives(rig: Rig) -> None:
     ("host", "port", "words"),
     [
         ("nowhere", 0, "'nowhere' is no address to listen on"),
-        ("192.0.2.1", 0, "UDP port 0 of 192.0.2.1 cannot be listened on"),
+        ("192.0.2.1", 0, "192.0.2.1 is no address of this machine"),
+        ("fe80::1%none", 0, "fe80::1%none is no address of this machine"),
         (LOOPBACK, 70_000, "UDP port 70000 of 127.0.0.1 cannot be listened on"),
     ],
 )
@@ -374,10 +379,25 @@ def test_a_port_that_is_taken(live: Live) -> None:
 
 
 def test_listening_says_what_it_means() -> None:
-    for host, words in ((LOOPBACK, "programs of this machine"), ("0.0.0.0", "anybody on that")):
+    for host, words in (
+        (LOOPBACK, "programs of this machine"),
+        ("0.0.0.0", "anybody on that"),
+        ("::1", r"UDP [::1]:"),
+    ):
         receiver = Receiver(lambda content, address: None, host, 0)
         with receiver:
             assert words in receiver.meaning
+
+
+def test_the_address_to_type_into_the_app_is_said() -> None:
+    """It is one of this machine, on which it can listen."""
+    receiver = Receiver(lambda content, address: None, "0.0.0.0", 0)
+    named = re.search(r"\(in the app: (.*)\)", receiver.meaning)
+    receiver.close()
+    if named is None:
+        pytest.skip("this machine is on no network")
+    Receiver(lambda content, address: None, named[1], 0).close()
+    assert not named[1].startswith("0.")
 
 
 def test_files_are_tried_before_anything_is_served(rig: Rig, tmp_path: Path) -> None:

@@ -214,6 +214,22 @@ def test_what_was_written_by_hand_meanwhile_counts(folder: Path) -> None:
     assert methods == {"half": "arc", "eyeBlink_L": "linear"}
 
 
+def test_a_file_that_was_damaged_meanwhile(folder: Path) -> None:
+    """The page hears it, tries nothing, and goes on when it is mended."""
+    file = folder / "elastomorph.toml"
+    with serving(folder) as server:
+        ask(server, "methods")
+        for damaged in (b"[methods\n", b"\xff"):
+            file.write_bytes(damaged)
+            tried = ask(server, "methods", target="jawOpen", method="arc")
+            assert "not TOML" in tried["problem"]
+            saved = ask(server, "save", choices={"half": "arc"}, known={"half": ""})
+            assert "not TOML" in saved["problem"]
+            assert file.read_bytes() == damaged
+        file.write_text(COMMENTED)
+        assert ask(server, "methods", target="jawOpen", method="arc")["done"]
+
+
 def test_a_file_by_itself_keeps_no_choice(meshes: Path, tmp_path: Path) -> None:
     """Its paths can be compared; there is nowhere to write."""
     file = tmp_path / "Ada.glb"

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import http.client
 import socket
+import struct
 import threading
 from collections.abc import Iterator
 
@@ -17,6 +18,7 @@ from pages import STAND_IN, scene_in
 import elastomorph as em
 from elastomorph.rig import Rig
 from elastomorph.viewer import Scene, ViewerServer, rig_scene, serve
+from elastomorph.viewer.answers import Answer, Receiver, text
 from elastomorph.viewer.server import serve_page
 from elastomorph.viewer.shipped import alone_policy, served_policy
 
@@ -148,6 +150,22 @@ def test_only_reading(server: ViewerServer, method: str, known: bool) -> None:
     assert reply.headers["Allow"] == "GET, HEAD"
 
 
+def test_who_goes_away_or_lies_leaves_no_trace(
+    server: ViewerServer, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Nobody fills the terminal: the address is all that stands there."""
+    head = f"/{server.token}/ HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
+    for _ in range(5):
+        with socket.create_connection(("127.0.0.1", server.port)) as gone:
+            gone.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            gone.sendall(f"GET {head}\r\n".encode())
+    server._server.shelf["given"] = Receiver(lambda sent: Answer(text("taken")))
+    own = f"Origin: http://127.0.0.1:{server.port}\r\nContent-Length: {'9' * 5000}\r\n"
+    reply = _raw(server, f"POST {head.replace('/ ', '/given ', 1)}{own}\r\n")
+    assert reply.startswith("HTTP/1.1 411")
+    assert capfd.readouterr().err == ""
+
+
 def test_head_is_get_without_a_body(server: ViewerServer) -> None:
     for path in (f"/{server.token}/model-0.glb", "/"):
         head, get = Reply(server, path, "HEAD"), Reply(server, path)
@@ -208,6 +226,22 @@ def test_a_report_is_served_as_it_is() -> None:
 def test_ports_that_do_not_exist(port: int) -> None:
     with pytest.raises(em.ParameterError, match=str(port)):
         serve_page(b"", port)
+
+
+def test_the_usual_port_or_a_free_one(
+    scene: Scene, stand_in: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same every time, so that browsers find what they kept; else it is said that it is not."""
+    with serve(scene) as some:
+        monkeypatch.setattr("elastomorph.viewer.server.USUAL_PORT", some.port)
+        with serve(scene, None) as other:
+            assert other.port != some.port
+            assert f"port {some.port} is in use, so the page begins without" in other.words
+            assert Reply(other, f"/{other.token}/").status == 200
+    for _ in range(2):
+        with serve(scene, None) as again:
+            assert again.port == some.port
+            assert again.words == f"{again.address}\nshown to this machine only; Ctrl-C ends it"
 
 
 def test_a_port_that_is_taken(server: ViewerServer) -> None:

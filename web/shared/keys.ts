@@ -17,13 +17,18 @@ export interface Key {
 
 /** Runs the keys of the page, but none while somebody types or a control needs the key itself. */
 export function listen(keys: readonly Key[], picture: HTMLElement): void {
+  let typed: EventTarget | null = null; // the field in which somebody has typed since they came to it
+  addEventListener('focusin', () => (typed = null));
+  addEventListener('input', ({ target }) => (typed = target));
   addEventListener('keydown', (event) => {
     if (event.defaultPrevented || event.altKey) return;
     if (document.querySelector('dialog[open]')) return; // nothing happens behind it
     const target = event.target instanceof Element ? event.target : null;
     const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (takes(target, pressed)) return;
     const ctrl = event.ctrlKey || event.metaKey;
+    // Nothing of its own can be undone in a field where nobody has typed, nor ever in a list.
+    const free = ctrl && (target !== typed || target?.matches('select'));
+    if (!free && takes(target, pressed)) return;
     const key = keys.find((one) => one.keys.includes(pressed) && (one.ctrl ?? false) === ctrl);
     if (!key || (key.inPicture && !picture.contains(target))) return;
     event.preventDefault();

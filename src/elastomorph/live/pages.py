@@ -16,12 +16,11 @@ import socket
 import threading
 import time
 from contextlib import ExitStack, suppress
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from elastomorph.errors import MissingExtraError
-from elastomorph.live.receiver import LOOPBACK
 from elastomorph.live.session import Session
+from elastomorph.viewer.listening import LOOPBACK
 
 if TYPE_CHECKING:
     from websockets.http11 import Request, Response
@@ -109,12 +108,7 @@ class Pages:
         self._open.callback(server.shutdown)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
@@ -183,7 +177,8 @@ class _Page:
                         arrived = None if self._begins else pose.arrived
                         self._sent[pose.number] = (arrived, time.monotonic())
                         self._last, self._begins = pose.number, False
-                    self._tell({"pose": pose.number, "weights": pose.weights})
+                    shown = {"weights": pose.weights, "head": pose.head}
+                    self._tell({"pose": pose.number, **shown})
             self._connection.close()
 
     def _may_send(self) -> bool:

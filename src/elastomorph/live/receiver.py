@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import errno
 import ipaddress
 import socket
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
 
 from elastomorph.errors import ParameterError
 from elastomorph.live.packets import MOST_BYTES
+from elastomorph.viewer.listening import LOOPBACK
 
-LOOPBACK = "127.0.0.1"
 PORT = 11111
 """The port that Live Link Face sends to unless told otherwise."""
+
+_ADDRESSES = f"expected one of this machine such as {LOOPBACK}, or 0.0.0.0 for all its networks"
+_NOT_HERE = (errno.EADDRNOTAVAIL, errno.ENODEV, socket.EAI_NONAME)
 
 _WAIT = 0.2
 # Of a flood, so many packets are taken at a time: it must not keep pages from their turn. Eight
@@ -50,16 +53,17 @@ class Receiver:
         try:
             own = ipaddress.ip_address(host)
         except ValueError:
-            raise ParameterError(
-                f"{host!r} is no address to listen on; expected one of this machine such as "
-                f"{LOOPBACK}, or 0.0.0.0 for all its networks"
-            ) from None
+            raise ParameterError(f"{host!r} is no address to listen on; {_ADDRESSES}") from None
         family = socket.AF_INET6 if own.version == 6 else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         try:
             self._socket.bind((host, port))
         except (OSError, OverflowError) as error:
             self._socket.close()
+            if isinstance(error, OSError) and error.errno in _NOT_HERE:
+                raise ParameterError(
+                    f"{host} is no address of this machine; {_ADDRESSES}"
+                ) from None
             reason = error.strerror if isinstance(error, OSError) else "no such port"
             raise ParameterError(
                 f"UDP port {port} of {host} cannot be listened on ({reason}); end the program that "
@@ -70,14 +74,17 @@ class Receiver:
     @property
     def meaning(self) -> str:
         """What listening there means, in a sentence."""
-        host, port = self._socket.getsockname()[:2]
-        if ipaddress.ip_address(host).is_loopback:
+        own = ipaddress.ip_address(self._socket.getsockname()[0])
+        where = f"[{own}]:{self.port}" if own.version == 6 else f"{own}:{self.port}"
+        if own.is_loopback:
             return (
-                f"listening on UDP {host}:{port}: programs of this machine may send; for a phone "
+                f"listening on UDP {where}: programs of this machine may send; for a phone "
                 "add --listen 0.0.0.0"
             )
+        seen = _address_outside() if own.is_unspecified else str(own)
+        target = f" (in the app: {seen})" if seen else ""
         return (
-            f"listening on UDP {host}:{port}: anybody on that network may send; nothing is sent "
+            f"listening on UDP {where}{target}: anybody on that network may send; nothing is sent "
             "back, and the page stays on this machine"
         )
 
@@ -94,12 +101,7 @@ class Receiver:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._ended.set()
         self._thread.join()
         self.close()
@@ -124,3 +126,14 @@ class Receiver:
     def _receive(self) -> None:
         content, address = self._socket.recvfrom(MOST_BYTES + 1)
         self._take(content, str(address[0]))
+
+
+def _address_outside() -> str | None:
+    """The address of this machine on the network that leads out, if it is on one.
+
+    A system chooses it for a socket that is to send; nothing is sent.
+    """
+    with suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as unsent:
+        unsent.connect(("192.0.2.1", 9))  # an address that is nobody's
+        return str(unsent.getsockname()[0])
+    return None

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import heapq
 import itertools
+import os
 import sys
 from contextlib import ExitStack
+from io import FileIO
 from pathlib import Path
-from typing import BinaryIO
 
 from elastomorph.errors import ElastomorphError
-from elastomorph.io.atomic import replacing
+from elastomorph.io.atomic import replacing_path
 from elastomorph.io.performance.timecode import BASES, TimecodeClock
 from elastomorph.live.packets import COLUMNS, NAMES, FacePacket
 from elastomorph.live.phones import Order
@@ -24,15 +26,16 @@ _NO_FACE = f"0{',' * len(COLUMNS)}"
 
 
 class Recorder:
-    """Records one phone at a time; each recording after the first goes into a file of its own.
+    """Records one phone at a time, each recording into a file of its own.
 
     A file appears when its recording ends: until then it has a temporary name beside it. Frames
     are kept as they were sent, sorted, each once; what is later than a quarter of a second is left
-    out. In memory are only those that wait.
+    out. In memory are only those that wait. Where no more can be written, as on a full disk, the
+    file holds the whole lines until then.
 
     Args:
-        path: The first file, which is replaced; later ones are ``take-2.csv`` and so on, none of
-            which replaces a file.
+        path: The first file; later ones are ``take-2.csv`` and so on. A face cannot be recorded
+            again, so none of them replaces a file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -42,7 +45,8 @@ class Recorder:
         self.frames = 0
         self.files: list[tuple[Path, int]] = []
         """Those that were written, and how many frames are in each."""
-        self._file: BinaryIO | None = None
+        self._file: FileIO | None = None
+        self._lines = self._bytes = 0  # written whole
         self._open = ExitStack()
         self._final = path
         self._device = ""
@@ -60,8 +64,8 @@ class Recorder:
         self._finish()
 
     def take(self, packet: FacePacket, order: Order, position: float) -> None:
-        """Record a frame, unless it was there already or is of another phone than the first."""
-        if not self.wanted or order == "twice":
+        """Record a frame, unless it was there already or is of another phone or stream."""
+        if not self.wanted or order in ("twice", "apart"):
             return
         if self._file is not None and packet.device != self._device:
             return
@@ -86,45 +90,62 @@ class Recorder:
         return None if self._file is None else self._final
 
     def _begin(self, device: str) -> None:
-        self._final = _next_file(self.path, len(self.files) + 1)
-        self._file = self._open.enter_context(replacing(self._final))
-        self._file.write(f"{_HEADER}\n".encode())
-        self._device, self.frames = device, 0
+        self._final = next_file(self.path)
+        place = self._open.enter_context(replacing_path(self._final))
+        self._file = self._open.enter_context(FileIO(place, "w"))
+        self._device, self.frames, self._lines, self._bytes = device, 0, 0, 0
+        self._put(self._file, _HEADER)
         self._newest = self._written = float("-inf")
 
     def _write(self, until: float) -> None:
         while self._file is not None and self._waiting and self._waiting[0][0] <= until:
             self._written, _, packet = heapq.heappop(self._waiting)
-            self._file.write(f"{_row(packet)}\n".encode())
+            self._put(self._file, _row(packet))
+            self._lines += 1
+
+    def _put(self, file: FileIO, line: str) -> None:
+        """Write a line, at once: what waited in a buffer would be lost where the disk is full."""
+        content = f"{line}\n".encode()
+        if file.write(content) < len(content):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        self._bytes += len(content)
 
     def _finish(self) -> None:
         try:
             self._write(float("inf"))
-            if self._file is not None:
-                self._file = None
-                self._open.close()
-                self.files.append((self._final, self.frames))
+            self._close()
         except (ElastomorphError, OSError) as error:
             self._give_up(error)
 
+    def _close(self) -> None:
+        if self._file is not None:
+            os.fsync(self._file.fileno())
+            self._file = None
+            self._open.close()
+            self.files.append((self._final, self._lines))
+
     def _give_up(self, error: Exception) -> None:
-        """Nothing is left of a file that cannot be written; the stream goes on."""
-        self.wanted, self._file = False, None
+        """End with what was written; the stream goes on."""
+        self.wanted = False
         self._waiting.clear()
+        self.problem = (isinstance(error, OSError) and error.strerror) or str(error)
         try:
+            if self._file is not None and self._lines > 0:
+                self._file.truncate(self._bytes)
+                self._close()
+                self.problem += f"; the {self._lines:,} frames until then are in {self._final.name}"
             self._open.__exit__(*sys.exc_info())
         except (ElastomorphError, OSError) as last:
-            error = last
-        self._open = ExitStack()
-        self.problem = str(error)
+            self.problem = str(last)
+        self._file, self._open = None, ExitStack()
 
 
-def _next_file(path: Path, number: int) -> Path:
-    """The file of a recording: no later one takes the place of anything."""
-    if number == 1:
-        return path
-    while (file := path.with_stem(f"{path.stem}-{number}")).exists():
+def next_file(path: Path) -> Path:
+    """Where a recording goes: ``take.csv``, or ``take-2.csv`` and so on where that is there."""
+    file, number = path, 1
+    while file.exists():
         number += 1
+        file = path.with_stem(f"{path.stem}-{number}")
     return file
 
 

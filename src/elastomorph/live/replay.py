@@ -9,7 +9,6 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.live.packets import NAMES, FacePacket, encode
 from elastomorph.rig.performance import Performance, match
+from elastomorph.viewer.listening import LOOPBACK
 
 _PER_SECOND = 60
 _DEVICE = "elastomorph replay"
@@ -101,7 +101,7 @@ class Replay:
         self,
         take: Performance,
         port: int,
-        host: str = "127.0.0.1",
+        host: str = LOOPBACK,
         *,
         subject: str = "replay",
         weather: Weather = CALM,
@@ -123,12 +123,7 @@ class Replay:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._ended.set()
         self._thread.join()
 

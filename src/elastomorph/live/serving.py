@@ -5,15 +5,16 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
 
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import require_writable
 from elastomorph.live.pages import Pages, require_websockets
-from elastomorph.live.receiver import LOOPBACK, PORT, Receiver
+from elastomorph.live.receiver import PORT, Receiver
+from elastomorph.live.recording import next_file
 from elastomorph.live.session import Session
 from elastomorph.rig import Rig
 from elastomorph.viewer import rig_scene, serve
+from elastomorph.viewer.listening import LOOPBACK
 from elastomorph.viewer.scene import Scene
 
 
@@ -31,7 +32,7 @@ def require_possible(
     if record is not None:
         if Path(record).suffix.lower() != ".csv":
             raise ParameterError(f"{record}: takes are recorded as .csv")
-        require_writable(record)
+        require_writable(next_file(Path(record)))
     Receiver(lambda content, address: None, host, port).close()
 
 
@@ -44,7 +45,7 @@ class LivePage:
         host: Address of this machine that phones send to; the loopback by default, which only
             programs of this machine reach.
         port: UDP port that phones send to; a free one for 0.
-        page_port: Port of the page; a free one for 0.
+        page_port: Port of the page; a free one for 0, for None as for the viewer's `serve`.
         subject: Name or id of the phone to show; the first that sends by default.
         record: A file (.csv) to record to; none is recorded without it.
 
@@ -62,7 +63,7 @@ class LivePage:
         name: str = "live",
         host: str = LOOPBACK,
         port: int = PORT,
-        page_port: int = 0,
+        page_port: int | None = 0,
         subject: str | None = None,
         record: str | Path | None = None,
     ) -> None:
@@ -106,12 +107,7 @@ class LivePage:
         self._open.enter_context(self._receiver)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._open.close()
 
 

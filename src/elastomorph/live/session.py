@@ -22,12 +22,20 @@ _DELAYS = 600  # the last ten seconds at 60 frames a second
 _FIGURES = 5
 
 
+_HEAD = slice(NAMES.index("HeadYaw"), NAMES.index("HeadRoll") + 1)
+
+
 class Pose(NamedTuple):
-    """Weights of all sliders, the number of the pose, and when its packet came, in seconds."""
+    """Weights of all sliders, the number of the pose, and when its packet came, in seconds.
+
+    With them the angles of the head, in radians: to its own right, downwards, and leaned to its
+    own left.
+    """
 
     number: int
     arrived: float
     weights: list[float]
+    head: list[float]
 
 
 class Session:
@@ -79,7 +87,7 @@ class Session:
                 self._problem = f"from {address}: {error}"
             return
         with self._changed:
-            phone = self._phones.of(packet, address)
+            phone = self._phones.of(packet, address, now)
             if phone is None:
                 return
             order, position = phone.take(packet, now)
@@ -98,11 +106,14 @@ class Session:
             if self._number <= after or phone is None or not phone.weights:
                 return None
             weights = np.array(phone.weights)
-            if self._neutral is not None:
-                weights = np.maximum(0.0, weights - self._neutral)
-            number, arrived = self._number, self._arrived
+            neutral, number, arrived = self._neutral, self._number, self._arrived
+        turned = weights[_HEAD]
+        if neutral is not None:
+            turned = turned - neutral[_HEAD]
+            weights = np.maximum(0.0, weights - neutral)
         driven = self.match.drive(weights[None])[0]
-        return Pose(number, arrived, np.round(driven, _FIGURES).tolist())
+        shown, head = (np.round(each, _FIGURES).tolist() for each in (driven, turned))
+        return Pose(number, arrived, shown, head)
 
     def status(self) -> Status:
         """How things stand."""

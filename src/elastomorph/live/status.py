@@ -31,6 +31,7 @@ class PhoneStatus:
         missing: How many never came.
         late: How many came after a newer one.
         twice: How many came again.
+        apart: How many were of another stream under the same id, and left out.
     """
 
     number: int
@@ -44,6 +45,7 @@ class PhoneStatus:
     missing: int
     late: int
     twice: int
+    apart: int
 
     def text(self) -> str:
         """In words."""
@@ -64,8 +66,9 @@ class PhoneStatus:
         words += [f"{count:,} {what}" for count, what in ((self.missing, "lost"), *self._odd())]
         return ", ".join(words)
 
-    def _odd(self) -> tuple[tuple[int, str], ...]:
-        return (self.late, "late"), (self.twice, "twice")
+    def _odd(self) -> list[tuple[int, str]]:
+        odd = [(self.late, "late"), (self.twice, "twice")]
+        return [*odd, (self.apart, "of another stream by its id")] if self.apart else odd
 
 
 @dataclass(frozen=True)
@@ -135,7 +138,7 @@ class Status:
 
     def text(self) -> str:
         """In one line."""
-        others = [phone.name for phone in self.phones if not phone.shown]
+        others = [phone.name for phone in self.phones if not phone.shown and phone.silent <= SILENT]
         parts = [self._waiting() if self.shown is None else self.shown.text()]
         if self.delay is not None:
             parts.append(self.delay.text())

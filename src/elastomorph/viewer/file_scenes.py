@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
+from elastomorph.bending.gltf import glb_with_paths
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io import read_rig
@@ -52,17 +54,31 @@ def read_scene(
             curves = extract_curves(read_glb(file).neutral) if curves is None else curves
             continue
         rig = read(file)
-        clips = _clips(file, rig)
         curves = _curves(rig) if curves is None else curves
         diameter = _diameter(rig) if diameter is None else diameter
         say(f"preparing {name}")
         if not parsed:
-            models.append(rig_model(rig, name, role, clips))
+            models.append(_model(file, rig, name, role))
         for method in parsed:
             title = f"{name}, {method.label}" if len(files) > 1 else method.label
-            models.append(rig_model(with_paths(rig, method), title, role, clips))
+            models.append(_model(file, with_paths(rig, method), title, role))
     start = comparison_start(len(models))
-    return Scene(tuple(models), _title(files, parsed), unit, diameter, curves, start)
+    rigs = " and ".join(_names(files))
+    title = f"{rigs}: {', '.join(method.label for method in parsed)}" if parsed else rigs
+    return Scene(tuple(models), title, unit, diameter, curves, start, rigs)
+
+
+def _model(file: str, rig: Rig, name: str, role: Role) -> SceneModel:
+    """A model of a rig that was read from a file.
+
+    A character in GLB or VRM is its own file with these paths in it, so that the page shows all
+    that it shows of that file by itself. Of what was changed in ways of which that cannot be made
+    there is one mesh, with the looks of surfaces that we know.
+    """
+    if _is_glb(file) and _is_split(rig):
+        with suppress(FormatError):
+            return SceneModel(name, role, glb_with_paths(file, rig))
+    return rig_model(rig, name, role, _clips(file, rig))
 
 
 def _file_model(path: str | Path, name: str, role: Role) -> SceneModel:
@@ -125,8 +141,3 @@ def _names(files: Sequence[str]) -> list[str]:
     """The names of the files without folder and suffix, if that tells them apart."""
     stems = [Path(file).resolve().stem for file in files]
     return stems if len(set(stems)) == len(stems) else list(files)
-
-
-def _title(files: Sequence[str], methods: Sequence[Method]) -> str:
-    title = " and ".join(_names(files))
-    return f"{title}: {', '.join(method.label for method in methods)}" if methods else title

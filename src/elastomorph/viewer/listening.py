@@ -9,10 +9,12 @@ this server part of the attacker's own site. What is sent must come from a page 
 from __future__ import annotations
 
 import json
+import os
 import secrets
 import select
 import socket
 import socketserver
+import sys
 import threading
 from contextlib import suppress
 from http import HTTPStatus
@@ -23,10 +25,17 @@ from elastomorph.errors import ElastomorphError
 from elastomorph.viewer.answers import Offer, Receiver, Resource, Sent, Work, text
 
 LOOPBACK = "127.0.0.1"
+_DIGITS = 20
+"""Of the length of what is sent: Python reads no number of thousands of them."""
 
 
 class Listener(ThreadingHTTPServer):
     """Takes connections; what it hands out, and to whom, is set by whoever made it."""
+
+    # A port that was just left is free. On Windows this option gives away one that is in use, and
+    # so does the other one everywhere, where both belong to one user.
+    allow_reuse_address = os.name == "posix"
+    allow_reuse_port = False
 
     token: str
     shelf: dict[str, Offer]
@@ -45,6 +54,11 @@ class Listener(ThreadingHTTPServer):
         """Forget who has been answered."""
         self._open.discard(request)
         super().shutdown_request(request)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a page that was closed while it was answered."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
 
     def server_close(self) -> None:
         """End, also towards those who keep a connection for what they may ask later."""
@@ -92,7 +106,7 @@ class Handler(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.METHOD_NOT_ALLOWED)
             return
         length = self.headers.get("Content-Length", "")
-        if not (length.isascii() and length.isdigit()):
+        if not (length.isascii() and length.isdigit() and len(length) < _DIGITS):
             self.send_error(HTTPStatus.LENGTH_REQUIRED)
         elif int(length) > receiver.most:
             self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)

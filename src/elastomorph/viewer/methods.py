@@ -89,7 +89,9 @@ class MethodBench:
                 simplefilter("always")
                 morph = self._path(rig, target, method, say)
             say(f"{target}: {morph.method}, packing it")
-            model = rig_model(Rig(rig.neutral, {target: morph}), method, "method")
+            # The page shows it with the looks of the face that it has already.
+            bare = replace(rig.neutral, appearance=None)
+            model = rig_model(Rig(bare, {target: replace(morph, neutral=bare)}), method, "method")
             told = list(dict.fromkeys(str(each.message) for each in warned))
             row = self._row(target, morph)
             return {"row": row, "glb": self._shelved(model.glb), "warnings": told}

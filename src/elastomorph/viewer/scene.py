@@ -20,8 +20,8 @@ ROLES: tuple[Role, ...] = ("rig", "method", "truth")
 START = (
     "weights", "t", "mirror", "arrangement", "shown", "swipe", "ghost", "onion", "orbits",
     "picked", "grab", "pins", "heat", "against", "heatTop", "wireframe", "loops", "shading",
-    "light", "theme", "playing", "repeat", "timing", "seconds", "clip", "clipTime", "live",
-    "poses", "favourites", "folded", "takes", "range", "speed", "soundOffset", "methods",
+    "light", "headTurns", "theme", "playing", "repeat", "timing", "seconds", "clip", "clipTime",
+    "live", "poses", "favourites", "folded", "takes", "range", "speed", "soundOffsets", "methods",
 )  # fmt: skip
 
 
@@ -64,6 +64,8 @@ class Scene:
         curves: Curves on the models, drawn as loops.
         start: What the page begins with, by the names in `START`: weights of the sliders,
             ``t``, ``arrangement`` (single, side, swipe), numbers of the models ``shown``, ….
+        name: Of the rig, by whatever methods it is shown: what the browser keeps its poses under.
+            The title by default.
 
     Raises:
         ParameterError: No models, models with different vertices, or an unknown name in the start.
@@ -75,6 +77,7 @@ class Scene:
     diameter: float | None = None
     curves: CurveNetwork | None = None
     start: Mapping[str, Any] = field(default_factory=dict)
+    name: str = ""
 
     def __post_init__(self) -> None:
         if not self.models:
@@ -120,6 +123,8 @@ class Scene:
                 for curve in self.curves
                 if len(curve) > 1
             ]
+        if self.name:
+            found["name"] = self.name
         if self.start:
             found["start"] = dict(self.start)
         if services:

@@ -13,10 +13,14 @@ from elastomorph.viewer.page import page_beside
 from elastomorph.viewer.scene import Scene
 from elastomorph.viewer.shipped import report_policy, served_policy
 
+# Browsers keep what people make by the port of a page, so it is the same one whenever it can be:
+# one that nobody has registered, below those that systems hand out.
+USUAL_PORT = 21738
+
 
 def serve(
     scene: Scene,
-    port: int = 0,
+    port: int | None = 0,
     services: Mapping[str, Receiver | Work | str] | None = None,
     shelf: dict[str, Offer] | None = None,
 ) -> ViewerServer:
@@ -24,7 +28,8 @@ def serve(
 
     Args:
         scene: What to show.
-        port: Port of 127.0.0.1; a free one for 0.
+        port: Port of 127.0.0.1; a free one for 0. For None it is `USUAL_PORT`, by which browsers
+            find again what they kept, or a free one where that is taken.
         services: What the page may ask of the command that shows it, by name: receivers, which
             get addresses of this server, or the address of a WebSocket of this machine.
         shelf: What there is by address, filled here; services may put more on it later.
@@ -57,19 +62,13 @@ class ViewerServer:
 
     Answers while it is entered with ``with``. There are no files behind it: a path is a key of
     the shelf, the empty one that of the page, or it is nothing. The secret part of the address is
-    the token; port 0 is a free one.
+    the token; port 0 is a free one, None as for `serve`.
     """
 
-    def __init__(self, shelf: dict[str, Offer], port: int = 0) -> None:
+    def __init__(self, shelf: dict[str, Offer], port: int | None = 0) -> None:
         self.token = secrets.token_urlsafe(24)
-        try:
-            self._server = Listener((LOOPBACK, port), Handler)
-        except (OSError, OverflowError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "no such port"
-            raise ParameterError(
-                f"port {port} of {LOOPBACK} cannot be used ({reason}); leave the port out for a "
-                "free one"
-            ) from None
+        self._server = _usual_listener() if port is None else _listener(port)
+        self._lacks_usual = port is None and self.port != USUAL_PORT
         self._server.token = self.token
         self._server.shelf = shelf
         self._server.finished = threading.Event()
@@ -86,6 +85,17 @@ class ViewerServer:
     def address(self) -> str:
         """Where the page is."""
         return f"http://{LOOPBACK}:{self.port}/{self.token}/"
+
+    @property
+    def words(self) -> str:
+        """Where the page is and what that means, for people."""
+        found = f"{self.address}\nshown to this machine only; Ctrl-C ends it"
+        if not self._lacks_usual:
+            return found
+        return (
+            f"{found}\nport {USUAL_PORT} is in use, so the page begins without the poses that the "
+            "browser keeps there"
+        )
 
     def wait(self) -> None:
         """Answer until the user interrupts with Ctrl-C, or a page has sent all there was."""
@@ -104,3 +114,21 @@ class ViewerServer:
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
+
+
+def _listener(port: int) -> Listener:
+    try:
+        return Listener((LOOPBACK, port), Handler)
+    except (OSError, OverflowError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "no such port"
+        raise ParameterError(
+            f"port {port} of {LOOPBACK} cannot be used ({reason}); leave the port out for a "
+            "free one"
+        ) from None
+
+
+def _usual_listener() -> Listener:
+    try:
+        return _listener(USUAL_PORT)
+    except ParameterError:  # another page has it, or the system does not give it away
+        return _listener(0)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 from visiting import state, update
 
 if TYPE_CHECKING:
@@ -34,6 +35,25 @@ class FrontView:
         found = np.atleast_2d(np.asarray(points, float))
         aside = self.focal * (found - self.eye)[:, :2] / (self.eye[2] - found[:, 2])[:, None]
         return self.centre + aside * [1, -1]
+
+
+def as_turned(
+    points: NDArray[np.float64], whole: NDArray[np.float64], head: Sequence[float]
+) -> NDArray[np.float64]:
+    """(n, 3) points of a head that is turned to its own right, down, and to its own left."""
+    low, high = whole.min(axis=0), whole.max(axis=0)
+    neck = np.array(
+        [(low[0] + high[0]) / 2, 0.75 * low[1] + 0.25 * high[1], (low[2] + high[2]) / 2]
+    )
+    right, down, left = head
+    turn = Rotation.from_euler("YXZ", [-right, down, -left])  # +X is its own left, +Y up
+    return neck + turn.apply(points - neck)
+
+
+def spots(page: Page, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 2) where the page says that points are, in pixels."""
+    found = page.evaluate("points => points.map(p => elastomorph.spot(p))", points.tolist())
+    return np.array([[one["x"], one["y"]] for one in found])
 
 
 def front_view(

@@ -17,8 +17,8 @@ from elastomorph.viewer import Scene, SceneModel
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-LATEST = """() => {
-    const take = elastomorph.state().takes.at(-1);
+LATEST = """number => {
+    const take = elastomorph.state().takes.at(number);
     const text = numbers => {
         const bytes = new Uint8Array(numbers.slice().buffer);
         let letters = '';
@@ -30,12 +30,19 @@ LATEST = """() => {
     return {name: take.name, times: text(take.times), tracks: Object.fromEntries(tracks)};
 }"""
 
+# Whether somebody who leaves the page is asked.
+ASKS = """(() => {
+    const leaving = new Event('beforeunload', {cancelable: true});
+    dispatchEvent(leaving);
+    return leaving.defaultPrevented;
+})()"""
+
 
 class Take(NamedTuple):
     """What a page made of a take: (T,) seconds, and (T,) weights of each slider it drives."""
 
     name: str
-    times: NDArray[np.float32]
+    times: NDArray[np.float64]
     tracks: dict[str, NDArray[np.float32]]
 
 
@@ -47,15 +54,15 @@ def open_files(page: Page, *files: Path) -> None:
     settled(page)
 
 
-def latest(page: Page) -> Take:
-    """The take that was opened or edited last."""
-    found = page.evaluate(LATEST)
+def latest(page: Page, number: int = -1) -> Take:
+    """The take that was opened or edited last, or another one by its number."""
+    found = page.evaluate(LATEST, number)
 
     def numbers(text: str) -> NDArray[np.float32]:
         return np.frombuffer(base64.b64decode(text), "<f4")
 
     tracks = {name: numbers(text) for name, text in found["tracks"].items()}
-    return Take(found["name"], numbers(found["times"]), tracks)
+    return Take(found["name"], np.frombuffer(base64.b64decode(found["times"]), "<f8"), tracks)
 
 
 def told(page: Page) -> list[str]:

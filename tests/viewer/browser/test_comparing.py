@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from faces import Faces, distances
 from pictures import differing, picture, skin
-from visiting import COARSE, Visit, settled, state, update
+from visiting import HALVED, Visit, settled, state, update
 
 if TYPE_CHECKING:
     from playwright.sync_api import Locator
@@ -36,7 +36,7 @@ def test_a_swipe_shows_one_left_and_the_other_right(visit: Visit, faces: Faces) 
 
 def test_the_handle_of_a_swipe(visit: Visit, faces: Faces) -> None:
     """Moved by keys and by the mouse, and the picture follows it."""
-    page = visit(faces.together, **COARSE)
+    page = visit(faces.together, **HALVED)
     page.get_by_role("tab", name="Compare").click()
     page.get_by_role("radio", name="Swipe").check(force=True)
     settled(page)
@@ -92,7 +92,7 @@ def test_side_by_side_is_one_camera(visit: Visit, faces: Faces) -> None:
 
 def test_models_are_chosen_by_name(visit: Visit, faces: Faces) -> None:
     """Left, middle and right are chosen; a model that is seen already changes places."""
-    page = visit(faces.together, **COARSE)
+    page = visit(faces.together, **HALVED)
     page.get_by_role("tab", name="Compare").click()
     page.get_by_role("button", name="Remove Middle").click()
     assert state(page)["shown"] == [0, 2]
@@ -108,7 +108,7 @@ def test_models_are_chosen_by_name(visit: Visit, faces: Faces) -> None:
 
 def test_the_heat_map_is_measured_right(visit: Visit, faces: Faces) -> None:
     """Largest and mean distance and the worst vertex are those of the rigs in double precision."""
-    page = visit(faces.together, **COARSE)
+    page = visit(faces.together, **HALVED)
     update(page, **HALF_WAY, arrangement="side", shown=[0, 1], against=1, heat=True)
     found = page.evaluate("elastomorph.readout()")["heat"]
     one, other = (faces.rigs[name].pose({"jawOpen": 0.5}) for name in ("linear", "beam:2"))
@@ -147,14 +147,14 @@ def test_the_heat_map_is_seen_and_explained(visit: Visit, faces: Faces) -> None:
 
 
 def test_equal_faces_have_no_distance(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.together, **COARSE)
+    page = visit(faces.together, **HALVED)
     update(page, weights={"jawOpen": 1}, t=1, shown=[0, 1], against=1, heat=True)
     legend = page.get_by_role("group", name="Scale of the heat map")
     legend.get_by_text("No distance at t = 1: paths meet").wait_for()
 
 
 def test_a_fixed_scale_keeps_its_last_colour(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.together, **COARSE)
+    page = visit(faces.together, **HALVED)
     update(page, **HALF_WAY, shown=[0, 1], against=1, heat=True)
     page.get_by_role("tab", name="Compare").click()
     page.get_by_role("switch", name="Fixed scale").check()

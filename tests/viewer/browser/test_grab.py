@@ -10,11 +10,15 @@ import pytest
 from faces import Faces, glb
 from visiting import COARSE, PHONE, Visit, settled, state, update, wait
 
+import elastomorph as em
 from elastomorph.io import read_rig
+from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
+from elastomorph.samples import head, shapes
 from elastomorph.viewer import Scene, SceneModel
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from playwright.sync_api import Page
 
     Pixels = tuple[float, float]
@@ -103,7 +107,7 @@ def test_pins_hold_still(visit: Visit, faces: Faces) -> None:
     page.keyboard.up("Shift")
     (pin,) = state(page)["pins"]
     assert np.abs(seen(page, pin) - rest).max() < 12
-    assert page.get_by_role("button", name=f"Pin at vertex {pin}").is_visible()
+    page.get_by_role("button", name=f"Pin at vertex {pin}").wait_for()
     rest = seen(page, pin)
     drag(page, seen(page, faces.chin), (0, 30))
     assert np.abs(seen(page, pin) - rest).max() < 0.7 * free
@@ -162,6 +166,28 @@ def test_mirrored(visit: Visit, faces: Faces) -> None:
     update(page, mirror=False, weights={})
     drag(page, seen(page, corner), (8, -10))
     assert "mouthSmile_R" not in state(page)["weights"]
+
+
+def test_a_face_beside_which_something_hangs(visit: Visit) -> None:
+    """The middle of the face stays in the middle of the face, wherever hair or a body ends."""
+    face, count = head(), len(head().vertices)
+    plait = np.array([[12.0, 0, 0], [13, 0, 0], [13, 1, 0]])
+
+    def beside(mesh: Mesh) -> NDArray[np.float64]:
+        return np.vstack([mesh.vertices, plait])
+
+    neutral = Mesh(beside(face), [*face.faces, [count, count + 1, count + 2]])
+    moved = {name: beside(shapes()[name]) for name in ("mouthLeft", "mouthRight")}
+    leaning = Rig(
+        neutral,
+        {n: em.interpolate(neutral, neutral.with_vertices(v), "linear") for n, v in moved.items()},
+    )
+    aside = np.where(np.abs(face.vertices[:, 0]) < 0.1, moved["mouthLeft"][:count, 0], 0)
+    page = grabbing(visit, Scene((SceneModel("a", "rig", glb(leaning)),), "Leaning", "cm"))
+    update(page, mirror=True)
+    settled(page)
+    drag(page, seen(page, int(aside.argmax())), (8, 0))
+    assert state(page)["weights"] == {}
 
 
 def test_a_point_that_nothing_moves(visit: Visit, faces: Faces) -> None:

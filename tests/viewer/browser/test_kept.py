@@ -6,11 +6,14 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
-from faces import Faces
+from faces import Faces, glb
 from test_named_poses import BLINK, OPEN, SMILE, told
 from visiting import COARSE, Visit, settled, state, update, wait
 
+import elastomorph as em
+from elastomorph.rig import Rig
 from elastomorph.viewer import write_viewer
 
 if TYPE_CHECKING:
@@ -39,18 +42,20 @@ def again(page: Page) -> None:
     settled(page)
 
 
-def written(page: Page, words: str) -> None:
-    """Waits until the storage holds words for the rig of a page."""
+def written(page: Page, words: str, name: str = "") -> None:
+    """Waits until the storage holds words for the rig of a page, by its title or a name."""
+    called = json.dumps(name) if name else "document.querySelector('h1').textContent"
     wait(
         page,
-        """Object.entries(localStorage).some(([key, text]) =>
-            key.includes(document.querySelector('h1').textContent)"""
-        f" && text.includes({json.dumps(words)}))",
+        f"""Object.entries(localStorage).some(([key, text]) =>
+            key.includes({called}) && text.includes({json.dumps(words)}))""",
     )
 
 
-def beside(page: Page) -> Page:
-    """The same page in another tab of the browser."""
+def beside(page: Page, scene: Scene | None = None) -> Page:
+    """The same page in another tab of the browser, or with another scene in its file."""
+    if scene is not None:
+        write_viewer(page.url.removeprefix("file://"), scene)
     other = page.context.new_page()
     other.goto(page.url)
     other.evaluate("elastomorph.ready")
@@ -74,16 +79,33 @@ def test_work_is_there_again(visit: Visit, scene: Scene) -> None:
     assert state(page) == before
     page.keyboard.press("Control+z")
     assert state(page) == before, "what was done before is no step of this page"
-    page.get_by_role("tab", name="Display").click()
-    assert page.evaluate("Object.values(localStorage)[0]").count("camera=side") == 1
+    written(page, "camera=side")
 
 
 def test_another_rig_has_its_own(visit: Visit, scene: Scene) -> None:
     page = visit(scene, **KEEPS)
     update(page, poses=[OPEN])
     written(page, "Open")
-    other = visit(replace(scene, title=f"{scene.title}, another"), **KEEPS)
+    other = beside(page, replace(scene, title=f"{scene.title}, another"))
     assert poses(other) == []
+    other.close()
+
+
+def test_a_rig_has_its_poses_whatever_is_done_with_it(
+    visit: Visit, scene: Scene, faces: Faces
+) -> None:
+    """By other methods, and with another target; what a pose moves that is gone is told."""
+    page = visit(replace(scene, name="a rig", title=scene.title), **KEEPS)
+    update(page, poses=[OPEN, {"name": "Odd", "weights": {"jawOpen": 0.3, "mouthPress": 1}}])
+    written(page, "Odd", "a rig")
+    compared = replace(faces.together, name="a rig", title="a rig: three methods")
+    other = beside(page, compared)
+    assert [pose["name"] for pose in poses(other)] == ["Open", "Odd"]
+    other.get_by_role("tab", name="Poses").click()
+    other.locator(".pose").last.click()
+    assert state(other)["weights"] == {"jawOpen": 0.3}
+    assert told(other) == "The rig has no slider mouthPress; what else the pose moves is shown."
+    other.close()
 
 
 def test_a_start_that_somebody_asks_for_comes_first(visit: Visit, scene: Scene) -> None:
@@ -154,6 +176,16 @@ def test_storage_that_takes_nothing(visit: Visit, scene: Scene, script: str, wor
     hindered.wait_for_timeout(600)
     assert hindered.locator(".alerts .message").count() == 1
     assert poses(hindered) == [OPEN, SMILE]
+    # Another rig and back: they last until the page is closed, as it was said.
+    tip = em.Mesh(np.vstack([np.zeros(3), np.eye(3)]), [[0, 2, 1], [0, 1, 3], [1, 2, 3]])
+    for name, content, kept in (
+        ("another.glb", glb(Rig(tip, {})), []),
+        (f"{scene.title}.glb", scene.models[0].glb, [OPEN, SMILE]),
+    ):
+        file = {"name": name, "mimeType": "model/gltf-binary", "buffer": content}
+        hindered.locator("input[type=file]").set_input_files(file)
+        wait(hindered, f"elastomorph.state().poses.length === {len(kept)}")
+        assert poses(hindered) == kept
     hindered.close()
 
 
@@ -163,17 +195,15 @@ def test_storage_that_is_damaged(visit: Visit, scene: Scene, text: str) -> None:
     page = visit(scene, **KEEPS)
     update(page, poses=[OPEN])
     written(page, "Open")
-    key = f"Object.keys(localStorage).find(key => key.includes({json.dumps(scene.title)}))"
-    blank = page.context.new_page()
-    blank.add_init_script(f"localStorage[{key}] = {json.dumps(text)}")
-    blank.goto(page.url)
-    blank.evaluate("elastomorph.ready")
-    assert "What the browser kept for this rig is damaged" in told(blank)
-    assert poses(blank) == []
-    assert blank.evaluate("Object.values(localStorage)").count(text) == 1
-    update(blank, poses=[SMILE])
-    written(blank, "Smile")
-    blank.close()
+    lists = f"key.includes({json.dumps(scene.title)}) && !key.endsWith('view')"
+    key = f"Object.keys(localStorage).find(key => {lists})"
+    page.evaluate(f"localStorage[{key}] = {json.dumps(text)}")
+    again(page)
+    assert "What the browser kept for this rig is damaged" in told(page)
+    assert poses(page) == []
+    assert page.evaluate("Object.values(localStorage)").count(text) == 1
+    update(page, poses=[SMILE])
+    written(page, "Smile")
 
 
 def test_a_link_comes_before_the_last_view(visit: Visit, scene: Scene) -> None:

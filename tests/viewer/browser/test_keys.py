@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from faces import Faces
 from pictures import differing, picture
-from visiting import COARSE, Visit, settled, state, update
+from visiting import HALVED, Visit, settled, state, update
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -209,7 +209,7 @@ CHECKS: dict[str, Callable[[Page], None]] = {
 
 
 def test_every_key_of_the_list(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.together, size=(760, 480))
+    page = visit(faces.together, size=(760, 480), **HALVED)
     update(page, arrangement="single", shown=[0])
     page.get_by_role("button", name="Keys (?)").click()
     rows = page.locator("dialog dl.keys > div")
@@ -222,7 +222,7 @@ def test_every_key_of_the_list(visit: Visit, faces: Faces) -> None:
 
 
 def test_no_key_fires_while_somebody_types(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone, **COARSE)
+    page = visit(faces.alone, **HALVED)
     update(page, weights={"jawOpen": 0.5}, t=0.5)
     letters = " []0mpxrsl/1234+-=ghowf?"
     search = page.get_by_role("searchbox", name="Search sliders")
@@ -246,7 +246,7 @@ def test_no_key_fires_while_somebody_types(visit: Visit, faces: Faces) -> None:
 
 def test_keys_that_controls_need_are_theirs(visit: Visit, faces: Faces) -> None:
     """Space presses the button in focus, arrows move the slider in focus; the face stays."""
-    page = visit(faces.alone, **COARSE)
+    page = visit(faces.alone, **HALVED)
     update(page, weights={"jawOpen": 0.5})
     settled(page)
     mirror = page.get_by_role("switch", name="Mirror")
@@ -264,7 +264,7 @@ def test_keys_that_controls_need_are_theirs(visit: Visit, faces: Faces) -> None:
 
 def test_everything_is_reached_by_tab(visit: Visit, faces: Faces) -> None:
     """From the top of the page to its end, and where the focus is can be seen."""
-    page = visit(faces.alone, **COARSE)
+    page = visit(faces.alone, **HALVED)
     page.evaluate("document.activeElement?.blur()")
     names: list[str] = []
     for _ in range(120):

@@ -11,7 +11,7 @@ import pytest
 from faces import Faces
 from pictures import differing, picture
 from test_named_poses import told
-from visiting import COARSE, Visit, settled, state, update, wait
+from visiting import HALVED, Visit, settled, state, update, wait
 
 from elastomorph.evaluation import Evaluation
 from elastomorph.report import About, report_page
@@ -39,7 +39,7 @@ def copied(page: Page) -> str:
 
 
 def opened(visit: Visit, link: str, **options: Any) -> Page:
-    page = visit.blank(link, **{**COARSE, **options})
+    page = visit.blank(link, **{**HALVED, **options})
     page.evaluate("elastomorph.ready")
     settled(page)
     return page
@@ -47,7 +47,7 @@ def opened(visit: Visit, link: str, **options: Any) -> Page:
 
 def test_a_view_comes_back(visit: Visit, faces: Faces) -> None:
     """With everything that is seen, from where it is seen."""
-    page = visit(faces.together, **MAY_COPY, **COARSE)
+    page = visit(faces.together, **MAY_COPY, **HALVED)
     update(page, **VIEW)
     page.locator(".picture").focus()
     for key in ("2", "ArrowLeft", "ArrowUp", "-"):
@@ -63,14 +63,14 @@ def test_a_view_comes_back(visit: Visit, faces: Faces) -> None:
 
 
 def test_a_view_is_short_and_by_name(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone, **MAY_COPY, **COARSE)
+    page = visit(faces.alone, **MAY_COPY, **HALVED)
     page.locator(".picture").focus()
     page.keyboard.press("3")
     assert copied(page).partition("#")[2] == "view=&camera=side"
 
 
 def test_a_moment_of_a_performance(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.performed, **MAY_COPY, **COARSE)
+    page = visit(faces.performed, **MAY_COPY, **HALVED)
     update(page, clip="a take", clipTime=0.4)
     link = copied(page)
     assert link.endswith("&clipTime=0.4"), "it is this performance that the page starts with"
@@ -81,7 +81,7 @@ def test_a_moment_of_a_performance(visit: Visit, faces: Faces) -> None:
 
 def test_another_link_in_the_same_page(visit: Visit, faces: Faces) -> None:
     """Followed when it is pasted into the line of the address, and undone."""
-    page = visit(faces.alone, **COARSE)
+    page = visit(faces.alone, **HALVED)
     update(page, weights={"jawOpen": 1})
     page.evaluate("location.hash = '#view=mouthFunnel:0.5&t=0.5&camera=side'")
     wait(page, "elastomorph.state().t === 0.5")
@@ -96,6 +96,8 @@ def test_another_link_in_the_same_page(visit: Visit, faces: Faces) -> None:
     [
         ("view=jawOpen:0.5,gill:1", "The link moves gill, which this rig lacks."),
         ("view=jawOpen:0.5&moon=1", "The link asks for what there is not: 'moon' is not part of"),
+        ("view=jawOpen:0.5&clip=away", "The view is of the take away, which is not kept"),
+        ("view=jawOpen:0.5&constructor=1", "'constructor' is not part of the view"),
         ("view=jawOpen:0.5&light=noon", "'light' must be one of studio, matcap; found"),
         ("view=jawOpen:0.5&t=half", "'t' must be a number; found"),
         ("view=jawOpen", "The link to this view is damaged"),
@@ -105,7 +107,7 @@ def test_another_link_in_the_same_page(visit: Visit, faces: Faces) -> None:
 )
 def test_links_that_are_damaged(visit: Visit, faces: Faces, fragment: str, problem: str) -> None:
     """What of them can be understood is shown."""
-    page = visit(faces.alone, **COARSE)
+    page = visit(faces.alone, **HALVED)
     again = opened(visit, f"{page.url}#{fragment}")
     assert problem in told(again)
     understood = "damaged" not in problem

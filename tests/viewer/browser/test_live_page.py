@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from faces import Faces, distances
+from projecting import as_turned, spots
 from test_looks import LAYOUT, SIZES, needs_axe, violations
 from visiting import COARSE, SMALL, Visit, positions, settled, state, update, wait
 
@@ -68,6 +69,11 @@ def stage(faces: Faces, tmp_path: Path) -> Iterator[Stage]:
         yield Stage(stack.enter_context(live), stack)
 
 
+# In a small window what is said of the stream takes its lines from the picture.
+FIXED = """Object.assign(document.querySelector('.picture').style,
+    {position: 'fixed', width: '400px', height: '200px', zIndex: -1})"""
+
+
 def says(page: Page, words: str) -> None:
     """Waits for the line about the stream to say something."""
     wait(page, f"document.querySelector('.live').textContent.includes({words!r})")
@@ -92,6 +98,28 @@ def test_the_face_follows_the_phone(visit: Visit, faces: Faces, stage: Stage) ->
     stage.phone.send(BLINK)
     follows(page, faces, eyeBlink_L=1.0, browInnerUp=0.5)
     says(page, "Receiving")
+
+
+def test_the_head_turns_with_the_phone(visit: Visit, faces: Faces, stage: Stage) -> None:
+    """About the neck, while the phone leads; from what is set as neutral on, and if people wish."""
+    page = visit(stage.live.address, size=SMALL)
+    page.evaluate(FIXED)
+    head = (0.4, -0.3, 0.2)
+    angles = dict(zip(("HeadYaw", "HeadPitch", "HeadRoll"), head, strict=True))
+    stage.phone.send(weights(MouthSmileLeft=0.75, **angles))
+    follows(page, faces, mouthSmile_L=0.75)
+    whole = faces.rigs["beam:2"].neutral.vertices
+    points = whole[::1000]
+    turned = spots(page, points)
+    update(page, headTurns=False)
+    straight = spots(page, points)
+    np.testing.assert_allclose(turned, spots(page, as_turned(points, whole, head)), atol=0.01)
+    assert np.abs(turned - straight).max() > 1  # of a small picture
+    update(page, headTurns=True)
+    np.testing.assert_allclose(spots(page, points), turned, atol=1e-6)
+    page.get_by_role("button", name="Set as neutral").click()
+    follows(page, faces)
+    np.testing.assert_allclose(spots(page, points), straight, atol=1e-6)
 
 
 def test_a_stream_that_stops_and_comes_back(visit: Visit, faces: Faces, stage: Stage) -> None:
@@ -205,10 +233,14 @@ def test_it_is_in_order_at_every_size(
 ) -> None:
     page = visit(stage.live.address, **COARSE)
     other = stage.another("Studio iPad")
+    long = stage.another("x" * 200)
     for _ in range(3):
         stage.phone.send(SMILE)
         other.send(BLINK)
+        long.send(BLINK)
     says(page, "also sending")
+    within = "words => words.scrollWidth <= words.clientWidth"
+    assert page.locator(".live .words").evaluate(within)
     wrong = []
     for size, (width, height) in SIZES.items():
         page.set_viewport_size({"width": width, "height": height})

@@ -15,6 +15,7 @@ from visiting import (
     COARSE,
     DESK,
     FRAME,
+    HALVED,
     NARROW,
     PHONE,
     Visit,
@@ -100,7 +101,7 @@ def test_the_welcome(visit: Visit, keep: Callable[[Page, str], None]) -> None:
 
 def test_the_face_fills_the_view(visit: Visit, faces: Faces) -> None:
     """Alone or beside others, the head reaches over most of its part of the picture."""
-    page = visit(faces.together)
+    page = visit(faces.together, **HALVED)
     for size, (width, height) in SIZES.items():
         page.set_viewport_size({"width": width, "height": height})
         # Several faces on a phone are as small as they must be.
@@ -134,6 +135,35 @@ def test_the_face_is_seen_on_a_phone(visit: Visit, faces: Faces) -> None:
     taller = page.locator(".picture").bounding_box()
     assert taller is not None
     assert taller["height"] > 1.5 * box["height"]
+
+
+# Controls lower or narrower than a finger needs, with the labels that are pressed for them.
+LOW = """() => [...document.querySelectorAll('button, select, input:not([type=file])')]
+    .filter(e => e.checkVisibility({checkOpacity: true, checkVisibilityCSS: true}))
+    .map(e => e.matches('[type=checkbox], [type=radio]') ? e.closest('label, .row') : e)
+    .filter(e => {
+        const { width, height } = e.getBoundingClientRect();
+        return height < 44 || width < 24;
+    })
+    .map(e => e.outerHTML.slice(0, 120))"""
+
+
+@pytest.mark.parametrize("size", ["phone", "narrow"])
+def test_for_fingers(visit: Visit, faces: Faces, size: str) -> None:
+    """Everything is high enough, nothing is cut off, and a list has the sheet to itself."""
+    page = visit(faces.alone, size=EVERY_SIZE[size], has_touch=True, is_mobile=True, **COARSE)
+    jaw = {"name": "Open", "weights": {"jawOpen": 1}}
+    update(page, weights={"jawOpen": 0.5}, poses=[{**jaw, "name": f"Pose {i}"} for i in range(9)])
+    for tab in ("Display", "Compare", "Poses", "Sliders"):
+        page.get_by_role("tab", name=tab).tap()
+        settled(page)
+        assert page.evaluate(LOW) == []
+        assert page.evaluate(LAYOUT) == []
+    page.get_by_role("slider", name="mouthSmile_R").scroll_into_view_if_needed()
+    assert not page.get_by_role("searchbox", name="Search sliders").evaluate(
+        "field => field.getBoundingClientRect().bottom > "
+        "document.querySelector('[role=tablist]').getBoundingClientRect().bottom"
+    )
 
 
 def test_the_theme_is_chosen(visit: Visit, faces: Faces) -> None:

@@ -71,10 +71,11 @@ def test_saved_and_loaded(visit: Visit, faces: Faces) -> None:
     page.keyboard.type("  Wide\topen ")
     page.keyboard.press("Enter")
     assert state(page)["poses"] == [{"name": "Wide open", "weights": {"jawOpen": 1}}]
-    page.locator(".picture").focus()
-    page.keyboard.press("0")
+    page.keyboard.press("0")  # the keys are those of the page again
     page.get_by_role("button", name="Save", exact=True).click()
     assert names(page) == ["Wide open", "Pose 2"], "without a name it gets one"
+    page.get_by_role("button", name="Save", exact=True).dblclick()
+    assert names(page) == ["Wide open", "Pose 2"], "which it has, then"
     row(page, "Wide open").click()
     assert state(page)["weights"] == {"jawOpen": 1}
     assert_posed(page, faces)
@@ -159,6 +160,25 @@ def test_by_touch(visit: Visit, faces: Faces) -> None:
     assert box["height"] >= 44
 
 
+def test_a_name_is_typed_while_another_tab_changes_the_list(visit: Visit, faces: Faces) -> None:
+    """The field stays; where its own pose goes, so does it. A click elsewhere is a click there."""
+    page = visit(faces.alone, **COARSE)
+    poses_tab(page, OPEN, SMILE, BLINK)
+    row(page, "Smile").click()
+    act(page, "Rename")
+    page.keyboard.type("Gr")
+    update(page, poses=[BLINK, SMILE, OPEN])
+    settled(page)
+    page.keyboard.type("in")
+    row(page, "Open").click()
+    assert names(page) == ["Blink", "Grin", "Open"]
+    assert state(page)["weights"] == OPEN["weights"]
+    act(page, "Rename")
+    page.keyboard.type("Wide")
+    update(page, poses=[BLINK, SMILE])
+    assert names(page) == ["Blink", "Smile"]
+
+
 def test_a_name_that_is_taken(visit: Visit, faces: Faces) -> None:
     page = visit(faces.alone, **COARSE)
     poses_tab(page, OPEN, SMILE)
@@ -179,6 +199,8 @@ def test_blended(visit: Visit, faces: Faces) -> None:
     row(page, "Smile").click()
     strength = page.get_by_role("slider", name="Strength of the pose")
     strength.fill("0.5")
+    update(page, weights={"jawOpen": 0.4})
+    row(page, "Smile").dblclick()
     assert state(page)["weights"] == pytest.approx(
         {"jawOpen": 0.2, "mouthSmile_L": 0.35, "mouthSmile_R": 0.3}
     )
@@ -212,6 +234,15 @@ def test_pictures(visit: Visit, faces: Faces) -> None:
     rows = np.flatnonzero(moved.any(axis=1))
     assert rows.mean() > 56, "the jaw is in the lower half"
     assert not differing(before, picture(page)).any()
+
+
+def test_pictures_of_what_is_in_sight(visit: Visit, faces: Faces) -> None:
+    """Of hundreds of poses a few are drawn, and then nothing more."""
+    page = visit(faces.alone, **COARSE)
+    poses_tab(page, *({"name": f"Pose {i}", "weights": {"jawOpen": i / 600}} for i in range(600)))
+    page.locator(".pose-scroll").evaluate("list => (list.scrollTop = list.scrollHeight)")
+    wait(page, "document.querySelector('.pose-list li:last-child canvas')", 20)
+    assert page.locator(".portrait canvas").count() < 40
 
 
 def test_text_of_one_pose(visit: Visit, faces: Faces) -> None:

@@ -9,7 +9,7 @@ import pytest
 from faces import Faces
 from pictures import differing, near, picture, rgb
 from projecting import front_view
-from visiting import COARSE, Visit, settled, state, update
+from visiting import HALVED, Visit, settled, state, update
 
 # Of the first, second and third model, as on the labels of the page.
 COLOURS = (rgb("#2f8fe0"), rgb("#f0862a"), rgb("#23a776"))
@@ -63,7 +63,7 @@ def test_a_curved_path_is_drawn_curved(visit: Visit, faces: Faces) -> None:
 
 
 def test_a_second_click_takes_it_away(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone, **COARSE)
+    page = visit(faces.alone, **HALVED)
     page.get_by_role("tab", name="Compare").click()
     page.get_by_role("switch", name="Draw orbits").check()
     box = page.locator(".picture").bounding_box()
@@ -92,7 +92,7 @@ def test_dragging_turns_and_picks_nothing(visit: Visit, faces: Faces) -> None:
 
 
 def test_without_orbits_a_click_picks_nothing(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone, **COARSE)
+    page = visit(faces.alone, **HALVED)
     box = page.locator(".picture").bounding_box()
     assert box is not None
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.3 * box["height"])
@@ -100,7 +100,7 @@ def test_without_orbits_a_click_picks_nothing(visit: Visit, faces: Faces) -> Non
 
 
 def test_vertices_by_number(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.alone, **COARSE)
+    page = visit(faces.alone, **HALVED)
     page.get_by_role("tab", name="Compare").click()
     number = page.get_by_role("spinbutton", name="Vertex")
     for vertex in (faces.chin, 7):
@@ -116,7 +116,7 @@ def test_vertices_by_number(visit: Visit, faces: Faces) -> None:
 
 
 def test_the_worst_vertex_is_a_click_away(visit: Visit, faces: Faces) -> None:
-    page = visit(faces.together, **COARSE)
+    page = visit(faces.together, **HALVED)
     update(page, weights={"jawOpen": 1}, t=0.5, shown=[0, 1], against=1, heat=True)
     worst = page.evaluate("elastomorph.readout()")["heat"]["worstVertex"]
     page.get_by_role("button", name=f"vertex {worst}").click()

@@ -17,9 +17,10 @@ from pictures import picture
 from PIL import Image
 from test_broken_files import choose
 from test_skins import QUARTERS, colours
-from visiting import FRAME, Visit, empty_page, wait
+from visiting import FRAME, Visit, empty_page, settled, wait
 
 from cards import BLUE, FLAT, GREEN, RED, WHITE, image_of
+from elastomorph.viewer.file_scenes import read_scene
 from gltf_builder import GltfBuilder
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ CARD = {
     "NORMAL": np.tile(np.float32([0, 0, 1]), (4, 1)),
     "TEXCOORD_0": np.float32([[0, 1], [1, 1], [1, 0], [0, 0]]),
 }
+BACKWARDS = {name: CARD[name] * np.float32([-1, 1, -1]) for name in ("POSITION", "NORMAL")}
 NUMBERS = count()
 TOON = "VRMC_materials_mtoon"
 UNLIT = {"KHR_materials_unlit": {}}
@@ -74,6 +76,7 @@ def seen(page: Page, cards: GltfBuilder, folder: Path) -> list[tuple[int, ...]]:
         "elastomorph.update({ arrangement: 'single', shown: ["
         f"elastomorph.models().findIndex(model => model.name === '{name}')] }})"
     )
+    settled(page)  # the picture of the first file has no size before
     return colours(picture(page), QUARTERS)
 
 
@@ -97,6 +100,25 @@ def toon(**fields: Any) -> dict[str, Any]:
     flat = {"shadeColorFactor": [0, 0, 1], "shadingToonyFactor": 1} | fields
     base = {"baseColorFactor": [1, 0, 0, 1]}
     return {"pbrMetallicRoughness": base, "extensions": {TOON: flat}}
+
+
+def test_a_character_looks_the_same_through_both_doors(
+    page: Page, visit: Visit, tmp_path: Path
+) -> None:
+    """A card of VRM 0.x, which looks along -Z: both the page and the command turn it around."""
+    cards = Cards()
+    cards.json["extensions"] = {"VRM": {"materialProperties": [{}]}}
+    colours_of = np.float32([[0, 1, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1], [1, 0, 0, 1]])
+    lean = np.tile(np.float32([0.6, 0, -0.8]), (4, 1))
+    cards.card({}, **BACKWARDS | {"NORMAL": lean, "COLOR_0": colours_of})
+    move = cards.accessor(np.float32([[0, 0, 0], [0, 0, 0], [0, 0.2, 0], [0, 0.2, 0]]))
+    cards.json["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": move}]
+    dropped = seen(page, cards, tmp_path)
+    character = cards.write(tmp_path / "card.glb").rename(tmp_path / "card.vrm")
+    served = visit(read_scene([str(character)]), size=FRAME)
+    assert colours(picture(served), QUARTERS) == dropped
+    assert dropped[0][0] > dropped[0][1] + 40, "the upper half is red"
+    assert dropped[2][1] > dropped[2][0] + 40, "the lower half is green"
 
 
 def test_colours_of_vertices_tint_the_base(page: Page, tmp_path: Path) -> None:
@@ -125,7 +147,8 @@ def test_a_toon_is_its_colour_or_its_shade(page: Page, tmp_path: Path) -> None:
 
 def test_toons_of_the_first_vrm_have_colours_as_screens_do(page: Page, tmp_path: Path) -> None:
     cards = Cards()
-    cards.card({"pbrMetallicRoughness": {"baseColorTexture": cards.pixels([[RED]])}})
+    red = {"baseColorTexture": cards.pixels([[RED]])}
+    cards.card({"pbrMetallicRoughness": red}, **BACKWARDS)
     shade = {"vectorProperties": {"_ShadeColor": [0, 0.5, 1, 1]}}
     numbers = {"_ShadeShift": 0.9, "_ShadeToony": 1}
     named = {"shader": "VRM/MToon", "floatProperties": numbers, **shade}
@@ -275,3 +298,43 @@ def test_images_that_cannot_be_shown_are_named(page: Page, tmp_path: Path) -> No
         assert words in message.inner_text()
         assert alike(found, [GREEN] * 4)
         page.keyboard.press("Escape")
+
+
+def test_what_is_not_shown_is_said_in_a_sentence(page: Page, tmp_path: Path) -> None:
+    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5}}
+    none = {"KHR_materials_clearcoat": {"clearcoatFactor": 0}}
+    lined = toon(outlineWidthMode="worldCoordinates", outlineWidthFactor=0.1)
+    rim = toon(parametricRimColorFactor=[0, 0.2, 0])
+    cards = one({"extensions": none})
+    for material in ({"extensions": coat}, lined, rim):
+        cards.card(material)
+    seen(page, cards, tmp_path)
+    words = page.get_by_role("alert").locator(".message").inner_text()
+    assert "clear coat, outlines and rim light of its materials are not shown." in words
+
+
+def test_specular_and_glossiness_have_a_base_too(page: Page, tmp_path: Path) -> None:
+    cards = Cards()
+    glossy = {"diffuseTexture": cards.pixels([[GREEN]]), "glossinessFactor": 0.2}
+    one({"extensions": {"KHR_materials_pbrSpecularGlossiness": glossy}}, cards)
+    found = seen(page, cards, tmp_path)
+    assert all(green > 2 * max(red, blue) for red, green, blue in found)
+
+
+def test_the_pointer_reaches_what_is_seen(page: Page, tmp_path: Path) -> None:
+    """Through the clear half of an image, and through a back that is not drawn."""
+    cards = Cards()
+    half = cards.pixels([[(255, 0, 0, 0), (255, 0, 0, 255)]])
+    base = {"baseColorTexture": half}
+    cards.card({"pbrMetallicRoughness": base, "alphaMode": "MASK", "extensions": UNLIT})
+    below = CARD["POSITION"] - np.float32([0, 0, 0.1])
+    cards.card({"extensions": UNLIT}, POSITION=below)
+    cards.card({"extensions": UNLIT}, POSITION=BACKWARDS["POSITION"] + np.float32([0, 0, 0.1]))
+    seen(page, cards, tmp_path)
+    box = page.locator(".picture").bounding_box()
+    assert box
+    for side, vertices in ((-0.2, range(4, 8)), (0.2, range(4))):
+        middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.mouse.move(middle[0] + side * box["height"], middle[1])
+        ends = "|".join(map(str, vertices))
+        wait(page, f"/vertex ({ends})$/.test(document.querySelector('.status').textContent)")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import struct
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from faces import Faces, glb
-from takes import Take, alone, latest, named_rig, open_files, told
+from projecting import as_turned, spots
+from takes import ASKS, Take, alone, latest, named_rig, open_files, told
 from visiting import SMALL, Visit, empty_page, state, update, wait
 
 import elastomorph as em
@@ -32,6 +35,11 @@ FILES = {
     "11:00:00:00.5,4,.4,0,1,2\n11:00:00:05.5,0,,,,\n11:00:00:06.5,4,.5,1e-1,1,2\n",
     "drop.csv": f"{LIVE}\n23:59:59;28,4,.1,0,1,2\n23:59:59;29,4,.2,0,1,2\n00:00:00;00,4,.4,0,1,2\n",
     "vrm.csv": f"time,Blink,LookLeft\n{HALF_SECOND}\n",
+}
+GUESSES = {
+    "percent.csv": [
+        "percent.csv: its times are taken for milliseconds and its weights are taken for percent."
+    ]
 }
 MIXED = ("jawOpen", "browInnerUp_L", "browInnerUp_R", "Blink", "a.eyeLookIn_R", "b.eyeLookIn_R")
 MIXED += ('brow "InnerUp', "eyeBlinkLeft")
@@ -66,6 +74,7 @@ def test_a_real_take_is_as_python_reads_it(visit: Visit, data_dir: Path, kind: s
     found = latest(page)
     assert found.name == "rom_3"
     assert len(found.times) == 4030
+    page.get_by_text("4,030 frames, 30 fps, 3 missing").wait_for()
     assert_as_python(found, path, rig)
     now = page.evaluate("elastomorph.state().clip")
     assert now == "rom_3"
@@ -78,7 +87,7 @@ def test_all_kinds_of_columns_are_as_python_reads_them(visit: Visit, tmp_path: P
         path = tmp_path / name
         path.write_text(text, encoding="utf-8", newline="")
         open_files(page, path)
-        assert told(page) == [], name
+        assert told(page) == GUESSES.get(name, []), name
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", em.ElastomorphWarning)  # semicolons, percent
             assert_as_python(latest(page), path, rig)
@@ -103,6 +112,27 @@ def test_every_spelling_drives_what_it_drives_in_python(visit: Visit, tmp_path: 
     assert_as_python(found, path, rig)
 
 
+def test_the_head_turns_with_a_take(visit: Visit, tmp_path: Path) -> None:
+    """Between its frames too; a take without angles leaves it as it is."""
+    rig = named_rig(MIXED)
+    rows = "0,.1,.2,0,0\n1,.1,.4,.2,-.2\n"
+    (tmp_path / "turning.csv").write_text(f"time,jawOpen,HeadYaw,HeadPitch,headRoll\n{rows}")
+    (tmp_path / "still.csv").write_text(FILES["arkit.csv"])
+    page = visit(alone(glb(rig)), size=SMALL)
+    points = rig.neutral.vertices
+    open_files(page, tmp_path / "turning.csv")
+    update(page, clipTime=0.5)
+    turned = spots(page, points)
+    update(page, headTurns=False)
+    straight = spots(page, points)
+    wanted = spots(page, as_turned(points, points, (0.3, 0.1, -0.1)))
+    np.testing.assert_allclose(turned, wanted, atol=0.01)
+    assert np.abs(turned - straight).max() > 1  # of a small picture
+    update(page, headTurns=True)
+    open_files(page, tmp_path / "still.csv")
+    np.testing.assert_allclose(spots(page, points), straight, atol=1e-6)
+
+
 @pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
 def test_archives_of_numpy_are_takes(
     visit: Visit, tmp_path: Path, save: Callable[..., None]
@@ -117,6 +147,13 @@ def test_archives_of_numpy_are_takes(
     np.testing.assert_array_equal(found.tracks["jawOpen"], table[:, 0])
     np.testing.assert_array_equal(found.tracks["Blink"], table[:, 1])
     assert page.evaluate("elastomorph.state().takes[0].recorded.rate") == 24
+    columns = np.array([[0, 0.5, -1, 2, 6e-8], [1, 0, 0.25, 0, 1]]).astype(">f2")
+    days = np.arange(5, dtype="i2")
+    save(tmp_path / "own.npz", names=["jawOpen", "Blink"], times=days, weights=columns.T, rate=2)
+    open_files(page, tmp_path / "own.npz")
+    assert told(page) == []
+    assert_as_python(latest(page), tmp_path / "own.npz", named_rig(MIXED))
+    assert page.evaluate("elastomorph.state().takes[0].recorded.rate") == 2
 
 
 def test_a_file_with_a_performance_opens_on_it(visit: Visit, faces: Faces) -> None:
@@ -125,24 +162,110 @@ def test_a_file_with_a_performance_opens_on_it(visit: Visit, faces: Faces) -> No
     assert not state(page)["playing"]
 
 
-def test_a_performance_of_another_rig_plays_on_this_one(
+def test_performances_of_another_rig_play_on_this_one(
     visit: Visit, faces: Faces, tmp_path: Path
 ) -> None:
-    """Chosen in the timeline, a file of a face is a take; the face that is shown stays."""
-    (tmp_path / "other.glb").write_bytes(glb(faces.rigs["linear"], faces.take))
-    page = visit(alone(glb(named_rig(("eyeBlinkLeft", "JawOpen")))), size=SMALL)
+    """Chosen in the timeline, files of faces are takes; the face that is shown stays.
+
+    However a file plays, straight between keys, in steps, along splines or by a pointer, the
+    weights at all times are those of Python.
+    """
+    rig = named_rig(("eyeBlinkLeft", "JawOpen"))
+    page = visit(alone(glb(rig)), size=SMALL)
     path = tmp_path / "first.csv"
     path.write_text(FILES["arkit.csv"])
     open_files(page, path)
+    own = glb(faces.rigs["rotation"], faces.take)
     with page.expect_file_chooser() as chooser:
         page.get_by_role("button", name="Open a take…").click()
-    chooser.value.set_files(str(tmp_path / "other.glb"))
-    wait(page, "elastomorph.state().clip === 'other'")
-    found = latest(page)
-    assert found.name == "other"
-    assert set(found.tracks) == {"eyeBlinkLeft", "JawOpen"}
-    np.testing.assert_allclose(found.tracks["JawOpen"], faces.take.weights[:, 0], atol=1e-6)
+    for kind in ("LINEAR", "STEP", "CUBICSPLINE", "pointer"):
+        (tmp_path / f"{kind}.glb").write_bytes(_played(own, kind))
+    chooser.value.set_files([str(file) for file in tmp_path.glob("*.glb")])
+    wait(page, "elastomorph.state().takes.length === 5")
+    assert told(page) == []
+    for number in range(1, 5):
+        found = latest(page, number)
+        take = em.read_performance(tmp_path / f"{found.name}.glb", clip="a take")
+        assert set(found.tracks) == set(rig.names)
+        np.testing.assert_allclose(found.times, take.times, rtol=1e-6)
+        wanted = slider_weights(rig, take)
+        for name, column in zip(rig.names, wanted.T, strict=True):
+            np.testing.assert_allclose(found.tracks[name], column, atol=2e-6)
     assert page.evaluate("elastomorph.models().length") == 1
+
+
+def _played(content: bytes, kind: str) -> bytes:
+    """The file with its first animation played otherwise; of a spline, with uneven tangents."""
+    length = struct.unpack_from("<I", content, 12)[0]
+    document, binary = json.loads(content[20 : 20 + length]), content[28 + length :]
+    animation = document["animations"][0]
+    if kind == "pointer":
+        for channel in animation["channels"]:
+            pointer = f"/nodes/{channel['target']['node']}/weights"
+            extensions = {"KHR_animation_pointer": {"pointer": pointer}}
+            channel["target"] = {"path": "pointer", "extensions": extensions}
+        document["extensionsUsed"] = ["KHR_animation_pointer"]
+    else:
+        for sampler in animation["samplers"]:
+            sampler["interpolation"] = kind
+    for sampler in animation["samplers"] if kind == "CUBICSPLINE" else ():
+        keys = document["accessors"][sampler["input"]]["count"]
+        output = document["accessors"][sampler["output"]]
+        view = document["bufferViews"][output["bufferView"]]
+        start = view.get("byteOffset", 0) + output.get("byteOffset", 0)
+        values = np.frombuffer(binary, "<f4", output["count"], start).reshape(keys, 1, -1)
+        rises = values * np.linspace(-3, 3, keys).reshape(-1, 1, 1)
+        spline = np.concatenate([rises, values, -rises], axis=1).astype("<f4").tobytes()
+        document["bufferViews"].append(
+            {"buffer": 0, "byteOffset": len(binary), "byteLength": len(spline)}
+        )
+        binary += spline
+        output.update(bufferView=len(document["bufferViews"]) - 1, count=3 * output["count"])
+        output.pop("byteOffset", None)
+    document["buffers"][0]["byteLength"] = len(binary)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    return b"".join(
+        [
+            struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(binary), len(text), 0x4E4F534A),
+            *(text, struct.pack("<II", len(binary), 0x004E4942), binary),
+        ]
+    )
+
+
+def test_a_take_goes_on_with_another_face_and_edits_are_not_lost(
+    visit: Visit, faces: Faces, tmp_path: Path
+) -> None:
+    """Also where the new face understands none of it: then it waits for one that does."""
+    path = tmp_path / "one.csv"
+    path.write_text(FILES["arkit.csv"])
+    (tmp_path / "head.glb").write_bytes(glb(faces.rigs["linear"]))
+    (tmp_path / "other.glb").write_bytes(glb(named_rig(("foo",))))
+    page = visit(alone(glb(named_rig(MIXED))), size=SMALL)
+    open_files(page, path)
+    assert not page.evaluate(ASKS)
+    page.evaluate(
+        """() => {
+            const [take] = elastomorph.state().takes;
+            const jaw = take.tracks.get('jawOpen').map((weight, i) => (i === 4 ? 0.875 : weight));
+            const tracks = new Map(take.tracks).set('jawOpen', jaw);
+            elastomorph.update({takes: [{...take, tracks}], clipTime: 0.2, playing: true});
+        }"""
+    )
+    assert page.evaluate(ASKS)
+    known = {"jawOpen", "browInnerUp"}
+    for file, sliders in (("head", known), ("other", set()), ("head", known)):
+        update(page, clip="one", clipTime=0.2, playing=True)
+        open_files(page, tmp_path / f"{file}.glb")
+        found = latest(page)
+        assert told(page) == []
+        assert set(found.tracks) == sliders
+        if sliders:
+            assert found.tracks["jawOpen"][4] == 0.875
+            assert state(page)["clip"] == "one", "before the view that was kept"
+            assert state(page)["playing"]
+    assert page.evaluate(ASKS), "what is not saved is still not"
+    page.evaluate("elastomorph.update({takes: []})")
 
 
 def test_a_take_of_the_name_of_another_takes_its_place(visit: Visit, tmp_path: Path) -> None:
@@ -200,10 +323,14 @@ def test_archives_that_hold_something_else_are_refused(visit: Visit, tmp_path: P
     times = np.arange(3.0)
     bad = {
         "unnamed": ({"times": times, "weights": table}, 'no array "names"'),
-        "short": ({"names": ["jawOpen"], "times": times[:2], "weights": table}, "shape (2, 1)"),
+        "short": (
+            {"names": ["jawOpen"], "times": times[:2], "weights": table},
+            "found (1), (2), (3, 1)",
+        ),
         "still": ({"names": ["jawOpen"], "times": 0 * times, "weights": table}, "rise"),
         "nan": ({"names": ["jawOpen"], "times": times, "weights": table * np.nan}, "finite"),
-        "odd": ({"names": ["jawOpen"], "times": times, "weights": table > 0}, "8 bits"),
+        "odd": ({"names": ["jawOpen"], "times": times, "weights": table > 0}, "neither numbers"),
+        "slow": ({"names": ["jawOpen"], "times": times, "weights": table, "rate": 0}, "above 0"),
     }
     for name, (arrays, part) in bad.items():
         np.savez(tmp_path / f"{name}.npz", **arrays)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from faces import Faces, glb
-from takes import alone, named_rig, open_files, told
+from takes import ASKS, alone, named_rig, open_files, told
 from visiting import Visit, update
 
 import elastomorph as em
@@ -41,7 +41,9 @@ def number(page: Page, name: str) -> Locator:
 def test_a_table_comes_back_to_the_last_digit(visit: Visit, tmp_path: Path) -> None:
     table = np.random.default_rng(3).uniform(-0.1, 1.2, (20, 2))
     table[0] = 0.0947265625, 1 / 3  # one of single precision, one of more digits
-    take = Performance(("jawOpen", "MouthFunnel"), np.arange(20) / 24, table, 24.0)
+    table[1] = 93.7044972557755, 0
+    times = 36_000 + np.arange(20) / 32  # of the day, which single precision has as well
+    take = Performance(("jawOpen", "MouthFunnel"), times, table, 32.0)
     write_performance_csv(tmp_path / "own.csv", take)
     page = visit(alone(glb(named_rig(("jawOpen", "mouthFunnel")))), size=SIZE)
     open_files(page, tmp_path / "own.csv")
@@ -137,8 +139,10 @@ def test_edits_are_saved_and_undone(visit: Visit, faces: Faces, tmp_path: Path) 
     page.get_by_role("combobox", name="Edit", exact=True).select_option("Offset")
     number(page, "Amount").fill("0.25")
     page.get_by_role("button", name="Apply").click()
+    assert page.evaluate(ASKS), "whoever leaves now loses it"
     edited = em.read_performance(save(page, "Save CSV", tmp_path))
     np.testing.assert_allclose(edited.weights, faces.take.weights + 0.25, atol=1e-6)
+    assert not page.evaluate(ASKS)
     page.locator(".picture").focus()
     page.keyboard.press("Control+z")
     back = em.read_performance(save(page, "Save CSV", tmp_path))

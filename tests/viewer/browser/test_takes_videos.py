@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import subprocess
 import wave
@@ -12,8 +13,9 @@ import numpy as np
 import pytest
 from faces import Faces, glb
 from numpy.typing import NDArray
+from PIL import Image
 from takes import alone, open_files, told
-from visiting import Visit, update
+from visiting import Visit, settled, state, update, wait
 
 from elastomorph.io.performance import write_performance_csv
 from elastomorph.rig.performance import Performance
@@ -111,13 +113,25 @@ def test_a_video_has_the_range_and_its_sound_in_step(
     assert seen == pytest.approx(EVENT - RANGE[0], abs=2e-3)
     assert abs(seen - heard) < 0.5 / RATE
     assert page.evaluate("elastomorph.state().clipTime") == pytest.approx(1.2), "all is as it was"
+    box = page.locator(".picture").bounding_box()
+    for moment in (0.6, 1.2):  # the jaw closed and open
+        update(page, clipTime=moment)
+        settled(page)
+        still = Image.open(io.BytesIO(page.screenshot(clip=box))).convert("L").resize((64, 64))
+        frames = [found.pictures[round((t - RANGE[0]) * RATE)] for t in (moment, 1.8 - moment)]
+        face = np.s_[16:48, 16:48]  # nothing lies over it
+        own, other = (
+            np.abs(frame[face] - np.asarray(still, float)[face]).mean() for frame in frames
+        )
+        assert own < 4
+        assert own < 0.6 * other
 
 
 def test_speed_and_offset_are_those_of_the_page(visit: Visit, faces: Faces, tmp_path: Path) -> None:
     """At twice the speed half as long; the sound, set off by a quarter of a second, keeps pace."""
     page = visit(alone(glb(faces.rigs["linear"])), size=(420, 640))
     open_files(page, write_take(tmp_path), write_click(tmp_path, seconds=1.9, at=0.75))
-    update(page, range=RANGE, speed=2, soundOffset=0.25)
+    update(page, range=RANGE, speed=2, soundOffsets={"flash": 0.25})
     found = film(record(page, tmp_path, Background="Dark"))
     assert len(found.times) == 16
     seen, heard = moments(found)
@@ -127,25 +141,34 @@ def test_speed_and_offset_are_those_of_the_page(visit: Visit, faces: Faces, tmp_
 
 
 def test_a_video_has_the_size_that_was_chosen(visit: Visit, faces: Faces, tmp_path: Path) -> None:
+    """And frames enough, also of a take with a key a second."""
     page = visit(alone(glb(faces.rigs["linear"])), size=(420, 640))
-    open_files(page, write_take(tmp_path))
+    path = tmp_path / "slow.csv"
+    path.write_text("time,jawOpen\n0,0\n1,1\n2,0\n")
+    open_files(page, path)
     update(page, range=[0.9, 1.0])
     before = page.evaluate("(c => [c.width, c.height])(document.querySelector('canvas'))")
     path = record(page, tmp_path, Size="1280 × 720")
     program = extra("imageio_ffmpeg", "demo").get_ffmpeg_exe()
     said = subprocess.run([program, "-i", str(path)], capture_output=True, check=False).stderr
     assert b"1280x720" in said
-    assert b"Duration: 00:00:00.13" in said
+    assert b"Duration: 00:00:00.15" in said
     assert b"Audio" not in said
     after = page.evaluate("(c => [c.width, c.height])(document.querySelector('canvas'))")
     assert after == before
 
 
 def test_a_recording_is_stopped(visit: Visit, faces: Faces, tmp_path: Path) -> None:
+    """Until then nothing disturbs it, nor another size of the window."""
     page = visit(alone(glb(faces.rigs["linear"])), size=(420, 640))
     open_files(page, write_take(tmp_path))
     page.get_by_role("button", name="Video…").click()
-    page.get_by_role("button", name="Record", exact=True).click()
+    page.get_by_role("button", name="Record", exact=True).dblclick()
+    page.set_viewport_size({"width": 380, "height": 500})
+    page.keyboard.press("0")
+    page.wait_for_timeout(200)
     page.get_by_role("button", name="Stop (").click()
     page.get_by_role("button", name="Video…").wait_for()
+    wait(page, "!document.querySelector('dialog[open]')")
     assert told(page) == []
+    assert state(page)["clip"] == "flash"

@@ -27,8 +27,11 @@ NARROW = (320, 640)
 WINDOW = (1010, 640)
 # Where only numbers are read.
 SMALL = (420, 320)
-# Options where nobody looks at the picture: a quarter of its pixels, and everything else in place.
-COARSE = {} if os.environ.get("ELASTOMORPH_SCREENSHOTS") else {"device_scale_factor": 0.5}
+_LOOKED_AT = bool(os.environ.get("ELASTOMORPH_SCREENSHOTS"))
+# Options where nobody looks at the picture: a sixteenth of its pixels, everything else in place;
+# and where pictures are only compared with each other.
+COARSE: dict[str, Any] = {} if _LOOKED_AT else {"device_scale_factor": 0.25}
+HALVED: dict[str, Any] = {} if _LOOKED_AT else {"device_scale_factor": 0.5}
 
 
 class Visit:

@@ -1,15 +1,21 @@
-// Animations of morph target weights, as performances of sliders.
+// Animations of morph target weights, as performances of sliders: as elastomorph.io.gltf.clips. A
+// channel is played as glTF says, straight between keys, in steps or along splines; steps become a key
+// just before the jump, splines as many as a player could tell apart.
 import type { Clip, Corrective, Morph } from '../types/model';
 import { floats } from './accessors';
 import { isEntry, type Entry, type GltfDocument } from './document';
 import type { PlacedMesh } from './nodes';
 import { targetNamesOf } from './surface';
 
+const JUMP = 1e-4; // seconds before a jump, where the value before it ends
+const BETWEEN = 8; // keys put into each stretch of a spline
+const FARTHEST = 8; // time of a path
+
 interface Channel {
   readonly times: Float32Array;
-  readonly weights: Float32Array; // (keys, targets)
+  readonly values: Float32Array; // (keys, targets), or (keys, 3, targets) with tangents around them
   readonly names: readonly string[];
-  readonly step: boolean;
+  readonly kind: string;
 }
 
 /**
@@ -50,29 +56,35 @@ function channel(
   entry: Entry,
   ofNode: ReadonlyMap<unknown, number>,
 ): Channel | null {
-  const target = entry['target'];
-  if (!isEntry(target) || target['path'] !== 'weights') return null;
-  const number = ofNode.get(target['node']);
+  const number = meshMoved(entry['target'], ofNode);
   const samplers = file.list(animation, 'samplers');
   const sampler = samplers[Number(entry['sampler'])];
   if (number === undefined || !isEntry(sampler)) return null;
   const mesh = file.item('meshes', number, 'an animation');
-  const primitive = file.list(mesh, 'primitives')[0];
-  const names = isEntry(primitive) ? targetNamesOf(file, mesh, primitive) : [];
-  if (names.length === 0) return null;
+  const names = targetNamesOf(file, mesh);
   const times = floats(file, sampler['input'], 1, 'times of keys');
-  const cubic = sampler['interpolation'] === 'CUBICSPLINE';
   const values = floats(file, sampler['output'], 1, 'weights of keys');
-  const per = names.length * (cubic ? 3 : 1);
-  if (values.length !== times.length * per || times.length === 0) return null;
-  // Of a spline, its keys: between them a performance is drawn straight.
-  const weights = cubic
-    ? Float32Array.from(
-        { length: times.length * names.length },
-        (_, i) => values[Math.floor(i / names.length) * per + names.length + (i % names.length)]!,
-      )
-    : values;
-  return { times, weights, names, step: sampler['interpolation'] === 'STEP' };
+  const kind = String(sampler['interpolation'] ?? 'LINEAR');
+  const count = times.length * names.length * (kind === 'CUBICSPLINE' ? 3 : 1);
+  const rises = times.every((time, i) => time >= 0 && (i === 0 || time > times[i - 1]!));
+  const sound = rises && times.every(Number.isFinite) && values.every(Number.isFinite);
+  return count > 0 && values.length === count && sound ? { times, values, names, kind } : null;
+}
+
+const WEIGHTS = /^\/(nodes|meshes)\/(\d{1,9})\/weights$/;
+
+/** The mesh whose weights a channel moves, by its node or by a pointer (KHR_animation_pointer). */
+function meshMoved(
+  target: unknown,
+  ofNode: ReadonlyMap<unknown, number>,
+): number | undefined {
+  if (!isEntry(target)) return undefined;
+  if (target['path'] === 'weights') return ofNode.get(target['node']);
+  const { extensions } = target;
+  const pointer = isEntry(extensions) && extensions['KHR_animation_pointer'];
+  const found = WEIGHTS.exec(isEntry(pointer) ? String(pointer['pointer']) : '');
+  if (target['path'] !== 'pointer' || !found) return undefined;
+  return found[1] === 'meshes' ? Number(found[2]) : ofNode.get(Number(found[2]));
 }
 
 function clipOf(
@@ -82,7 +94,8 @@ function clipOf(
   morphs: readonly Morph[],
   correctives: readonly Corrective[],
 ): Clip {
-  const times = Float32Array.from(new Set(channels.flatMap((c) => [...c.times]))).sort();
+  const moments = Float32Array.from(channels.flatMap(momentsOf), (time) => Math.max(0, time));
+  const times = Float64Array.from(new Set(moments)).sort();
   const tau = new Map<string, Float32Array>();
   for (const { name: morph, delta, fold } of morphs) {
     const target = targetNames[delta]!;
@@ -104,8 +117,8 @@ function clipOf(
 /** The time of a path at which its target has a weight, by bisection. */
 function unfolded(weight: number, fold: (t: number) => number): number {
   if (weight === 0) return 0; // to the last bit, so that what is at rest counts as such
-  let low = -8;
-  let high = 8;
+  let low = weight < 0 ? -FARTHEST : 0;
+  let high = weight > 1 ? FARTHEST : 1;
   for (let step = 0; step < 40; step += 1) {
     const middle = (low + high) / 2;
     if (fold(middle) < weight) low = middle;
@@ -120,25 +133,44 @@ function undriven(
   { name, drivers }: Corrective,
   tau: ReadonlyMap<string, Float32Array>,
 ): Float32Array {
-  return track.map((weight, i) => {
-    const others = drivers
-      .filter((d) => d !== name)
-      .reduce((product, d) => product * (tau.get(d)?.[i] ?? 0), 1);
-    return Math.abs(others) > 1e-6 ? weight / others : 0;
+  return track.map((weight, i) =>
+    drivers
+      .filter((driver) => driver !== name)
+      .map((driver) => tau.get(driver)?.[i] ?? 0)
+      .reduce((own, other) => (Math.abs(other) > 1e-6 ? own / other : 0), weight),
+  );
+}
+
+/** Times between which a channel is straight. */
+function momentsOf({ times, kind }: Channel): number[] {
+  const later = [...times.subarray(1)];
+  if (kind === 'STEP') return [...times, ...later.map((time) => time - JUMP)];
+  if (kind !== 'CUBICSPLINE') return [...times];
+  return [...times].flatMap((time, i) => {
+    const length = (times[i + 1] ?? time) - time;
+    return Array.from({ length: length > 0 ? BETWEEN : 1 }, (_, k) => time + (k / BETWEEN) * length);
   });
 }
 
+/** The weight of one target at (T,) times that rise. */
 function resampled(
-  { times, weights, names, step }: Channel,
+  { times, values, names, kind }: Channel,
   column: number,
-  at: Float32Array,
+  at: Float64Array,
 ): Float32Array {
-  const value = (key: number) => weights[key * names.length + column] ?? 0;
+  const spline = kind === 'CUBICSPLINE';
+  // Of a spline, the tangent before (0), the value (1) and the tangent after it (2).
+  const value = (key: number, which = 1) =>
+    values[(spline ? 3 * key + which : key) * names.length + column]!;
   let key = 0;
-  return at.map((time) => {
+  return Float32Array.from(at, (time) => {
     while (key < times.length - 1 && times[key + 1]! <= time) key += 1;
-    const span = (times[key + 1] ?? 0) - times[key]!;
-    if (step || key === times.length - 1 || time <= times[key]! || span <= 0) return value(key);
-    return value(key) + ((time - times[key]!) / span) * (value(key + 1) - value(key));
+    if (kind === 'STEP' || key === times.length - 1 || time <= times[key]!) return value(key);
+    const length = times[key + 1]! - times[key]!;
+    const s = (time - times[key]!) / length;
+    const rise = value(key + 1) - value(key);
+    if (!spline) return value(key) + s * rise;
+    const [out, into] = [length * value(key, 2), length * value(key + 1, 0)];
+    return value(key) + s * s * (3 - 2 * s) * rise + s * (1 - s) * ((1 - s) * out - s * into);
   });
 }

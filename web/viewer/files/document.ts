@@ -3,7 +3,7 @@ import { grouped, refuse, type GltfContent } from './container';
 
 // What may be missing and still leave the face as it is, or is read here.
 const HARMLESS =
-  /^(KHR_(mesh_quantization|draco_mesh_compression|meshopt_compression)$|EXT_meshopt_compression$|KHR_(materials|texture|lights|animation)_|EXT_texture_|FB_ngon_encoding$|MSFT_)/;
+  /^(KHR_(mesh_quantization|draco_mesh_compression|meshopt_compression|node_visibility)$|EXT_meshopt_compression$|KHR_(materials|texture|lights|animation|audio|physics|interactivity|xmp)|EXT_(materials|texture|lights)_|FB_ngon_encoding$|MSFT_|VRM)/;
 
 export type Entry = Readonly<Record<string, unknown>>;
 

@@ -1,6 +1,6 @@
 // Which meshes a document shows, and where: nodes, their order and their transforms.
 import { isEntry, type Entry, type GltfDocument } from './document';
-import { product, UNIT, type Placement } from './placing';
+import { AROUND, product, UNIT, type Placement } from './placing';
 import { jointsOf } from './skins_at_rest';
 
 export interface PlacedMesh {
@@ -14,15 +14,17 @@ export interface PlacedMesh {
 
 /**
  * The meshes of the scene that is shown, depth first. A mesh with a skin stands where its joints hold
- * it at rest. A document that shows nothing gives all its meshes.
+ * it at rest. A document that shows nothing gives all its meshes. Characters of VRM 0.x, which look
+ * backwards, are turned around.
  */
 export function placedMeshes(file: GltfDocument): PlacedMesh[] {
   const found: PlacedMesh[] = [];
   const worlds = new Map<number, Placement>();
   const skinned: Entry[] = [];
+  const root = rootOf(file);
   const waiting = roots(file)
     .reverse()
-    .map((node) => [node, UNIT] as const);
+    .map((node) => [node, root] as const);
   for (let next = waiting.pop(); next; next = waiting.pop()) {
     const [number, above] = next;
     const node = file.item('nodes', number, 'the scene');
@@ -38,13 +40,13 @@ export function placedMeshes(file: GltfDocument): PlacedMesh[] {
   }
   // A joint may come after the mesh it holds, or lie outside the scene: there it stands by itself.
   const worldOf = (node: number) =>
-    worlds.get(node) ?? transform(file, file.item('nodes', node, 'a skin'));
+    worlds.get(node) ?? product(root, transform(file, file.item('nodes', node, 'a skin')));
   if (found.length > 0)
     return found.map((mesh, i) => {
       const skin = skinned[i]!['skin'];
       return skin === undefined ? mesh : { ...mesh, joints: jointsOf(file, skin, worldOf) };
     });
-  return file.items('meshes').map((_, mesh) => placed(file, -1, { mesh }, UNIT));
+  return file.items('meshes').map((_, mesh) => placed(file, -1, { mesh }, root));
 }
 
 function placed(file: GltfDocument, number: number, node: Entry, placement: Placement): PlacedMesh {
@@ -57,6 +59,13 @@ function placed(file: GltfDocument, number: number, node: Entry, placement: Plac
     placement,
     joints: null,
   };
+}
+
+/** In glTF, and VRM 1.0, what is shown looks along +Z; in VRM 0.x along −Z. */
+function rootOf(file: GltfDocument): Placement {
+  const extensions = file.value('extensions');
+  const backwards = isEntry(extensions) && 'VRM' in extensions && !('VRMC_vrm' in extensions);
+  return backwards ? AROUND : UNIT;
 }
 
 function roots(file: GltfDocument): number[] {

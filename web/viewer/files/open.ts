@@ -1,4 +1,5 @@
 // Opens a file with a face: its own paths where elastomorph wrote it, straight ones otherwise.
+import { movedVertices } from '../rig/surface';
 import type { Model } from '../types/model';
 import { readClips } from './clips';
 import { openContainer } from './container';
@@ -11,7 +12,8 @@ import { dressedParts, sortedParts } from './parts';
 import { readPolygons, plainEdges } from './polygons';
 import { seamsOf } from './seams';
 import { readSkins } from './skins';
-import { readSurface } from './surface';
+import { readSurface, type Surface } from './surface';
+import { unshownIn } from './unshown';
 import { unpackedContent } from './unpacking/content';
 
 /**
@@ -22,6 +24,13 @@ const SEAM_OF_SKINS = 0.35;
 
 /** What is known of a model before its file is read. */
 export type Known = Partial<Pick<Model, 'name' | 'role' | 'loops' | 'diameter'>>;
+
+/** What targets move; all where nothing moves. A body below the face is no part of its D. */
+function movedPoints({ neutral, targets }: Surface): Float32Array {
+  const moved = movedVertices(targets, neutral.length / 3);
+  if (moved.length < 2) return neutral;
+  return Float32Array.from(moved.flatMap((v) => [...neutral.subarray(3 * v, 3 * v + 3)]));
+}
 
 /**
  * The face in a .glb (or a .gltf with everything inside).
@@ -42,6 +51,7 @@ export async function openFile(
   const polygons = await readPolygons(written, surface);
   const skins = await readSkins(file, surface.colours !== null);
   const seams = skins ? seamsOf(surface, SEAM_OF_SKINS) : (polygons?.seams ?? seamsOf(surface));
+  const used = new Set(surface.pieces.flatMap(({ material }) => material ?? []));
   const described = readMorphs(stored, surface.targetNames);
   return {
     name: known.name ?? name.replace(/\.(glb|gltf|vrm)$/i, ''),
@@ -60,9 +70,9 @@ export async function openFile(
     targets: surface.targets,
     ...described,
     clips: readClips(file, meshes, surface.targetNames, described.morphs, described.correctives),
-    diameter: known.diameter ?? diameterOf(surface.neutral),
+    diameter: known.diameter ?? diameterOf(written ? surface.neutral : movedPoints(surface)),
     bytes: file.size,
-    notes: skins?.notes ?? [],
+    notes: [...(skins?.notes ?? []), ...unshownIn(file, used)],
     file: new Blob([bytes]),
   };
 }

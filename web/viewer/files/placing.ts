@@ -5,6 +5,9 @@ export type Placement = readonly number[];
 
 export const UNIT: Placement = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 
+/** Half a turn about the upright axis. */
+export const AROUND: Placement = [-1, 0, 0, 0, 1, 0, 0, 0, -1, 0, 0, 0];
+
 /** First the inner map, then the outer. */
 export function product(outer: Placement, inner: Placement): Placement {
   return [0, 1, 2, 3].flatMap((column) =>

@@ -36,8 +36,10 @@ export async function sceneOf(document: Document, description: unknown): Promise
   // One after another: two at a time would need the memory of two files, and gain nothing.
   for (const entry of entries) models.push(await modelOf(document, entry, known));
   requireAlike(models);
+  const title = typeof stored['title'] === 'string' ? stored['title'] : 'elastomorph';
   return {
-    title: typeof stored['title'] === 'string' ? stored['title'] : 'elastomorph',
+    title,
+    name: typeof stored['name'] === 'string' ? stored['name'] : title,
     unit: typeof stored['unit'] === 'string' ? stored['unit'] : '',
     models,
     start: isEntry(stored['start']) ? (stored['start'] as Partial<ViewState>) : {},

@@ -21,6 +21,7 @@ export const PLAIN: Skin = {
   glow: [0, 0, 0],
   roughness: 1,
   metal: 0,
+  shine: 1,
   creases: 1,
   shade: [1, 1, 1],
   edge: [0, 0],
@@ -78,7 +79,7 @@ type Textures = Readonly<Partial<Record<LayerName, Entry>>>;
 
 /** References to textures by what they are for, those that name none left out. */
 function texturesOf(entry: Entry, toon: Toon | null): Textures {
-  const shading = objectIn(entry, 'pbrMetallicRoughness');
+  const shading = shadingOf(entry);
   const given: Record<LayerName, Entry> = {
     base: objectIn(shading, 'baseColorTexture'),
     bumps: objectIn(entry, 'normalTexture'),
@@ -97,8 +98,22 @@ function isUnlit(entry: Entry): boolean {
   return 'KHR_materials_unlit' in objectIn(entry, 'extensions');
 }
 
+/** The shading of a material; one of specular and glossiness as what it comes near to. */
+function shadingOf(entry: Entry): Entry {
+  const glossy = objectIn(entry, 'extensions')['KHR_materials_pbrSpecularGlossiness'];
+  if (!isEntry(glossy)) return objectIn(entry, 'pbrMetallicRoughness');
+  const { diffuseTexture, diffuseFactor } = glossy;
+  return {
+    ...(diffuseTexture !== undefined && { baseColorTexture: diffuseTexture }),
+    baseColorFactor: diffuseFactor,
+    roughnessFactor: 1 - numberIn(glossy, 'glossinessFactor', 1),
+    metallicFactor: 0,
+  };
+}
+
 function skinOf(entry: Entry): Skin {
-  const shading = objectIn(entry, 'pbrMetallicRoughness');
+  const shading = shadingOf(entry);
+  const specular = objectIn(objectIn(entry, 'extensions'), 'KHR_materials_specular');
   const strong = objectIn(objectIn(entry, 'extensions'), 'KHR_materials_emissive_strength');
   const strength = numberIn(strong, 'emissiveStrength', 1);
   const glow = numbersIn(entry, 'emissiveFactor', [0, 0, 0]).map((part) => part * strength);
@@ -113,6 +128,7 @@ function skinOf(entry: Entry): Skin {
     glow: glow as unknown as Skin['glow'],
     roughness: numberIn(shading, 'roughnessFactor', 1),
     metal: numberIn(shading, 'metallicFactor', 1),
+    shine: numberIn(specular, 'specularFactor', 1),
     creases: numberIn(objectIn(entry, 'occlusionTexture'), 'strength', 1),
   };
 }

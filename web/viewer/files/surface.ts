@@ -79,6 +79,7 @@ export function readSurface(file: GltfDocument, meshes: readonly PlacedMesh[]): 
 
 function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], pieces: Piece[]): void {
   const mesh = file.item('meshes', placed.mesh, 'a node');
+  const names = targetNamesOf(file, mesh);
   const shared = new Map<string, Sheet>();
   for (const primitive of file.list(mesh, 'primitives')) {
     if (!isEntry(primitive) || !isEntry(primitive['attributes']))
@@ -98,7 +99,7 @@ function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], piece
         count,
         primitive,
         held: joints ? heldBy(file, primitive['attributes'], count, joints) : placement,
-        targetNames: targetNamesOf(file, mesh, primitive),
+        targetNames: names.slice(0, file.list(primitive, 'targets').length),
       };
       file.spend(12 * sheet.count);
       shared.set(key, sheet);
@@ -159,17 +160,27 @@ function attribute(sheet: Sheet, name: string): unknown {
   return (sheet.primitive['attributes'] as Entry)[name];
 }
 
-/** Names of the morph targets, each different from the others of its mesh. */
-export function targetNamesOf(file: GltfDocument, mesh: Entry, primitive: Entry): string[] {
-  const extras = isEntry(mesh['extras']) ? mesh['extras'] : {};
-  const given = Array.isArray(extras['targetNames']) ? (extras['targetNames'] as unknown[]) : [];
+/**
+ * Names of the morph targets, each different from the others of its mesh. Most programs name them in
+ * the extras of the mesh, some in those of each primitive, and older ones in those of each target:
+ * the package takes them from the same places.
+ */
+export function targetNamesOf(file: GltfDocument, mesh: Entry): string[] {
+  const primitives = file.list(mesh, 'primitives').filter(isEntry);
+  const targets = primitives.map((primitive) => file.list(primitive, 'targets'));
+  const lists = [
+    ...[mesh, ...primitives].map((holder) => objectIn(holder, 'extras')['targetNames']),
+    ...targets.map((own) => own.map((t) => isEntry(t) && objectIn(t, 'extras')['name'])),
+  ];
+  const isText = (name: unknown) => typeof name === 'string';
+  const given = lists.filter(Array.isArray).find((own: unknown[]) => own.some(isText)) ?? [];
   const names: string[] = [];
-  file.list(primitive, 'targets').forEach((_, i) => {
-    const name = typeof given[i] === 'string' && given[i] !== '' ? given[i] : `target ${i + 1}`;
+  for (let i = 0; i < Math.max(0, ...targets.map((own) => own.length)); i += 1) {
+    const name = typeof given[i] === 'string' ? (given[i] as string) : `target_${i}`;
     let own = name;
-    for (let n = 2; names.includes(own); n += 1) own = `${name} (${n})`;
+    for (let n = 2; names.includes(own); n += 1) own = `${name}_${n}`;
     names.push(own);
-  });
+  }
   return names;
 }
 

@@ -16,10 +16,16 @@ const LATER = 10; // what blends without covering comes after what covers
 export function toonOf(file: GltfDocument, number: number, entry: Entry): Toon | null {
   const one = objectIn(entry, 'extensions')['VRMC_materials_mtoon'];
   if (isEntry(one)) return toonOfOne(one);
+  const zero = toonPropertiesOf(file, number);
+  return 'shader' in zero ? toonOfZero(file, zero) : null;
+}
+
+/** What VRM 0.x says of a material in MToon; empty for any other. */
+export function toonPropertiesOf(file: GltfDocument, number: number): Entry {
   const vrm = objectIn((file.value('extensions') ?? {}) as Entry, 'VRM');
   const properties = vrm['materialProperties'];
   const zero = Array.isArray(properties) ? (properties[number] as unknown) : undefined;
-  return isEntry(zero) && zero['shader'] === 'VRM/MToon' ? toonOfZero(file, zero) : null;
+  return isEntry(zero) && zero['shader'] === 'VRM/MToon' ? zero : {};
 }
 
 function toonOfOne(toon: Entry): Toon {

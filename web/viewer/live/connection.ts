@@ -1,5 +1,7 @@
 // The WebSocket of "elastomorph live": poses and how the stream stands, and what people press back.
 
+import type { Head } from '../types/model';
+
 /** How the stream stands. */
 export interface Standing {
   readonly words: string;
@@ -23,7 +25,7 @@ export interface Hearer {
   /** How the stream stands; null without a connection. */
   standing(found: Standing | null): void;
   /** A pose: the weight of each slider that is not 0. */
-  pose(number: number, weights: Record<string, number>): void;
+  pose(number: number, weights: Record<string, number>, head: Head): void;
 }
 
 export interface Connection {
@@ -49,16 +51,17 @@ export function connect(address: string, hearer: Hearer): Connection {
       status?: Standing;
       pose?: number;
       weights?: number[];
+      head?: Head;
     };
     if (message.sliders) sliders = message.sliders;
     if (message.status) hearer.standing(message.status);
-    if (message.pose === undefined || !message.weights) return;
+    if (message.pose === undefined || !message.weights || !message.head) return;
     const weights: Record<string, number> = {};
     message.weights.forEach((weight, slider) => {
       const name = sliders[slider];
       if (name !== undefined && weight !== 0) weights[name] = weight;
     });
-    hearer.pose(message.pose, weights);
+    hearer.pose(message.pose, weights, message.head);
   };
 
   const open = () => {

@@ -1,14 +1,18 @@
 // The face of a phone: moves the sliders while the state says so, and shows how its stream stands.
 import type { Context, Part } from '../interface/parts/part';
+import type { Head } from '../types/model';
 import type { ViewState } from '../types/state';
 import { element, setAttribute, setText } from '../../shared/element';
 import { connect, type Connection, type Standing } from './connection';
+
+const ENDED = 'the command that shows this page has ended, or is busy';
 
 export function createLive({ store, stage }: Context): Part {
   let connection: Connection | null = null;
   let address: string | undefined;
   let standing: Standing | null = null;
-  let latest: { number: number; weights: Record<string, number> } | null = null;
+  let heard = false; // of the command, by now
+  let latest: { number: number; weights: Record<string, number>; head: Head } | null = null;
   let frame = 0;
 
   const follow = button('Live', 'Follow the phone', () => {
@@ -37,8 +41,9 @@ export function createLive({ store, stage }: Context): Part {
     const pose = latest;
     latest = null;
     if (!pose || !store.get().live) return;
+    stage.turnHead(pose.head);
     store.update({ weights: pose.weights });
-    stage.flush();
+    stage.flush(false);
     requestAnimationFrame(() => connection?.say({ drawn: pose.number }));
   };
 
@@ -47,10 +52,11 @@ export function createLive({ store, stage }: Context): Part {
       opened: () => connection?.say({ watches: store.get().live }),
       standing(found) {
         standing = found;
+        heard ||= found !== null;
         show(store.get());
       },
-      pose(number, weights) {
-        latest = { number, weights };
+      pose(number, weights, head) {
+        latest = { number, weights, head };
         frame ||= requestAnimationFrame(draw);
       },
     });
@@ -67,9 +73,9 @@ export function createLive({ store, stage }: Context): Part {
     press(record, standing?.recording ?? false);
     record.hidden = !standing?.records;
     neutral.disabled = record.disabled = phones.disabled = !there;
-    setText(flow, flowOf(standing));
+    setText(flow, there || heard ? flowOf(standing) : 'Connecting…');
     setAttribute(whole, 'data-flows', standing?.flows);
-    setText(words, standing?.words ?? 'the command that shows this page has ended, or is busy');
+    setText(words, standing?.words ?? (heard ? ENDED : ''));
     drawPhones(phones, standing);
   };
 
@@ -81,7 +87,7 @@ export function createLive({ store, stage }: Context): Part {
       if (next === address) return;
       connection?.close();
       address = next;
-      standing = null;
+      [standing, heard] = [null, false];
       connection = next === undefined ? null : begin(next);
       whole.hidden = connection === null;
       show(store.get());

@@ -42,7 +42,7 @@ export class Bench {
 
   constructor(
     private readonly services: Services,
-    private readonly diameter: number,
+    private readonly base: Model,
   ) {}
 
   async list(says: Says): Promise<Listed> {
@@ -58,8 +58,9 @@ export class Bench {
     const question = JSON.stringify({ target, method });
     const done = await ask(this.services.methods ?? '', question, says, signal);
     const bytes = await modelBytes(String(done['glb']), signal);
-    const { diameter } = this;
-    const model = await openFile(method, bytes, { name: method, role: 'method', diameter });
+    const { diameter } = this.base;
+    const made = await openFile(method, bytes, { name: method, role: 'method', diameter });
+    const model = dressedAs(made, this.base);
     const row = rowsIn({ rows: [done['row']] })[0]!;
     const found = { row, model, warnings: textsIn(done['warnings']) };
     this.tried.set(key, found);
@@ -81,6 +82,13 @@ export class Bench {
     this.tried.clear();
     return { rows: rowsIn(done), model, file: String(done['file']) };
   }
+}
+
+/** The shapes of a model, which come without looks, with those of another of the same vertices. */
+function dressedAs(model: Model, other: Model): Model {
+  if (model.neutral.length !== other.neutral.length) return model;
+  const { triangles, parts, uv, colours, fileNormals, head, seams, edges, loops } = other;
+  return { ...model, triangles, parts, uv, colours, fileNormals, head, seams, edges, loops };
 }
 
 function rowsIn(done: Entry): Row[] {

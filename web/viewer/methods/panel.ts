@@ -74,8 +74,9 @@ export function createMethods(
 
   const list = async () => {
     const found = scene();
-    if (bench || !found?.services.methods) return;
-    const mine = new Bench(found.services, found.models[0]?.diameter ?? 0);
+    const base = found?.models[0];
+    if (bench || !base || !found.services.methods) return;
+    const mine = new Bench(found.services, base);
     bench = mine;
     says('Reading the rig');
     try {

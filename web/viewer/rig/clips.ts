@@ -1,6 +1,8 @@
 // Recorded performances, between their keys.
-import type { Clip, Model } from '../types/model';
+import type { Clip, Head, Model } from '../types/model';
 import type { ViewState } from '../types/state';
+
+const ANGLES = ['headyaw', 'headpitch', 'headroll'];
 
 /** The performance that a state names: one opened or edited here, or else one of a file. */
 export function clipNamed(
@@ -50,20 +52,38 @@ export function frameRate({ recorded, times }: Clip): number {
   return last > first ? (times.length - 1) / (last - first) : 30;
 }
 
+/** Frames that a recording at its rate would have had between others. */
+export function missed({ recorded, times }: Clip): number {
+  if (!recorded) return 0;
+  return times.reduce((sum, time, i) => {
+    const steps = i > 0 ? Math.round((time - times[i - 1]!) * recorded.rate) : 1;
+    return sum + Math.max(0, steps - 1);
+  }, 0);
+}
+
 /** The frame of a performance at a moment: the last one that has begun. */
 export function frameAt({ times }: Clip, seconds: number): number {
   // Half a millisecond: what a moment loses on its way through a field or a file.
   return Math.max(0, firstAfter(times, seconds + 5e-4) - 1);
 }
 
+/** Yaw, pitch and roll of the head that a take was recorded with, where it was. */
+export function headOf({ times, recorded }: Clip, seconds: number): Head | null {
+  if (!recorded) return null;
+  const { names, weights } = recorded;
+  const [before, end, share] = around(times, seconds);
+  const angles = ANGLES.map((angle) => {
+    const column = names.findIndex((name) => name.toLowerCase() === angle);
+    const at = (frame: number) => weights[frame * names.length + column]!;
+    return column < 0 ? 0 : at(before) + share * (at(end) - at(before));
+  });
+  return angles as unknown as Head;
+}
+
 /** The weight of each slider of a clip at a moment; before and after it the first and last. */
 export function clipWeights(clip: Clip, seconds: number): Record<string, number> {
   const { times, tracks } = clip;
-  const after = firstAfter(times, seconds);
-  const before = Math.max(after - 1, 0);
-  const end = Math.min(after, times.length - 1);
-  const span = (times[end] ?? 0) - (times[before] ?? 0);
-  const share = span > 0 ? (seconds - (times[before] ?? 0)) / span : 0;
+  const [before, end, share] = around(times, seconds);
   const weights: Record<string, number> = {};
   for (const [slider, track] of tracks) {
     const start = track[before] ?? 0;
@@ -81,7 +101,16 @@ export function besideFrame(clip: Clip, seconds: number, direction: number): num
   return times[Math.min(times.length - 1, Math.max(0, between ? at : at + direction))]!;
 }
 
-function firstAfter(times: Float32Array, seconds: number): number {
+/** The frames before and after a moment, and where between them it is, from 0 to 1. */
+function around(times: Float64Array, seconds: number): readonly [number, number, number] {
+  const after = firstAfter(times, seconds);
+  const before = Math.max(after - 1, 0);
+  const end = Math.min(after, times.length - 1);
+  const span = (times[end] ?? 0) - (times[before] ?? 0);
+  return [before, end, span > 0 ? (seconds - (times[before] ?? 0)) / span : 0];
+}
+
+function firstAfter(times: Float64Array, seconds: number): number {
   let low = 0;
   let high = times.length;
   while (low < high) {

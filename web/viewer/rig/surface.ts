@@ -69,3 +69,10 @@ export function distances(one: Float32Array, other: Float32Array) {
   }
   return { largest, mean: count > 0 ? sum / count : 0, worstVertex };
 }
+
+/** The vertices that any of some (V, 3) displacements moves, of so many. */
+export function movedVertices(deltas: readonly Float32Array[], count: number): number[] {
+  const moves = (v: number) =>
+    deltas.some((delta) => delta[3 * v] || delta[3 * v + 1] || delta[3 * v + 2]);
+  return Array.from({ length: count }, (_, v) => v).filter(moves);
+}

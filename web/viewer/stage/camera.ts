@@ -1,11 +1,12 @@
 // Where the face is seen from, and how it fills the picture.
-import { PerspectiveCamera, Spherical, Vector3 } from 'three';
+import { Euler, PerspectiveCamera, Quaternion, Spherical, Vector3 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import type { Model } from '../types/model';
+import type { Head, Model } from '../types/model';
 import type { Place, View } from '../types/stage';
 
 const FIELD = 24; // degrees, as a lens of about 85 mm sees
 const MARGIN = 1.045;
+const NECK = 0.25; // of the height of what is framed
 
 /** Turn to the right and upwards, in degrees. */
 const VIEWS: Readonly<Record<View, readonly [number, number]>> = {
@@ -16,17 +17,23 @@ const VIEWS: Readonly<Record<View, readonly [number, number]>> = {
 };
 
 export class FaceCamera {
+  /** What is drawn with. */
   readonly camera = new PerspectiveCamera(FIELD, 1, 0.1, 100);
+  /** The light goes with the camera, so a head that turns is one that is seen from elsewhere. */
+  head: Head | null = null;
+  /** Where people have put it: before a head that is turned. */
+  private readonly held = this.camera.clone();
   private readonly controls: OrbitControls;
   private corners: Vector3[] = [new Vector3()];
   /** Middle of the box round the face, and its diagonal. */
   readonly middle = new Vector3();
+  private readonly neck = new Vector3(); // which the head turns about
   size = 1;
   private reaches = 1;
 
   /** @param changed called when somebody has moved the camera */
   constructor(canvas: HTMLElement, changed: () => void) {
-    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls = new OrbitControls(this.held, canvas);
     this.controls.dampingFactor = 0.18;
     this.controls.rotateSpeed = 0.8;
     this.controls.zoomToCursor = true;
@@ -48,6 +55,7 @@ export class FaceCamera {
     });
     this.corners = boundary(model, framed);
     this.middle.addVectors(low, high).multiplyScalar(0.5);
+    this.neck.set(this.middle.x, low.y + NECK * (high.y - low.y), this.middle.z);
     this.size = Math.max(low.distanceTo(high), 1e-9);
     // A body goes on beyond the face, and is seen when somebody moves away.
     this.reaches = this.size;
@@ -80,7 +88,7 @@ export class FaceCamera {
   get place(): Place {
     const { target } = this.controls;
     const { theta, phi, radius } = new Spherical().setFromVector3(
-      this.camera.position.clone().sub(target),
+      this.held.position.clone().sub(target),
     );
     const aim = target.clone().sub(this.middle).divideScalar(this.size);
     const degrees = 180 / Math.PI;
@@ -96,27 +104,27 @@ export class FaceCamera {
       (90 - lift) * radians,
       turn * radians,
     );
-    this.camera.position.copy(target).add(back);
+    this.held.position.copy(target).add(back);
     this.controls.update();
   }
 
   turn(azimuth: number, elevation: number): void {
     const target = this.controls.target;
-    const offset = this.camera.position.clone().sub(target);
+    const offset = this.held.position.clone().sub(target);
     const place = new Spherical().setFromVector3(offset);
     place.theta += azimuth;
     place.phi = Math.min(Math.max(place.phi - elevation, 0.02), Math.PI - 0.02);
-    this.camera.position.setFromSpherical(place).add(target);
+    this.held.position.setFromSpherical(place).add(target);
     this.controls.update();
   }
 
   zoom(factor: number): void {
     if (!(factor > 0)) return;
     const target = this.controls.target;
-    const distance = this.camera.position.distanceTo(target) / factor;
+    const distance = this.held.position.distanceTo(target) / factor;
     const { minDistance, maxDistance } = this.controls;
-    const offset = this.camera.position.clone().sub(target);
-    this.camera.position
+    const offset = this.held.position.clone().sub(target);
+    this.held.position
       .copy(target)
       .add(offset.setLength(Math.min(Math.max(distance, minDistance), maxDistance)));
     this.controls.update();
@@ -130,12 +138,21 @@ export class FaceCamera {
 
   /** The picture is of this aspect now. */
   shape(aspect: number): void {
-    const distance = this.camera.position.distanceTo(this.middle);
-    this.camera.near = Math.max(distance - 1.5 * this.reaches, 0.01 * this.size);
-    this.camera.far = distance + 1.5 * this.reaches;
-    this.camera.aspect = aspect;
-    this.camera.updateProjectionMatrix();
-    this.camera.updateMatrixWorld();
+    const { held, camera, head, neck } = this;
+    const distance = held.position.distanceTo(this.middle);
+    held.near = Math.max(distance - 1.5 * this.reaches, 0.01 * this.size);
+    held.far = distance + 1.5 * this.reaches;
+    held.aspect = aspect;
+    held.updateProjectionMatrix();
+    held.updateMatrixWorld();
+    camera.copy(held);
+    if (head) {
+      const [yaw, pitch, roll] = head;
+      const back = new Quaternion().setFromEuler(new Euler(pitch, -yaw, -roll, 'YXZ')).invert();
+      camera.position.sub(neck).applyQuaternion(back).add(neck);
+      camera.quaternion.premultiply(back);
+    }
+    camera.updateMatrixWorld();
   }
 
   dispose(): void {
@@ -153,7 +170,7 @@ export class FaceCamera {
     const eye = back.clone().multiplyScalar(distance);
     eye.addScaledVector(right, across.middle(distance)).addScaledVector(up, high.middle(distance));
     this.controls.target.copy(eye).addScaledVector(back, this.middle.dot(back) - distance);
-    this.camera.position.copy(eye);
+    this.held.position.copy(eye);
     this.controls.update();
   }
 

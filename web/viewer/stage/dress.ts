@@ -29,6 +29,7 @@ export function dressUniforms({ skin, kind }: Pass, tinted: boolean) {
     glowing: { value: new Vector3(...skin.glow) },
     rough: { value: skin.roughness },
     metallic: { value: skin.metal },
+    shine: { value: skin.shine },
     creaseDepth: { value: skin.creases },
     shadeTint: { value: new Vector3(...skin.shade) },
     edge: { value: new Vector2(...skin.edge) },

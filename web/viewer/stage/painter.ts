@@ -11,6 +11,7 @@ import { clayMatcap } from './matcap';
 import { Orbits } from './orbits';
 import { Shadow } from './shadow';
 import { heatTexture, type Pictures } from './skin';
+import { SoftEdges } from './soft_edges';
 import type { Area, Viewport } from './viewports';
 
 type Colour = readonly [number, number, number];
@@ -31,6 +32,7 @@ const NOWHERE = new Camera(); // the wall covers the picture wherever it is seen
 export class Painter {
   readonly canvas: HTMLCanvasElement;
   private readonly renderer = rendererOr();
+  private readonly softEdges = new SoftEdges(this.renderer);
   private readonly wall = new Space();
   private readonly space = new Space();
   private readonly backdrop = new Backdrop();
@@ -55,6 +57,11 @@ export class Painter {
     const face = new Face(this.renderer, model, this.pictures);
     this.space.add(face.group);
     return face;
+  }
+
+  /** The context is there again, empty. */
+  restore(): void {
+    this.softEdges.forget();
   }
 
   /** The models are others now. */
@@ -82,12 +89,13 @@ export class Painter {
       faces.forEach((face, number) => (face.group.visible = number === viewport.model));
       this.drawViewport(faces[viewport.model]!, viewport, view, look);
     }
+    if (!look.moving) this.softEdges.show();
   }
 
   /** Draws the wall alone. */
   clear(dark: boolean): void {
     this.renderer.setScissorTest(false);
-    this.open({ x: 0, y: 0, width: this.width, height: this.height }, dark);
+    this.paintWall({ x: 0, y: 0, width: this.width, height: this.height }, dark);
   }
 
   /** Pixels of the canvas to a CSS pixel. */
@@ -97,13 +105,14 @@ export class Painter {
 
   /** Bytes on the graphics card, without those of faces. */
   get bytes(): number {
-    return this.pictures.shadow.bytes;
+    return this.pictures.shadow.bytes + this.softEdges.bytes;
   }
 
   dispose(): void {
     const { heat, matcap, shadow } = this.pictures;
     this.orbits.clear();
-    for (const owned of [this.backdrop, heat, matcap, shadow, this.renderer]) owned.dispose();
+    const { softEdges, backdrop, renderer } = this;
+    for (const owned of [softEdges, backdrop, heat, matcap, shadow, renderer]) owned.dispose();
     this.canvas.remove();
   }
 
@@ -119,12 +128,13 @@ export class Painter {
     }
     face.arrange(camera);
     renderer.setScissor(cut.x, cut.y, cut.width, cut.height);
-    this.open(area, look.dark);
+    if (!look.moving) this.softEdges.take();
+    this.paintWall(area, look.dark);
     renderer.render(this.space, camera);
   }
 
   /** Turns to an area of the canvas and paints the wall there. */
-  private open(area: Area, dark: boolean): void {
+  private paintWall(area: Area, dark: boolean): void {
     const { renderer, backdrop } = this;
     const ratio = renderer.getPixelRatio();
     renderer.setViewport(area.x, area.y, area.width, area.height);
@@ -177,7 +187,7 @@ function onionTint(share: number): Colour {
 
 function rendererOr(): WebGLRenderer {
   try {
-    const renderer = new WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
+    const renderer = new WebGLRenderer({ powerPreference: 'high-performance' });
     renderer.autoClear = false;
     return renderer;
   } catch {

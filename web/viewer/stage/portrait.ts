@@ -41,6 +41,7 @@ export function portrait(
   const area = { x: 0, y: 0, width: side / painter.ratio, height: side / painter.ratio };
   const drive = { weights, t: 1 };
   const before = view.place;
+  view.head = null;
   view.look('front', 1, 0);
   view.zoom(NEARER);
   face.show(drive);

@@ -1,7 +1,8 @@
 // The stage: draws faces as a state says, when something has changed.
 import { Vector3 } from 'three';
 import { driveOf, type Drive } from '../rig/pose';
-import type { Model } from '../types/model';
+import { clipNamed, headOf } from '../rig/clips';
+import type { Head, Model } from '../types/model';
 import type { Pick, Place, Position, Readout, Spot, Stage, View } from '../types/stage';
 import type { ViewState } from '../types/state';
 import { FaceCamera } from './camera';
@@ -36,6 +37,7 @@ class FaceStage implements Stage {
   private moving = false;
   private settling: ReturnType<typeof setTimeout> | undefined;
   private looking: View | null = 'front';
+  private head: Head | null = null; // of a phone
   private readonly listeners: (() => void)[] = [];
 
   constructor(private readonly container: HTMLElement) {
@@ -46,11 +48,13 @@ class FaceStage implements Stage {
     container.append(canvas);
     this.view = new FaceCamera(canvas, () => {
       this.looking = null;
+      this.moving = true;
       this.request();
     });
     this.resized = new ResizeObserver(() => this.resize());
     this.resized.observe(container);
     canvas.addEventListener('webglcontextrestored', () => {
+      this.painter.restore();
       this.faces.forEach((face) => face.forget());
       this.request();
     });
@@ -87,8 +91,12 @@ class FaceStage implements Stage {
     this.request();
   }
 
-  flush(): void {
-    this.moving = false;
+  turnHead(head: Head): void {
+    this.head = head;
+  }
+
+  flush(atRest = true): void {
+    if (atRest) this.moving = false;
     this.present();
   }
 
@@ -177,6 +185,7 @@ class FaceStage implements Stage {
   look(view: View): void {
     this.view.look(view, this.aspect, this.above);
     this.looking = view;
+    this.moving = false;
     this.request();
   }
 
@@ -270,6 +279,16 @@ class FaceStage implements Stage {
     );
   }
 
+  private headNow(state: ViewState): Head | null {
+    if (!state.headTurns) return null;
+    const clip = clipNamed(
+      this.faces.map(({ model }) => model),
+      state,
+    );
+    if (clip) return headOf(clip, state.clipTime);
+    return state.live ? this.head : null;
+  }
+
   private request(): void {
     if (!this.waiting) this.waiting = requestAnimationFrame(() => this.present());
   }
@@ -295,6 +314,7 @@ class FaceStage implements Stage {
       painter.clear(this.dark);
       return;
     }
+    this.view.head = this.headNow(state);
     const drive = this.drive(state);
     const viewports = this.viewports(state);
     const shown = [...new Set(viewports.map(({ model }) => model))];

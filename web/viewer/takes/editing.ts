@@ -1,14 +1,18 @@
 // Changes of the curves of a take: each gives a new one and leaves the old as it was.
 import type { Clip } from '../types/model';
 
+/** What an edit leads to at most: a weight beyond is a slip of the hand. */
+export const FARTHEST = 10;
+/** Frames to each side that smoothing looks at, at most. */
+export const STRONGEST = 250;
+
 /** Frames from the first to the last, both included. */
 export type Frames = readonly [number, number];
 
 /** What happens to one curve: another of the same length. */
 export type Change = (track: Float32Array) => Float32Array;
 
-export const SMOOTHINGS = ['gaussian', 'savitzky-golay'] as const;
-export type Smoothing = (typeof SMOOTHINGS)[number];
+export type Smoothing = 'gaussian' | 'savitzky-golay';
 
 /** The take with some of its curves changed. */
 export function edited(clip: Clip, sliders: readonly string[], change: Change): Clip {
@@ -38,7 +42,8 @@ function blended(
   return (track) =>
     track.map((own, frame) => {
       const part = share(frame);
-      return part === 0 ? own : own + part * (at(track, frame) - own);
+      if (part === 0) return own;
+      return Math.min(FARTHEST, Math.max(-FARTHEST, own + part * (at(track, frame) - own)));
     });
 }
 
@@ -71,14 +76,17 @@ export function moveKey(frame: number, to: number, reach: number): Change {
  * of peaks wider than it.
  */
 export function smooth(kind: Smoothing, strength: number, range: Frames, reach: number): Change {
-  const half = Math.max(kind === 'gaussian' ? 1 : 2, Math.round(strength)); // 3 fit any parabola
+  const least = kind === 'gaussian' ? 1 : 2; // 3 values fit any parabola
+  const half = Math.min(STRONGEST, Math.max(least, Math.round(strength)));
   const kernel = kind === 'gaussian' ? gaussian(half) : parabola(half);
-  return blended(range, reach, (track, frame) =>
-    kernel.reduce((sum, weight, i) => {
+  return blended(range, reach, (track, frame) => {
+    let sum = 0; // in a plain loop: of long takes there are a hundred million terms
+    for (let i = 0; i < kernel.length; i += 1) {
       const near = Math.min(track.length - 1, Math.max(0, frame + i - half));
-      return sum + weight * track[near]!;
-    }, 0),
-  );
+      sum += kernel[i]! * track[near]!;
+    }
+    return sum;
+  });
 }
 
 function gaussian(half: number): number[] {

@@ -1,4 +1,5 @@
 // Performances in archives of NumPy: arrays names (N,), times (T,) in seconds and weights (T, N).
+import { DataUtils } from 'three';
 import { grouped, refuse } from '../files/container';
 import type { Recording } from '../types/model';
 import { rateOf } from './csv/columns';
@@ -31,23 +32,27 @@ export async function readNpz(name: string, bytes: ArrayBuffer): Promise<Recordi
     return arrayOf(name, `the array "${key}"`, await unpacked(name, key, member));
   };
   const [names, times, weights] = [await read('names'), await read('times'), await read('weights')];
+  const rate = members.has('rate.npy') ? await read('rate') : null;
   if (!Array.isArray(names.values)) refuse(name, `"names" holds no text. ${AGAIN}`);
-  if (Array.isArray(times.values) || Array.isArray(weights.values))
-    refuse(name, `"times" and "weights" must be numbers. ${AGAIN}`);
+  if ([times, weights, rate].some((own) => Array.isArray(own?.values)))
+    refuse(name, `"times", "weights" and "rate" must be numbers. ${AGAIN}`);
   const [frames, count] = [times.values.length, names.values.length];
-  if (frames === 0 || weights.shape.join() !== `${frames},${count}`)
+  const shapes = [names, times, weights].map(({ shape }) => shape.join());
+  if (frames === 0 || shapes.join(' ') !== `${count} ${frames} ${frames},${count}`)
     refuse(
       name,
-      `expected weights of shape (${frames}, ${count}) for ${frames} times and ${count} names, found ` +
-        `(${weights.shape.join(', ')}). ${AGAIN}`,
+      'expected names (N,), times (T,) and weights (T, N), found ' +
+        `${[names, times, weights].map(({ shape }) => `(${shape.join(', ')})`).join(', ')}. ${AGAIN}`,
     );
-  requireNumbers(name, names.values, times.values, weights.values);
-  const rate = members.has('rate.npy') ? (await read('rate')).values[0] : undefined;
+  requireNumbers(name, names.values, times.values as Numbers, weights.values as Numbers);
+  const fps = rate ? Number(rate.values[0]) : rateOf(times.values as Numbers);
+  if (!(fps > 0 && fps < Infinity) || (rate && rate.shape.length > 0))
+    refuse(name, `"rate" must be one number above 0. ${AGAIN}`);
   return {
     names: names.values,
-    times: times.values,
-    weights: weights.values,
-    rate: typeof rate === 'number' && rate > 0 ? rate : rateOf(times.values),
+    times: times.values as Numbers,
+    weights: weights.values as Numbers,
+    rate: fps,
     timecodes: [],
   };
 }
@@ -127,17 +132,15 @@ async function unpacked(
   refuse(name, `"${key}" is larger than ${MOST / 2 ** 20} MiB. Cut the take into parts.`);
 }
 
-interface Values<T> {
-  readonly values: T;
+type Numbers = Float64Array<ArrayBuffer>;
+
+interface Values {
+  readonly values: Numbers | string[];
   readonly shape: readonly number[];
 }
 
 /** An array of numbers or text; nothing else is read. */
-function arrayOf(
-  name: string,
-  what: string,
-  bytes: Uint8Array,
-): Values<Float64Array> | Values<string[]> {
+function arrayOf(name: string, what: string, bytes: Uint8Array): Values {
   const magic = new TextDecoder().decode(bytes.subarray(1, 6));
   if (bytes.length < 12 || bytes[0] !== 0x93 || magic !== 'NUMPY')
     refuse(name, `${what} is damaged. ${AGAIN}`);
@@ -145,32 +148,43 @@ function arrayOf(
   const long = view.getUint8(6) > 1;
   const body = long ? 12 + view.getUint32(8, true) : 10 + view.getUint16(8, true);
   const header = new TextDecoder('latin1').decode(bytes.subarray(10, body));
-  const kind = /'descr':\s*'([<|=])([fiuUb])(\d+)'/.exec(header);
+  const kind = /'descr':\s*'([<>|=])([fiuU])(\d+)'/.exec(header);
   const shape = /'shape':\s*\(([\d, ]*)\)/.exec(header)?.[1]?.match(/\d+/g)?.map(Number) ?? [];
-  if (!kind || (/'fortran_order':\s*True/.test(header) && shape.length > 1))
-    refuse(name, `${what} is not numbers or text, row by row. ${AGAIN}`);
+  const reader = kind && READERS[`${kind[2]}${kind[2] === 'U' ? '' : kind[3]}`];
+  if (!reader) refuse(name, `${what} holds neither numbers of up to 64 bits nor text. ${AGAIN}`);
   const count = shape.reduce((product, length) => product * length, 1);
   const width = Number(kind[3]) * (kind[2] === 'U' ? 4 : 1);
   if (count * width > bytes.length - body) refuse(name, `${what} is cut off. Copy the file again.`);
+  const little = kind[1] !== '>';
   if (kind[2] === 'U') {
     const letters = (i: number) =>
-      Array.from({ length: width / 4 }, (_, j) => view.getUint32(body + i * width + 4 * j, true))
+      Array.from({ length: width / 4 }, (_, j) => reader(view, body + i * width + 4 * j, little))
         .filter((code) => code > 0 && code < 0x110000)
         .map((code) => String.fromCodePoint(code));
     return { values: Array.from({ length: count }, (_, i) => letters(i).join('')), shape };
   }
-  const reader = READERS[`${kind[2]}${kind[3]}`];
-  if (!reader)
-    refuse(name, `${what} has numbers of ${8 * width} bits, which are not read. ${AGAIN}`);
+  // Column by column, as NumPy stores what was transposed.
+  const [rows = 1, columns = 1] = /'fortran_order':\s*True/.test(header) ? shape : [count];
+  const place = (i: number) => Math.floor(i / columns) + (i % columns) * rows;
   return {
-    values: Float64Array.from({ length: count }, (_, i) => reader(view, body + i * width)),
+    values: Float64Array.from({ length: count }, (_, i) => reader(view, body + place(i) * width, little)),
     shape,
   };
 }
 
-const READERS: Readonly<Record<string, (view: DataView, at: number) => number>> = {
-  f4: (view, at) => view.getFloat32(at, true),
-  f8: (view, at) => view.getFloat64(at, true),
-  i4: (view, at) => view.getInt32(at, true),
-  i8: (view, at) => Number(view.getBigInt64(at, true)),
+type Reader = (view: DataView, at: number, little: boolean) => number;
+
+const READERS: Readonly<Record<string, Reader>> = {
+  U: (view, at, little) => view.getUint32(at, little),
+  f2: (view, at, little) => DataUtils.fromHalfFloat(view.getUint16(at, little)),
+  f4: (view, at, little) => view.getFloat32(at, little),
+  f8: (view, at, little) => view.getFloat64(at, little),
+  i1: (view, at) => view.getInt8(at),
+  i2: (view, at, little) => view.getInt16(at, little),
+  i4: (view, at, little) => view.getInt32(at, little),
+  i8: (view, at, little) => Number(view.getBigInt64(at, little)),
+  u1: (view, at) => view.getUint8(at),
+  u2: (view, at, little) => view.getUint16(at, little),
+  u4: (view, at, little) => view.getUint32(at, little),
+  u8: (view, at, little) => Number(view.getBigUint64(at, little)),
 };

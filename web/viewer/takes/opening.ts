@@ -4,7 +4,8 @@ import type { Opener } from '../interface/page/opening';
 import type { Context } from '../interface/parts/part';
 import { clipNamed, span } from '../rig/clips';
 import type { Clip } from '../types/model';
-import { readTake, TAKES } from './reading';
+import { inFile } from './carrying';
+import { nameOf, readTake, TAKES } from './reading';
 import { SOUNDS, type Speaker } from './sound';
 
 const ALIKE = 0.1; // seconds that a sound and its take may differ in length
@@ -36,34 +37,38 @@ export function takesOpener(
         `${file.name} holds weights of sliders: open a rig (.glb) first, then the take.`,
       );
     const take = await readTake(file, model.sliders);
+    inFile(take);
+    if (take.recorded?.guessed) tell(`${file.name}: ${take.recorded.guessed}.`);
     store.update({
       takes: withTake(store.get().takes, take),
       clip: take.name,
       clipTime: span(take)[0],
       range: null,
-      soundOffset: 0,
       // Sound has no way back.
       ...(store.get().repeat === 'back and forth' && { repeat: 'loop' }),
       playing: false,
     });
   };
   const openSound = async (file: File) => {
-    const clip = clipNamed(scene()?.models ?? [], store.get());
+    const { takes, clip: chosen } = store.get();
+    // Phones call what belongs together alike.
+    const own = takes.find(({ name }) => name === nameOf(file.name));
+    const clip = own ?? clipNamed(scene()?.models ?? [], { takes, clip: chosen });
     if (!clip)
-      throw new Error(`${file.name} is a sound: open the take first, and it plays beside it.`);
+      throw new Error(`${file.name} is a sound: open or choose its take first, to play beside it.`);
     const buffer = await speaker.read(file);
     const [first, last] = span(clip);
     const sound = speaker.lend(clip.name, first, file.name, buffer);
-    store.update({ soundOffset: 0 });
+    store.update({ soundOffsets: { ...store.get().soundOffsets, [clip.name]: 0 } });
     if (Math.abs(sound.seconds - (last - first)) > ALIKE)
       tell(
         `${file.name} is ${sound.seconds.toFixed(2)} s long and ${clip.name} ` +
-          `${(last - first).toFixed(2)} s: both play from the start, and the longer one goes on alone.`,
+          `${(last - first).toFixed(2)} s: both begin together, and the sound ends with the take at the latest.`,
       );
   };
   return {
     accepts: '.csv,.npz,.wav,.mp3,.ogg,.flac,.m4a,.mp4,.m4v,.mov,.webm',
-    acceptsHere: '.csv,.npz,.glb,.gltf',
+    acceptsHere: '.csv,.npz,.glb,.gltf,.vrm',
     fits: (files) => files.filter(({ name }) => TAKES.test(name) || SOUNDS.test(name)),
     async open(files) {
       const sounds = files.filter(({ name }) => SOUNDS.test(name));

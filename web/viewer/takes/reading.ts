@@ -1,7 +1,7 @@
 // Takes as files: what was recorded, and as a clip of the sliders of one rig.
 import { grouped, refuse } from '../files/container';
 import { openFile } from '../files/open';
-import { frameRate, performances } from '../rig/clips';
+import { performances } from '../rig/clips';
 import type { Clip, Recording } from '../types/model';
 import { readColumns } from './csv/columns';
 import { isLiveLink, readLiveLink } from './csv/livelink';
@@ -9,6 +9,7 @@ import { readTable } from './csv/table';
 import { matched, type Drives } from './matching';
 import { isRotation } from './names';
 import { readNpz } from './npz';
+import { recordingOf, trackOf } from './recording';
 
 export const TAKES = /\.(csv|npz)$/i;
 const LARGEST = 2 ** 27; // bytes: about three hours of a phone
@@ -31,54 +32,48 @@ export async function readTake(file: File, sliders: readonly string[]): Promise<
 
 async function recordingIn(name: string, bytes: ArrayBuffer): Promise<Recording> {
   if (/\.npz$/i.test(name)) return readNpz(name, bytes);
-  if (/\.gl(b|tf)$/i.test(name)) return recordingOf(name, bytes);
+  if (/\.(gl(b|tf)|vrm)$/i.test(name)) return performanceIn(name, bytes);
   const table = readTable(name, bytes);
   return isLiveLink(table) ? readLiveLink(table) : readColumns(table);
 }
 
 /** The first performance of a rig in a file, as if it were recorded. */
-async function recordingOf(name: string, bytes: ArrayBuffer): Promise<Recording> {
+async function performanceIn(name: string, bytes: ArrayBuffer): Promise<Recording> {
   const clip = performances([await openFile(name, bytes)])[0];
   if (!clip)
     refuse(name, 'there is no performance in it. Export it with its animation of weights.');
-  const names = [...clip.tracks.keys()];
-  const tracks = [...clip.tracks.values()];
-  const times = Float64Array.from(clip.times);
-  const weights = Float64Array.from(
-    { length: times.length * names.length },
-    (_, i) => tracks[i % names.length]![Math.floor(i / names.length)]!,
-  );
-  return { names, times, weights, rate: frameRate(clip), timecodes: [] };
+  return recordingOf(clip);
 }
 
 /** A recording on the sliders of a rig. */
-export function clipOf(file: string, recording: Recording, sliders: readonly string[]): Clip {
-  const drives = matching(file, recording.names, sliders);
-  const { names, weights } = recording;
-  const times = Float32Array.from(recording.times);
-  const back = times.findIndex((time, i) => i > 0 && time <= times[i - 1]!);
-  if (back >= 0)
-    refuse(
-      file,
-      `frames ${grouped(back - 1)} and ${grouped(back)} are too close in time (${recording.times[back]} s) ` +
-        'to be told apart. Let the take begin near 0 s.',
-    );
-  const tracks = new Map<string, Float32Array>();
-  for (const [slider, by] of drives) tracks.set(slider, trackOf(names, weights, times.length, by));
-  return { name: file.replace(/\.\w+$/, ''), times, tracks, recorded: { ...recording, drives } };
+function clipOf(file: string, recording: Recording, sliders: readonly string[]): Clip {
+  const clip = driven(nameOf(file), recording, matching(file, recording.names, sliders));
+  const [beyond] = [...clip.tracks].find(([, track]) => !track.every(Number.isFinite)) ?? [];
+  if (beyond !== undefined)
+    refuse(file, `what drives ${beyond} has numbers beyond any weight. Correct them.`);
+  return clip;
 }
 
-/** The mean of some columns of a recording, a frame. */
-export function trackOf(
-  names: readonly string[],
-  weights: Float64Array,
-  frames: number,
-  by: readonly string[],
-): Float32Array {
-  const columns = by.map((name) => names.indexOf(name));
-  return Float32Array.from({ length: frames }, (_, frame) =>
-    columns.reduce((sum, j) => sum + weights[frame * names.length + j]! / columns.length, 0),
-  );
+/** A take for the sliders of another rig, with what was edited; it may drive none of them. */
+export function carried(clip: Clip, sliders: readonly string[]): Clip {
+  const recording = recordingOf(clip);
+  let drives: Drives = new Map();
+  try {
+    drives = matched(recording.names, sliders);
+  } catch {
+    // Two names of one meaning: it waits for a rig of its own.
+  }
+  return driven(clip.name, recording, drives);
+}
+
+function driven(name: string, recording: Recording, drives: Drives): Clip {
+  const tracks = new Map([...drives].map(([slider, by]) => [slider, trackOf(recording, by)]));
+  return { name, times: recording.times, tracks, recorded: { ...recording, drives } };
+}
+
+/** A file without its suffix; one that is called by its suffix alone is a take all the same. */
+export function nameOf(file: string): string {
+  return file.replace(/\.\w+$/, '') || 'take';
 }
 
 function matching(file: string, names: readonly string[], sliders: readonly string[]): Drives {

@@ -19,7 +19,7 @@ export interface Sound {
 }
 
 type Lent = Sound & { readonly buffer: AudioBuffer };
-type Moment = Pick<ViewState, 'clip' | 'clipTime' | 'speed' | 'soundOffset'>;
+type Moment = Pick<ViewState, 'clip' | 'clipTime' | 'speed' | 'soundOffsets'>;
 
 export interface Speaker {
   /** Reads a sound, or the sound of a video. @throws Error with a sentence for people */
@@ -31,12 +31,17 @@ export interface Speaker {
   subscribe(listener: () => void): void;
   /**
    * Sounds from this moment on, or goes on sounding: the second of the take that is heard now; null
-   * where nothing can sound.
+   * where nothing can sound. It ends with a second of the take, also where nobody follows any more.
    */
-  follow(moment: Moment): number | null;
+  follow(moment: Moment, end: number): number | null;
   hush(): void;
   /** What of a take's sound is heard in so many seconds from a moment on; null where it has none. */
   render(moment: Moment, seconds: number): Promise<AudioBuffer | null>;
+}
+
+/** Seconds that the sound of the present take begins after it. */
+export function offsetOf({ clip, soundOffsets }: Pick<ViewState, 'clip' | 'soundOffsets'>): number {
+  return soundOffsets[clip ?? ''] ?? 0;
 }
 
 export function createSpeaker(): Speaker {
@@ -54,10 +59,11 @@ export function createSpeaker(): Speaker {
     source = null;
   };
 
-  const begin = (sounding: AudioContext, of: Lent, moment: Moment, as: string) => {
+  const begin = (sounding: AudioContext, of: Lent, moment: Moment, end: number, as: string) => {
     hush();
     const at = sounding.currentTime + SOON;
     source = started(sounding, of, moment, at);
+    source.stop(at + Math.max(0, end - moment.clipTime) / moment.speed);
     begun = { at, from: moment.clipTime, speed: moment.speed, as };
   };
 
@@ -99,8 +105,8 @@ export function createSpeaker(): Speaker {
     },
     subscribe: (listener) => void listeners.push(listener),
     of: (take) => (take === null ? null : (sounds.get(take) ?? null)),
-    follow(moment) {
-      const { clip, clipTime, speed, soundOffset } = moment;
+    follow(moment, end) {
+      const { clip, clipTime, speed } = moment;
       const sound = sounds.get(clip ?? '');
       if (!sound || !context) return null;
       if (context.state !== 'running') {
@@ -108,9 +114,9 @@ export function createSpeaker(): Speaker {
         void context.resume().catch(() => undefined); // it waits for people to touch the page
         return null;
       }
-      const as = `${clip} ${speed} ${soundOffset}`;
+      const as = `${clip} ${speed} ${offsetOf(moment)} ${end}`;
       if (!source || as !== begun.as || Math.abs(clipTime - told) > SAME)
-        begin(context, sound, moment, as);
+        begin(context, sound, moment, end, as);
       told = begun.from + begun.speed * Math.max(0, clock(context) - begun.at);
       return told;
     },
@@ -130,15 +136,16 @@ export function createSpeaker(): Speaker {
 function started(
   context: BaseAudioContext,
   { buffer, begin }: Lent,
-  { clipTime, speed, soundOffset }: Moment,
+  moment: Moment,
   at: number,
 ): AudioBufferSourceNode {
-  const into = clipTime - begin - soundOffset;
+  const { clipTime, speed } = moment;
+  const into = clipTime - begin - offsetOf(moment);
   const source = context.createBufferSource();
   source.buffer = buffer;
   source.playbackRate.value = speed;
   source.connect(context.destination);
-  if (into < buffer.duration) source.start(at + Math.max(0, -into) / speed, Math.max(0, into));
+  source.start(at + Math.max(0, -into) / speed, Math.min(buffer.duration, Math.max(0, into)));
   return source;
 }
 

@@ -18,11 +18,17 @@ export interface Corrective {
 /** A recorded performance: the weight of each slider at each key. */
 export interface Clip {
   readonly name: string;
-  readonly times: Float32Array; // seconds, increasing
+  readonly times: Float64Array; // seconds, increasing
   readonly tracks: ReadonlyMap<string, Float32Array>; // by slider, as long as times
   /** Of a take that was opened: what its file holds, and which weights drive which sliders. */
   readonly recorded?: Recording & { readonly drives: ReadonlyMap<string, readonly string[]> };
 }
+
+/**
+ * How a head is turned, in radians as ARKit's angles of Live Link Face: to its own right, downwards,
+ * and leaned to its own left.
+ */
+export type Head = readonly [yaw: number, pitch: number, roll: number];
 
 /** Weights of a face over time as a file holds them. */
 export interface Recording {
@@ -31,6 +37,7 @@ export interface Recording {
   readonly weights: Float64Array; // (T, N)
   readonly rate: number; // frames a second, nominal
   readonly timecodes: readonly string[]; // T as Live Link Face writes them, or none
+  readonly guessed?: string; // half a sentence about its units, where nothing but its numbers told them
 }
 
 /** An image laid over a surface. */
@@ -61,6 +68,7 @@ export interface Skin {
   readonly glow: Colour3; // light of its own
   readonly roughness: number;
   readonly metal: number;
+  readonly shine: number; // of what is no metal, 1 as usual
   readonly creases: number; // how dark they are
   readonly shade: Colour3; // of a toon
   readonly edge: readonly [number, number]; // of the shade: cosines to the light, from dark to lit
@@ -131,6 +139,7 @@ export type Services = Readonly<Partial<Record<'open' | 'methods' | 'save' | 'li
 /** What a page was given to show. Models that are compared share their vertices. */
 export interface Scene {
   readonly title: string;
+  readonly name: string; // of the rig, whatever is done with it: its work is kept under it
   readonly unit: string; // of the coordinates, for legends; '' where unknown
   readonly models: readonly Model[];
   readonly start: Partial<import('./state').ViewState>;

@@ -1,5 +1,5 @@
 // What the interface asks of the stage, and what it hears back.
-import type { Model } from './model';
+import type { Head, Model } from './model';
 import type { ViewState } from './state';
 
 export type View = 'front' | 'three-quarter' | 'side' | 'below';
@@ -53,8 +53,13 @@ export interface Stage {
   setModels(models: readonly Model[]): void;
   /** Draws the state, soon; many calls in one frame are one drawing. */
   show(state: ViewState): void;
-  /** Draws now, and returns when it is drawn. */
-  flush(): void;
+  /** How the head of the phone is turned, drawn with its next pose. */
+  turnHead(head: Head): void;
+  /**
+   * Draws now, and returns when it is drawn; as a picture at rest, unless what moves may be drawn
+   * in less time.
+   */
+  flush(atRest?: boolean): void;
   /** (V, 3) positions of a model under the state shown last, read back from the graphics card. */
   positions(model: number): Float32Array;
   /** The visible vertex nearest to a point of the canvas, in CSS pixels; null beside the face. */

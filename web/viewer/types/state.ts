@@ -42,6 +42,8 @@ export interface ViewState {
   readonly loops: boolean;
   readonly shading: 'smooth' | 'flat';
   readonly light: 'studio' | 'matcap';
+  /** Turned as a phone or a performance says, while one of them drives the picture. */
+  readonly headTurns: boolean;
   readonly theme: 'system' | 'light' | 'dark';
 
   readonly playing: boolean;
@@ -62,7 +64,8 @@ export interface ViewState {
   /** In and out point of the performance in seconds; null for the whole. */
   readonly range: readonly [number, number] | null;
   readonly speed: number; // of a performance, 0.1 to 2
-  readonly soundOffset: number; // seconds that a performance's sound begins after it
+  /** Seconds that the sound of a performance begins after it, by its name; 0 where left out. */
+  readonly soundOffsets: Readonly<Record<string, number>>;
 
   /** Methods chosen for targets and not saved yet; '' for none of its own. */
   readonly methods: Readonly<Record<string, string>>;

@@ -16,6 +16,7 @@ import { createOrbits } from '../panels/orbits';
 import { createPoses } from '../panels/poses';
 import { createSliders } from '../panels/sliders';
 import { createTimeline, mark } from '../timeline/timeline';
+import { askBeforeLeaving, goingOn } from '../../takes/carrying';
 import { takesOpener } from '../../takes/opening';
 import { createRecorder } from '../../takes/video/recording';
 import { createSpeaker } from '../../takes/sound';
@@ -166,7 +167,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     },
     grab,
     mark: (end) => mark(context, end),
-    timeline: () => timeline.open(!timeline.isOpen()),
+    timeline: timeline.toggle,
     close: () => messages.dismiss() || sliders.clearSearch() || grab.leave(),
   });
   const keys = keysDialog(map);
@@ -234,10 +235,11 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   const show = (next: Scene) => {
     const start = startOf(next, still, messages.tell);
     const found = kept.of(next, start);
-    replaceScene(next, { ...start, ...found.lists });
+    const going = goingOn(store.get(), next, start);
+    replaceScene(next, { ...start, ...going, ...found.lists });
     found.begin();
     stage.look('front');
-    link.begin(store.get(), embedded ? '' : found.view);
+    link.begin(store.get(), embedded || going.clip ? '' : found.view);
     history.clear();
     // Of one path there is nothing to set but how it is compared.
     if (next.models.length > 1 && next.models.every(({ sliders }) => sliders.length < 2)) {
@@ -261,6 +263,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     draw();
   });
   store.subscribe(draw);
+  askBeforeLeaving(store.get);
   for (const happening of ['pointermove', 'wheel', 'keydown', 'pointerleave'] as const) {
     picture.addEventListener(happening, () => measure(), { passive: true });
   }

@@ -1,4 +1,5 @@
 // A link to the view as it is now, and the view that a link asks for.
+import { clipNamed } from '../../rig/clips';
 import { copyText } from '../../../shared/clipboard';
 import { element } from '../../../shared/element';
 import type { ViewState } from '../../types/state';
@@ -35,6 +36,9 @@ export function createLink(context: Context): Link {
     const told = (problem: string) => tell(`The link asks for what there is not: ${problem}.`);
     const asked = understood(patch, told);
     const fit = fitted([{ name: 'view', weights: asked.weights ?? {} }], sliders);
+    const { clip } = asked;
+    const known = clipNamed(context.scene()?.models ?? [], { ...store.get(), clip: clip ?? null });
+    if (clip && !known) tell(`The view is of the take ${clip}, which is not kept with it: open its file.`);
     if (fit.unknown.length > 0) tell(`The link moves ${listed(fit.unknown)}, which this rig lacks.`);
     store.update({ ...viewOf(start), ...asked, weights: fit.poses[0]!.weights, playing: false });
     if (typeof camera === 'string') stage.look(camera);

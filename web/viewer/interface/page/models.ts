@@ -29,7 +29,8 @@ export function joined(scene: Scene | null, model: Model): [Scene, number[]] {
   const fits = scene?.models[0]?.neutral.length === model.neutral.length;
   if (!scene || !fits) {
     const services = beside(scene?.services);
-    return [{ title: model.name, unit: '', models: [model], start: {}, services }, [0]];
+    const { name } = model;
+    return [{ title: name, name, unit: '', models: [model], start: {}, services }, [0]];
   }
   const same = scene.models.findIndex(({ name }) => name === model.name);
   const models = same < 0 ? [...scene.models, model] : scene.models.with(same, model);

@@ -24,6 +24,7 @@ export function createDisplay({ store, scene }: Context): Display {
   ]);
   const wireframe = toggle(store, 'wireframe', 'Wireframe', 'W');
   const loops = toggle(store, 'loops', 'Edge loops');
+  const head = toggle(store, 'headTurns', 'Head turns as recorded');
 
   const figures = new Map<string, HTMLElement>();
   const table = element('dl', { class: 'figures' });
@@ -49,13 +50,14 @@ export function createDisplay({ store, scene }: Context): Display {
         light.element,
         wireframe.element,
         loops.element,
+        head.element,
       ),
       element('section', { class: 'block' }, element('h2', {}, 'Page'), theme.element),
       element('section', { class: 'block' }, element('h2', {}, 'Figures'), table),
     ),
     show(state) {
       const shown = state.shown.map((model) => scene()?.models[model]);
-      for (const part of [shading, light, theme, wireframe, loops]) part.show(state);
+      for (const part of [shading, light, theme, wireframe, loops, head]) part.show(state);
       loops.refuse(
         shown.some((model) => (model?.loops.length ?? 0) > 0)
           ? null

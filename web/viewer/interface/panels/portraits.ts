@@ -1,9 +1,9 @@
-// Pictures of poses, drawn one after another while they are looked at and nothing else moves.
+// Pictures of the poses in sight, drawn one after another while nothing else moves.
 import type { Context } from '../parts/part';
 import type { PoseRow } from './pose_row';
 
 const PAUSE = 40; // milliseconds between two, so that the page stays alive
-const MANY = 400; // pictures that are kept
+const MANY = 400; // pictures that are kept: more than there is room for at once
 
 export interface Portraits {
   /** The rows that want a picture, in their order. */
@@ -12,11 +12,17 @@ export interface Portraits {
   forget(): void;
 }
 
-/** @param list what holds the rows: nothing is drawn while it is hidden. */
-export function createPortraits({ store, stage, scene }: Context, list: HTMLElement): Portraits {
+export function createPortraits({ store, stage, scene }: Context): Portraits {
   const drawn = new Map<string, HTMLCanvasElement>();
   let given = new WeakMap<PoseRow, HTMLCanvasElement>();
   let wanted: readonly PoseRow[] = [];
+  const inSight = new Set<Element>();
+  const sight = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries)
+      if (isIntersecting) inSight.add(target);
+      else inSight.delete(target);
+    again();
+  });
   let timer: ReturnType<typeof setTimeout> | undefined;
 
   // Another theme and another face beside it look different.
@@ -28,8 +34,12 @@ export function createPortraits({ store, stage, scene }: Context, list: HTMLElem
     ]);
   const next = () => {
     timer = undefined;
-    if (!scene() || !list.checkVisibility()) return;
-    const row = wanted.find((one) => given.get(one) !== drawn.get(keyOf(one)) || !given.has(one));
+    if (!scene()) return;
+    const row = wanted.find(
+      (one) =>
+        inSight.has(one.element) &&
+        (given.get(one) !== drawn.get(keyOf(one)) || !given.has(one)),
+    );
     if (!row) return;
     const key = keyOf(row);
     if (!drawn.has(key)) {
@@ -51,8 +61,13 @@ export function createPortraits({ store, stage, scene }: Context, list: HTMLElem
 
   return {
     show(rows) {
-      wanted = rows;
-      if (rows.length > 0 && list.checkVisibility()) again();
+      if (rows !== wanted) {
+        sight.disconnect();
+        inSight.clear();
+        for (const { element } of rows) sight.observe(element);
+        wanted = rows;
+      }
+      if (inSight.size > 0) again();
     },
     forget() {
       drawn.clear();

@@ -20,7 +20,7 @@ export function createPoseList(context: Context, load: (name: string) => void): 
   const list = element('ul', { class: 'pose-list', 'aria-label': 'Poses' });
   const none = element('p', { class: 'hint' }, NONE);
   const whole = element('div', { class: 'pose-scroll' }, none, list);
-  const portraits = createPortraits(context, list);
+  const portraits = createPortraits(context);
   let rows: PoseRow[] = [];
   let shown: readonly NamedPose[] = [];
   let chosen: string | null = null;
@@ -55,19 +55,38 @@ export function createPoseList(context: Context, load: (name: string) => void): 
     load: () => portraits.forget(),
     show({ poses }: ViewState) {
       if (poses !== shown) {
-        const held = list.contains(document.activeElement);
+        const field = document.activeElement;
+        const held = list.contains(field);
         const kept = new Map(rows.map((row) => [keyOf(row.pose), row]));
+        const before = rows;
         rows = poses.map((pose) => kept.get(keyOf(pose)) ?? poseRow(pose, () => load(pose.name)));
-        list.replaceChildren(...rows.map((row) => row.element));
+        const staying = new Set(rows);
+        for (const row of before) if (!staying.has(row)) row.leave();
+        const elements = rows.map((row) => row.element);
+        arrange(list, elements, elements.findIndex((one) => one.contains(field)));
         shown = poses;
         mark();
-        if (held) current()?.focus();
+        if (held && document.activeElement !== field) current()?.focus();
         none.hidden = poses.length > 0;
         setText(none, NONE);
       }
       portraits.show(rows);
     },
   };
+}
+
+/** Puts elements in order around the one that stays: moved, it would lose the focus. */
+function arrange(list: HTMLElement, elements: readonly HTMLElement[], staying: number): void {
+  const first = elements[Math.max(0, staying)];
+  if (first && first.parentElement !== list) list.prepend(first);
+  for (let i = Math.max(0, staying) + 1; i < elements.length; i += 1) {
+    const [before, own] = [elements[i - 1]!, elements[i]!];
+    if (before.nextElementSibling !== own) before.after(own);
+  }
+  for (let i = staying - 1; i >= 0; i -= 1) {
+    const [own, behind] = [elements[i]!, elements[i + 1]!];
+    if (behind.previousElementSibling !== own) behind.before(own);
+  }
 }
 
 function keyOf(pose: NamedPose): string {

@@ -12,6 +12,8 @@ export interface PoseRow {
   picture(drawn: HTMLCanvasElement): void;
   /** Puts a field in the place of the name; `done` hears the new one, and whether it was meant. */
   rename(done: (name: string) => void): void;
+  /** The row goes, with whatever is being typed in it. */
+  leave(): void;
 }
 
 export function poseRow(pose: NamedPose, load: () => void): PoseRow {
@@ -20,11 +22,14 @@ export function poseRow(pose: NamedPose, load: () => void): PoseRow {
   const words = element('span', { class: 'pose-words' }, wordsOf(pose));
   const button = element(
     'button',
-    { type: 'button', class: 'pose', 'data-pose': pose.name, title: pose.name, onclick: load },
+    { type: 'button', class: 'pose', 'data-pose': pose.name, title: pose.name },
     frame,
     element('span', { class: 'pose-text' }, name, words),
   );
+  // A double click is meant as one: a part of the pose is not taken twice.
+  button.addEventListener('click', ({ detail }) => detail < 2 && load());
   const whole = element('li', {}, button);
+  let over = true; // no new name is being typed
   return {
     pose,
     element: whole,
@@ -40,7 +45,7 @@ export function poseRow(pose: NamedPose, load: () => void): PoseRow {
         value: pose.name,
         'aria-label': `New name of ${pose.name}`,
       });
-      let over = false;
+      over = false;
       const end = (name: string) => {
         if (over) return;
         over = true;
@@ -60,6 +65,10 @@ export function poseRow(pose: NamedPose, load: () => void): PoseRow {
       whole.append(field);
       field.focus();
       field.select();
+    },
+    leave() {
+      over = true;
+      whole.remove();
     },
   };
 }

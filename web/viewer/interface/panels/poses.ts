@@ -48,6 +48,7 @@ export function createPoses(context: Context, open: () => void): PosesPanel {
     event.preventDefault();
     deeds.save(field.value);
     field.value = '';
+    if (document.activeElement === field) list.focus(); // so that keys are those of the page again
     show(store.get());
   });
   field.addEventListener('input', () => show(store.get()));
@@ -78,8 +79,12 @@ export function createPoses(context: Context, open: () => void): PosesPanel {
     element: element(
       'div',
       { class: 'poses' },
-      element('div', { class: 'pose-head' }, form, mixing.element),
-      list.element,
+      element(
+        'div',
+        { class: 'scroll' },
+        element('div', { class: 'pose-head' }, form, mixing.element),
+        list.element,
+      ),
       tools.element,
       element(
         'div',

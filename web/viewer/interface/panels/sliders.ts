@@ -147,8 +147,12 @@ export function createSliders({ store, scene }: Context): Sliders {
     element: element(
       'div',
       { class: 'sliders' },
-      element('div', { class: 'slider-head' }, sift.element, options),
-      list,
+      element(
+        'div',
+        { class: 'scroll' },
+        element('div', { class: 'slider-head' }, sift.element, options),
+        list,
+      ),
       element('div', { class: 'slider-foot' }, count, swapButton, drawButton, reset),
     ),
     show,

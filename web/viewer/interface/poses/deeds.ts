@@ -4,7 +4,18 @@ import type { NamedPose, ViewState } from '../../types/state';
 import type { Context } from '../parts/part';
 import { posed } from '../state/posing';
 import { fitted, listed } from './fitting';
-import { added, cleanName, duplicated, freshName, moved, type Poses, removed, renamed, saved } from './list';
+import {
+  added,
+  cleanName,
+  duplicated,
+  equalWeights,
+  freshName,
+  moved,
+  type Poses,
+  removed,
+  renamed,
+  saved,
+} from './list';
 import { mixed } from './mixing';
 import { asJson, asTable, fromText } from './text';
 
@@ -37,10 +48,7 @@ export function poseDeeds(
     const count = next.length - before.length;
     change(next, next.at(-1)?.name ?? null);
     say(count === 1 ? `“${next.at(-1)!.name}” is here` : `${count} poses are here`);
-    if (fit.unknown.length > 0) {
-      const what = fit.unknown.length === 1 ? 'has no slider' : 'has none of the sliders';
-      tell(`The rig ${what} ${listed(fit.unknown)}; what else the poses move is kept.`);
-    }
+    if (fit.unknown.length > 0) tell(lacking(fit.unknown, 'the poses move is kept'));
   };
   const tried = (read: () => void) => {
     try {
@@ -52,13 +60,26 @@ export function poseDeeds(
 
   return {
     save(text: string) {
-      const name = cleanName(text) || freshName(poses(), `Pose ${poses().length + 1}`);
-      change(saved(poses(), name, store.get().weights), name);
-      return name;
+      const wanted = cleanName(text);
+      const { weights } = store.get();
+      const same = wanted ? undefined : poses().find((pose) => equalWeights(pose.weights, weights));
+      if (same) {
+        chosen(same.name);
+        say(`This is “${same.name}” already`);
+        return;
+      }
+      const name = wanted || freshName(poses(), `Pose ${poses().length + 1}`);
+      change(saved(poses(), name, weights), name);
     },
     load(name: string, strength: number, onTop: boolean) {
-      const found = named(name);
-      if (!found) return;
+      const kept = named(name);
+      if (!kept) return;
+      const own = new Set(scene()?.models.flatMap((model) => model.sliders));
+      const names = Object.keys(kept.weights);
+      const known = names.filter((slider) => own.has(slider));
+      const found = { name, weights: Object.fromEntries(known.map((s) => [s, kept.weights[s]!])) };
+      if (known.length < names.length)
+        tell(lacking(names.filter((slider) => !own.has(slider)), 'the pose moves is shown'));
       const base = store.get().weights;
       pose(mixed(base, found.weights, strength, onTop, UNIT));
       blend = { base, pose: found, made: store.get().weights };
@@ -118,4 +139,9 @@ export function poseDeeds(
     const title = scene()?.title.replace(/[^\p{L}\p{N}._-]+/gu, ' ').trim();
     return title ? `${title} poses` : 'poses';
   }
+}
+
+function lacking(sliders: readonly string[], rest: string): string {
+  const what = sliders.length === 1 ? 'has no slider' : 'has none of the sliders';
+  return `The rig ${what} ${listed(sliders)}; what else ${rest}.`;
 }

@@ -39,7 +39,7 @@ export function fitted(poses: Poses, sliders: readonly string[]): Fitted {
 export function listed(names: readonly string[]): string {
   const rest = names.length - SHOWN;
   if (rest > 1) return `${names.slice(0, SHOWN).join(', ')} and ${rest} more`;
-  return names.length < 2 ? names.join() : `${names.slice(0, -1).join(', ')} and ${names.at(-1)}`;
+  return new Intl.ListFormat('en-GB').format(names);
 }
 
 function mean(names: readonly string[], weights: NamedPose['weights']): number {

@@ -7,8 +7,11 @@ type Weights = NamedPose['weights'];
 export const LONGEST_NAME = 120; // letters
 
 /** That name, or with the first number behind it that makes it a new one. */
-export function freshName(poses: Poses, wanted: string): string {
-  const taken = new Set(poses.map(({ name }) => name));
+export function freshName(all: readonly { readonly name: string }[], wanted: string): string {
+  return nameBeside(new Set(all.map(({ name }) => name)), wanted);
+}
+
+function nameBeside(taken: { has(name: string): boolean }, wanted: string): string {
   if (!taken.has(wanted)) return wanted;
   const stem = wanted.replace(/ \d+$/, '');
   let number = 2;
@@ -18,7 +21,8 @@ export function freshName(poses: Poses, wanted: string): string {
 
 /** One line without blanks around it, as a file can hold it; '' where nothing is left. */
 export function cleanName(text: string): string {
-  return text.replace(/[\p{Cc}\p{Cs}\s]+/gu, ' ').trim().slice(0, LONGEST_NAME).trim();
+  const line = text.replace(/[\p{Cc}\p{Cs}\s]+/gu, ' ').trim();
+  return line.slice(0, LONGEST_NAME).replace(/\p{Cs}$/u, '').trim(); // no half of a letter
 }
 
 /** With the pose of that name, in the place of one that has it already. */
@@ -57,11 +61,14 @@ export function moved(poses: Poses, name: string, by: -1 | 1): Poses {
 
 /** With others behind: those that are there already stay, and those whose name is get another. */
 export function added(poses: Poses, others: Poses): Poses {
-  return others.reduce((all, pose) => {
-    const same = all.find(({ name }) => name === pose.name);
-    if (same && equalWeights(same.weights, pose.weights)) return all;
-    return [...all, { ...pose, name: freshName(all, pose.name) }];
-  }, poses);
+  const all = new Map(poses.map((pose) => [pose.name, pose]));
+  for (const pose of others) {
+    const same = all.get(pose.name);
+    if (same && equalWeights(same.weights, pose.weights)) continue;
+    const name = nameBeside(all, pose.name);
+    all.set(name, { ...pose, name });
+  }
+  return [...all.values()];
 }
 
 export function equalWeights(one: Weights, other: Weights): boolean {

@@ -7,7 +7,7 @@ import { INITIAL } from './initial';
 const FIELDS = [
   ...['t', 'clip', 'clipTime', 'arrangement', 'shown', 'swipe', 'against', 'heat', 'heatTop'],
   ...['ghost', 'onion', 'orbits', 'picked', 'wireframe', 'loops', 'shading', 'light', 'mirror'],
-  ...['timing', 'repeat', 'seconds', 'range', 'speed', 'soundOffset'],
+  ...['timing', 'repeat', 'seconds', 'range', 'speed', 'headTurns'],
 ] as (keyof ViewState)[];
 // Of what kind those are that may be null.
 const NUMBERS: readonly (keyof ViewState)[] = ['heatTop'];

@@ -34,18 +34,20 @@ const integers: Check = (value, field) => {
   return fits ? [...new Set(value as number[])] : refuse(field, 'a list of whole numbers', value);
 };
 
-const weights: Check = (value, field) => {
-  if (typeof value !== 'object' || value === null || Array.isArray(value)) {
-    refuse(field, 'weights by slider, as in { jawOpen: 0.5 }', value);
-  }
-  const weight = number(-FAR, FAR);
-  const given = Object.entries(value as object);
-  return Object.fromEntries(
-    given
-      .map(([slider, amount]) => [slider, weight(amount, `${field}.${slider}`)])
-      .filter(([, amount]) => amount !== 0),
-  );
-};
+/** Numbers by name; those that are 0 are left out. */
+const numbersBy =
+  (words: string, check: Check): Check =>
+  (value, field) => {
+    if (typeof value !== 'object' || value === null || Array.isArray(value)) {
+      refuse(field, words, value);
+    }
+    const found = Object.entries(value as object).map(
+      ([name, amount]) => [name, check(amount, `${field}.${name}`)] as const,
+    );
+    return Object.fromEntries(found.filter(([, amount]) => amount !== 0));
+  };
+
+const weights = numbersBy('weights by slider, as in { jawOpen: 0.5 }', number(-FAR, FAR));
 
 const names: Check = (value, field) => {
   const fits = Array.isArray(value) && value.every((one) => typeof one === 'string');
@@ -59,7 +61,8 @@ const poses: Check = (value, field) => {
     refuse(field, 'poses such as [{ name: "Smile", weights: { jawOpen: 0.5 } }]', value);
   }
   const given = value as NamedPose[];
-  const twice = given.find(({ name }, i) => given.findIndex((one) => one.name === name) < i);
+  const seen = new Set<string>();
+  const twice = given.find(({ name }) => seen.size === seen.add(name).size);
   if (twice) refuse(field, 'poses of different names', twice.name);
   return given.map((pose) => ({
     name: pose.name,
@@ -70,18 +73,20 @@ const poses: Check = (value, field) => {
 /** A performance as it is, or in plain lists as people and Python write it. */
 const take = (value: Partial<Clip> | null): Clip | null => {
   if (typeof value?.name !== 'string') return null;
-  if (value.times instanceof Float32Array && value.tracks instanceof Map) return value as Clip;
+  if (value.times instanceof Float64Array && value.tracks instanceof Map) return value as Clip;
   const clip: Clip = {
     ...(value as Clip),
-    times: floats(value.times ?? []),
+    times: Float64Array.from(value.times ?? []),
     tracks: new Map(
       Object.entries(value.tracks ?? {}).map(([slider, track]) => [slider, floats(track)]),
     ),
   };
-  const whole = [clip.times, ...clip.tracks.values()].every(
+  const whole = [...clip.tracks.values()].every(
     (track) => track.length === clip.times.length && track.every(Number.isFinite),
   );
-  const rises = clip.times.every((time, i) => i === 0 || time > clip.times[i - 1]!);
+  const rises = clip.times.every(
+    (time, i) => Number.isFinite(time) && (i === 0 || time > clip.times[i - 1]!),
+  );
   return whole && rises && clip.times.length > 0 ? clip : null;
 };
 
@@ -134,12 +139,13 @@ const CHECKS: Record<keyof ViewState, Check> = {
   timing: oneOf('linear', 'smoothstep', 'minimum-jerk', 'cosine', 'blink'),
   seconds: number(0.1, 60),
   clip: orNull(name),
-  clipTime: number(-1e6, 1e6),
+  clipTime: number(-1e15, 1e15),
   takes,
   range: orNull(range),
   speed: number(0.1, 2),
-  soundOffset: number(-1e6, 1e6),
+  soundOffsets: numbersBy("seconds by performance, as in { 'a take': 0.2 }", number(-1e6, 1e6)),
   live: truth,
+  headTurns: truth,
   poses,
   favourites: names,
   folded: names,
@@ -149,8 +155,8 @@ const CHECKS: Record<keyof ViewState, Check> = {
 /** The same change with its numbers clamped; throws a RangeError that names the field. */
 export function checked(patch: Partial<ViewState>): Partial<ViewState> {
   const entries = Object.entries(patch).map(([field, value]) => {
-    const check = CHECKS[field as keyof ViewState] as Check | undefined;
-    if (!check) {
+    const check = CHECKS[field as keyof ViewState];
+    if (!Object.hasOwn(CHECKS, field)) {
       throw new RangeError(`'${field}' is not part of the view; there is ${fields()}`);
     }
     return [field, check(value, field)];

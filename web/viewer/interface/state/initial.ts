@@ -24,6 +24,7 @@ export const INITIAL: ViewState = {
   loops: false,
   shading: 'smooth',
   light: 'studio',
+  headTurns: true,
   theme: 'system',
   playing: false,
   repeat: 'back and forth',
@@ -38,7 +39,7 @@ export const INITIAL: ViewState = {
   takes: [],
   range: null,
   speed: 1,
-  soundOffset: 0,
+  soundOffsets: {},
   methods: {},
 };
 
@@ -70,7 +71,7 @@ export function startOf(
     folded: [],
     takes: [],
     range: null,
-    soundOffset: 0,
+    soundOffsets: {},
     methods: {},
     t: 1,
     arrangement: count > 1 ? 'side' : 'single',

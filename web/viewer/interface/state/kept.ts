@@ -17,8 +17,10 @@ const FORBIDDEN =
 /** What is put together from all pages that show the rig. */
 type Lists = Pick<ViewState, 'poses' | 'favourites' | 'folded'>;
 const NOTHING: Lists = { poses: [], favourites: [], folded: [] };
+const FIELDS = Object.keys(NOTHING) as (keyof Lists)[];
 
-interface Record extends Lists {
+/** The last view, beside the lists: while somebody drags a slider it is all that is written. */
+interface Last {
   readonly start: string; // what the page was asked to begin with
   readonly view: string; // as in an address
 }
@@ -50,6 +52,7 @@ export function createKept(
   let base: Lists = NOTHING; // what all pages had in common when this one looked last
   let timer: ReturnType<typeof setTimeout> | undefined;
   let told = false;
+  const unkept = new Map<string, Lists>(); // what the browser has not taken, by key
 
   const problem = (words: string) => {
     if (!told && JSON.stringify(listsOf(store.get())) !== JSON.stringify(NOTHING)) {
@@ -58,11 +61,11 @@ export function createKept(
     }
   };
   // Throws where the browser forbids it.
-  const read = (key: string): Record | null => {
+  const read = (key: string): Lists | null => {
     const text = localStorage.getItem(key);
     if (text === null) return null;
     try {
-      return recordIn(text);
+      return listsIn(text);
     } catch {
       localStorage.setItem(`${key} damaged`, text);
       localStorage.removeItem(key);
@@ -80,20 +83,25 @@ export function createKept(
     clearTimeout(timer);
     timer = undefined;
     if (!key) return;
+    unkept.set(key, listsOf(store.get()));
     try {
-      const theirs = read(key);
-      if (theirs) join(listsOf(theirs));
-      base = listsOf(store.get());
-      const record: Record = { start, view: view(), ...base };
-      localStorage.setItem(key, JSON.stringify({ version: 1, ...record }));
+      if (FIELDS.some((field) => store.get()[field] !== base[field])) {
+        const theirs = read(key);
+        if (theirs) join(theirs);
+        const own = listsOf(store.get());
+        localStorage.setItem(key, JSON.stringify({ version: 1, ...own }));
+        base = own;
+      }
+      unkept.delete(key);
+      const last: Last = { start, view: view() };
+      if (last.view) localStorage.setItem(viewOf(key), JSON.stringify(last));
     } catch (error) {
       const full = error instanceof DOMException && error.name === 'QuotaExceededError';
       problem(full ? FULL : FORBIDDEN);
     }
   };
   store.subscribe((state, before) => {
-    const fields = Object.keys(NOTHING) as (keyof Lists)[];
-    const made = fields.some((field) => state[field] !== before[field]);
+    const made = FIELDS.some((field) => state[field] !== before[field]);
     const moving = state.playing || state.live; // its end is written
     if (key && (made || !moving)) timer ??= setTimeout(write, SOON);
   });
@@ -102,7 +110,7 @@ export function createKept(
   addEventListener('storage', (event) => {
     if (!key || event.key !== key || event.newValue === null) return;
     try {
-      join(listsOf(recordIn(event.newValue)));
+      join(listsIn(event.newValue));
     } catch {
       // Whoever wrote that is told of it.
     }
@@ -112,47 +120,55 @@ export function createKept(
     of(scene, given) {
       if (timer !== undefined) write(); // for the scene before
       const [ownKey, ownStart] = [keyOf(scene), JSON.stringify(scene.start)];
-      let record: Record | null = null;
+      let [stored, last]: [Lists | null, Last | null] = [null, null];
       try {
-        record = read(ownKey);
+        [stored, last] = [read(ownKey), lastIn(localStorage.getItem(viewOf(ownKey)))];
       } catch {
         // Told when there is something that is lost.
       }
+      const found = unkept.get(ownKey) ?? stored;
       const asked = listsOf({ ...NOTHING, ...given });
-      const held = record ? listsOf(record) : NOTHING;
-      const again = record?.start === ownStart;
+      const held = found ?? NOTHING;
+      const again = last?.start === ownStart;
       const together = {
         poses: added(held.poses, asked.poses),
         favourites: [...new Set([...held.favourites, ...asked.favourites])],
-        folded: record ? held.folded : asked.folded,
+        folded: found ? held.folded : asked.folded,
       };
       return {
-        lists: again ? held : together,
-        view: again ? record!.view : '',
-        begin: () => ([key, start, base] = [ownKey, ownStart, held]),
+        lists: again && found ? held : together,
+        view: again ? last!.view : '',
+        begin: () => ([key, start, base] = [ownKey, ownStart, stored ?? NOTHING]),
       };
     },
   };
 }
 
-/** A rig is known by its title, its vertices and the names of its sliders. */
-function keyOf({ title, models }: Scene): string {
-  const [model] = models;
-  const names = model?.sliders.join('\n') ?? '';
-  let sum = 0x811c9dc5; // FNV-1a
-  for (const letter of names) sum = Math.imul(sum ^ letter.codePointAt(0)!, 0x01000193) >>> 0;
-  return `elastomorph ${title}, ${(model?.neutral.length ?? 0) / 3}, ${sum.toString(36)}`;
+/** A rig is known by its name and its vertices; targets may come and go. */
+function keyOf({ name, models }: Scene): string {
+  return `elastomorph ${name}, ${(models[0]?.neutral.length ?? 0) / 3}`;
+}
+
+function viewOf(key: string): string {
+  return `${key}, view`;
 }
 
 /** @throws Error where the text was not written by this page. */
-function recordIn(text: string): Record {
-  const found = JSON.parse(text) as Record;
-  const { poses, favourites, folded } = found;
+function listsIn(text: string): Lists {
+  const { poses, favourites, folded } = JSON.parse(text) as Lists;
   const refuse = (problem: string) => {
     throw new Error(problem);
   };
-  const lists = { ...NOTHING, ...understood({ poses, favourites, folded }, refuse) };
-  return { ...lists, start: String(found.start ?? ''), view: String(found.view ?? '') };
+  return { ...NOTHING, ...understood({ poses, favourites, folded }, refuse) };
+}
+
+function lastIn(text: string | null): Last | null {
+  try {
+    const found = JSON.parse(text ?? 'null') as Last | null;
+    return found && { start: String(found.start), view: String(found.view) };
+  } catch {
+    return null; // a view is soon made again
+  }
 }
 
 function listsOf({ poses, favourites, folded }: Lists): Lists {

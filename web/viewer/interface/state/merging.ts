@@ -23,18 +23,21 @@ export function merged<T>(
     if (was === undefined || !same(was, item)) return [item]; // theirs is new, or they changed it
     return now === undefined ? [] : [now];
   });
+  const present = byName(found, nameOf);
   for (const item of mine) {
     const name = nameOf(item);
-    const there = found.find((one) => nameOf(one) === name);
+    const there = present.get(name);
     const changed = !before.has(name) || !same(before.get(name), item);
     if (!changed || (there !== undefined && same(there, item))) continue;
-    found.push(there === undefined ? item : renamed(item, found));
+    const kept = there === undefined ? item : renamed(item, found);
+    found.push(kept);
+    present.set(nameOf(kept), kept);
   }
   return found;
 }
 
 function same(one: unknown, other: unknown): boolean {
-  return JSON.stringify(one) === JSON.stringify(other);
+  return one === other || JSON.stringify(one) === JSON.stringify(other);
 }
 
 function byName<T>(items: readonly T[], nameOf: (item: T) => string): Map<string, T> {

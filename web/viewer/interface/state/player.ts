@@ -83,7 +83,7 @@ export function createPlayer(store: Store, models: () => readonly Model[], sound
       // Sound has no way back, and nothing else that keeps time where it can be heard.
       const ends = played(clip, state.range);
       const clipTime = Math.min(ends[1], Math.max(ends[0], state.clipTime));
-      const heard = direction > 0 ? sound.follow({ ...state, clipTime }) : null;
+      const heard = direction > 0 ? sound.follow({ ...state, clipTime }, ends[1]) : null;
       if (heard === null) sound.hush();
       const passed = heard === null ? elapsed * state.speed : heard - clipTime;
       const step = advanced(clipTime, passed, direction, ends, state.repeat);

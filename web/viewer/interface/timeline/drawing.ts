@@ -7,7 +7,7 @@ export const RULER = 20;
 export const WAVE = 26;
 
 const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600];
-const APART = 64; // pixels between two numbers of the ruler
+const [APART, BESIDE] = [64, 12]; // pixels between two numbers of the ruler, and beside a long one
 const DENSE = 1.5; // frames a pixel above which a curve is drawn as the band it fills
 const KEYS_APART = 7; // pixels between frames from which keys are dots
 
@@ -24,7 +24,8 @@ export type Pen = CanvasRenderingContext2D;
 /** Numbers along the top. */
 export function drawRuler(pen: Pen, plot: Plot, { line, muted }: Colours): void {
   const [from, to] = plot.sight;
-  const least = ((to - from) / plot.width) * APART;
+  const apart = Math.max(APART, pen.measureText(`${to.toFixed(2)} s`).width + BESIDE);
+  const least = ((to - from) / plot.width) * apart;
   const step = STEPS.find((one) => one >= least) ?? STEPS.at(-1)!;
   const digits = step < 0.1 ? 2 : step < 1 ? 1 : 0;
   pen.fillStyle = muted;

@@ -16,6 +16,7 @@ interface Offer {
   readonly words: string;
   readonly unit: string;
   readonly amount: number; // to begin with
+  readonly bounds?: readonly [number, number];
   readonly edit: Edit;
 }
 
@@ -24,12 +25,14 @@ const EDITS: Readonly<Record<string, Offer>> = {
     words: 'Smooth',
     unit: 'frames',
     amount: 3,
+    bounds: [1, editing.STRONGEST],
     edit: (amount, ...where) => editing.smooth('gaussian', amount, ...where),
   },
   'savitzky-golay': {
     words: 'Smooth, keep peaks',
     unit: 'frames',
     amount: 4,
+    bounds: [2, editing.STRONGEST],
     edit: (amount, ...where) => editing.smooth('savitzky-golay', amount, ...where),
   },
   offset: { words: 'Offset', unit: '', amount: 0.1, edit: editing.offset },
@@ -45,7 +48,7 @@ export interface EditLine {
 export function createEdits({ store, scene }: Context, strip: Strip): EditLine {
   const curve = element('select', { 'aria-label': 'Curve', title: 'Curve that is edited' });
   const value = numberField('Value', {
-    step: 0.01,
+    ...{ step: 0.01, min: -editing.FARTHEST, max: editing.FARTHEST },
     title: 'Value of the curve at the frame shown',
   });
   const reach = numberField('Falloff', {
@@ -66,6 +69,8 @@ export function createEdits({ store, scene }: Context, strip: Strip): EditLine {
   const clip = () => clipNamed(scene()?.models ?? [], store.get());
   const replace = (of: Clip) => store.update({ takes: withTake(store.get().takes, of) });
   const renew = () => {
+    const [least = '', most = ''] = offer().bounds ?? [];
+    [amount.input.min, amount.input.max] = [String(least), String(most)];
     amount.input.value = String(offer().amount);
     amount.unit(offer().unit);
   };
@@ -83,7 +88,7 @@ export function createEdits({ store, scene }: Context, strip: Strip): EditLine {
       editing.edited(
         of,
         [slider],
-        editing.moveKey(frame, value.input.valueAsNumber, reach.value()),
+        editing.moveKey(frame, value.value(), reach.value()),
       ),
     );
   });
@@ -119,8 +124,7 @@ export function createEdits({ store, scene }: Context, strip: Strip): EditLine {
       if (curve.value !== kept) curve.value = kept;
       const track = of.tracks.get(kept);
       value.input.disabled = !track;
-      if (document.activeElement !== value.input)
-        value.input.value = track ? (track[nearestFrame(of, clipTime)] ?? 0).toFixed(3) : '';
+      value.show(track ? (track[nearestFrame(of, clipTime)] ?? 0).toFixed(3) : '');
     },
   };
 }

@@ -2,6 +2,7 @@
 import { element } from '../../../shared/element';
 import { wordsOf } from '../../../shared/start';
 import { clipNamed } from '../../rig/clips';
+import { inFile } from '../../takes/carrying';
 import type { Takes } from '../../takes/opening';
 import type { Recorder } from '../../takes/video/recording';
 import { takeAsCsv } from '../../takes/saving/csv';
@@ -29,7 +30,10 @@ export function createFiles(
       const clip = clipNamed(scene()?.models ?? [], state);
       if (!model || !clip) return;
       make(clip, model).then(
-        (blob) => download(`${clip.name}.${suffix}`, blob),
+        (blob) => {
+          download(`${clip.name}.${suffix}`, blob);
+          inFile(clip);
+        },
         (problem: unknown) => tell(wordsOf(problem)),
       );
     });
@@ -43,9 +47,7 @@ export function createFiles(
       openButton('Add sound…', 'audio/*,video/*', takes.open),
       save('Save CSV', 'The take as a table of weights', 'csv', async (clip) => takeAsCsv(clip)),
       save('Save GLB', 'The rig with the take as its animation', 'glb', takeAsGlb),
-      createVideo(context, recorder, (video) =>
-        download(`${store.get().clip ?? 'take'}.webm`, video),
-      ),
+      createVideo(context, recorder, (take, video) => download(`${take}.webm`, video)),
     ),
   };
 }

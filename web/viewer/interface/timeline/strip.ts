@@ -3,7 +3,7 @@ import { element } from '../../../shared/element';
 import { clipNamed, played, span } from '../../rig/clips';
 import { edited, moveKey } from '../../takes/editing';
 import { withTake } from '../../takes/opening';
-import type { Speaker } from '../../takes/sound';
+import { offsetOf, type Speaker } from '../../takes/sound';
 import type { Clip } from '../../types/model';
 import type { ViewState } from '../../types/state';
 import type { Context } from '../parts/part';
@@ -47,7 +47,7 @@ export function createStrip(
   let chosen = '';
   let reach = 0;
   let sight: Sight = [0, 1];
-  let sighted: Float32Array | null = null; // times of the take that is in sight
+  let sighted: Float64Array | null = null; // times of the take that is in sight
   let drawn: readonly unknown[] = [];
 
   const clip = () => clipNamed(scene()?.models ?? [], store.get());
@@ -92,14 +92,14 @@ export function createStrip(
     const others = moving(of).filter((name) => name !== chosen);
     const sound = speaker.of(of.name);
     const now = [
-      ...[plot.width, plot.height, ...sight, ...plot.values, state.soundOffset, sound],
+      ...[plot.width, plot.height, ...sight, ...plot.values, offsetOf(state), sound],
       ...[devicePixelRatio, colours.text, ...others.map((name) => of.tracks.get(name))],
     ];
     if (now.length !== drawn.length || now.some((one, i) => one !== drawn[i])) {
       drawn = now;
       const pen = penFor(still, plot);
       drawing.drawStill(pen, plot, of, others, colours);
-      if (sound) drawing.drawSound(pen, plot, sound, sound.begin + state.soundOffset, colours);
+      if (sound) drawing.drawSound(pen, plot, sound, sound.begin + offsetOf(state), colours);
     }
     const pen = penFor(front, plot);
     const track = of.tracks.get(chosen);

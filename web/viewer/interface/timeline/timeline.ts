@@ -1,10 +1,11 @@
 // The timeline of a take, which unfolds above the bar: its range, its sound, its curves, its files.
 import { element, setText } from '../../../shared/element';
-import { clipNamed, frameRate, played } from '../../rig/clips';
+import { grouped } from '../../files/container';
+import { clipNamed, frameRate, missed, played } from '../../rig/clips';
 import type { Takes } from '../../takes/opening';
 import type { Recorder } from '../../takes/video/recording';
 import { matchWords } from '../../takes/reading';
-import type { Speaker } from '../../takes/sound';
+import { offsetOf, type Speaker } from '../../takes/sound';
 import type { Clip } from '../../types/model';
 import type { ViewState } from '../../types/state';
 import type { Context, Part } from '../parts/part';
@@ -16,8 +17,7 @@ import { createStrip } from './strip';
 export interface Timeline extends Part {
   /** The button that unfolds it. */
   readonly opener: HTMLButtonElement;
-  open(open: boolean): void;
-  isOpen(): boolean;
+  toggle(): void;
 }
 
 /** Puts the in or the out point where the clock stands; the other gives way. */
@@ -63,7 +63,10 @@ export function createTimeline(
     ...{ step: 0.01, unit: 's' },
     title: 'Seconds that the sound begins after the take',
   });
-  offset.input.addEventListener('change', () => store.update({ soundOffset: offset.value() }));
+  offset.input.addEventListener('change', () => {
+    const { clip, soundOffsets } = store.get();
+    store.update({ soundOffsets: { ...soundOffsets, [clip ?? '']: offset.value() } });
+  });
   const whole = button('Whole', 'The whole take', () => store.update({ range: null }));
   const line = element(
     'div',
@@ -86,7 +89,8 @@ export function createTimeline(
     ...[line, strip.element, element('div', { class: 'take-lines' }, edits.element, files.element)],
   );
   let open = false;
-  let described: Clip | null = null; // the take whose match can be read
+  let described: Clip | null = null; // the take whose frames and match can be read
+  let frames = '';
   let opened: readonly unknown[] = [];
 
   const show = (state: ViewState) => {
@@ -103,25 +107,31 @@ export function createTimeline(
     const [first, last] = played(of, state.range);
     whole.disabled = state.range === null;
     const [start, end] = [first, last].map((seconds) => seconds.toFixed(2));
-    const frames = `${of.times.length.toLocaleString('en')} frames, ${Number(frameRate(of).toFixed(2))} fps`;
-    setText(about, state.range ? `${start}–${end} s` : frames);
     if (of !== described) {
       described = of;
+      frames = framesWords(of);
       about.title = matchWords(of, scene()?.models[state.shown[0] ?? 0]?.sliders ?? []);
     }
+    setText(about, state.range ? `${start}–${end} s` : frames);
     const heard = speaker.of(of.name);
     setText(sound, heard ? `♪ ${heard.name}` : '');
     offset.element.hidden = sound.hidden = !heard;
-    if (document.activeElement !== offset.input)
-      offset.input.value = String(Number(state.soundOffset.toFixed(3)));
+    offset.show(String(Number(offsetOf(state).toFixed(3))));
     strip.show(state);
     edits.show(state);
   };
-  const set = (next: boolean) => {
-    open = next;
+  const toggle = () => {
+    open = all.clientHeight === 0; // a sheet may hide it
     show(store.get());
+    if (open) unfolded();
   };
-  opener.addEventListener('click', () => set(!open));
+  opener.addEventListener('click', toggle);
   speaker.subscribe(() => show(store.get()));
-  return { element: all, opener, show, open: set, isOpen: () => open };
+  return { element: all, opener, show, toggle };
+}
+
+function framesWords(clip: Clip): string {
+  const missing = missed(clip);
+  const words = `${grouped(clip.times.length)} frames, ${Number(frameRate(clip).toFixed(2))} fps`;
+  return missing > 0 ? `${words}, ${grouped(missing)} missing` : words;
 }

@@ -18,15 +18,19 @@ const WALLS: Readonly<Record<string, boolean | null>> = {
   Dark: true,
 };
 
-/** @param save hears of a video that is whole */
+/**
+ * While it is recorded the dialogue stays, so that nothing behind it can change the picture.
+ *
+ * @param save hears of a video that is whole, and whose it is.
+ */
 export function createVideo(
-  { tell }: Context,
+  { store, tell }: Context,
   recorder: Recorder,
-  save: (video: Blob) => void,
+  save: (take: string, video: Blob) => void,
 ): HTMLElement {
   const size = choice('Size', Object.keys(SIZES));
   const wall = choice('Background', Object.keys(WALLS));
-  const begin = element('button', { type: 'button', class: 'primary' }, 'Record');
+  const begin = element('button', { type: 'button', class: 'primary' });
   const close = element('button', { type: 'button', 'aria-label': 'Close' }, icon('close'));
   const dialog = element(
     'dialog',
@@ -45,25 +49,34 @@ export function createVideo(
     { type: 'button', title: 'Record a video of the take' },
     'Video…',
   );
+  const show = (recording: boolean, words: string) => {
+    setText(begin, words);
+    size.input.disabled = wall.input.disabled = recording;
+  };
+  show(false, 'Record');
   close.addEventListener('click', () => dialog.close());
+  dialog.addEventListener('close', recorder.stop);
   button.addEventListener('click', () => {
-    if (recorder.recording()) recorder.stop();
-    else {
-      document.querySelector('main')!.append(dialog); // nothing around it hides it there
-      dialog.showModal();
-    }
+    document.querySelector('main')!.append(dialog); // nothing around it hides it there
+    dialog.showModal();
   });
-  begin.addEventListener('click', () => {
-    dialog.close();
+  begin.addEventListener('click', ({ detail }) => {
+    // The second click of two is none that stops what the first began.
+    if (recorder.recording()) return detail > 1 ? undefined : recorder.stop();
+    const take = store.get().clip ?? 'take';
     const options = {
       size: SIZES[size.input.value] ?? null,
       dark: WALLS[wall.input.value] ?? null,
     };
+    show(true, 'Stop');
     recorder
-      .record(options, (share) => setText(button, `Stop (${Math.floor(100 * share)} %)`))
-      .then((video) => video && save(video))
+      .record(options, (share) => show(true, `Stop (${Math.floor(100 * share)} %)`))
+      .then((video) => video && save(take, video))
       .catch((problem: unknown) => tell(wordsOf(problem)))
-      .finally(() => setText(button, 'Video…'));
+      .finally(() => {
+        dialog.close();
+        show(false, 'Record');
+      });
   });
   return button;
 }

@@ -20,6 +20,7 @@ uniform float bumpScale;
 uniform vec3 glowing;
 uniform float rough;
 uniform float metallic;
+uniform float shine; // of what is no metal, beside what is usual
 uniform float creaseDepth;
 uniform vec3 shadeTint;
 uniform vec2 edge; // of the shade: cosines to the light
@@ -77,7 +78,7 @@ vec3 dressed(vec3 colour, float open, vec3 n, vec3 v) {
   float roughness = clamp(rough * found.x, 0.05, 1.0);
   float metal = clamp(metallic * found.y, 0.0, 1.0);
   if (set[4] >= 0) open *= mix(1.0, texture(creases, at(4)).r, creaseDepth);
-  vec3 skin = inStudio(colour, mix(0.65, 0.06, roughness), max(roughness, 0.16), open, reached, n, v);
+  vec3 skin = inStudio(colour, shine * mix(0.65, 0.06, roughness), max(roughness, 0.16), open, reached, n, v);
   return toned(mix(skin, mirrored(colour, roughness, open, reached, n, v), metal) + own);
 }
 `;

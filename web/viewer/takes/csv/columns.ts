@@ -46,7 +46,8 @@ export function readColumns(table: Table): Recording {
     const units = unitsOf(header[time]!, names, times, weights);
     const seconds = times.map((own) => own * units.time);
     const scaled = weights.map((own, i) => own * units.weights[i % names.length]!);
-    return { names, times: seconds, weights: scaled, rate: rateOf(seconds), timecodes: [] };
+    const read = { names, times: seconds, weights: scaled, rate: rateOf(seconds), timecodes: [] };
+    return units.guessed ? { ...read, guessed: units.guessed } : read;
   } catch (problem) {
     refuseLine(name, 1, `${(problem as Error).message}.`);
   }
@@ -88,15 +89,21 @@ export function unitsOf(
   names: readonly string[],
   times: Float64Array,
   weights: Float64Array,
-): { time: number; weights: readonly number[] } {
+): { time: number; weights: readonly number[]; guessed?: string } {
   const inFull = names.map(() => 1);
   if (column.toLowerCase() === AS_IT_IS) return { time: 1, weights: inFull };
-  const milli = MILLISECONDS.includes(column.toLowerCase()) || inMilliseconds(times);
+  const named = MILLISECONDS.includes(column.toLowerCase());
+  const milli = named || inMilliseconds(times);
   const own = names.map((name) => !POSE.test(name));
   const percent = inPercent(names.map((_, j) => (own[j] ? largest(weights, j, names.length) : 0)));
+  const guesses = [
+    ...(milli && !named ? ['its times are taken for milliseconds'] : []),
+    ...(percent ? ['its weights are taken for percent'] : []),
+  ];
   return {
     time: milli ? 1e-3 : 1,
     weights: percent ? own.map((is) => (is ? 0.01 : 1)) : inFull,
+    guessed: guesses.join(' and '),
   };
 }
 

@@ -48,8 +48,9 @@ export async function takeAsGlb(clip: Clip, model: Model): Promise<Blob> {
 function animationOf(file: GltfDocument, grown: Growing, clip: Clip, model: Model): Entry {
   const { times } = clip;
   const weights = targetWeights(clip, model);
-  const ends = { min: [times[0]], max: [times.at(-1)] };
-  const input = accessor(grown, Float32Array.from(times), ends);
+  const seconds = Float32Array.from(times, (time) => time - times[0]!);
+  const ends = { min: [0], max: [seconds.at(-1)] };
+  const input = accessor(grown, seconds, ends);
   const columns = new Map(model.bender.targets.map((target, i) => [target, i]));
   const samplers: unknown[] = [];
   const channels: unknown[] = [];
@@ -57,8 +58,7 @@ function animationOf(file: GltfDocument, grown: Growing, clip: Clip, model: Mode
   file.items('nodes').forEach((node, number) => {
     if (!isEntry(node) || node['mesh'] === undefined) return;
     const mesh = file.item('meshes', node['mesh'], 'a node');
-    const primitive = file.list(mesh, 'primitives')[0];
-    const names = isEntry(primitive) ? targetNamesOf(file, mesh, primitive) : [];
+    const names = targetNamesOf(file, mesh);
     if (names.length === 0) return;
     if (!samplerOf.has(mesh)) {
       const places = names.map((target) => columns.get(target) ?? -1);

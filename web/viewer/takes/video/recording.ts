@@ -6,7 +6,7 @@ import type { Speaker } from '../sound';
 import { encodedSound, pictureEncoder } from './encoding';
 import { webm } from './webm';
 
-const FASTEST = 60; // frames a second
+const [SLOWEST, FASTEST] = [20, 60]; // frames a second
 const PART_OF_FRAME = 0.05; // that cameras run fast
 
 export interface VideoOptions {
@@ -73,7 +73,7 @@ export function createRecorder(
     const clip = clipNamed(scene()?.models ?? [], state);
     if (!clip) throw new Error('There is no take to record: open one first.');
     const [first, last] = played(clip, state.range);
-    const fps = Math.min(FASTEST, frameRate(clip));
+    const fps = framesASecond(frameRate(clip));
     const count = Math.floor(((last - first) / state.speed) * fps + PART_OF_FRAME) + 1;
     const restore = fitted(picture, size);
     if (wall !== null) stage.setDark(wall);
@@ -110,16 +110,23 @@ export function createRecorder(
   };
 }
 
-/** Gives the canvas so many pixels, shown no larger than the picture; how to take that back. */
+/** Those of a take, or so many times as many as move: an animation may have a key a second. */
+function framesASecond(rate: number): number {
+  return Math.min(FASTEST, rate * Math.ceil(SLOWEST / rate));
+}
+
+/**
+ * Gives the canvas so many pixels, or those that it has, whatever becomes of the window; it is shown
+ * no larger than the picture. Returns how to take that back.
+ */
 function fitted(picture: HTMLElement, size: VideoOptions['size']): () => void {
-  if (!size) return () => undefined;
   const before = picture.style.cssText;
   const ratio = Math.min(devicePixelRatio, 2); // as the stage draws
-  const [width, height] = size.map((pixels) => pixels / ratio) as [number, number];
   const { clientWidth, clientHeight } = picture;
-  const scale = Math.min(1, clientWidth / width, clientHeight / height);
-  const left = (clientWidth - scale * width) / 2;
-  const top = (clientHeight - scale * height) / 2;
+  const [width, height] = size?.map((pixels) => pixels / ratio) ?? [clientWidth, clientHeight];
+  const scale = Math.min(1, clientWidth / width!, clientHeight / height!);
+  const left = (clientWidth - scale * width!) / 2;
+  const top = (clientHeight - scale * height!) / 2;
   picture.style.cssText =
     `position: absolute; inset: auto; width: ${width}px; height: ${height}px; ` +
     `left: ${left}px; top: ${top}px; transform-origin: 0 0; transform: scale(${scale})`;
