@@ -8,10 +8,17 @@ import numpy as np
 import pytest
 
 import elastomorph as em
+from elastomorph.cli.demo import _tell
+from elastomorph.curves import CurveNetwork
+from elastomorph.errors import FormatError
+from elastomorph.evaluation.target_paths import TargetPath, TargetPaths
 from elastomorph.io import write
 from elastomorph.io.rig_folder import read_rig
+from elastomorph.model.morph import Choice
 from elastomorph.paths.auto import Auto
 from elastomorph.report.subject import rig_subject
+from elastomorph.report.walkthrough import Walkthrough
+from elastomorph.report.walkthrough_page import BeamTiming
 from scenes import ball
 
 
@@ -34,6 +41,20 @@ def test_a_rig_is_read_without_looking_for_its_paths(
     np.testing.assert_allclose(subject.targets["jawOpen"].vertices, moved.vertices, atol=1e-6)
 
 
+def test_the_jaw_is_what_opens_it_unless_that_is_empty() -> None:
+    """Avatars have shapes of all names of ARKit, some of which move nothing."""
+    mesh = ball()
+    wide = mesh.with_vertices(mesh.vertices * [1.2, 1, 1])
+    hidden = mesh.vertices.copy()
+    hidden[:2] *= 0.1  # far, but few
+    for name, jaw in (("JawOpen", wide), ("jawOpen", mesh)):
+        targets = {"hide": mesh.with_vertices(hidden), name: jaw, "joy": wide}
+        rig = em.Rig(mesh, targets, method="linear")
+        assert rig_subject("rig.glb", rig).jaw == ("joy" if jaw is mesh else name)
+    with pytest.raises(FormatError, match=r"rig\.glb: there are no targets in it"):
+        rig_subject("rig.glb", em.Rig(mesh, {}))
+
+
 @pytest.mark.parametrize(
     ("place", "command"),
     [
@@ -47,3 +68,20 @@ def test_the_command_keeps_what_a_file_holds_beside_the_face(place: str, command
     mesh = ball()
     rig = em.Rig(mesh, {"grow": mesh.with_vertices(mesh.vertices * 1.1)}, method="linear")
     assert rig_subject(place, rig).command == command
+
+
+def test_what_is_told_at_the_console_keeps_the_brackets_of_names(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """They are no markup."""
+    mesh, name = ball(), "brow[red]Up"
+    rig = em.Rig(mesh, {name: mesh.with_vertices(mesh.vertices * [1, 1.2, 1])}, method="linear")
+    path = TargetPath(name, Choice(0.01, 5e-4), 2, 8, 0.0, 0)
+    beam, paths = BeamTiming(name, 0.0), TargetPaths(1.0, (path,))
+    nothing = CurveNetwork((), len(mesh.vertices))
+    found = Walkthrough(rig_subject("rig.glb", rig), nothing, paths, [], None, [], beam, [])
+    _tell(found, 1.0, Path("out"))
+    said = capsys.readouterr().out
+    assert "on 0 curves, 1 target\n" in said
+    assert "in-between would pay for brow[red]Up." in said
+    assert "Of 1 target, the quadratic beam" in said

@@ -35,6 +35,9 @@ PATHS = TargetPaths(
 )
 
 
+EMPTY = (TargetPath("cheekPuff", Choice(0.0, 5e-4), 0, 0, 0.0, 0, empty=True),)
+
+
 def subject_of(evaluation: Evaluation) -> Subject:
     truth = evaluation.truth
     return Subject("ball", truth.mesh, {"sneer": truth.target}, {}, "grow", take=truth, unit="cm")
@@ -91,7 +94,7 @@ def test_every_target_is_in_the_table(evaluation: Evaluation, tmp_path: Path) ->
 
 
 def test_each_target_is_told_what_to_do_with_it(evaluation: Evaluation, tmp_path: Path) -> None:
-    """0.011 of 12 cm is 0.132 cm; 87,744 bytes are 88 kB."""
+    """0.011 of 12 cm is 0.132 cm, 0.0025 of them 0.03 cm. What pictures mean stands before them."""
     section = advised(evaluation, tmp_path).all("section")[0]
     said = [each.text for each in section.all("p") if each.attributes.get("class") == "headline"]
     assert said == ["Bend 2 targets, sculpt an in-between for 1 of them and keep 1 straight."]
@@ -102,11 +105,30 @@ def test_each_target_is_told_what_to_do_with_it(evaluation: Evaluation, tmp_path
         [card.one("b").text, *(e.text for e in card.all("span"))] for card in section.all("li")
     ]
     assert cards == [
-        ["jawOpen", "0.132\u00a0cm, +2 targets, 88\u00a0kB"],
-        ["eyeBlink", "0.0240\u00a0cm, +1 target, 5\u00a0kB"],
+        ["jawOpen", "0.132\u00a0cm, +2 targets"],
+        ["eyeBlink", "0.0240\u00a0cm, +1 target"],
         ["sneer"],
     ]
     assert "sneer" in section.one("details").text
+    assert "more than 0.0300\u00a0cm (0.250\u00a0% of D) off" in section.text
+    assert "[inbetweens.jawOpen]" in section.text
+
+
+def test_where_nobody_knows_the_unit_shares_of_d_are_told(evaluation: Evaluation) -> None:
+    """A name of any letters is a key of TOML in quotation marks."""
+    named = replace(PATHS.targets[0], name="jaw open")
+    grey = {"jaw open": Picture("", np.zeros((2, 2, 3), np.uint8), "", "")}
+    content = advice(
+        TargetPaths(12.0, (named, *EMPTY)), grey, replace(subject_of(evaluation), unit="")
+    ).content
+    assert content["scale"] == "0.250\u00a0% of D"
+    pays, empty = content["groups"]  # type: ignore[misc]
+    assert pays["shown"][0]["words"] == "1.10\u00a0% of D, +2 targets"
+    assert '[inbetweens."jaw open"]' in pays["then"]
+    assert [empty["title"], *(each["name"] for each in empty["folded"])] == [
+        "Empty: 1",
+        "cheekPuff",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -117,6 +139,8 @@ def test_each_target_is_told_what_to_do_with_it(evaluation: Evaluation, tmp_path
         (PATHS.targets[1:2], "Bend 1 target."),
         (PATHS.targets[2:], "Keep 1 target straight."),
         (PATHS.targets[2:] * 3, "Keep all 3 targets straight."),
+        (EMPTY * 2, "2 targets move nothing."),
+        (PATHS.targets[2:] + EMPTY, "Keep 1 target straight; 1 target moves nothing."),
     ],
 )
 def test_the_headline_is_a_sentence_for_every_rig(

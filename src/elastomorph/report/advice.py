@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 import numpy as np
+import tomlkit
 
 from elastomorph.draw.framing import camera_for
 from elastomorph.draw.pictures import heat_colours
@@ -63,14 +63,9 @@ class TargetPictures:
             self._stage.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._stage is not None:
-            self._stage.__exit__(kind, error, trace)
+            self._stage.__exit__(*error)
 
 
 @dataclass(frozen=True)
@@ -81,39 +76,52 @@ class _Group:
     why: str
     targets: Sequence[TargetPath]
     folded: bool = False
+    then: str = ""  # What to do next, below the pictures
 
 
 def advice(paths: TargetPaths, pictures: Mapping[str, Picture], subject: Subject) -> Section:
     """The first section: in a sentence, then group by group with a picture of each target."""
+    empty = [target for target in paths.targets if target.empty]
     pays = [target for target in paths.targets if target.inbetween_pays]
     bend = [t for t in paths.targets if not t.choice.straight and not t.inbetween_pays]
-    keep = [t for t in paths.targets if t.choice.straight and not t.inbetween_pays]
-    most = f"{100 * INBETWEEN_PAYS:g}{SPACE}% of D"
+    keep = [t for t in paths.targets if t.choice.straight and not t.inbetween_pays and not t.empty]
+    # A share tells more than a length in a unit that nobody knows.
+    lengths = Lengths(paths.extent or None if subject.unit else None, subject.unit)
     groups = [
         _Group(
             f"Bend, and sculpt an in-between: {len(pays)}",
-            f"Halfway the bent path is more than {most} off the straight line, or polygons turn "
-            "over. Which way is right only a sculpted or scanned shape at t = 0.5 can say.",
+            f"Halfway the bent path is more than {lengths(INBETWEEN_PAYS)} off the straight line, "
+            "or polygons turn over. Only a shape sculpted or scanned there can say which is right.",
             pays,
+            then=_sculpted(pays),
         ),
         _Group(f"Bend: {len(bend)}", "The path turns what turns. Nothing to sculpt.", bend),
         _Group(f"Keep straight: {len(keep)}", "A bend would change nothing one sees.", keep, True),
+        _Group(f"Empty: {len(empty)}", "They move nothing: sculpt or remove them.", empty, True),
     ]
-    lengths = Lengths(paths.extent or None, subject.unit)
     coloured = any(target.bends and target.name in pictures for target in paths.targets)
     content = {
-        "headline": _headline(len(pays), len(bend), len(keep)),
+        "headline": _headline(len(pays), len(bend), len(keep), len(empty)),
         "cost": _cost(paths),
         "command": subject.command if any(target.bends for target in paths.targets) else "",
         "groups": [_shown(group, pictures, lengths) for group in groups if group.targets],
-        "scale": most if coloured else "",
-        "colours": "How far the bent path is off the straight line at t = 0.5, on the target; the "
-        "length is the most.",
+        "scale": lengths.plain(INBETWEEN_PAYS) if coloured else "",
+        "colours": "How far at t = 0.5 the bent path is off the straight line; below each picture "
+        "the most. D is the extent of all that the targets move.",
     }
     return Section("advice", "What to do with each target", content)
 
 
-def _headline(pays: int, bend: int, keep: int) -> str:
+def _sculpted(pays: Sequence[TargetPath]) -> str:
+    """How an in-between comes into the rig."""
+    key = tomlkit.key(pays[0].name).as_string() if pays else ""
+    return (
+        f"Name what you sculpt in elastomorph.toml, under [inbetweens.{key}] and the like, and the "
+        "paths go through it."
+    )
+
+
+def _headline(pays: int, bend: int, keep: int, empty: int) -> str:
     said = []
     if pays + bend:
         said.append(f"bend {counted(pays + bend, 'target')}")
@@ -123,7 +131,10 @@ def _headline(pays: int, bend: int, keep: int) -> str:
     if keep:
         every = f"{'all ' if keep > 1 else ''}{counted(keep, 'target')}"
         said.append(f"keep {keep if said else every} straight")
-    text = listed(said) if said else "there are no targets"
+    text = listed(said) if said else "" if empty else "there are no targets"
+    if empty:
+        moving = f"{counted(empty, 'target')} {'moves' if empty == 1 else 'move'} nothing"
+        text = f"{text}; {moving}" if text else moving
     return f"{text[0].upper()}{text[1:]}."
 
 
@@ -151,6 +162,7 @@ def _shown(group: _Group, pictures: Mapping[str, Picture], lengths: Lengths) -> 
     return {
         "title": group.title,
         "why": group.why,
+        "then": group.then,
         "shown": cards[:first],
         "folded": cards[first:],
         "folded_words": "Show them" if group.folded else f"{len(cards) - first} more",
@@ -158,10 +170,10 @@ def _shown(group: _Group, pictures: Mapping[str, Picture], lengths: Lengths) -> 
 
 
 def _words(target: TargetPath, lengths: Lengths) -> str:
-    """Such as "0.13 cm, +2 targets, 88 kB"."""
+    """Such as "0.13 cm, +2 targets"."""
     said = [lengths.plain(target.choice.distance)]
     if target.bends:
-        said.append(f"+{counted(target.bends, 'target')}, {target.bytes / 1000:.0f}{SPACE}kB")
+        said.append(f"+{counted(target.bends, 'target')}")
     if target.flips:
         said.append(f"{counted(target.flips, 'polygon')} turned over")
     return ", ".join(said)

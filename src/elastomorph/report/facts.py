@@ -13,6 +13,7 @@ from elastomorph.evaluation.words import counted, listed, significant
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
+from elastomorph.numbers import first_few
 from elastomorph.paths import Method
 from elastomorph.report.document import Section
 
@@ -147,10 +148,7 @@ def _motion_words(truth: MeshSequence, about: About) -> str:
 
 
 def _missing_words(truth: MeshSequence) -> str:
-    names = truth.missing
-    shown = ", ".join(names[:_NAMED])
-    more = f" and {len(names) - _NAMED:,} more" if len(names) > _NAMED else ""
     return (
-        f"the numbering leaves out {shown}{more}; the frames there are keep the times of their "
-        "numbers"
+        f"the numbering leaves out {first_few(truth.missing, _NAMED)}; the frames there are keep "
+        "the times of their numbers"
     )

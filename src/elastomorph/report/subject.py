@@ -11,13 +11,19 @@ from numpy.typing import NDArray
 
 from elastomorph.bending.character import BENDABLE
 from elastomorph.draw.head import head_of
+from elastomorph.errors import FormatError
 from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
+from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig
+from elastomorph.rig.performance.naming import shape_of
 from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
 __all__ = ["Subject", "built_in_subject", "rig_subject"]
+
+_MOVES = 0.005
+"""Of the extent of what targets move: a vertex that is moved less is carried along."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +35,7 @@ class Subject:
         neutral: The face at rest.
         targets: Single shapes by name.
         expressions: The paper's five, or what the rig has of them.
-        jaw: Name of the target that opens the jaw, or of the one that moves most.
+        jaw: Name of the target that opens the jaw, or of the one that moves most of the face.
         take: A recorded mesh sequence, where there is one.
         rigid_parts: Parts that turn rigidly with the jaw: the only ground truth a rig holds.
         unit: Unit of the coordinates, or an empty string where nobody knows it.
@@ -68,11 +74,17 @@ def built_in_subject() -> Subject:
 
 
 def rig_subject(place: str | Path, rig: Rig) -> Subject:
-    """A rig that was read from a file or a folder."""
+    """A rig that was read from a file or a folder.
+
+    Raises:
+        FormatError: It has no targets.
+    """
     place = Path(place)
+    if not rig.names:
+        raise FormatError(place, "there are no targets in it; name a rig with shapes to judge")
     neutral = rig.neutral
     targets = {name: morph.target for name, morph in rig.morphs.items()}
-    jaw = "jawOpen" if "jawOpen" in targets else _farthest(neutral, targets)
+    jaw = _jaw(neutral, targets)
     return Subject(
         place.stem if place.is_file() else place.name or place.resolve().name,
         neutral,
@@ -93,5 +105,13 @@ def _command(source: str) -> str:
     return f"elastomorph export {shlex.quote(source)} -o bent.glb"
 
 
-def _farthest(neutral: Mesh, targets: dict[str, Mesh]) -> str:
-    return max(targets, key=lambda name: abs(targets[name].vertices - neutral.vertices).max())
+def _jaw(neutral: Mesh, targets: dict[str, Mesh]) -> str:
+    """The target called so, unless it is empty, as avatars have some; else the widest one."""
+    least = _MOVES * moved_extent(neutral.vertices, (each.vertices for each in targets.values()))
+
+    def widely(name: str) -> int:
+        away = np.linalg.norm(targets[name].vertices - neutral.vertices, axis=1)
+        return int(np.count_nonzero(away > least))
+
+    called = next((name for name in targets if shape_of(name) == "jawOpen"), None)
+    return called if called is not None and widely(called) else max(targets, key=widely)

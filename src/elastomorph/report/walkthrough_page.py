@@ -12,7 +12,7 @@ from elastomorph.draw.pictures import Image, write_picture
 from elastomorph.draw.strips import expression_strip
 from elastomorph.evaluation import Evaluation, suggest_inbetweens
 from elastomorph.evaluation.shape import ClosureSeam
-from elastomorph.evaluation.words import listed, percent
+from elastomorph.evaluation.words import counted, listed, percent
 from elastomorph.model.morph import Morph
 from elastomorph.report import About, Picture, write_report
 from elastomorph.report.document import Section, document, write_page
@@ -88,17 +88,17 @@ def truth_words(subject: Subject) -> str:
         )
     degrees = math.degrees(parts.screw.angle)
     return (
-        f"Compared are the {parts.components} parts ({len(parts.vertices):,} vertices) that turn "
-        f"rigidly with {subject.jaw}, by {degrees:.1f}°, on paths of the whole face, whose D all "
-        "errors are in. Their arc is known, their timing is not: only errors with free timing "
-        "count."
+        f"Compared is what turns rigidly with {subject.jaw}, by {degrees:.1f}°, "
+        f"{counted(parts.components, 'part')} ({len(parts.vertices):,} vertices), on paths of the "
+        "whole face, whose D all errors are in. The arc is known, the timing is not: only errors "
+        "with free timing count."
     )
 
 
 def beam_words(beam: BeamTiming, targets: int) -> str:
     """How far the quadratic beam takes another way than the ease of its own timing."""
     return (
-        f"Of {targets} targets, the quadratic beam differs from the ease t² by at most "
+        f"Of {counted(targets, 'target')}, the quadratic beam differs from the ease t² by at most "
         f"{percent(beam.distance)} ({beam.name}, t = 0.5): with these materials it changes when a "
         "shape arrives, hardly the way it takes."
     )
