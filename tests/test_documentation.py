@@ -18,6 +18,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 import types
 from collections.abc import Iterator
 from pathlib import Path
@@ -205,6 +206,18 @@ ROOMS = (
     *("bending", "character", "curves", "doctor", "draw", "evaluation", "fitting", "physics"),
     *("report", "rivals", "samples", "viewer"),
 )
+
+
+def test_the_quick_start_names_what_is_installed() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    page = (DOCS / "quick-start.md").read_text(encoding="utf-8")
+    needed = {re.match(r"[\w-]+", line)[0] for line in project["dependencies"]}  # type: ignore[index]
+    paragraph = next(text for text in page.split("\n\n") if "nothing beyond" in text).lower()
+    assert not {name for name in needed if name not in paragraph}
+    rows = re.findall(r"^\| (`.+?`) \|", page, re.MULTILINE)
+    assert set(re.findall(r"`(\w+)`", " ".join(rows))) == {*project["optional-dependencies"]} - {
+        "dev"
+    }
 
 
 def test_every_public_name_is_in_the_api_reference_once() -> None:

@@ -13,7 +13,7 @@ from needs import extra
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
-FORMULA = re.compile(r"\$\$(.+?)\$\$", re.DOTALL)
+FORMULA = re.compile(r"\$\$(.+?)\$\$|(?<![$`\w])\$([^$`\s][^$`\n]*?)\$(?![$\w])", re.DOTALL)
 TAG = re.compile(r"\\tag\{(\d+)\}")
 
 
@@ -29,7 +29,8 @@ def mathml(monkeypatch: pytest.MonkeyPatch):  # type: ignore[no-untyped-def]
 
 
 def formulas(page: Path) -> list[str]:
-    return FORMULA.findall(page.read_text(encoding="utf-8"))
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return [block or inline for block, inline in FORMULA.findall(text)]
 
 
 def test_every_formula_becomes_mathml(mathml) -> None:  # type: ignore[no-untyped-def]
@@ -40,6 +41,22 @@ def test_every_formula_becomes_mathml(mathml) -> None:  # type: ignore[no-untype
         assert root.tag.endswith("math")
         words = "".join(root.itertext())
         assert not [left for left in ("\\", "&", "tag") if left in words], formula
+
+
+def test_the_font_that_comes_along_has_every_sign(mathml) -> None:  # type: ignore[no-untyped-def]
+    """Also the slanted ones that browsers set single letters in."""
+    from fontTools.ttLib import TTFont
+
+    font = TTFont(DOCS / "static" / "stix-two-math.woff")
+    signs = set()
+    for page in PAGES:
+        for formula in formulas(page):
+            text = mathml.as_mathml(formula, block=True)
+            signs |= set("".join(ElementTree.fromstring(text).itertext()))
+    slanted = {chr(0x1D434 + k) for k in range(52)} - {"\U0001d455"} | {"\u210e"}
+    assert {"\u02c6", "φ"} < signs
+    assert not {sign for sign in signs | slanted if ord(sign) not in font.getBestCmap()}
+    assert "MATH" in font
 
 
 def test_what_is_not_understood_is_refused(mathml) -> None:  # type: ignore[no-untyped-def]

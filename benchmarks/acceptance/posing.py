@@ -152,7 +152,9 @@ class Scene:
         else:
             below = {child for node in nodes for child in node.get("children", [])}
             roots = [number for number in range(len(nodes)) if number not in below]
-        waiting = [(root, np.eye(4)) for root in reversed(roots)]
+        # Characters of VRM 0.x look backwards.
+        way = -1.0 if "VRM" in self.file.document.get("extensions", {}) else 1.0
+        waiting = [(root, np.diag([way, 1.0, way, 1.0])) for root in reversed(roots)]
         while waiting:
             number, above = waiting.pop()
             world = above @ local(nodes[number], number, pose)

@@ -14,6 +14,8 @@ from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
 _TAG = re.compile(r"\s*\\tag\{(\w+)\}")
+# The converter's hat is a sign of text, which fonts draw lower than the one above a letter.
+_CARET, _HAT = "<mo>&#x0005E;</mo>", "<mo>&#x002C6;</mo>"
 _CITED = re.compile(r"Eqs?\. (\d+)")
 
 
@@ -28,7 +30,7 @@ def as_mathml(formula: str, *, block: bool) -> str:
     found = convert(text, display="block" if block else "inline")
     if left := re.search(r"\\[A-Za-z]+|<mi>&</mi>|<m\w+>\\", found):
         raise ValueError(f"the formula {text!r} cannot be set: what does {left[0]!r} mean?")
-    return found
+    return found.replace(_CARET, _HAT)
 
 
 def _inline(writer: HTML5Translator, node: nodes.math) -> None:
