@@ -18,6 +18,7 @@ from calls import status_of as run
 import elastomorph as em
 from children import started
 from elastomorph.io.gltf.clips import read_weight_clips
+from elastomorph.io.gltf.primitives import read_primitives
 from elastomorph.rig import Rig
 from elastomorph.samples import expressions, head, shapes
 from elastomorph.viewer import ViewerServer
@@ -297,6 +298,25 @@ def test_a_glb_of_others_is_bent_and_keeps_its_clips(
         (clip,) = read_weight_clips(tmp_path / "shown.glb", rig.sliders)
         assert clip.name == "jawOpen"
         np.testing.assert_allclose(clip.weights[:, 0], clip.times, atol=1e-6)
+
+
+@pytest.mark.parametrize("methods", [(), ("linear", "rotation", "beam:2")])
+def test_a_character_is_read_once(
+    small: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, methods: tuple[str, ...]
+) -> None:
+    """For all of its methods: with many targets, reading takes as long as finding paths."""
+    character = write_foreign_glb(tmp_path / "face.glb", small)
+    read: list[object] = []
+
+    def counted(file: Any, placed: Any) -> Any:
+        read.append(file.path)
+        return read_primitives(file, placed)
+
+    monkeypatch.setattr("elastomorph.io.gltf.reader.read_primitives", counted)
+    named = [word for method in methods for word in ("--method", method)]
+    assert run("view", character, *named, "-o", tmp_path / "page.html") == 0
+    assert len(read) == 1
+    assert len(written(tmp_path / "page.html")[1]) == max(1, len(methods))
 
 
 def test_a_compressed_glb_of_ours_is_unpacked_for_the_page(small: Rig, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ on the same arc.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -66,28 +66,32 @@ class Face:
     meshes: tuple[FaceMesh, ...]
 
     @classmethod
-    def read(cls, file: GltfFile, *, whole: bool = False) -> Face:
-        """The face in a file.
-
-        Args:
-            file: The file.
-            whole: Whether everything else that the scene shows is a part of it, as it is of
-                `elastomorph.io.gltf.read_glb`.
-        """
+    def read(cls, file: GltfFile) -> Face:
+        """The face in a file."""
         require_known_extensions(file)
         with naming_file(file.path):
-            shown = placed_meshes(file)
-            placed: dict[int, PlacedMesh] = {}
-            for own in shown:  # of several nodes with one mesh, the first places it
-                placed.setdefault(own.number, own)
-            wanted = [own for own in placed.values() if _target_count(file, own.number)]
-            if not (wanted or whole):
+            wanted = _with_targets(file, placed_meshes(file))
+            if not wanted:
                 file.refuse(
                     "none of its meshes has morph targets (blend shapes, shape keys), so there is "
                     "nothing to bend; export it with them"
                 )
-            meshes = read_meshes(file, shown if whole else wanted)
-            rig = rig_of(file, meshes)
+            meshes = read_meshes(file, wanted)
+            return cls._of(file, meshes, rig_of(file, meshes), wanted)
+
+    @classmethod
+    def of(cls, file: GltfFile, meshes: Sequence[ReadMesh], rig: Rig) -> Face:
+        """The face in a file of which some meshes were read, and the rig that they are together.
+
+        Those without targets are a part of the rig, as of `elastomorph.io.gltf.read_glb`.
+        """
+        with naming_file(file.path):
+            return cls._of(file, meshes, rig, _with_targets(file, [own.placed for own in meshes]))
+
+    @classmethod
+    def _of(
+        cls, file: GltfFile, meshes: Sequence[ReadMesh], rig: Rig, wanted: Sequence[PlacedMesh]
+    ) -> Face:
         starts = np.cumsum([0, *(len(own.part.mesh.vertices) for own in meshes)])
         found = [
             _face_mesh(file, own, start)
@@ -117,6 +121,14 @@ class Face:
         return Rig(
             welding.neutral, bare.morphs, correctives=sliders.correctives, groups=sliders.groups
         )
+
+
+def _with_targets(file: GltfFile, shown: Sequence[PlacedMesh]) -> list[PlacedMesh]:
+    """Those of some meshes that have targets, each once."""
+    placed: dict[int, PlacedMesh] = {}
+    for own in shown:  # of several nodes with one mesh, the first places it
+        placed.setdefault(own.number, own)
+    return [own for own in placed.values() if _target_count(file, own.number)]
 
 
 def _target_count(file: GltfFile, number: int) -> int:

@@ -32,13 +32,17 @@ class Character:
     @classmethod
     def read(cls, path: str | Path) -> Character:
         """The character in a file; of a bent one the original."""
-        file = open_gltf(path)
+        return cls.of(open_gltf(path))
+
+    @classmethod
+    def of(cls, file: GltfFile) -> Character:
+        """The character in a file that is open; of a bent one the original."""
         if "extras" in file.document and not isinstance(file.document["extras"], dict):
             file.refuse("'extras' of the document are no object, so nothing can be kept in them")
         if not is_bent(file):
             return cls(file)
         document, chunk = undone(file)
-        return cls(GltfFile(path, document, chunk, file.size, file.rest), was_bent=True)
+        return cls(GltfFile(file.path, document, chunk, file.size, file.rest), was_bent=True)
 
     @property
     def is_glb(self) -> bool:

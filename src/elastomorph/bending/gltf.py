@@ -6,7 +6,6 @@ import copy
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,6 @@ from elastomorph.bending.files import (
     referred,
     require_output,
     write_character,
-    written_glb,
 )
 from elastomorph.bending.gaps import fill_gaps
 from elastomorph.bending.meshes import MeshEdit, spaces_of
@@ -33,16 +31,13 @@ from elastomorph.errors import FormatError
 from elastomorph.io.atomic import size_of
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.untrusted import naming_file
-from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
-from elastomorph.rig import Rig
-from elastomorph.rig.welding import Welding
 
-__all__ = ["bend_gltf", "glb_with_paths", "unbend_gltf"]
+__all__ = ["CharacterEdit", "bend_gltf", "of_bounded_depth", "unbend_gltf"]
 
-_FEWEST = 1e-5
-_KEYS_TOLERANCE = 1e-4
+FEWEST = 1e-5
+KEYS_TOLERANCE = 1e-4
 
 Methods = str | Method | Mapping[str, str | Method] | None
 
@@ -61,7 +56,7 @@ def bend_gltf(
 ) -> BendReport:
     """Bend a .glb, .vrm or .gltf file; without an output, only say what would come of it."""
     say(f"reading {path}")
-    with _of_bounded_depth(path):
+    with of_bounded_depth(path):
         character = Character.read(path)
     if output is not None:
         require_output(character, output)
@@ -69,7 +64,7 @@ def bend_gltf(
     say("finding paths")
     # Half of an error is that of the path as it is baked, half what fewer bends leave of it.
     half = None if tolerance is None else as_number(tolerance, "the tolerance", above=0) / 2
-    fewest = _FEWEST if half is None else half
+    fewest = FEWEST if half is None else half
     plan = make_plan(
         face.moving(),
         method,
@@ -81,57 +76,16 @@ def bend_gltf(
         meshes=_meshes(face),
         say=say,
     )
-    with _of_bounded_depth(path):
-        edit = _Edit(character, face, plan, fewest)
+    with of_bounded_depth(path):
+        edit = CharacterEdit(character, face, plan, fewest)
         edit.add_bends(say)
-        edit.add_clips(_KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
+        edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
         return edit.written(output, say)
-
-
-def glb_with_paths(path: str | Path, rig: Rig) -> bytes:
-    """A character's own file in memory, all of it, with the paths of a rig that was read from it.
-
-    Raises:
-        FormatError: It is no GLB, was bent by others, or the rig is not all that it shows.
-    """
-    with _of_bounded_depth(path):
-        character = Character.read(path)
-        if not character.is_glb:
-            raise FormatError(path, "expected a .glb or .vrm file")
-        face = Face.read(character.file, whole=True)
-        own, given = ((len(r.neutral.vertices), list(r.morphs)) for r in (face.rig, rig))
-        own_sliders, sliders = face.rig.sliders, rig.sliders
-        if (own, own_sliders.correctives, own_sliders.groups) != (
-            given,
-            sliders.correctives,
-            sliders.groups,
-        ):
-            raise FormatError(path, "the rig is not that of the whole file")
-        if not any(len(morph.bends) for morph in rig.morphs.values()):
-            return written_glb(character, character.file.document, character.chunk)
-        welding = face.welding
-        morphs = {name: _welded(welding, morph) for name, morph in rig.morphs.items()}
-        edit = _Edit(character, face, make_plan(Rig(welding.neutral, morphs)), _FEWEST)
-        edit.add_bends(lambda _: None)
-        edit.add_clips(_KEYS_TOLERANCE, lambda _: None)
-        return edit.glb()
-
-
-def _welded(welding: Welding, morph: Morph) -> Morph:
-    """The path of a whole face, where its vertices are welded."""
-    scale = morph.neutral.diameter / (welding.neutral.diameter or 1.0)
-    return replace(
-        morph,
-        neutral=welding.neutral,
-        target=welding.mesh(morph.target),
-        bends=morph.bends[:, welding.first],
-        bake_error=morph.bake_error * scale,
-    )
 
 
 def unbend_gltf(path: str | Path, output: str | Path) -> None:
     """Write the original of a bent .glb, .vrm or .gltf file."""
-    with _of_bounded_depth(path):
+    with of_bounded_depth(path):
         character = Character.read(path)
     if not character.was_bent:
         raise FormatError(
@@ -142,7 +96,7 @@ def unbend_gltf(path: str | Path, output: str | Path) -> None:
 
 
 @contextmanager
-def _of_bounded_depth(path: str | Path) -> Iterator[None]:
+def of_bounded_depth(path: str | Path) -> Iterator[None]:
     """Refuse a document that is nested deeper than Python calls itself."""
     try:
         yield
@@ -168,7 +122,7 @@ def _accessors(file: GltfFile, face: Face) -> Iterator[Any]:
                 yield from (own for own in target.values() if type(own) is int)
 
 
-class _Edit:
+class CharacterEdit:
     """A copy of a document on its way to being bent."""
 
     def __init__(self, character: Character, face: Face, plan: Plan, tolerance: float) -> None:
@@ -243,10 +197,10 @@ class _Edit:
             write_character(character, output, document, chunk, beside)
         return self._report(output, size)
 
-    def glb(self) -> bytes:
-        """The file itself; nothing in it undoes the bends."""
+    def glb(self) -> tuple[dict[str, Any], bytes | None]:
+        """The document of the file itself, of which nothing undoes the bends, and its chunk."""
         chunk, _ = self._with_buffers(None)
-        return written_glb(self._character, self._document, chunk)
+        return self._document, chunk
 
     def _with_buffers(self, output: str | Path | None) -> tuple[bytes | None, dict[str, bytes]]:
         """The binary chunk, and files beside the output, with the bytes of bends behind theirs."""

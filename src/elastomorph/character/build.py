@@ -32,6 +32,7 @@ def rig_from_settings(
     *,
     cache: bool | str | Path | None = True,
     say: Callable[[str], None] = lambda _: None,
+    stored: Rig | None = None,
 ) -> Rig:
     """The rig of a character.
 
@@ -40,6 +41,7 @@ def rig_from_settings(
         cache: Where the finished rig is kept, as for `elastomorph.io.rig_folder.read_rig_folder`.
             One that was not made from exactly these files and settings is not used.
         say: Told what is being done.
+        stored: What is in the rig file, where it was read already.
 
     Returns:
         The rig; its morphs in the order of the names of their files, or of the rig file.
@@ -55,10 +57,16 @@ def rig_from_settings(
         settings.require_names(sources.targets)
     place = RigCache.of(cache, settings.path.parent, _what_paths_depend_on(settings))
     files = {file: str(file) for file in sources.all}
-    return read_or_build(place, files, settings.path, lambda: _built(settings, sources, say), say)
+
+    def built() -> Rig:
+        return _built(settings, sources, stored, say)
+
+    return read_or_build(place, files, settings.path, built, say)
 
 
-def _built(settings: Settings, sources: Sources, say: Callable[[str], None]) -> Rig:
+def _built(
+    settings: Settings, sources: Sources, stored: Rig | None, say: Callable[[str], None]
+) -> Rig:
     """Of meshes; or a rig file, its paths made anew where the settings state a method."""
     if sources.rig is None:
         say(f"reading {sources.main.name}")
@@ -66,7 +74,8 @@ def _built(settings: Settings, sources: Sources, say: Callable[[str], None]) -> 
         rig = bare_rig(neutral, read_targets(neutral, sources.targets, say))
     else:
         say(f"reading {sources.rig}")
-        rig = rig_as_stored(sources.rig, mesh=settings.character.mesh or None)
+        own = settings.character.mesh or None
+        rig = rig_as_stored(sources.rig, mesh=own) if stored is None else stored
         settings.require_names(rig.morphs)
     maker = PathMaker(settings, rig.neutral, extent_of(rig))
     morphs: dict[str, Morph] = {}

@@ -6,12 +6,13 @@ import time
 from contextlib import nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.output import print_json, progress
+from elastomorph.cli.faces import face_file
+from elastomorph.cli.output import Say, print_json, progress
 from elastomorph.cli.verb import AsJson, verb
 
 if TYPE_CHECKING:
@@ -76,21 +77,14 @@ def live(
       elastomorph live rig.glb --replay take.csv
     """
     from elastomorph.io.performance import read_performance
-    from elastomorph.live import LivePage, Replay, require_possible
+    from elastomorph.live import Replay, require_possible
 
     require_possible(listen, port, record)
     with progress(as_json) as say:
         take = None if replay is None else read_performance(replay)
-        source = options.NamedRig.of(rig, settings, method, mesh)
-        page = LivePage(
-            source.full(say),
-            name=Path(rig).stem,
-            host=listen,
-            port=port,
-            page_port=page_port,
-            subject=subject,
-            record=record,
-        )
+        where = {"host": listen, "port": port, "page_port": page_port}
+        named = options.NamedRig.of(rig, settings, method, mesh)
+        page = _page(named, rig, say, subject=subject, record=record, **where)
     sender = nullcontext() if take is None else Replay(take, page.port)
     try:
         # Ctrl-C is how one leaves, and a recording must end well then.
@@ -106,6 +100,16 @@ def live(
             print_json(asdict(outcome))
         else:
             typer.echo(outcome.text())
+
+
+def _page(named: options.NamedRig, name: str, say: Say, **how: Any) -> LivePage:
+    """The page of a rig; what was read of it is given back but for what the page needs."""
+    from elastomorph.live import LivePage
+    from elastomorph.viewer.file_scenes import read_scene
+
+    face = face_file(named, name, say)
+    shown = read_scene([face], say=say)
+    return LivePage(face.rig, name=face.title, scene=shown, **how)
 
 
 def _say_where(page: LivePage, open_browser: bool, as_json: bool) -> None:

@@ -186,8 +186,11 @@ class NamedRig:
 
         return rig_as_stored(**self._source(say))
 
-    def full(self, say: Say, only: str | None = None) -> Rig:
-        """The rig with its paths, or the targets that ``only`` names, separated by commas."""
+    def full(self, say: Say, only: str | None = None, *, stored: Rig | None = None) -> Rig:
+        """The rig with its paths, or the targets that ``only`` names, separated by commas.
+
+        Where it was read already, as it is stored, it is not read again.
+        """
         from elastomorph.io.rig_folder import read_rig
         from elastomorph.rig.build import with_paths
 
@@ -196,7 +199,10 @@ class NamedRig:
 
             if self.mesh and self.settings.character.rig is None:
                 raise ParameterError(f"--mesh is for rig files; {self.settings.path} names meshes")
-            return _chosen(rig_from_settings(self.followed or self.settings, say=say), only)
+            followed = self.followed or self.settings
+            return _chosen(rig_from_settings(followed, say=say, stored=stored), only)
+        if only is None and stored is not None:
+            return with_paths(stored, self.method, say=say)
         if only is None:
             return read_rig(**self._source(say), method=self.method, say=say)
         # Some methods take a second a target: only those wanted are given their paths.

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from elastomorph.cli import completion, options
+from elastomorph.cli.faces import face_file
 from elastomorph.cli.output import Say, print_json, progress
 from elastomorph.cli.verb import AsJson, verb
 from elastomorph.errors import ParameterError
@@ -122,15 +124,11 @@ def _scene(
 
     # The targets are what counts if methods are named: the straight lines cost nothing.
     method = "linear" if methods else None
-    named = {file: options.NamedRig.of(file, settings, method, mesh) for file in files}
-    followed = named[files[0]].settings
+    named = [options.NamedRig.of(file, settings, method, mesh) for file in files]
+    followed = named[0].settings
     unit = unit or (followed.character.unit if followed else None) or ""
-
-    def read(file: str) -> Rig:
-        return named[file].full(say)
-
-    own = bool(mesh) or settings is not None
-    return read_scene(files, methods, unit=unit, read=read, say=say, chosen=own)
+    faces = [face_file(own, file, say) for own, file in zip(named, files, strict=True)]
+    return read_scene(faces, methods, unit=unit, say=say)
 
 
 def _services(
@@ -160,7 +158,8 @@ def _services(
         return rig_as_stored(followed.file(rig), mesh=followed.character.mesh or None)
 
     def scene(rig: Rig) -> Scene:
-        return read_scene(files, unit=unit, read=lambda _: rig, chosen=True)
+        face = face_file(named, files[0], lambda _: None)
+        return read_scene([replace(face, read=lambda _: rig, settled=True)], unit=unit)
 
     bench = MethodBench(Subject(named.full, stored, scene, followed), shelf)
     return {**services, **bench.services()}

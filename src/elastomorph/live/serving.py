@@ -48,6 +48,8 @@ class LivePage:
         page_port: Port of the page; a free one for 0, for None as for the viewer's `serve`.
         subject: Name or id of the phone to show; the first that sends by default.
         record: A file (.csv) to record to; none is recorded without it.
+        scene: What the page shows of the rig; the rig anew by default, without colours and normals
+            of vertices that its file may have.
 
     Raises:
         ParameterError: No weight of ARKit drives a slider of the rig, or an address or port cannot
@@ -66,6 +68,7 @@ class LivePage:
         page_port: int | None = 0,
         subject: str | None = None,
         record: str | Path | None = None,
+        scene: Scene | None = None,
     ) -> None:
         require_possible(host, port, record)
         self.session = Session(rig.names, subject, None if record is None else Path(record))
@@ -80,7 +83,8 @@ class LivePage:
             made.callback(self._receiver.close)
             self._pages = Pages(self.session)
             made.callback(self._pages.close)
-            self.server = serve(_live_scene(rig, name), page_port, {"live": self._pages.address})
+            shown = replace(scene or rig_scene(rig, name=name), start={"live": True})
+            self.server = serve(shown, page_port, {"live": self._pages.address})
             made.pop_all()
         self._pages.admit_page(self.server.port)
 
@@ -109,7 +113,3 @@ class LivePage:
 
     def __exit__(self, *error: object) -> None:
         self._open.close()
-
-
-def _live_scene(rig: Rig, name: str) -> Scene:
-    return replace(rig_scene(rig, name=name), start={"live": True})

@@ -23,7 +23,9 @@ from elastomorph.errors import ElastomorphError, FileError, FormatError, Paramet
 from elastomorph.io import read_rig
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes
 from elastomorph.rig import Rig
+from elastomorph.rig.build import with_paths
 from elastomorph.viewer.answers import Offer, Sent, Work, model_file
+from elastomorph.viewer.face_files import FaceFile, gltf_in
 from elastomorph.viewer.file_scenes import read_scene
 from elastomorph.viewer.methods import MethodBench, Subject
 from elastomorph.viewer.scene import Scene
@@ -69,16 +71,12 @@ class Uploads:
             return {"scene": self._shelved(scene, services)}
 
     def _scene(self, path: Path, root: Path, say: Say) -> tuple[Scene, Mapping[str, Work]]:
-        rigs: list[Rig] = []
-
-        def read(_: str) -> Rig:
-            rigs.append(_rig(path, root, say))
-            return rigs[0]
-
-        scene = read_scene([str(path)], read=read, say=say)
-        if not rigs:
+        face = _face(path, root, say)
+        scene = read_scene([face], say=say)
+        if face.shown_as_it_is() is not None:
             return scene, {}
-        subject = Subject(lambda _: rigs[0], lambda _: rigs[0], lambda _: scene, None)
+        rig = face.rig
+        subject = Subject(lambda _: rig, lambda _: rig, lambda _: scene, None)
         return scene, MethodBench(subject, self._shelf).services()
 
     def _shelved(self, scene: Scene, services: Mapping[str, Work]) -> dict[str, Any]:
@@ -96,11 +94,18 @@ class Uploads:
         return found
 
 
-def _rig(path: Path, root: Path, say: Say) -> Rig:
-    """The rig in what was sent; nothing of it is kept, for its place will be another's."""
+def _face(path: Path, root: Path, say: Say) -> FaceFile:
+    """The face in what was sent; nothing of it is kept, for its place will be another's."""
     settings = find_settings(path) if path.is_dir() else None
     if settings is None:
-        return read_rig(path, say=say, **({"cache": None} if path.is_dir() else {}))
+        more = {"cache": None} if path.is_dir() else {}
+
+        def read(stored: Rig | None) -> Rig:
+            if stored is not None:
+                return with_paths(stored, say=say)
+            return read_rig(path, say=say, **more)
+
+        return FaceFile(str(path), read, gltf_in(path))
     found = read_settings(settings)
     for file in find_sources(found).all:
         if not file.resolve().is_relative_to(root):
@@ -109,7 +114,13 @@ def _rig(path: Path, root: Path, say: Say) -> Rig:
                 f"it names {file.name}, which is not among the files that were opened; open the "
                 "folder that holds them all, or run 'elastomorph view' with it",
             )
-    return rig_from_settings(found, cache=None, say=say)
+    character = found.character
+
+    def follow(stored: Rig | None) -> Rig:
+        return rig_from_settings(found, cache=None, say=say, stored=stored)
+
+    gltf = None if character.rig is None else gltf_in(found.file(character.rig))
+    return FaceFile(str(path), follow, gltf, character.mesh, settled=True)
 
 
 def _listed(sent: Sent) -> dict[PurePosixPath, int]:

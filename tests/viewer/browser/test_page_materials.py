@@ -20,6 +20,9 @@ from test_skins import QUARTERS, colours
 from visiting import FRAME, Visit, empty_page, settled, wait
 
 from cards import BLUE, FLAT, GREEN, RED, WHITE, image_of
+from elastomorph.cli.faces import face_file
+from elastomorph.cli.options import NamedRig
+from elastomorph.viewer.face_files import FaceFile
 from elastomorph.viewer.file_scenes import read_scene
 from gltf_builder import GltfBuilder
 
@@ -102,10 +105,14 @@ def toon(**fields: Any) -> dict[str, Any]:
     return {"pbrMetallicRoughness": base, "extensions": {TOON: flat}}
 
 
-def test_a_character_looks_the_same_through_both_doors(
-    page: Page, visit: Visit, tmp_path: Path
+@pytest.mark.parametrize("door", ["vrm", "gltf", "mesh", "settings"])
+def test_a_character_looks_the_same_through_all_doors(
+    page: Page, visit: Visit, tmp_path: Path, door: str
 ) -> None:
-    """A card of VRM 0.x, which looks along -Z: both the page and the command turn it around."""
+    """A card of VRM 0.x, which looks along -Z: both the page and the command turn it around.
+
+    Its colours and normals are those of its vertices, which only the file itself has.
+    """
     cards = Cards()
     cards.json["extensions"] = {"VRM": {"materialProperties": [{}]}}
     colours_of = np.float32([[0, 1, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1], [1, 0, 0, 1]])
@@ -114,11 +121,28 @@ def test_a_character_looks_the_same_through_both_doors(
     move = cards.accessor(np.float32([[0, 0, 0], [0, 0, 0], [0, 0.2, 0], [0, 0.2, 0]]))
     cards.json["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": move}]
     dropped = seen(page, cards, tmp_path)
-    character = cards.write(tmp_path / "card.glb").rename(tmp_path / "card.vrm")
-    served = visit(read_scene([str(character)]), size=FRAME)
+    served = visit(read_scene([through(door, cards, tmp_path)]), size=FRAME)
     assert colours(picture(served), QUARTERS) == dropped
     assert dropped[0][0] > dropped[0][1] + 40, "the upper half is red"
     assert dropped[2][1] > dropped[2][0] + 40, "the lower half is green"
+
+
+def through(door: str, cards: Cards, folder: Path) -> FaceFile:
+    """The first of some cards as the command line names it."""
+    cards.json["nodes"][0]["name"] = "card"
+    mesh = None
+    if door == "mesh":  # another card, nearer to the camera, is not meant
+        mesh = ["card"]
+        cards.card({}, POSITION=BACKWARDS["POSITION"] - np.float32([0, 0, 0.5]))
+    name = "card.gltf" if door == "gltf" else "card.glb"
+    place = cards.write(folder / name)
+    if door == "vrm":
+        place = place.rename(folder / "card.vrm")
+    if door == "settings":
+        place = folder / "elastomorph.toml"
+        words = f'[character]\nrig = "{name}"\n\n[groups]\nall = ["*"]\n'
+        place.write_text(words, encoding="utf-8")
+    return face_file(NamedRig.of(str(place), mesh=mesh), str(place), lambda _: None)
 
 
 def test_colours_of_vertices_tint_the_base(page: Page, tmp_path: Path) -> None:

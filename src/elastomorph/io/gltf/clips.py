@@ -26,7 +26,7 @@ from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig.sliders import Sliders
 
-__all__ = ["MovedWeights", "WeightClip", "moved_weights", "read_weight_clips"]
+__all__ = ["MovedWeights", "WeightClip", "moved_weights", "read_weight_clips", "weight_clips"]
 
 Floats = NDArray[np.float64]
 
@@ -103,9 +103,13 @@ def read_weight_clips(path: str | Path, sliders: Sliders) -> list[WeightClip]:
         FileError: The file cannot be read.
         FormatError: An animation is damaged.
     """
-    file = open_gltf(path)
+    return weight_clips(open_gltf(path), sliders)
+
+
+def weight_clips(file: GltfFile, sliders: Sliders) -> list[WeightClip]:
+    """As `read_weight_clips`, of a file that is open."""
     found = []
-    with naming_file(path), np.errstate(all="ignore"):
+    with naming_file(file.path), np.errstate(all="ignore"):
         folds = _folds(file)
         for number, animation in enumerate(file.items("animations")):
             if not isinstance(animation, dict):

@@ -220,7 +220,11 @@ class GltfFile:
 
 def open_gltf(path: str | Path) -> GltfFile:
     """Open a .glb or .gltf file; which of them it is, its first bytes tell."""
-    content = read_bytes(path)
+    return gltf_of(path, read_bytes(path))
+
+
+def gltf_of(path: str | Path, content: bytes) -> GltfFile:
+    """What a .glb or .gltf file is that has this content."""
     text, chunk, rest = content, None, None
     if content.startswith(_MAGIC):
         text, chunk, rest = _chunks(path, content)

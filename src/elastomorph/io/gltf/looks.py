@@ -8,7 +8,7 @@ from typing import Any
 from elastomorph.io.gltf.finish import finish_json
 from elastomorph.model.appearance import Material, Texture
 
-__all__ = ["Looks"]
+__all__ = ["Looks", "image_kind"]
 
 _WRAPS = {"repeat": 10497, "mirror": 33648, "clamp": 33071}
 _NEAREST, _LINEAR, _MIPMAPS = 9728, 9729, 9987
@@ -87,7 +87,7 @@ class Looks:
 
     def _shown(self, texture: Texture) -> dict[str, Any] | None:
         """How a material shows a texture; None for one without an image that glTF knows."""
-        kind = _kind(texture.image)
+        kind = image_kind(texture.image)
         if kind is None:
             return None
         self._images.setdefault(texture.image, kind)
@@ -111,7 +111,8 @@ class Looks:
         return shown
 
 
-def _kind(content: bytes) -> str | None:
+def image_kind(content: bytes) -> str | None:
+    """The media type of an image that glTF knows, by how it begins."""
     for start, kind in _KINDS:
         if content.startswith(start):
             return kind

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -23,6 +23,7 @@ class PlacedMesh:
     names: tuple[str, ...]  # Of the node and of the mesh, as far as they have any; at least one
     whole: Placement  # Where all of its vertices are, unless a skin says it of each
     skin: Skin | None = None  # The joints that hold its vertices, where they differ
+    node: int | None = None  # Number of the node; None for a mesh that no node shows
 
     def placement(
         self, file: GltfFile, attributes: dict[str, Any], count: int, of: str
@@ -40,7 +41,7 @@ def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
     node does not count. A document without scenes, or without nodes that show a mesh, gives all its
     meshes. Characters of VRM 0.x, which look backwards, are turned around.
     """
-    found: list[tuple[dict[str, Any], NDArray[np.float64]]] = []
+    found: list[tuple[int, dict[str, Any], NDArray[np.float64]]] = []
     root = _root(file)
     worlds: dict[int, NDArray[np.float64]] = {}
     waiting = [(node, root) for node in reversed(_roots(file))]
@@ -52,12 +53,15 @@ def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
         worlds[number] = world = above @ _transform(file, node, number)
         if "mesh" in node:
             file.budget.spend_objects(1)
-            found.append((node, world))
+            found.append((number, node, world))
         children = file.list_in(node, "children", f"node {number}")
         waiting += [(child, world) for child in reversed(children)]
     if found:
         skins: dict[Any, Skin] = {}
-        return [_placed(file, node, world, worlds, skins) for node, world in found]
+        return [
+            replace(_placed(file, node, world, worlds, skins), node=number)
+            for number, node, world in found
+        ]
     count = len(file.items("meshes"))
     file.budget.spend_objects(count)
     return [_placed(file, {"mesh": number}, root, worlds, {}) for number in range(count)]

@@ -29,7 +29,14 @@ from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
 
-__all__ = ["ReadMesh", "read_glb", "read_meshes", "require_known_extensions", "rig_of"]
+__all__ = [
+    "ReadMesh",
+    "read_glb",
+    "read_meshes",
+    "require_known_extensions",
+    "rig_of",
+    "wanted_meshes",
+]
 
 # What they say is of materials, images, lights, sounds or behaviour: no vertex depends on it.
 _HARMLESS = (
@@ -73,7 +80,7 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
     file = open_gltf(path)
     require_known_extensions(file)
     with naming_file(path), np.errstate(all="ignore"):
-        return rig_of(file, read_meshes(file, _chosen(file, wanted)))
+        return rig_of(file, read_meshes(file, wanted_meshes(file, wanted)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +122,8 @@ def rig_of(file: GltfFile, meshes: Sequence[ReadMesh]) -> Rig:
     return Rig(neutral, morphs, correctives=correctives, groups=groups)
 
 
-def _chosen(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
+def wanted_meshes(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
+    """The meshes of the scene that have one of some names; all where none is given."""
     placed = placed_meshes(file)
     if not wanted:
         return placed

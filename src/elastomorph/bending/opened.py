@@ -1,0 +1,184 @@
+"""A character that was read once: its rig, and its own file with the paths that a rig was given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastomorph.bending.face import Face, FaceMesh
+from elastomorph.bending.files import Character, written_glb
+from elastomorph.bending.gltf import FEWEST, KEYS_TOLERANCE, CharacterEdit, of_bounded_depth
+from elastomorph.bending.plan import make_plan
+from elastomorph.bending.standalone import showing_only, standalone
+from elastomorph.errors import FormatError
+from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.reader import (
+    ReadMesh,
+    read_meshes,
+    require_known_extensions,
+    rig_of,
+    wanted_meshes,
+)
+from elastomorph.io.untrusted import naming_file
+from elastomorph.model.morph import Morph
+from elastomorph.rig import Rig
+from elastomorph.rig.sliders import Sliders
+from elastomorph.rig.welding import Welding
+
+__all__ = ["OpenedCharacter"]
+
+# How far a path may be off at the copies of a vertex along seams, as a fraction of the diameter.
+_ALIKE = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedCharacter:
+    """A .glb, .vrm or .gltf file, or some meshes of it.
+
+    Attributes:
+        file: Its document and buffers.
+        names: Of the meshes that are meant; all that its scene shows where there are none.
+        meshes: What was read of them.
+        rig: What they are together, as `elastomorph.io.gltf.read_glb` gives it.
+    """
+
+    file: GltfFile
+    names: tuple[str, ...]
+    meshes: tuple[ReadMesh, ...]
+    rig: Rig
+
+    @classmethod
+    def of(cls, file: GltfFile, names: Sequence[str] = ()) -> OpenedCharacter:
+        """The meshes of these names in a file that is open.
+
+        Raises:
+            FormatError: It is damaged, or has no mesh of a name.
+        """
+        meshes, rig = _read(file, names)
+        return cls(file, tuple(names), tuple(meshes), rig)
+
+    @classmethod
+    def read(cls, path: str | Path, names: Sequence[str] = ()) -> OpenedCharacter:
+        """The meshes of these names in a file."""
+        return cls.of(open_gltf(path), names)
+
+    def glb(self, rig: Rig) -> bytes:
+        """The file as one of chunks with everything inside, in memory, with the paths of a rig.
+
+        Args:
+            rig: The rig of the file with other paths, and with groups and correctives of its own.
+
+        Raises:
+            ElastomorphError: The file was bent by others, a part of it is missing, or the rig is
+                not that of these meshes.
+        """
+        with of_bounded_depth(self.file.path):
+            face, character = self._face, self._character
+            own, given = ((len(r.neutral.vertices), list(r.morphs)) for r in (face.rig, rig))
+            if own != given:
+                raise FormatError(self.file.path, "the rig is not that of its meshes")
+            document, chunk = character.file.document, character.chunk
+            if any(len(morph.bends) for morph in rig.morphs.values()):
+                welding = face.welding
+                morphs = {name: _welded(welding, morph) for name, morph in rig.morphs.items()}
+                plan = make_plan(Rig(welding.neutral, morphs))
+                edit = CharacterEdit(character, face, plan, FEWEST)
+                edit.add_bends(lambda _: None)
+                edit.add_clips(KEYS_TOLERANCE, lambda _: None)
+                document, chunk = edit.glb()
+            return written_glb(character, _with_sliders(document, face, rig.sliders), chunk)
+
+    @cached_property
+    def _character(self) -> Character:
+        """What the page is handed, without the bends that were in it: numbers are as in the file.
+
+        Other meshes than those that are meant are in it still, but no node shows them.
+        """
+        whole = Character.of(self.file)
+        own = whole.file
+        if self.names:
+            with naming_file(own.path):
+                own = showing_only(own, {each.node for each in wanted_meshes(own, self.names)})
+        own = standalone(own)
+        own.draco = None if whole.was_bent else self.file.draco
+        return replace(whole, file=own)
+
+    @cached_property
+    def _face(self) -> Face:
+        own = self._character
+        if own.was_bent:
+            return Face.of(own.file, *_read(own.file, self.names))
+        return Face.of(own.file, self.meshes, self.rig)
+
+
+def _read(file: GltfFile, names: Sequence[str]) -> tuple[Sequence[ReadMesh], Rig]:
+    require_known_extensions(file)
+    with naming_file(file.path):
+        meshes = read_meshes(file, wanted_meshes(file, names))
+        return meshes, rig_of(file, meshes)
+
+
+def _welded(welding: Welding, morph: Morph) -> Morph:
+    """The path of a whole face, where its vertices are welded."""
+    diameter = morph.neutral.diameter
+    bends = morph.bends[:, welding.first]
+    for whole, own in zip(morph.bends, welding.fields(bends), strict=True):
+        if np.abs(whole - own).max(initial=0.0) > _ALIKE * diameter:
+            raise FormatError(
+                "" if morph.neutral.source is None else morph.neutral.source.path,
+                "a path differs from one side of a seam to the other",
+            )
+    return replace(
+        morph,
+        neutral=welding.neutral,
+        target=welding.mesh(morph.target),
+        bends=bends,
+        bake_error=morph.bake_error * diameter / (welding.neutral.diameter or 1.0),
+    )
+
+
+def _with_sliders(document: dict[str, Any], face: Face, sliders: Sliders) -> dict[str, Any]:
+    """A document whose meshes have these groups and correctives, in place of those of the file."""
+    wanted = {
+        "correctives": ("drivers", sliders.correctives),
+        "groups": ("members", sliders.groups),
+    }
+    known = face.rig.sliders
+    if (known.correctives, known.groups) == (sliders.correctives, sliders.groups):
+        return document
+    meshes = list(document["meshes"])
+    holders = {mesh.number: _described(meshes[mesh.number], mesh) for mesh in face.meshes}
+    for kind, (inner, lists) in wanted.items():
+        for entry in holders.values():
+            entry[kind] = []
+        for name, members in lists.items():
+            _holder(face, holders, {name, *members} if kind == "correctives" else {*members})[
+                kind
+            ].append({"name": name, inner: [*members]})
+    for number, entry in holders.items():
+        extras = {**meshes[number].get("extras", {}), "elastomorph": entry}
+        meshes[number] = {**meshes[number], "extras": extras}
+    return {**document, "meshes": meshes}
+
+
+def _described(entry: Mapping[str, Any], mesh: FaceMesh) -> dict[str, Any]:
+    """What a mesh says of its paths; that they are straight where it says nothing."""
+    stored = entry.get("extras", {}).get("elastomorph")
+    if isinstance(stored, dict):
+        return dict(stored)
+    straight = {"method": "linear", "bake_error": 0.0, "choice": None, "bends": []}
+    named = [{"name": mesh.morph_of.get(name, name), "target": name} for name in mesh.names]
+    return {"version": 1, "morphs": [own | straight for own in named]}
+
+
+def _holder(face: Face, holders: Mapping[int, dict[str, Any]], names: set[str]) -> dict[str, Any]:
+    """What the first mesh that has all sliders of some names says: there they are understood."""
+    for mesh in face.meshes:
+        if names <= {mesh.morph_of.get(name, name) for name in mesh.names}:
+            return holders[mesh.number]
+    raise FormatError(face.file.path, "no mesh has all sliders of a group")
