@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from placing import NAMES, click, dots, opened, saved, seen_dots, write_photograph
+from test_looks import LOW
 from visiting import DESK, PHONE, Visit
 
 from elastomorph.viewer import ViewerServer
@@ -64,6 +65,20 @@ def test_a_narrow_window_holds_everything(visit: Visit, server: ViewerServer) ->
     assert page.locator(f".point[data-name={NAMES[-1]}]").is_visible()
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
     assert page.get_by_role("button", name="Finish").is_visible()
+
+
+def test_for_fingers(visit: Visit, server: ViewerServer) -> None:
+    """Everything that is pressed is high enough, and a point can be taken away again."""
+    page = visit.blank(server.address, size=PHONE, has_touch=True, is_mobile=True)
+    opened(page, "IMG_1.jpg")
+    page.touchscreen.tap(*map(float, seen_dots(page)[0]))
+    cross = page.get_by_role("button", name="Remove Nose tip here")
+    cross.wait_for()
+    assert page.evaluate(LOW) == []
+    cross.tap()
+    cross.wait_for(state="hidden")
+    page.get_by_role("button", name="Keys").tap()
+    assert page.evaluate(LOW) == []
 
 
 def test_keys_are_listed(visit: Visit, server: ViewerServer) -> None:
