@@ -7,7 +7,8 @@ export const RULER = 20;
 export const WAVE = 26;
 
 const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600];
-const [APART, BESIDE] = [64, 12]; // pixels between two numbers of the ruler, and beside a long one
+const APART = 64; // pixels between two numbers of the ruler, at least
+const FLAG = 12; // pixels beside a tick that the flag of an in point takes
 const DENSE = 1.5; // frames a pixel above which a curve is drawn as the band it fills
 const KEYS_APART = 7; // pixels between frames from which keys are dots
 
@@ -24,8 +25,8 @@ export type Pen = CanvasRenderingContext2D;
 /** Numbers along the top. */
 export function drawRuler(pen: Pen, plot: Plot, { line, muted }: Colours): void {
   const [from, to] = plot.sight;
-  const apart = Math.max(APART, pen.measureText(`${to.toFixed(2)} s`).width + BESIDE);
-  const least = ((to - from) / plot.width) * apart;
+  const wide = pen.measureText(`${to.toFixed(2)} s`).width + FLAG;
+  const least = ((to - from) / plot.width) * Math.max(APART, wide);
   const step = STEPS.find((one) => one >= least) ?? STEPS.at(-1)!;
   const digits = step < 0.1 ? 2 : step < 1 ? 1 : 0;
   pen.fillStyle = muted;
@@ -36,7 +37,7 @@ export function drawRuler(pen: Pen, plot: Plot, { line, muted }: Colours): void 
     const x = Math.round(xOf(plot, i * step)) + 0.5;
     pen.moveTo(x, RULER - 5);
     pen.lineTo(x, plot.height);
-    pen.fillText(`${(i * step).toFixed(digits)} s`, x + 3, 12);
+    if (x + wide <= plot.width) pen.fillText(`${(i * step).toFixed(digits)} s`, x + FLAG, 12);
   }
   pen.stroke();
 }
@@ -130,7 +131,7 @@ export function drawChosen(
   }
 }
 
-/** The in and the out point, and a veil over what they leave out. */
+/** The in and the out point, and a veil over the curves that they leave out: numbers stay readable. */
 export function drawRange(
   pen: Pen,
   plot: Plot,
@@ -140,8 +141,8 @@ export function drawRange(
   const [start, end] = range.map((seconds) => xOf(plot, seconds));
   pen.fillStyle = ground;
   pen.globalAlpha = 0.6;
-  pen.fillRect(0, 0, Math.max(0, start!), plot.height);
-  pen.fillRect(end!, 0, Math.max(0, plot.width - end!), plot.height);
+  pen.fillRect(0, RULER, Math.max(0, start!), plot.height);
+  pen.fillRect(end!, RULER, Math.max(0, plot.width - end!), plot.height);
   pen.globalAlpha = 1;
   pen.fillStyle = accent;
   for (const [x, way] of [

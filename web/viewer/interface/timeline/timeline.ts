@@ -1,5 +1,6 @@
 // The timeline of a take, which unfolds above the bar: its range, its sound, its curves, its files.
 import { element, setText } from '../../../shared/element';
+import { icon } from '../../../shared/icons';
 import { grouped } from '../../files/container';
 import { clipNamed, frameRate, missed, played } from '../../rig/clips';
 import type { Takes } from '../../takes/opening';
@@ -42,7 +43,7 @@ export function createTimeline(
   const { store, scene } = context;
   const clip = (state: ViewState) => clipNamed(scene()?.models ?? [], state);
   const near = element('input', {
-    ...{ type: 'range', class: 'near', min: 0, max: 1, step: 0.01, value: 0 },
+    ...{ type: 'range', min: 0, max: 1, step: 0.01, value: 0 },
     ...{ 'aria-label': 'Zoom of the timeline', title: 'Zoom (wheel)' },
   });
   const strip = createStrip(context, speaker, (share) => {
@@ -73,7 +74,8 @@ export function createTimeline(
     { class: 'range-line' },
     button('In', 'Begin here ({)', () => mark(context, 'in')),
     button('Out', 'End here (})', () => mark(context, 'out')),
-    ...[whole, about, sound, offset.element, near],
+    ...[whole, about, sound, offset.element],
+    element('label', { class: 'near' }, icon('search'), near),
   );
   const opener = element(
     'button',
