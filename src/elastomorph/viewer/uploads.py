@@ -82,7 +82,7 @@ class Uploads:
     def _shelved(self, scene: Scene, services: Mapping[str, Work]) -> dict[str, Any]:
         self._number += 1
         forgotten = f"opened-{self._number - _MOST_SCENES}/"
-        for name in [name for name in self._shelf if name.startswith(forgotten)]:
+        for name in [name for name in list(self._shelf) if name.startswith(forgotten)]:
             del self._shelf[name]
         place = f"opened-{self._number}/"
         addresses = [f"{place}model-{number}.glb" for number in range(len(scene.models))]
