@@ -55,6 +55,11 @@ class Stage:
         self.live, self._stack = live, stack
         self.phone = self.another("iPhone")
 
+    def stop_the_clock(self, ahead: float = 0.0) -> None:
+        """From now on no time passes for the session, but for these seconds."""
+        now = self.live.session._clock() + ahead
+        self.live.session._clock = lambda: now
+
     def another(self, name: str) -> Phone:
         phone = Phone(self.live.port, name)
         self._stack.callback(phone.close)
@@ -81,7 +86,7 @@ def says(page: Page, words: str) -> None:
 
 def follows(page: Page, faces: Faces, **wanted: float) -> None:
     """Waits for these weights, and compares the face with what the rig makes of them."""
-    until = time.monotonic() + 10
+    until = time.monotonic() + 60
     while state(page)["weights"] != pytest.approx(wanted, abs=1e-4):
         assert time.monotonic() < until, state(page)["weights"]
         time.sleep(0.03)
@@ -91,6 +96,7 @@ def follows(page: Page, faces: Faces, **wanted: float) -> None:
 
 
 def test_the_face_follows_the_phone(visit: Visit, faces: Faces, stage: Stage) -> None:
+    stage.stop_the_clock()
     page = visit(stage.live.address, size=SMALL)
     says(page, "no packets yet")
     stage.phone.send(SMILE)
@@ -123,8 +129,11 @@ def test_the_head_turns_with_the_phone(visit: Visit, faces: Faces, stage: Stage)
 
 
 def test_a_stream_that_stops_and_comes_back(visit: Visit, faces: Faces, stage: Stage) -> None:
+    stage.stop_the_clock()
     page = visit(stage.live.address, size=SMALL)
     stage.phone.send(SMILE)
+    says(page, "Receiving")
+    stage.stop_the_clock(1.2)
     says(page, "no packets for 1 s")
     says(page, "Stopped")
     follows(page, faces, mouthSmile_L=0.75, mouthSmile_R=0.5, jawOpen=0.25)
@@ -133,7 +142,9 @@ def test_a_stream_that_stops_and_comes_back(visit: Visit, faces: Faces, stage: S
     follows(page, faces, eyeBlink_L=1.0, browInnerUp=0.5)
 
 
-def test_delays_are_shown(visit: Visit, stage: Stage) -> None:
+def test_delays_are_shown(visit: Visit, stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("elastomorph.live.pages._PATIENCE", 1000.0)  # a busy machine draws slowly
+    begun = time.monotonic()
     page = visit(stage.live.address, size=SMALL, **COARSE)
     says(page, "no packets yet")
     for face in (SMILE, BLINK, SMILE):
@@ -142,7 +153,7 @@ def test_delays_are_shown(visit: Visit, stage: Stage) -> None:
     says(page, "packet to frame")
     delay = stage.live.session.status().delay
     assert delay is not None
-    assert 0 < delay.median < 5000
+    assert 0 < delay.median < 1000 * (time.monotonic() - begun)
 
 
 def test_a_neutral_is_set_by_keys(visit: Visit, faces: Faces, stage: Stage) -> None:
@@ -165,13 +176,14 @@ def test_recording_is_begun_and_ended(visit: Visit, stage: Stage, tmp_path: Path
     says(page, "recording from the next packet on")
     for _ in range(10):
         stage.phone.send(SMILE)
-    says(page, "recording take.csv")
+    says(page, "recording take.csv, 10 frames")
     record.click()
     wait(page, "document.querySelectorAll('.live [aria-pressed=true]').length === 1")
     assert len(read_performance(tmp_path / "take.csv")) == 10
 
 
 def test_a_phone_is_chosen(visit: Visit, faces: Faces, stage: Stage) -> None:
+    stage.stop_the_clock()
     page = visit(stage.live.address, size=SMALL)
     choice = page.get_by_role("combobox", name="Phone")
     stage.phone.send(SMILE)
@@ -231,6 +243,7 @@ def test_other_pages_have_no_live(visit: Visit, faces: Faces) -> None:
 def test_it_is_in_order_at_every_size(
     visit: Visit, stage: Stage, keep: Callable[[Page, str], None]
 ) -> None:
+    stage.stop_the_clock()
     page = visit(stage.live.address, **COARSE)
     other = stage.another("Studio iPad")
     long = stage.another("x" * 200)
@@ -275,7 +288,7 @@ def test_a_stream_takes_no_memory(visit: Visit, stage: Stage) -> None:
         page.wait_for_timeout(4000)
         grown = min(heap(), heap()) - before
         assert stage.live.session.drawn > drawn
+        words = page.locator(".live .words").inner_text()
     assert replay.sent > 500
     assert grown < 300_000
-    words = page.locator(".live .words").inner_text()
     assert re.search(r"replay: \d+ packets a second, [\d.]+ % lost, \d+ late", words)
