@@ -29,6 +29,14 @@ FULL = """Storage.prototype.setItem = () => {
     throw new DOMException('There is no room.', 'QuotaExceededError');
 };"""
 
+# What the page would write soon after a change waits until somebody calls it.
+HELD = """pose => {
+    const later = globalThis.setTimeout;
+    globalThis.held = [];
+    globalThis.setTimeout = run => held.push(run);
+    try { elastomorph.update({poses: [pose]}); } finally { globalThis.setTimeout = later; }
+}"""
+
 
 @pytest.fixture
 def scene(faces: Faces, request: pytest.FixtureRequest) -> Scene:
@@ -146,7 +154,9 @@ def test_two_tabs_that_change_one_pose(visit: Visit, scene: Scene) -> None:
     other = beside(page)
     wider, narrow = ({"name": "Open", "weights": {"jawOpen": amount}} for amount in (1, 0.5))
     for tab, pose in ((page, wider), (other, narrow)):
-        tab.evaluate("pose => { elastomorph.update({poses: [pose]}); }", pose)
+        tab.evaluate(HELD, pose)
+    for tab in (page, other):
+        tab.evaluate("() => { while (held.length) held.shift()(); }")
     for tab in (page, other):
         wait(tab, "elastomorph.state().poses.length === 2")
     assert poses(page) == poses(other)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from placing import NAMES, active, click, dots, opened, saved, seen_dots, write_photograph
-from visiting import Visit
+from visiting import Visit, wait
 
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
@@ -262,7 +262,8 @@ def test_a_command_that_has_ended_is_told_and_nothing_is_lost(
     with serve_landmarks(landmark_task([photographs]), tmp_path / "landmarks.json") as server:
         page = visit.blank(server.address, size=(1100, 760))
         opened(page, "IMG_1.jpg")
-        page.wait_for_timeout(400)  # small pictures of the others are there
+        # Small pictures of the others are there.
+        wait(page, "[...document.querySelectorAll('.tile canvas')].every(({width}) => width > 1)")
     at = seen_dots(page)[0]
     click(page, at)
     page.get_by_role("alert").get_by_text("the command that showed this page has ended").wait_for()

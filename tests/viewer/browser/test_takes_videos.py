@@ -38,9 +38,9 @@ class Film(NamedTuple):
     sound: NDArray[np.float32]
 
 
-def write_take(folder: Path) -> Path:
-    """Two seconds in which the jaw falls open from one frame to the next, and stays open."""
-    times = np.arange(2 * RATE + 1) / RATE
+def write_take(folder: Path, seconds: int = 2) -> Path:
+    """In which the jaw falls open from one frame to the next, and stays open."""
+    times = np.arange(seconds * RATE + 1) / RATE
     jaw = (times >= EVENT - 1e-9).astype(float)
     path = folder / "flash.csv"
     write_performance_csv(path, Performance(("jawOpen",), times, jaw[:, None], RATE))
@@ -161,7 +161,7 @@ def test_a_video_has_the_size_that_was_chosen(visit: Visit, faces: Faces, tmp_pa
 def test_a_recording_is_stopped(visit: Visit, faces: Faces, tmp_path: Path) -> None:
     """Until then nothing disturbs it, nor another size of the window."""
     page = visit(alone(glb(faces.rigs["linear"])), size=(420, 640))
-    open_files(page, write_take(tmp_path))
+    open_files(page, write_take(tmp_path, 600))  # longer than any machine takes to press a button
     page.get_by_role("button", name="Video…").click()
     page.get_by_role("button", name="Record", exact=True).dblclick()
     page.set_viewport_size({"width": 380, "height": 500})
