@@ -56,9 +56,9 @@ def test_what_is_placed_is_saved_until_the_page_has_finished(folder: Path) -> No
         request = urllib.request.Request(
             f"{address}landmarks.json?finish", json.dumps(content).encode(), {"Origin": origin}
         )
-        with urllib.request.urlopen(request, timeout=10) as reply:
+        with urllib.request.urlopen(request, timeout=60) as reply:
             assert reply.status == 200
-        out, problems = process.communicate(timeout=20)
+        out, problems = process.communicate(timeout=60)
     assert process.returncode == 0
     assert problems == ""
     assert out.splitlines()[-1] == (
@@ -73,7 +73,7 @@ def test_what_the_file_holds_is_gone_on_with(
     pages: list[str] = []
 
     def visit(address: str) -> bool:
-        with urllib.request.urlopen(address, timeout=10) as reply:
+        with urllib.request.urlopen(address, timeout=60) as reply:
             pages.append(reply.read().decode())
         return True
 

@@ -68,14 +68,14 @@ def test_it_serves_records_and_ends_when_asked(number: signal.Signals) -> None:
         while not text.endswith("}\n"):
             text += process.stdout.readline()
         (said,) = documents(text)
-        with urllib.request.urlopen(said["address"], timeout=10) as reply:
+        with urllib.request.urlopen(said["address"], timeout=60) as reply:
             assert b'"services":{"live":"ws://127.0.0.1:' in reply.read()
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as phone:
             for frame in range(20):
                 phone.sendto(encode(packet(frame)), ("127.0.0.1", said["port"]))
             phone.sendto(b"nothing", ("127.0.0.1", said["port"]))
         process.send_signal(number)
-        text, complaints = process.communicate(timeout=30)
+        text, complaints = process.communicate(timeout=60)
     assert process.returncode == (0 if number is signal.SIGINT else 128 + number)
     assert complaints == ""
     (outcome,) = documents(text)

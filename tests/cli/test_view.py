@@ -165,7 +165,7 @@ def visited(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, bytes]]:
     found: list[tuple[str, bytes]] = []
 
     def visit(address: str) -> bool:
-        with urllib.request.urlopen(address, timeout=10) as reply:
+        with urllib.request.urlopen(address, timeout=60) as reply:
             found.append((address, reply.read()))
         return True
 
@@ -268,10 +268,10 @@ def test_it_ends_when_asked(tmp_path: Path, number: signal.Signals) -> None:
         assert process.stdout is not None
         lines = [process.stdout.readline() for _ in range(3)]
         address = json.loads("".join(lines))["address"]
-        with urllib.request.urlopen(address, timeout=10) as reply:
+        with urllib.request.urlopen(address, timeout=60) as reply:
             assert reply.read() == b"a report"
         process.send_signal(number)
-        _, said = process.communicate(timeout=20)
+        _, said = process.communicate(timeout=60)
     assert process.returncode == (0 if number is signal.SIGINT else 128 + number)
     assert said == ""
 

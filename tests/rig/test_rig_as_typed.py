@@ -112,7 +112,7 @@ def test_view_shows_the_rig_until_the_user_ends_it(monkeypatch: pytest.MonkeyPat
     pages: list[bytes] = []
 
     def look(server: ViewerServer) -> None:
-        with urllib.request.urlopen(server.address, timeout=10) as page:
+        with urllib.request.urlopen(server.address, timeout=60) as page:
             pages.append(page.read())
 
     monkeypatch.setattr(webbrowser, "open", opened.append)
@@ -121,7 +121,7 @@ def test_view_shows_the_rig_until_the_user_ends_it(monkeypatch: pytest.MonkeyPat
     assert b"elastomorph-scene" in pages[0]
     assert said[0].startswith(opened[0])
     with pytest.raises(OSError, match="refused"):
-        urllib.request.urlopen(opened[0], timeout=10)
+        urllib.request.urlopen(opened[0], timeout=60)
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda rig: pickle.loads(pickle.dumps(rig))])

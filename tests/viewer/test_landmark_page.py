@@ -49,7 +49,7 @@ def ask(
     server: ViewerServer, name: str, content: bytes | None = None, **headers: str
 ) -> tuple[int, bytes]:
     """Status and body; a POST where there is content."""
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
     own = {"Origin": f"http://127.0.0.1:{server.port}"} | headers
     method = "GET" if content is None else "POST"
     connection.request(
@@ -163,7 +163,7 @@ def test_only_the_file_is_taken_and_only_by_who_knows_the_address(
 
 @pytest.mark.parametrize(("length", "status"), [("x", 411), ("-1", 411), ("9000000", 413)])
 def test_lengths_that_are_none(server: ViewerServer, length: str, status: int) -> None:
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
     connection.putrequest("POST", f"/{server.token}/landmarks.json")
     connection.putheader("Origin", f"http://127.0.0.1:{server.port}")
     connection.putheader("Content-Length", length)

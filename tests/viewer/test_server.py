@@ -7,6 +7,7 @@ import hashlib
 import http.client
 import socket
 import struct
+import sys
 import threading
 from collections.abc import Iterator
 
@@ -41,7 +42,7 @@ class Reply:
     """What came back."""
 
     def __init__(self, server: ViewerServer, path: str, method: str = "GET", **headers: str):
-        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
         connection.putrequest(method, path, skip_host="host" in headers)
         for name, value in headers.items():
             if value:
@@ -228,12 +229,25 @@ def test_ports_that_do_not_exist(port: int) -> None:
         serve_page(b"", port)
 
 
+@pytest.fixture
+def port() -> Iterator[int]:
+    """A port that only those get who ask for it: Linux gives no other program one that is bound."""
+    with socket.socket() as holder:
+        holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        holder.bind(("127.0.0.1", 0))
+        found = holder.getsockname()[1]
+        if sys.platform != "linux":  # others refuse it to all
+            holder.close()
+        yield found
+
+
 def test_the_usual_port_or_a_free_one(
-    scene: Scene, stand_in: str, monkeypatch: pytest.MonkeyPatch
+    scene: Scene, stand_in: str, port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same every time, so that browsers find what they kept; else it is said that it is not."""
-    with serve(scene) as some:
-        monkeypatch.setattr("elastomorph.viewer.server.USUAL_PORT", some.port)
+    monkeypatch.setattr("elastomorph.viewer.server.USUAL_PORT", port)
+    with serve(scene, None) as some:
+        assert some.port == port
         with serve(scene, None) as other:
             assert other.port != some.port
             assert f"port {some.port} is in use, so the page begins without" in other.words
@@ -270,6 +284,6 @@ def test_an_embedded_page_is_the_same_scene(server: ViewerServer, scene: Scene) 
 
 
 def _raw(server: ViewerServer, request: str) -> str:
-    with socket.create_connection(("127.0.0.1", server.port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", server.port), timeout=60) as connection:
         connection.sendall(request.encode("latin-1"))
         return connection.recv(65536).decode("latin-1")

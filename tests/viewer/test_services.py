@@ -41,7 +41,7 @@ def server(scene: Scene) -> Iterator[ViewerServer]:
 
 
 def test_the_scene_names_the_addresses_of_services(server: ViewerServer) -> None:
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
     connection.request("GET", f"/{server.token}/")
     reply = connection.getresponse()
     page, policy = reply.read().decode(), reply.headers["Content-Security-Policy"]

@@ -15,6 +15,7 @@ from elastomorph.rig import Rig
 from elastomorph.viewer import ViewerServer, rig_scene, serve
 from elastomorph.viewer.answers import Offer
 from elastomorph.viewer.uploads import MOST_FILES, Uploads
+from streams import wait
 
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 MOVED = b"v 0 0 0\nv 1 0 1\nv 0 1 0\nf 1 2 3\n"
@@ -172,7 +173,6 @@ def test_too_much_is_refused_before_it_is_read(server: ViewerServer) -> None:
 def test_a_page_that_goes_away(server: ViewerServer, place: Path) -> None:
     """Half of the files: nothing is opened, and nothing is left of them."""
     import socket
-    import time
 
     body = packed(FOLDER)
     head = (
@@ -182,9 +182,7 @@ def test_a_page_that_goes_away(server: ViewerServer, place: Path) -> None:
     with server:
         with socket.create_connection(("127.0.0.1", server.port)) as connection:
             connection.sendall(head.encode() + body[:-5])
-        until = time.monotonic() + 10
-        while left(place) != UNTOUCHED and time.monotonic() < until:
-            time.sleep(0.02)
+        wait(lambda: not any(place.iterdir()))
         assert left(place) == UNTOUCHED
         assert send(server, FOLDER)["done"]
 
