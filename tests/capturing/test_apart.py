@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ import elastomorph as em
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.work import apart
 from elastomorph.capturing.work.apart import done_apart
+from streams import wait
 
 TASKS = """
 import os, signal, sys, time
@@ -65,10 +65,9 @@ def tasks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def alive(process: int) -> bool:
     try:
-        os.kill(process, 0)
-    except ProcessLookupError:
+        return Path(f"/proc/{process}/stat").read_text().split()[2] != "Z"
+    except (FileNotFoundError, ProcessLookupError):  # before it was opened, or read
         return False
-    return Path(f"/proc/{process}/stat").read_text().split()[2] != "Z"
 
 
 def test_what_it_makes_and_says_comes_back() -> None:
@@ -131,11 +130,7 @@ def test_it_ends_with_its_parent(tmp_path: Path) -> None:
         parent.stdout.readline()
         parent.kill()
     process = int(place.read_text())
-    for _ in range(300):
-        if not alive(process):
-            break
-        time.sleep(0.05)
-    assert not alive(process)
+    wait(lambda: not alive(process))
 
 
 def test_within_another_program_it_is_done_here(monkeypatch: pytest.MonkeyPatch) -> None:
