@@ -109,7 +109,7 @@ class TestTasks:
         with pytest.raises(ZeroDivisionError, match="the first task"):
             in_own_threads(work, range(500))
         assert len(begun) < 500
-        assert set(threading.enumerate()) == before
+        assert set(threading.enumerate()) <= before  # of others some may have ended
         assert all(count == 2 for count in counts())
 
     def test_one_task_stays_on_the_calling_thread(self) -> None:

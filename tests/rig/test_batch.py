@@ -99,7 +99,7 @@ def test_a_failure_in_a_thread_is_that_of_the_batch(
     before = set(threading.enumerate())
     with pytest.raises(MemoryError, match="no room for a piece"):
         rig.batch(ROWS, 0.5)
-    assert set(threading.enumerate()) == before
+    assert set(threading.enumerate()) <= before  # of others some may have ended
     assert all(library.get_num_threads() == 3 for library in blas_threads._libraries())
 
 
