@@ -54,7 +54,7 @@ page: $(WEB_READY)
 
 # Which branches of the code the tests take, the readers' first.
 coverage: $(DEV_READY) $(INSTALLED) $(WEB_READY)
-	$(BIN)/coverage run -m pytest -n 0 --timeout 500
+	$(BIN)/coverage run -m pytest -n 0 --timeout 1200
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report --include '*/elastomorph/io/*' --format=markdown
 	$(BIN)/coverage report --format=total

@@ -39,7 +39,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
 
 
 # Limit of a test that is known to take long, in seconds; that of others is in pyproject.toml.
-LONGER = 480
+LONGER = 1200
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,7 @@ DATA = Path(os.environ.get("ELASTOMORPH_DATA", "../shared/data")) / "photos" / "
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.realdata,
-    pytest.mark.timeout(900),
+    pytest.mark.timeout(2000),
     pytest.mark.skipif(not DATA.is_dir(), reason="needs the photographs of saharov32"),
 ]
 

@@ -86,7 +86,6 @@ def test_a_shift_that_is_an_eigenvalue_is_named():
 
 @pytest.mark.parametrize("wrong", [10**6, 1, 0, -3], ids=lambda by: f"{by:+}")
 @pytest.mark.parametrize("right", [0, 1, 2])
-@pytest.mark.timeout(60)
 def test_a_wrong_count_ends_in_one_error(pencil, monkeypatch, wrong, right):
     """By so many modes, or as if there were none, from the first count or from a later one."""
     count, calls = Pencil.count_below, []
