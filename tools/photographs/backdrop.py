@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from photographs.lengths import lengths
 from photographs.noise import ValueNoise
 
 __all__ = ["BACKDROPS", "Backdrop"]
@@ -35,8 +36,8 @@ class Backdrop:
         self, position: NDArray[np.float64], ways: NDArray[np.float32]
     ) -> NDArray[np.float32]:
         """(n, 3) linear light along ways (n, 3) from a position (3,) within the room."""
-        flat = np.linalg.norm(ways[:, [0, 2]], axis=1)
-        rise = ways[:, 1] / np.maximum(np.linalg.norm(ways, axis=1), 1e-9)
+        flat = lengths(ways[:, ::2])
+        rise = ways[:, 1] / np.maximum(lengths(ways), 1e-9)
         level = (0.95 + 0.35 * rise)[:, None]
         if self.kind == "studio":
             return level * _GREY

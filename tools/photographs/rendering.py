@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from photographs.backdrop import Backdrop
 from photographs.cameras import Shot
+from photographs.lengths import lengths
 from photographs.skin import Skin
 
 __all__ = ["Scene", "Seen", "Surface"]
@@ -24,6 +26,7 @@ _GLOSS, _SHARPNESS = 0.6, 25
 _REACH = 5.0  # cm within which a surface takes light from another
 _RAYS = 32
 _PATCH = 1.0  # cm around a vertex that a normal is taken of
+_MARGIN = 8  # pixels around the vertices: a lens bends the straight edges between them
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +92,7 @@ class Scene:
         free = np.zeros(len(vertices))
         for way in sphere:
             toward = normals + 0.999 * way
-            toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+            toward /= lengths(toward)[:, None]
             distance = self._rays.run(start, toward.astype(np.float32), query="DISTANCE")
             free += np.minimum(np.asarray(distance, dtype=float) / _REACH, 1)
         self._attributes[new, -1] = free / _RAYS
@@ -119,11 +122,27 @@ class Scene:
 
     def seen(self, shot: Shot, samples: int = 1) -> Seen:
         """What every sample of every pixel of a photograph sees."""
+        return self._looked(shot, samples)[1]
+
+    def _looked(self, shot: Shot, samples: int) -> tuple[NDArray[np.float32], Seen]:
+        """(H·W, 3) ways through every sample into the world, and what each meets.
+
+        Rays are only sent where the head is: within the box of its vertices in the photograph.
+        """
         directions = shot.lens.directions(samples)
-        ways = directions.reshape(-1, 3) @ shot.rotation.astype(np.float32)
-        triangle, weights = self.met(np.broadcast_to(shot.position, ways.shape), ways)
         shape = directions.shape[:2]
-        return Seen(triangle.reshape(shape), weights.reshape(*shape, 3))
+        ways = directions.reshape(-1, 3) @ shot.rotation.astype(np.float32)
+        pixels = shot.project(self.vertices)
+        low = np.floor(pixels.min(axis=0) - _MARGIN).astype(int) * samples
+        high = np.ceil(pixels.max(axis=0) + _MARGIN).astype(int) * samples
+        box = tuple(slice(max(0, int(low[axis])), max(0, int(high[axis]))) for axis in (1, 0))
+        own = ways.reshape(*shape, 3)[box]
+        triangle = np.full(shape, -1, dtype=np.int32)
+        weights = np.zeros((*shape, 3), dtype=np.float32)
+        rays = own.reshape(-1, 3)
+        met, inside = self.met(np.broadcast_to(shot.position, rays.shape), rays)
+        triangle[box], weights[box] = met.reshape(own.shape[:2]), inside.reshape(own.shape)
+        return ways, Seen(triangle, weights)
 
     def met(
         self, starts: NDArray[np.floating], ways: NDArray[np.floating]
@@ -145,24 +164,23 @@ class Scene:
 
     def photograph(self, shot: Shot, samples: int = 1) -> NDArray[np.float32]:
         """(H, W, 3) red, green and blue in linear light, samples of a pixel averaged."""
-        seen = self.seen(shot, samples)
-        directions = shot.lens.directions(samples).reshape(-1, 3)
-        ways = directions @ shot.rotation.astype(np.float32)
+        ways, seen = self._looked(shot, samples)
         triangle, weights = seen.triangle.ravel(), seen.weights.reshape(-1, 3)
-        self._light(np.unique(self.surface.triangles[np.unique(triangle[triangle >= 0])]))
+        shown = np.zeros(len(self.surface.triangles), dtype=bool)
+        shown[triangle[triangle >= 0]] = True
+        self._light(np.unique(self.surface.triangles[shown]))
         picture = np.empty((len(ways), 3), dtype=np.float32)
-        for first in range(0, len(ways), _BLOCK):
-            block = slice(first, first + _BLOCK)
-            hit = triangle[block] >= 0
-            if not hit.all():
-                picture[block][~hit] = self.backdrop.colours(shot.position, ways[block][~hit])
-            if hit.any():
-                own = triangle[block][hit], weights[block][hit], ways[block][hit]
-                picture[block][hit] = self._shaded(*own)
+        for block in _blocks(triangle < 0):
+            picture[block] = self.backdrop.colours(shot.position, ways.take(block, axis=0))
+        for block in _blocks(triangle >= 0):
+            own = (part.take(block, axis=0) for part in (triangle, weights, ways))
+            picture[block] = self._shaded(*own)
         width, height = shot.lens.size
         if samples == 1:
             return picture.reshape(height, width, 3)
-        return picture.reshape(height, samples, width, samples, 3).mean(axis=(1, 3))
+        each = picture.reshape(height, samples, width, samples, 3)
+        parts = [each[:, down, :, across] for down in range(samples) for across in range(samples)]
+        return sum(parts[1:], parts[0]) / np.float32(len(parts))
 
     def _shaded(
         self,
@@ -192,6 +210,13 @@ def _normals(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDA
     return unit
 
 
+def _blocks(chosen: NDArray[np.bool_]) -> Iterator[NDArray[np.int64]]:
+    """Numbers of the chosen points, as many at a time as are shaded together."""
+    numbers = np.flatnonzero(chosen)
+    for first in range(0, len(numbers), _BLOCK):
+        yield numbers[first : first + _BLOCK]
+
+
 def _lit(
     colour: NDArray[np.float32],
     shine: NDArray[np.float32],
@@ -200,8 +225,8 @@ def _lit(
     light: NDArray[np.float32],
 ) -> NDArray[np.float32]:
     """Light off a surface: around, from lamps, and what shines."""
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    back = back / np.linalg.norm(back, axis=1, keepdims=True)
+    normals = normals / lengths(normals)[:, None]
+    back = back / lengths(back)[:, None]
     facing = np.einsum("na,na->n", normals, back)
     normals = np.where(facing[:, None] < 0, -normals, normals)
     level = _AMBIENT + _FROM_ABOVE * normals[:, 1]
@@ -210,7 +235,7 @@ def _lit(
         lamp = np.array(toward, dtype=np.float32)
         level += strength * np.maximum((normals @ lamp + _AROUND) / (1 + _AROUND), 0)
         half = lamp + back
-        cosine = np.einsum("na,na->n", normals, half) / np.linalg.norm(half, axis=1)
+        cosine = np.einsum("na,na->n", normals, half) / lengths(half)
         gloss += np.maximum(cosine, 0) ** _SHARPNESS
     lit: NDArray[np.float32] = colour * (level * light)[:, None]
     return lit + (_GLOSS * shine * gloss * light)[:, None]

@@ -63,7 +63,7 @@ class Skin:
         """
         colour = np.empty((len(rest), 3), dtype=np.float32)
         shine = np.empty(len(rest), dtype=np.float32)
-        for kind in np.unique(material):
+        for kind in np.flatnonzero(np.bincount(material)):
             own = np.flatnonzero(material == kind)
             if kind == SKIN:
                 colour[own], shine[own] = self._skin(rest[own], tints[own])
