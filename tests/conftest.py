@@ -86,6 +86,15 @@ def browser() -> Iterator[Browser]:
         opened.close()
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Processes of one run share the cores: each of them, and what it starts, has one BLAS thread.
+
+    More would wait for a core at the end of every product, all of them at work meanwhile.
+    """
+    if config.getoption("numprocesses", None):
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Tests marked slow, and those of real data, have a longer limit.
 
