@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -56,13 +57,17 @@ def data_dir() -> Path:
 def _caches_of_their_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Tests read and write no cache in the home of whoever runs them.
 
-    Processes of one run share theirs, as those of a user do: fonts and rigs are prepared once.
+    Processes of one run share theirs, as those of a user do: fonts and rigs are prepared once,
+    and where Python is told to keep no bytecode, the package is compiled once for those they start.
     """
     base = tmp_path_factory.getbasetemp()
     cache = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
     cache.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(cache))
+        if sys.dont_write_bytecode:
+            patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
+            patch.setenv("PYTHONPYCACHEPREFIX", str(cache / "bytecode"))
         yield
 
 
