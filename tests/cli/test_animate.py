@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 import elastomorph as em
 from elastomorph.cli import app
 from elastomorph.errors import ElastomorphError
+from elastomorph.io.point_cache import read_mdd, read_pc2
 
 ROWS = [
     "Timecode,BlendShapeCount,BrowInnerUp,JawOpen,TongueOut,HeadYaw",
@@ -58,8 +59,9 @@ def facts(*arguments: object) -> dict[str, Any]:
 class TestAnimate:
     def test_frames_are_the_take_with_the_lost_frame_bridged(self) -> None:
         """30 fps, weights t and 0.4 t: height (1 + 2) · brow + 4 · jaw = 4.6 · brow."""
-        found = facts("rig", "take.csv", "-o", "out/")
+        found = facts("rig", "take.csv", "-o", "out/", "--still-head")
         assert found["frames"] == 6
+        assert not found["head_turns"]
         assert found["recorded_frames"] == 5
         assert found["rate"] == 30
         assert found["dropped"] == ["10:00:01:02"]
@@ -68,12 +70,52 @@ class TestAnimate:
         np.testing.assert_allclose(frames[:, 0, 2], 4.6 * 0.25 * np.arange(6), atol=1e-9)
 
     def test_rate_start_stop_and_clip(self) -> None:
-        found = facts("rig", "take.csv", "-o", "t.npz", "--rate", 60, "--start", 0.06, "--clip")
+        words = ("--rate", 60, "--start", 0.06, "--clip", "--still-head")
+        found = facts("rig", "take.csv", "-o", "t.npz", *words)
         assert found["frames"] == 7  # 2, 4 and 5 of 30 fps are left: 0.1 s
         brow = np.arange(0.5, 1.26, 0.125)
         expected = 3 * np.clip(brow, 0, 1) + 4 * 0.4 * brow
         np.testing.assert_allclose(em.read_sequence("t.npz").frames[:, 0, 2], expected, atol=1e-6)
         assert facts("rig", "take.csv", "--list", "--stop", 0.04)["frames"] == 2
+
+    @pytest.mark.parametrize("output", ["t.npz", "out/", "t.mdd", "t.pc2"])
+    def test_positions_turn_with_the_head(self, output: str) -> None:
+        """By 0.1 about the neck, in the middle of the triangle and a quarter up."""
+        assert facts("rig", "take.csv", "-o", output)["head_turns"]
+        still = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) - [0.5, 0.25, 0]
+        x, y, z = np.broadcast_to(still, (6, 3, 3)).transpose(2, 0, 1)
+        z = z + 4.6 * 0.25 * np.arange(6)[:, None]
+        c, s = np.cos(0.1), np.sin(0.1)
+        turned = np.stack([c * x - s * z, y, s * x + c * z], axis=2) + [0.5, 0.25, 0]
+        if output.endswith((".mdd", ".pc2")):
+            frames = (read_mdd if output.endswith(".mdd") else read_pc2)(output).frames
+        else:
+            frames = em.read_sequence(output).frames
+        np.testing.assert_allclose(frames, turned, atol=1e-6)
+
+    def test_a_file_without_angles_is_one_that_is_left_still(self) -> None:
+        """Zeros, columns that are not there, and --still-head leave the same bytes."""
+        Path("bare.csv").write_text("time,jawOpen\n0,0\n0.5,1\n")
+        Path("upright.csv").write_text("time,jawOpen,HeadYaw\n0,0,0\n0.5,1,0\n")
+        Path("turned.csv").write_text("time,jawOpen,HeadYaw\n0,0,0\n0.5,1,0.4\n")
+        for name, words in (("bare", ()), ("upright", ()), ("turned", ("--still-head",))):
+            Path("take.csv").write_bytes(Path(f"{name}.csv").read_bytes())
+            run("rig", "take.csv", "-o", f"{name}.glb", *words)
+        bare, upright, turned = (
+            Path(f"{n}.glb").read_bytes() for n in ("bare", "upright", "turned")
+        )
+        assert bare == upright == turned
+        text = run("rig", "turned.csv", "-o", "t.glb")
+        assert "the head turns by up to 22.9° yaw, 0° pitch, 0° roll" in text
+        found = em.read_performance("t.glb")
+        np.testing.assert_allclose(found.head, [[0, 0, 0], [0.4, 0, 0]], atol=1e-6)
+
+    def test_degrees_are_doubted(self) -> None:
+        Path("degrees.csv").write_text("time,jawOpen,HeadYaw\n0,0,0\n0.5,1,30\n")
+        words = ["animate", "rig", "degrees.csv", "-o", "t.glb", "--method", "linear"]
+        told = " ".join(CliRunner().invoke(app, words).stderr.split())
+        assert "degrees.csv turns the head by up to 30 radians" in told
+        assert "--still-head" in told
 
     def test_list_only_says_what_drives_what(self) -> None:
         before = sorted(Path().iterdir())

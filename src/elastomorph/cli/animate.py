@@ -11,6 +11,7 @@ import typer
 
 from elastomorph.cli import completion, options, takes
 from elastomorph.cli.output import print_json, progress
+from elastomorph.cli.turning import at_frames, head_turn, turn_line
 from elastomorph.cli.verb import AsJson, verb
 from elastomorph.errors import FileError, ParameterError
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from elastomorph.rig import Rig
-    from elastomorph.rig.performance import Match, Performance
+    from elastomorph.rig.performance import HeadTurn, Match, Performance
 
 Take = Annotated[str, typer.Argument(help=takes.TAKES)]
 Output = Annotated[
@@ -104,18 +105,19 @@ def animate(
         found = match(take.names, face_rig.names)
         if output is not None:
             takes.require_driven(found, take)
+        written = take if film is None else film.take
+        turn = head_turn(face_rig, written, still=part.still_head or not (output or picture))
         if film is not None:
             weights = slider_weights(face_rig, film.take, found, clip=part.clip)
-            film.write(face_rig, weights, {"view": view_of(view or "front")}, say)
-    written = take if film is None else film.take
+            film.write(face_rig, weights, {"view": view_of(view or "front"), "turn": turn}, say)
     if output is not None and not filmed:
         export = {} if source.settings is None else export_options(source.settings, output)
-        how = {"clip": part.clip, "export": export}
+        how = {"clip": part.clip, "export": export, "turn": turn}
         written = _write(output, face_rig, take, found, rate, how, quiet=as_json)
     if picture is not None:
         weights = slider_weights(face_rig, take, found, clip=part.clip)
-        _draw(picture, face_rig, take, weights, as_json)
-    _tell(take, written, found, output, as_json)
+        _draw(picture, face_rig, take, weights, at_frames(turn, take), as_json)
+    _tell(take, written, found, turn, output, as_json)
 
 
 def _write(
@@ -135,6 +137,7 @@ def _write(
     if rate is not None or positions:
         take = take.resampled(take.rate if rate is None else rate)
     with _counting(quiet, len(take) if positions else None) as watch:
+        how = {**how, "turn": at_frames(how["turn"], take)}
         write_take(output, rig, take, found, watch=watch, **how)
     return take
 
@@ -170,13 +173,18 @@ def _require_none_of_film(
 
 
 def _draw(
-    path: Path, rig: Rig, take: Performance, weights: NDArray[np.float64], quiet: bool
+    path: Path,
+    rig: Rig,
+    take: Performance,
+    weights: NDArray[np.float64],
+    turn: HeadTurn | None,
+    quiet: bool,
 ) -> None:
     from elastomorph.draw.strips import take_strip
 
     with progress(quiet) as say:
         say("drawing")
-        take_strip(rig, take, weights, path)
+        take_strip(rig, take, weights, path, turn=turn)
 
 
 def _require_apart(rig: Path | None, output: Path) -> None:
@@ -210,7 +218,11 @@ def _counting(quiet: bool, count: int | None) -> Iterator[Callable[[Iterator[Any
 
 
 def _facts(
-    take: Performance, written: Performance, found: Match, output: str | None
+    take: Performance,
+    written: Performance,
+    found: Match,
+    turn: HeadTurn | None,
+    output: str | None,
 ) -> dict[str, Any]:
     return {
         "frames": len(written),
@@ -227,15 +239,21 @@ def _facts(
         "unmatched_weights": list(found.unmatched_weights),
         "unmatched_sliders": list(found.unmatched_sliders),
         "rotations": list(found.rotations),
+        "head_turns": turn is not None,
         "written": output,
     }
 
 
 def _tell(
-    take: Performance, written: Performance, found: Match, output: str | None, as_json: bool
+    take: Performance,
+    written: Performance,
+    found: Match,
+    turn: HeadTurn | None,
+    output: str | None,
+    as_json: bool,
 ) -> None:
     if as_json:
-        print_json(_facts(take, written, found, output))
+        print_json(_facts(take, written, found, turn, output))
         return
     recorded = takes.frames_line(len(take), take.rate)
     typer.echo(f"{take.source}: {recorded}, {take.duration:.2f} s")
@@ -244,5 +262,7 @@ def _tell(
             shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             typer.echo(f"{what}: {len(names):,} ({shown})")
     typer.echo(found.text(None if output is None else takes.MOST_NAMED))
+    if turn is not None:
+        typer.echo(turn_line(turn))
     if output is not None:
         typer.echo(f"{takes.frames_line(len(written), written.rate)} → {output}")

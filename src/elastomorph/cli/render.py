@@ -14,6 +14,7 @@ from elastomorph.cli.shots import (
     require_sense,
     written_picture,
 )
+from elastomorph.cli.turning import head_turn, turn_line
 from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
@@ -131,7 +132,7 @@ def render(
     curves = said.curves_of(full, say) if edge_loops else ()
     how: dict[str, Any] = {"view": looked, "style": Style(wireframe, curves, colour)}
     if film is not None:
-        facts = _film(film, full, methods, how, say, clip=of_take.clip)
+        facts = _film(film, full, methods, of_take, how, say)
     elif posed.sheet:
         facts = _sheet(output, posed, full, methods, sides, how, say)
     else:
@@ -147,10 +148,9 @@ def _film(
     film: takes.Film,
     rig: Rig,
     methods: Sequence[str],
+    of_take: takes.TakeOptions,
     how: dict[str, Any],
     say: Say,
-    *,
-    clip: bool,
 ) -> dict[str, Any]:
     """Write the film of a take; what it holds, and which weights drove which sliders."""
     from elastomorph.cli.render_words import posed_rigs
@@ -159,9 +159,11 @@ def _film(
     found = match(film.take.names, rig.names)
     takes.require_driven(found, film.take)
     posed = posed_rigs(rig, methods, dict.fromkeys(found.drives, 1.0), say)[0]
-    weights = slider_weights(posed.rig, film.take, found, clip=clip)
-    written = film.write(posed.rig, weights, how, say)
-    return {**written, "take": film.take.source, "match": found.text(takes.MOST_NAMED)}
+    weights = slider_weights(posed.rig, film.take, found, clip=of_take.clip)
+    turn = head_turn(posed.rig, film.take, still=of_take.still_head)
+    written = film.write(posed.rig, weights, {**how, "turn": turn}, say)
+    said = {"take": film.take.source, "match": found.text(takes.MOST_NAMED)}
+    return {**written, **said} if turn is None else {**written, **said, "head": turn_line(turn)}
 
 
 def _sheet(
@@ -189,6 +191,8 @@ def _tell(facts: dict[str, Any]) -> None:
     typer.echo(takes.film_line(facts))
     if "match" in facts:
         typer.echo(facts["match"])
+    if "head" in facts:
+        typer.echo(facts["head"])
     if "distance" in facts:
         found = facts["distance"]
         shares = {kind: 100 * found[kind] / found["diameter"] for kind in ("largest", "mean")}

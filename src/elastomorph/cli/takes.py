@@ -70,6 +70,9 @@ class TakeOptions:
         typer.Option(help="Seconds that the sound begins after the take; negative, before it."),
     ] = None
     clip: Annotated[bool, typer.Option("--clip", help="Keep weights within 0 and 1.")] = False
+    still_head: Annotated[
+        bool, typer.Option("--still-head", help="Leave the head still where the take turns it.")
+    ] = False
     draft: Annotated[
         bool,
         typer.Option("--draft", help="One sample a pixel: jagged, two to three times as fast."),

@@ -15,6 +15,7 @@ from elastomorph.draw.camera import Camera
 from elastomorph.draw.materials import parts_of
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
+from elastomorph.rig.performance import HeadTurn
 
 View = str | tuple[float, float]
 """A view by name, or degrees to the face's left and up."""
@@ -46,6 +47,7 @@ def camera_for(
     head: NDArray[np.int64] | None = None,
     size: tuple[int, int] = (720, 900),
     margin: float = 0.04,
+    turn: HeadTurn | None = None,
 ) -> Camera:
     """One camera for all poses of a mesh.
 
@@ -59,18 +61,30 @@ def camera_for(
             default it is found by the shape of its neck.
         size: Width and height of the picture in pixels.
         margin: Empty border, as a fraction of the picture.
+        turn: How the head is turned, for which there must be room in each pose.
     """
     positions = _positions(mesh, poses)
     shown = drawn_vertices(mesh)
     if view == _WHOLE:
-        return Camera.framing(positions[:, shown], view, size=size, margin=margin)
+        return Camera.framing(
+            _everywhere(positions[:, shown], turn), view, size=size, margin=margin
+        )
     if isinstance(view, str) and view in _CLOSE_UPS:
         chosen, border = _close_up(mesh, shown if head is None else head, view)
         points = positions[:, chosen].reshape(-1, 3)
         spread = border * np.ptp(points, axis=0).max() * np.array([1.0, 1.0, 0.0])
-        points = np.concatenate([points - spread, points + spread])
+        points = _everywhere(np.concatenate([points - spread, points + spread]), turn)
         return Camera.framing(points, view, size=size, margin=0.0)
-    return Camera.framing(_head_points(mesh, poses, head), view, size=size, margin=margin)
+    points = _everywhere(_head_points(mesh, poses, head), turn)
+    return Camera.framing(points, view, size=size, margin=margin)
+
+
+def _everywhere(points: NDArray[np.float64], turn: HeadTurn | None) -> NDArray[np.float64]:
+    """(..., 3) points, or the outermost of them wherever a head has them when it turns."""
+    if turn is None:
+        return points
+    corners = _outermost(points.reshape(-1, 3))
+    return np.stack([turn.of(corners, frame) for frame in range(len(turn))])
 
 
 def _head_points(

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.draw.framing import drawn_vertices
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 
@@ -18,6 +19,8 @@ _MOVED = 0.05
 """Motion, over the largest, below which a vertex is carried along: at the foot of the neck."""
 _ABOVE, _BESIDE, _BELOW = 0.7, 0.35, 0.15
 """How far hair and shoulders are shown beyond the face, over its size."""
+_NECK = 0.25
+"""Height of the point that a head turns about, over that of the head."""
 
 
 def head_of(mesh: Mesh, morphs: Iterable[Morph]) -> NDArray[np.int64] | None:
@@ -44,3 +47,20 @@ def head_of(mesh: Mesh, morphs: Iterable[Morph]) -> NDArray[np.int64] | None:
     high = high + size * np.array([_BESIDE, _ABOVE, _ABOVE])
     inside = ((mesh.vertices >= low) & (mesh.vertices <= high)).all(axis=1)
     return np.flatnonzero(inside)
+
+
+def neck_of(mesh: Mesh, morphs: Iterable[Morph]) -> NDArray[np.float64]:
+    """(3,) the point that the head turns about, as in the viewer page.
+
+    It is in the middle of the box round what is drawn of the head, a quarter of the way up.
+    """
+    shown = drawn_vertices(mesh)
+    if mesh.appearance is not None and len(mesh.faces):  # whose materials are all drawn
+        shown = np.unique(mesh.faces.indices).astype(np.int64)
+    head = head_of(mesh, morphs)
+    if head is not None and np.intersect1d(shown, head).size:
+        shown = np.intersect1d(shown, head)
+    low, high = mesh.vertices[shown].min(axis=0), mesh.vertices[shown].max(axis=0)
+    neck: NDArray[np.float64] = (low + high) / 2
+    neck[1] = low[1] + _NECK * (high[1] - low[1])
+    return neck

@@ -17,7 +17,7 @@ from elastomorph.evaluation import Evaluation
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
-from elastomorph.rig.performance import Performance
+from elastomorph.rig.performance import HeadTurn, Performance
 
 TRUTH = "recorded"
 """The label of faces that were recorded."""
@@ -34,6 +34,7 @@ def face_strip(
     view: View = "front",
     head: NDArray[np.int64] | None = None,
     title: str = "",
+    turn: HeadTurn | None = None,
 ) -> Image:
     """Faces in rows, their times above, all seen by one camera.
 
@@ -46,6 +47,7 @@ def face_strip(
         view: As for `camera_for`, as is the head.
         head: (N,) vertices of the head of a character.
         title: Above the strip.
+        turn: How the head is turned in each of the T columns; it is still by default.
 
     Returns:
         (H, W, 3) uint8.
@@ -69,8 +71,11 @@ def face_strip(
     poses = np.concatenate([first.vertices[None], *(positions for _, positions in rows.values())])
     return face_sheet(
         first,
-        [[Face(pose) for pose in positions] for _, positions in rows.values()],
-        camera_for(first, view, poses=poses, head=head, size=face),
+        [
+            [Face(pose if turn is None else turn.of(pose, i)) for i, pose in enumerate(positions)]
+            for _, positions in rows.values()
+        ],
+        camera_for(first, view, poses=poses, head=head, size=face, turn=turn),
         face,
         path,
         row_labels=[_in_lines(label) for label in rows],
@@ -134,12 +139,17 @@ def take_strip(
     *,
     count: int = 5,
     face: tuple[int, int] = (300, 375),
+    turn: HeadTurn | None = None,
 ) -> Image:
-    """Draw frames that show what a take, (T, J) weights of the rig's sliders, holds, in order."""
+    """Draw frames that show what a take, (T, J) weights of the rig's sliders, holds, in order.
+
+    The head is turned as in its T frames, or still.
+    """
     frames = telling_frames(weights, count)
     poses = rig.batch(weights[frames], dtype=np.float64).astype(np.float64)
     rows, head = {"": (rig.neutral, poses)}, head_of(rig.neutral, rig.morphs.values())
-    return face_strip(rows, performance.times[frames], path, face=face, head=head)
+    seen = None if turn is None else turn.only(frames)
+    return face_strip(rows, performance.times[frames], path, face=face, head=head, turn=seen)
 
 
 def telling_frames(weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import ParameterError
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import HeadTurn
 
 __all__ = ["curve_from_json", "curve_to_json", "different_names", "driven_weights", "hats"]
 
@@ -83,3 +84,11 @@ def driven_weights(
             "the times of an animation must be finite seconds that rise from row to row"
         )
     return seconds, table
+
+
+def require_turn(turn: HeadTurn | None, frames: int) -> None:
+    """Refuse the turn of a head that does not belong to an animation of so many frames."""
+    if turn is not None and not (isinstance(turn, HeadTurn) and len(turn) == frames):
+        raise ParameterError(
+            f"a head is turned with one animation, by a HeadTurn of its {frames} frames"
+        )

@@ -16,20 +16,16 @@ from elastomorph.live.packets import NAMES, PacketError, decode
 from elastomorph.live.phones import Phones
 from elastomorph.live.recording import Recorder
 from elastomorph.live.status import Delay, Outcome, Recording, Status
-from elastomorph.rig.performance import Match, match
+from elastomorph.rig.performance import Match, head_angles, match
 
 _DELAYS = 600  # the last ten seconds at 60 frames a second
 _FIGURES = 5
 
 
-_HEAD = slice(NAMES.index("HeadYaw"), NAMES.index("HeadRoll") + 1)
-
-
 class Pose(NamedTuple):
     """Weights of all sliders, the number of the pose, and when its packet came, in seconds.
 
-    With them the angles of the head, in radians: to its own right, downwards, and leaned to its
-    own left.
+    With them the angles of the head, as `elastomorph.Performance.head`.
     """
 
     number: int
@@ -107,12 +103,12 @@ class Session:
                 return None
             weights = np.array(phone.weights)
             neutral, number, arrived = self._neutral, self._number, self._arrived
-        turned = weights[_HEAD]
+        turned = weights if neutral is None else weights - neutral
         if neutral is not None:
-            turned = turned - neutral[_HEAD]
-            weights = np.maximum(0.0, weights - neutral)
+            weights = np.maximum(0.0, turned)
         driven = self.match.drive(weights[None])[0]
-        shown, head = (np.round(each, _FIGURES).tolist() for each in (driven, turned))
+        angles = head_angles(NAMES, turned[None])[0]
+        shown, head = (np.round(each, _FIGURES).tolist() for each in (driven, angles))
         return Pose(number, arrived, shown, head)
 
     def status(self) -> Status:

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
 from visiting import state, update
+
+from elastomorph.draw.head import neck_of
+from elastomorph.rig import Rig
+from elastomorph.rig.performance import HeadTurn
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -37,17 +40,10 @@ class FrontView:
         return self.centre + aside * [1, -1]
 
 
-def as_turned(
-    points: NDArray[np.float64], whole: NDArray[np.float64], head: Sequence[float]
-) -> NDArray[np.float64]:
-    """(n, 3) points of a head that is turned to its own right, down, and to its own left."""
-    low, high = whole.min(axis=0), whole.max(axis=0)
-    neck = np.array(
-        [(low[0] + high[0]) / 2, 0.75 * low[1] + 0.25 * high[1], (low[2] + high[2]) / 2]
-    )
-    right, down, left = head
-    turn = Rotation.from_euler("YXZ", [-right, down, -left])  # +X is its own left, +Y up
-    return neck + turn.apply(points - neck)
+def as_turned(points: NDArray[np.float64], rig: Rig, head: Sequence[float]) -> NDArray[np.float64]:
+    """(n, 3) points as films of the command draw them where the head of a rig is turned."""
+    neck = neck_of(rig.neutral, rig.morphs.values())
+    return HeadTurn(neck, np.array([head])).of(points, 0)
 
 
 def spots(page: Page, points: NDArray[np.float64]) -> NDArray[np.float64]:

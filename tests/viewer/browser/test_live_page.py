@@ -114,12 +114,12 @@ def test_the_head_turns_with_the_phone(visit: Visit, faces: Faces, stage: Stage)
     angles = dict(zip(("HeadYaw", "HeadPitch", "HeadRoll"), head, strict=True))
     stage.phone.send(weights(MouthSmileLeft=0.75, **angles))
     follows(page, faces, mouthSmile_L=0.75)
-    whole = faces.rigs["beam:2"].neutral.vertices
-    points = whole[::1000]
+    rig = faces.rigs["beam:2"]
+    points = rig.neutral.vertices[::1000]
     turned = spots(page, points)
     update(page, headTurns=False)
     straight = spots(page, points)
-    np.testing.assert_allclose(turned, spots(page, as_turned(points, whole, head)), atol=0.01)
+    np.testing.assert_allclose(turned, spots(page, as_turned(points, rig, head)), atol=0.01)
     assert np.abs(turned - straight).max() > 1  # of a small picture
     update(page, headTurns=True)
     np.testing.assert_allclose(spots(page, points), turned, atol=1e-6)

@@ -125,7 +125,7 @@ def test_the_head_turns_with_a_take(visit: Visit, tmp_path: Path) -> None:
     turned = spots(page, points)
     update(page, headTurns=False)
     straight = spots(page, points)
-    wanted = spots(page, as_turned(points, points, (0.3, 0.1, -0.1)))
+    wanted = spots(page, as_turned(points, rig, (0.3, 0.1, -0.1)))
     np.testing.assert_allclose(turned, wanted, atol=0.01)
     assert np.abs(turned - straight).max() > 1  # of a small picture
     update(page, headTurns=True)

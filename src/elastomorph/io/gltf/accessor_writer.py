@@ -82,6 +82,10 @@ class AccessorWriter:
         at = self._accessor("times of keys", times.reshape(-1, 1), "animations", bounds=True)
         return at, self._accessor("weights of keys", weights.reshape(-1, 1), "animations")
 
+    def rotations(self, keys: NDArray[np.float32]) -> int:
+        """The quaternions (T, 4) of an animation."""
+        return self._accessor("rotations of keys", keys, "animations")
+
     def finish(self) -> tuple[list[dict[str, Any]], list[dict[str, Any]], bytes]:
         """The buffer views, the buffers, and the bytes of the first of these."""
         blob = bytearray()
@@ -148,7 +152,7 @@ class AccessorWriter:
     def _append(self, kind: str, rows: NDArray[Any], part: str) -> dict[str, Any]:
         """Where the values of an accessor are."""
         content, name, fields = rows.tobytes(), kind, _VIEWS.get(kind, {})
-        row, mode = rows.itemsize, "INDICES" if kind == "indices" else "ATTRIBUTES"
+        row, mode = rows.itemsize * rows.shape[1], "INDICES" if kind == "indices" else "ATTRIBUTES"
         if kind == _ATTRIBUTES:
             filled = padded(rows)
             content, row = filled.tobytes(), filled.shape[1]

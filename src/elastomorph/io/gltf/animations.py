@@ -7,7 +7,7 @@ line between keys is played alike everywhere, and costs a few kilobytes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -16,11 +16,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.io.blend_shapes import driven_weights
+from elastomorph.io.blend_shapes import driven_weights, require_turn
 from elastomorph.io.gltf.accessor_writer import AccessorWriter
 from elastomorph.io.gltf.morph_targets import KeptMorph, MorphTargets
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import HeadTurn
 from elastomorph.rig.timing import Timing, linear
+
+Performance = tuple[ArrayLike, ArrayLike, str]
+"""Times (T,) in seconds, weights (T, J) of the sliders of a rig, and a name."""
 
 _FINEST = 4096
 _BETWEEN = 8
@@ -61,6 +65,21 @@ def slider_clips(
         weights = np.zeros((len(times), len(targets.names)), dtype=np.float32)
         _fill(weights, kept, timing.at(times))
         clips.append(Clip(name, times.astype(np.float32), weights, error))
+    return clips
+
+
+def recorded_clips(
+    rig: Rig,
+    targets: MorphTargets,
+    animation: Performance | Sequence[Performance],
+    turn: HeadTurn | None,
+) -> list[Clip]:
+    """Recorded performances, one or several; only with one can the head turn."""
+    # One of them is a tuple that ends with its name.
+    alone = len(animation) > 0 and isinstance(animation[-1], str)
+    played: Any = [animation] if alone else animation
+    clips = [performance_clip(rig, targets, *each) for each in played]
+    require_turn(turn, len(clips[0].times) if len(clips) == 1 else 0)
     return clips
 
 

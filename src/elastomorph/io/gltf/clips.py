@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.io.blend_shapes import curve_from_json
-from elastomorph.io.gltf.accessors import read_floats
+from elastomorph.io.gltf.channels import Channel, read_channel
 from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.lenient import object_of
 from elastomorph.io.gltf.primitives import target_names
+from elastomorph.io.gltf.turning import head_node, recorded_angles, rotations_at
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig.sliders import Sliders
@@ -32,21 +34,22 @@ Floats = NDArray[np.float64]
 
 POINTER = "KHR_animation_pointer"
 _WEIGHTS = re.compile(r"/(nodes|meshes)/(\d{1,9})/weights(?:/(\d{1,9}))?")
-_JUMP = 1e-4
-"""Seconds before a jump, where the value before it ends."""
-_BETWEEN = 8
-"""Keys put into each stretch of a spline."""
 _FARTHEST, _HALVINGS = 8.0, 60
+_NO_TURN = 1e-3  # of a number in a quaternion, whose length is 1
 _TIMES = 5  # keys from all channels, and the jumps and splines between them
 
 
 @dataclass(frozen=True, eq=False)
 class WeightClip:
-    """An animation: seconds (T,) from 0 that rise, and weights (T, S) of the sliders asked for."""
+    """An animation: seconds (T,) from 0 that rise, and weights (T, S) of the sliders asked for.
+
+    With them (T, 3) how the head turns, as `Performance.head`, if it does.
+    """
 
     name: str
     times: Floats
     weights: Floats
+    head: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -55,45 +58,6 @@ class MovedWeights:
 
     mesh: int
     weight: int | None
-
-
-@dataclass(frozen=True, eq=False)
-class _Channel:
-    names: list[str]  # of the morph targets it moves
-    times: Floats  # (T,)
-    values: Floats  # (T, J), or (T, 3, J) of a spline: tangent before, value, tangent after
-    kind: str
-
-    def moments(self) -> Floats:
-        """(N,) times between which it is straight."""
-        if self.kind == "STEP":
-            return np.concatenate([self.times, self.times[1:] - _JUMP])
-        if self.kind == "CUBICSPLINE":
-            share = np.arange(1, _BETWEEN) / _BETWEEN
-            between = self.times[:-1, None] + np.diff(self.times)[:, None] * share
-            return np.concatenate([self.times, between.reshape(-1)])
-        return self.times
-
-    def at(self, when: Floats) -> Floats:
-        """(N, J) weights at (N,) times."""
-        last = len(self.times) - 1
-        key = np.clip(np.searchsorted(self.times, when, side="right") - 1, 0, last)
-        after = np.minimum(key + 1, last)
-        length = np.where(after > key, self.times[after] - self.times[key], 1.0)
-        share = np.clip((when - self.times[key]) / length, 0.0, 1.0)[:, None]
-        if self.kind == "STEP":
-            return np.asarray(self.values[key])
-        if self.kind != "CUBICSPLINE":
-            return np.asarray(self.values[key] * (1 - share) + self.values[after] * share)
-        start, end = self.values[key, 1], self.values[after, 1]
-        out, into = (length[:, None] * t for t in (self.values[key, 2], self.values[after, 0]))
-        s, s2, s3 = share, share**2, share**3
-        return np.asarray(
-            (2 * s3 - 3 * s2 + 1) * start
-            + (s3 - 2 * s2 + s) * out
-            + (3 * s2 - 2 * s3) * end
-            + (s3 - s2) * into
-        )
 
 
 def read_weight_clips(path: str | Path, sliders: Sliders) -> list[WeightClip]:
@@ -115,7 +79,8 @@ def weight_clips(file: GltfFile, sliders: Sliders) -> list[WeightClip]:
             if not isinstance(animation, dict):
                 file.refuse(f"animation {number} is no object")
             channels = list(_channels(file, animation, f"animation {number}"))
-            tracks, times = _tracks(file, channels)
+            turned = _turned(file, animation, f"animation {number}") if channels else None
+            tracks, times = _tracks(file, channels, turned)
             tracks = {
                 target: _unfolded(track, folds[target]) if target in folds else track
                 for target, track in tracks.items()
@@ -124,35 +89,47 @@ def weight_clips(file: GltfFile, sliders: Sliders) -> list[WeightClip]:
             if weights.any():
                 name = animation.get("name")
                 shown = name if isinstance(name, str) and name else f"clip {number + 1}"
-                found.append(WeightClip(shown, times, weights))
+                found.append(WeightClip(shown, times, weights, _head(file, turned, times)))
     return found
 
 
-def _channels(file: GltfFile, animation: dict[str, Any], of: str) -> Iterator[_Channel]:
+def _channels(file: GltfFile, animation: dict[str, Any], of: str) -> Iterator[Channel]:
     samplers = file.list_in(animation, "samplers", of)
     for channel in file.list_in(animation, "channels", of):
         moved = moved_weights(file, channel, of) if isinstance(channel, dict) else None
         if moved is None or moved.weight is not None:
             continue
         mesh = file.item("meshes", moved.mesh, "a node")
-        number = channel.get("sampler")
-        if type(number) is not int or not 0 <= number < len(samplers):
-            file.refuse(f"a channel of {of} has no sampler")
-        sampler = samplers[number] if isinstance(samplers[number], dict) else {}
         primitives = file.list_in(mesh, "primitives", "a mesh")
         counts = [len(file.list_in(p, "targets", "a mesh")) for p in primitives]
         names = target_names([mesh, *primitives], max(counts, default=0))
-        kind = str(sampler.get("interpolation", "LINEAR"))
-        times = read_floats(file, sampler.get("input"), 1, f"the times of {of}").reshape(-1)
-        values = read_floats(file, sampler.get("output"), 1, f"the weights of {of}").reshape(-1)
-        tangents = (3,) if kind == "CUBICSPLINE" else ()
-        if not names or len(values) != len(times) * len(names) * (3 if tangents else 1):
-            file.refuse(f"{of} has {len(values):,} weights for {len(times):,} keys")
-        if not (np.isfinite(times).all() and np.isfinite(values).all() and times[0] >= 0):
-            file.refuse(f"{of} has times or weights that are no finite numbers from 0")
-        if (np.diff(times) <= 0).any():
-            file.refuse(f"the times of {of} do not rise")
-        yield _Channel(names, times, values.reshape(len(times), *tangents, len(names)), kind)
+        yield read_channel(file, samplers, channel, names, of)
+
+
+def _turned(file: GltfFile, animation: dict[str, Any], of: str) -> tuple[int, Channel] | None:
+    """The node of the head and its rotations, where an animation turns it."""
+    channels: dict[int, dict[str, Any]] = {}
+    for channel in file.list_in(animation, "channels", of):
+        target = object_of(object_of(channel).get("target"))
+        if target.get("path") == "rotation" and type(target.get("node")) is int:
+            channels.setdefault(target["node"], channel)
+    node = head_node(file, list(channels))
+    if node is None:
+        return None
+    samplers = file.list_in(animation, "samplers", of)
+    channel = read_channel(file, samplers, channels[node], list("xyzw"), of, 4)
+    if not (np.abs(channel.at(channel.times)).max(axis=1) > _NO_TURN).all():
+        file.refuse(f"the rotations of {of} are no quaternions")
+    return node, channel
+
+
+def _head(file: GltfFile, turned: tuple[int, Channel] | None, times: Floats) -> Floats | None:
+    """(T, 3) angles at (T,) times, where the head leaves its place."""
+    if turned is None:
+        return None
+    node, channel = turned
+    angles = recorded_angles(file, node, rotations_at(channel, times))
+    return angles if angles.any() else None
 
 
 def moved_weights(file: GltfFile, channel: dict[str, Any], of: str) -> MovedWeights | None:
@@ -182,14 +159,17 @@ def moved_weights(file: GltfFile, channel: dict[str, Any], of: str) -> MovedWeig
     return MovedWeights(mesh, weight)
 
 
-def _tracks(file: GltfFile, channels: list[_Channel]) -> tuple[dict[str, Floats], Floats]:
+def _tracks(
+    file: GltfFile, channels: list[Channel], turned: tuple[int, Channel] | None
+) -> tuple[dict[str, Floats], Floats]:
     """The weight of each morph target by name, (T,), at times (T,) that all of them share.
 
     Of meshes that share targets, the first that is moved counts.
     """
     if not channels:
         return {}, np.zeros(0)
-    together = np.concatenate([channel.moments() for channel in channels])
+    others = () if turned is None else (turned[1],)
+    together = np.concatenate([channel.moments() for channel in (*channels, *others)])
     times = np.unique(np.maximum(together, 0.0).astype(np.float32)).astype(np.float64)
     file.budget.spend(8 * _TIMES * len(times) * sum(len(c.names) for c in channels))
     tracks: dict[str, Floats] = {}

@@ -67,6 +67,23 @@ def placed_meshes(file: GltfFile) -> list[PlacedMesh]:
     return [_placed(file, {"mesh": number}, root, worlds, {}) for number in range(count)]
 
 
+def world_above(file: GltfFile, number: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(4, 4) of all that a node hangs below, and of the node itself."""
+    parents = {
+        child: above
+        for above, node in enumerate(file.items("nodes"))
+        if isinstance(node, dict)
+        for child in file.list_in(node, "children", f"node {above}")
+        if isinstance(child, int)
+    }
+    own = _transform(file, file.item("nodes", number, "an animation"), number)
+    world, seen = np.eye(4), {number}
+    while (number := parents.get(number, -1)) >= 0 and number not in seen:
+        seen.add(number)
+        world = _transform(file, file.item("nodes", number, "a node"), number) @ world
+    return _root(file) @ world, own
+
+
 def _placed(
     file: GltfFile,
     node: dict[str, Any],

@@ -11,12 +11,17 @@ from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing
 from elastomorph.io.gltf.accessor_writer import AccessorWriter
-from elastomorph.io.gltf.animations import Clip, performance_clip, slider_clips, weight_animation
+from elastomorph.io.gltf.animations import (
+    Clip,
+    Performance,
+    recorded_clips,
+    slider_clips,
+    weight_animation,
+)
 from elastomorph.io.gltf.container import glb_chunks, without_empty
 from elastomorph.io.gltf.layout import Layout, lay_out
 from elastomorph.io.gltf.looks import Looks
@@ -25,16 +30,15 @@ from elastomorph.io.gltf.meshopt import require_meshopt
 from elastomorph.io.gltf.morph_targets import MorphTargets, NormalField, normal_deltas
 from elastomorph.io.gltf.quantize import Grid, byte_normals, within_reach
 from elastomorph.io.gltf.rig_extras import rig_extras
+from elastomorph.io.gltf.turning import turn_channel, turned_nodes
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import HeadTurn
 from elastomorph.rig.positive import with_positive_weights
 from elastomorph.rig.timing import Timing, linear
 
 __all__ = ["GlbReport", "Performance", "require_glb_settings", "write_glb"]
 
 _POINTS, _TRIANGLES = 0, 4
-
-Performance = tuple[ArrayLike, ArrayLike, str]
-"""Times (T,) in seconds, weights (T, J) of the sliders of a rig, and a name."""
 
 # The default of glTF is bare metal, which is black where nothing is reflected.
 _MATERIAL = {
@@ -106,6 +110,7 @@ def write_glb(
     animation: Performance | Sequence[Performance] | None = None,
     settings: Mapping[str, Any] | None = None,
     compress: bool = False,
+    turn: HeadTurn | None = None,
 ) -> GlbReport:
     """Write a rig as a binary glTF 2.0 file.
 
@@ -130,6 +135,7 @@ def write_glb(
         settings: How the rig was made, as JSON; `elastomorph.io.registry` gives it back.
         compress: Store positions in whole steps, at most 1e-4 of D away, normals in 8 bits, packed
             by meshoptimizer: a fifth of the size, for players that know these extensions.
+        turn: How a node ``head`` that holds the face turns, at the times of one animation.
 
     Returns:
         What was written, and how far it can be from the rig.
@@ -144,20 +150,13 @@ def write_glb(
     _require_storable(name := path if isinstance(path, str | Path) else "the GLB file", rig)
     rig = with_positive_weights(rig)
     targets = MorphTargets.of(rig, tolerance, grid := _grid(rig) if compress else None)
-    if animation is not None:
-        clips = [performance_clip(rig, targets, *each) for each in _each(animation)]
-    else:
-        clips = slider_clips(rig, targets, keys_tolerance, fps, timing)
-    chunks, report = _file(rig, targets, clips, normals == "delta", sparse, settings, grid)
+    clips = recorded_clips(rig, targets, animation or (), turn)
+    clips = clips if animation else slider_clips(rig, targets, keys_tolerance, fps, timing)
+    chunks, report = _file(rig, targets, clips, normals == "delta", sparse, settings, grid, turn)
     _require_countable(name, report.bytes)
     with replacing(path) if isinstance(path, str | Path) else nullcontext(path) as file:
         file.writelines(chunks)
     return report
-
-
-def _each(animation: Performance | Sequence[Performance]) -> Sequence[Performance]:
-    # One of them is a tuple that ends with its name.
-    return [animation] if isinstance(animation[-1], str) else animation  # type: ignore[list-item, return-value]
 
 
 def _grid(rig: Rig) -> Grid:
@@ -174,6 +173,7 @@ def _file(
     sparse: bool,
     settings: Mapping[str, Any] | None,
     grid: Grid | None,
+    turn: HeadTurn | None,
 ) -> tuple[list[bytes], GlbReport]:
     """The bytes of the file, and what they hold."""
     neutral = rig.neutral
@@ -188,6 +188,10 @@ def _file(
         "name": "face",
     }
     animations = [weight_animation(accessors, clip) for clip in clips] if targets.names else []
+    nodes, root = [{"mesh": 0, "name": "face"} | ({} if grid is None else grid.placing())], 0
+    if turn is not None and animations:
+        nodes, root = turned_nodes(nodes[0], turn)
+        turn_channel(accessors, animations[0], turn, root)
     names = neutral.materials.names if neutral.materials is not None else ()
     labels = [own.label for own in layout.primitives]
     views, buffers, blob = accessors.finish()
@@ -203,9 +207,9 @@ def _file(
             "extensionsRequired": needed,
             "extensionsUsed": needed,
             "meshes": [mesh],
-            "nodes": [{"mesh": 0, "name": "face"} | ({} if grid is None else grid.placing())],
+            "nodes": nodes,
             "scene": 0,
-            "scenes": [{"nodes": [0]}],
+            "scenes": [{"nodes": [root]}],
         }
     )
     # What is empty says something here: a material without light has an extension without content.

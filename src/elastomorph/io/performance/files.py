@@ -19,7 +19,7 @@ from elastomorph.io.performance.livelink import is_livelink, livelink_performanc
 from elastomorph.io.performance.table import read_table, say_how_read
 from elastomorph.io.rig_folder import rig_as_stored
 from elastomorph.io.untrusted import naming_file
-from elastomorph.rig.performance import Performance
+from elastomorph.rig.performance import HEAD_ANGLES, Performance, is_rotation
 
 __all__ = ["read_performance", "write_performance"]
 
@@ -35,10 +35,15 @@ def read_performance(
     Args:
         path: A take of Live Link Face or plain columns with a time (.csv); arrays ``names`` (N,),
             ``times`` (T,) in seconds, ``weights`` (T, N) and, if it is known, ``rate`` (.npz); or
-            an animation of weights (.glb, .gltf, .vrm).
+            an animation of weights (.glb, .gltf, .vrm), with how it turns the head.
         timecode_rate: Frames a second that timecodes count, such as 29.97, where it is known better
             than the file shows.
         clip: Which animation, in a file with several.
+
+    Returns:
+        Weights under the names that the file has. ``HeadYaw``, ``HeadPitch`` and ``HeadRoll`` are
+        among them where it says how the head turns, in radians, see `Performance.head`; so are the
+        angles of the eyes, whose directions the shapes ``eyeLook…`` tell too.
 
     Raises:
         FileError: The file is missing or cannot be read.
@@ -125,9 +130,12 @@ def _in_clip(path: str | Path, name: str | None) -> Performance:
     clip = _chosen(path, clips, name)
     moved = np.flatnonzero(clip.weights.any(axis=0))
     names = [rig.names[column] for column in moved]
+    weights = clip.weights[:, moved]
+    if clip.head is not None and not any(map(is_rotation, names)):
+        names += HEAD_ANGLES
+        weights = np.hstack([weights, clip.head])
     with naming_file(path):
-        rate = frame_rate(clip.times)
-        return Performance(names, clip.times, clip.weights[:, moved], rate, source=str(path))
+        return Performance(names, clip.times, weights, frame_rate(clip.times), source=str(path))
 
 
 def _chosen(path: str | Path, clips: list[WeightClip], name: str | None) -> WeightClip:

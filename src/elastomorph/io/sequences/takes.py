@@ -22,7 +22,7 @@ from elastomorph.io.registry import write
 from elastomorph.io.sequences.meshes import write_face_files
 from elastomorph.io.sequences.numbering import frame_pattern
 from elastomorph.rig import Rig
-from elastomorph.rig.performance import Match, Performance, play, slider_weights
+from elastomorph.rig.performance import HeadTurn, Match, Performance, play, slider_weights
 
 __all__ = ["holds_positions", "write_take"]
 
@@ -58,11 +58,12 @@ def write_take(
     clip: bool = False,
     watch: Callable[[Frames], Iterable[NDArray[np.floating]]] = lambda frames: frames,
     export: Mapping[str, Any] | None = None,
+    turn: HeadTurn | None = None,
 ) -> None:
     """Write a performance on a rig. The first frame comes at 0 s and has the number 1.
 
     A single file is written whole or not at all. Of numbered files each is, so that an interrupted
-    take leaves the frames it had.
+    take leaves the frames it had. The head is turned as in each frame of the performance, or still.
     """
     suffix = Path(path).suffix.lower()
     seconds = performance.times - performance.times[0]
@@ -72,11 +73,14 @@ def write_take(
         options = {**(export or {}), "animation": animation}
         if suffix != ".glb":
             options["fps"] = performance.rate
+        if turn is not None:
+            options["turn"] = turn
         write(path, rig, **options)
         return
     in_files = _is_folder(path) or "#" in Path(path).name
     kind = np.float64 if in_files else np.float32
-    frames = watch(play(rig, performance, by, clip=clip, dtype=kind))
+    played = play(rig, performance, by, clip=clip, dtype=kind)
+    frames = watch(played if turn is None else _turned(played, turn))
     count = len(performance)
     if in_files:
         pattern = Path(path)
@@ -96,6 +100,11 @@ def write_take(
         write_mdd(path, frames, count=count, rate=performance.rate)
     else:
         write_pc2(path, frames, count=count)  # it counts frames, not seconds
+
+
+def _turned(frames: Frames, turn: HeadTurn) -> Frames:
+    for number, positions in enumerate(frames):
+        yield turn.of(positions.astype(np.float64), number).astype(positions.dtype)
 
 
 def _is_folder(path: str | Path) -> bool:

@@ -260,10 +260,15 @@ def define_animation(
         return
     times, rows, name = animation
     prim.GetPrim().SetDisplayName(name)
-    codes = times * fps
-    near = np.round(codes)
-    codes = np.where(np.abs(codes - near) < 1e-6, near, codes)  # 7 / 30 · 30 is not quite 7
+    codes = codes_of(times, fps)
     for code, row in zip(codes.tolist(), rows.astype(np.float32), strict=True):
         weights.Set(values.FloatArray.FromNumpy(row), code)
     stage.SetStartTimeCode(float(codes[0]))
     stage.SetEndTimeCode(float(codes[-1]))
+
+
+def codes_of(times: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+    """(T,) time codes of seconds."""
+    codes = times * fps
+    near = np.round(codes)
+    return np.where(np.abs(codes - near) < 1e-6, near, codes)  # 7 / 30 · 30 is not quite 7

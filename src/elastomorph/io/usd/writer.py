@@ -18,11 +18,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing_path
-from elastomorph.io.blend_shapes import driven_weights
+from elastomorph.io.blend_shapes import driven_weights, require_turn
 from elastomorph.io.usd.exact import checksum, prim_names
 from elastomorph.io.usd.inbetweens import place_inbetweens
 from elastomorph.io.usd.library import SETTINGS, SLIDERS, naming_failure, pxr
 from elastomorph.io.usd.prims import (
+    codes_of,
     define_animation,
     define_blend_shape,
     define_mesh,
@@ -32,7 +33,9 @@ from elastomorph.io.usd.prims import (
     set_text,
     sparse_shapes,
 )
+from elastomorph.io.usd.turning import turn_joint
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import HeadTurn
 
 __all__ = ["SUFFIXES", "BlendShapeReport", "UsdReport", "require_usd_settings", "write_usd"]
 
@@ -99,6 +102,7 @@ def write_usd(
     fps: float = 30.0,
     meters_per_unit: float = 0.01,
     settings: Mapping[str, Any] | None = None,
+    turn: HeadTurn | None = None,
 ) -> UsdReport:
     """Write a rig as UsdSkel blend shapes.
 
@@ -117,6 +121,7 @@ def write_usd(
         fps: Time codes in a second.
         meters_per_unit: Length of a unit in metres; by default that of files that state none.
         settings: How the rig was made, as JSON; `elastomorph.io.registry` gives it back.
+        turn: How the joint that holds the face, then in its neck, turns with the animation.
 
     Returns:
         The in-betweens and the remaining error of each morph, and the size of the file.
@@ -134,13 +139,11 @@ def write_usd(
     if suffix not in SUFFIXES:
         raise FormatError(path, f"expected a name that ends in {', '.join(SUFFIXES)}")
     _require_texts(path, rig)
-    motion = None
-    if animation is not None:
-        motion = (*driven_weights(rig, *animation[:2]), str(animation[2]))
+    motion = animation and (*driven_weights(rig, *animation[:2]), str(animation[2]))
     with replacing_path(path) as temporary, naming_failure(path):
         stage = pxr("Usd").Stage.CreateInMemory()
         pxr("UsdGeom").SetStageMetersPerUnit(stage, meters_per_unit)
-        shapes = _author(path, stage, rig, tolerance, most_inbetweens, motion, fps)
+        shapes = _author(path, stage, rig, tolerance, most_inbetweens, motion, fps, turn)
         if settings is not None:
             text = json.dumps(settings, ensure_ascii=False, allow_nan=False)
             set_text(stage.GetPrimAtPath(f"{_ROOT}/Mesh"), SETTINGS, text)
@@ -185,7 +188,9 @@ def _author(
     most: int,
     animation: tuple[NDArray[np.float64], NDArray[np.float64], str] | None,
     fps: float,
+    turn: HeadTurn | None,
 ) -> tuple[BlendShapeReport, ...]:
+    require_turn(turn, 0 if animation is None else len(animation[0]))
     pxr("UsdGeom").SetStageUpAxis(stage, pxr("UsdGeom").Tokens.y)
     root = pxr("UsdSkel").Root.Define(stage, _ROOT)
     stage.SetDefaultPrim(root.GetPrim())
@@ -205,6 +210,10 @@ def _author(
     define_subsets(stage, mesh, rig.neutral, names, f"{_ROOT}/Materials")
     skeleton = define_skeleton(stage, f"{_ROOT}/Skeleton", mesh, len(low), names)
     define_animation(stage, f"{_ROOT}/Animation", skeleton, names, animation, fps)
+    if turn is not None and animation is not None:
+        turn_joint(stage, f"{_ROOT}/Animation", skeleton, turn, codes_of(animation[0], fps))
+        reach = np.linalg.norm(np.maximum(high - turn.pivot, turn.pivot - low), axis=1).max()
+        low, high = (np.array([turn.pivot + side * reach]) for side in (-1, 1))
     root.CreateExtentAttr(extent_of(low, high))
     sliders = {
         "version": 1,

@@ -13,6 +13,7 @@ from elastomorph.numbers import as_number, as_numbers, shown
 from elastomorph.rig import Rig
 from elastomorph.rig.performance.matching import Match, match
 from elastomorph.rig.performance.naming import is_rotation
+from elastomorph.rig.performance.turning import head_angles
 
 _MOST_FRAMES = 10_000_000
 _PART_OF_FRAME = 0.05
@@ -108,6 +109,16 @@ class Performance:
     def rotations(self) -> tuple[str, ...]:
         """The names that are angles of the head and the eyes, not blendshapes."""
         return tuple(name for name in self.names if is_rotation(name))
+
+    @property
+    def head(self) -> NDArray[np.float64]:
+        """(T, 3) how the head is turned, in radians: yaw, pitch, roll; 0 where nothing says it.
+
+        Yaw turns it to its own right, pitch downwards, and roll leans it to its own left, as
+        ``HeadYaw``, ``HeadPitch`` and ``HeadRoll`` of Live Link Face. They drive no slider;
+        `elastomorph.rig.performance.head_rotations` makes matrices of them.
+        """
+        return head_angles(self.names, self.weights)
 
     def resampled(self, rate: float) -> Performance:
         """The performance at an even rate, interpolated linearly in time.
