@@ -72,8 +72,12 @@ def test_a_method_beside_the_present_one(
     truth = em.interpolate(rig.neutral, rig["jawOpen"].target, "beam:2").at(0.5)
     found = positions(page, 1, len(truth))
     assert distances(found, truth).max() < 1e-4 * rig.neutral.diameter
-    words = page.locator(".figures-table").inner_text().replace("\xa0", " ")
+    figures = page.locator(".figures-table")
+    words = figures.inner_text().replace("\xa0", " ")
     assert "Chosen" in words
+    chosen = figures.get_by_role("row", name="Extra targets").inner_text().split()[-1]
+    costs = page.locator("[data-target=jawOpen] td").all_inner_texts()
+    assert costs[:2] == ["→ beam:2", chosen], "the list says what the chosen path costs"
     assert "% of D" in words
     page.get_by_label("The straight line beside it").check()
     wait(page, "elastomorph.models().length === 3")

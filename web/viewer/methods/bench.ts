@@ -50,9 +50,14 @@ export class Bench {
     return { rows: rowsIn(done), methods: textsIn(done['methods']) };
   }
 
+  /** What is known of the path to a target by a method, once it was made. */
+  known(target: string, method: string): Row | undefined {
+    return this.tried.get(keyOf(target, method))?.row;
+  }
+
   /** The path to a target by a method; made once. */
   async try(target: string, method: string, says: Says, signal: AbortSignal): Promise<Tried> {
-    const key = JSON.stringify([target, method]);
+    const key = keyOf(target, method);
     const known = this.tried.get(key);
     if (known) return known;
     const question = JSON.stringify({ target, method });
@@ -83,6 +88,8 @@ export class Bench {
     return { rows: rowsIn(done), model, file: String(done['file']) };
   }
 }
+
+const keyOf = (target: string, method: string) => JSON.stringify([target, method]);
 
 /** The shapes of a model, which come without looks, with those of another of the same vertices. */
 function dressedAs(model: Model, other: Model): Model {

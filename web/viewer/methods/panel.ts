@@ -163,7 +163,8 @@ export function createMethods(
     if (now.every((one, i) => one === drawn[i])) return;
     drawn = now;
     picker.show(row, state.methods[target] ?? null);
-    table.show(rows, state.methods, target);
+    const made = (name: string) => bench?.known(name, state.methods[name]!);
+    table.show(rows, state.methods, made, target);
     const found = scene();
     const diameter = found?.models[0]?.diameter ?? 0;
     figures.replaceChildren(figuresOf(row, tried?.row ?? null, found?.unit ?? '', diameter));

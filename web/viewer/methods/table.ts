@@ -5,7 +5,13 @@ import { shortly, sizeOf } from './figures';
 
 export interface TargetTable {
   readonly element: HTMLElement;
-  show(rows: readonly Row[], chosen: Readonly<Record<string, string>>, target: string): void;
+  /** @param made the path by what was chosen for a target, once it is known */
+  show(
+    rows: readonly Row[],
+    chosen: Readonly<Record<string, string>>,
+    made: (target: string) => Row | undefined,
+    target: string,
+  ): void;
 }
 
 export function targetTable(select: (target: string) => void): TargetTable {
@@ -33,11 +39,14 @@ export function targetTable(select: (target: string) => void): TargetTable {
         body,
       ),
     ),
-    show(rows, chosen, target) {
-      const key = JSON.stringify([rows, chosen]);
+    show(rows, chosen, made, target) {
+      const costs = rows.map((row) => (row.name in chosen ? made(row.name) : row));
+      const key = JSON.stringify([rows, chosen, costs]);
       if (key !== drawn) {
         drawn = key;
-        body.replaceChildren(...rows.map((row) => lineOf(row, chosen[row.name], select)));
+        body.replaceChildren(
+          ...rows.map((row, i) => lineOf(row, costs[i], chosen[row.name], select)),
+        );
       }
       for (const line of body.rows) {
         const own = line.dataset.target === target;
@@ -48,7 +57,13 @@ export function targetTable(select: (target: string) => void): TargetTable {
   };
 }
 
-function lineOf(row: Row, chosen: string | undefined, select: (target: string) => void) {
+/** @param costs the row whose path would be written; none while it is being made */
+function lineOf(
+  row: Row,
+  costs: Row | undefined,
+  chosen: string | undefined,
+  select: (target: string) => void,
+) {
   const button = element('button', { type: 'button' }, row.name);
   button.addEventListener('click', () => select(row.name));
   const method = chosen === undefined ? shortly(row.method) : `→ ${chosen || 'none of its own'}`;
@@ -56,8 +71,8 @@ function lineOf(row: Row, chosen: string | undefined, select: (target: string) =
     'tr',
     { 'data-target': row.name, 'data-chosen': chosen !== undefined },
     element('th', { scope: 'row' }, button),
-    element('td', { title: row.method }, method),
-    element('td', {}, row.extra === 0 ? '–' : String(row.extra)),
-    element('td', {}, sizeOf(row.bytes)),
+    element('td', { title: (costs ?? row).method }, method),
+    element('td', {}, costs ? String(costs.extra || '–') : '…'),
+    element('td', {}, costs ? sizeOf(costs.bytes) : '…'),
   );
 }
