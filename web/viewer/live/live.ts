@@ -32,7 +32,8 @@ export function createLive({ store, stage }: Context): Part {
   const whole = element(
     'div',
     { class: 'live', role: 'group', 'aria-label': 'Live', hidden: true },
-    ...[follow, phones, neutral, record, flow, words],
+    ...[follow, phones, neutral, record],
+    element('p', {}, flow, words),
   );
 
   // The newest pose, once a frame; the mark goes back when the next frame begins.
