@@ -121,7 +121,7 @@ def test_where_nobody_knows_the_unit_shares_of_d_are_told(evaluation: Evaluation
     content = advice(
         TargetPaths(12.0, (named, *EMPTY)), grey, replace(subject_of(evaluation), unit="")
     ).content
-    assert content["scale"] == "0.250\u00a0% of D"
+    assert content["scale"] == "0.250\u00a0% of D and more"
     pays, empty = content["groups"]  # type: ignore[misc]
     assert pays["shown"][0]["words"] == "1.10\u00a0% of D, +2 targets"
     assert '[inbetweens."jaw open"]' in pays["then"]

@@ -105,7 +105,7 @@ def advice(paths: TargetPaths, pictures: Mapping[str, Picture], subject: Subject
         "cost": _cost(paths),
         "command": subject.command if any(target.bends for target in paths.targets) else "",
         "groups": [_shown(group, pictures, lengths) for group in groups if group.targets],
-        "scale": lengths.plain(INBETWEEN_PAYS) if coloured else "",
+        "scale": f"{lengths.plain(INBETWEEN_PAYS)} and more" if coloured else "",
         "colours": "How far at t = 0.5 the bent path is off the straight line; below each picture "
         "the most. D is the extent of all that the targets move.",
     }
