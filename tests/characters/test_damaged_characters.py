@@ -127,6 +127,7 @@ def test_a_hundredth_of_the_bytes_are_others(sound: bytes, tmp_path: Path) -> No
         out.unlink(missing_ok=True)
 
 
+@pytest.mark.slow
 def test_documents_with_other_values(sound: bytes, tmp_path: Path) -> None:
     """Some hundred documents, one to three values of each replaced or left out."""
     random = Random(11)
