@@ -332,3 +332,15 @@ def test_what_cannot_be_filmed_is_one_sentence(
     assert message in error
     assert "\n" not in error
     assert set(tmp_path.iterdir()) == before
+
+
+def test_a_face_without_sliders_is_not_filmed(
+    rig: em.Rig, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    still = tmp_path / "still.npz"
+    em.write(still, em.Rig(rig.neutral, {}))
+    (tmp_path / "t.csv").write_text("time,jawOpen\n0,0\n0.1,1\n0.2,0\n")
+    words = ("--take", tmp_path / "t.csv", "-o", tmp_path / "a.mp4")
+    assert run("render", still, *SMALL, *words) == 1
+    assert "the rig has no sliders" in capsys.readouterr().err
+    assert not (tmp_path / "a.mp4").exists()

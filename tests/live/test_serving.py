@@ -378,6 +378,8 @@ def test_replayed_through_bad_weather(live: Live, tmp_path: Path) -> None:
 def test_a_rig_that_nothing_drives(rig: Rig) -> None:
     with pytest.raises(ParameterError, match=r"no weight of ARKit drives .* \(smile\)"):
         LivePage(rig.only(["smile"]), port=0)
+    with pytest.raises(ParameterError, match="has no sliders"):
+        LivePage(Rig(rig.neutral, {}), port=0)
 
 
 @pytest.mark.parametrize(

@@ -167,6 +167,11 @@ class TakeOptions:
 
 def require_driven(found: Match, take: Performance) -> None:
     """Refuse a take that moves nothing of a rig."""
+    if not found.drives and not found.sliders:
+        raise ParameterError(
+            f"the rig has no sliders, so {take.source} moves nothing; export it with its blend "
+            "shapes"
+        )
     if not found.drives:
         raise ParameterError(
             f"no weight of {take.source} drives a slider of the rig ({len(found.sliders)} "

@@ -16,6 +16,7 @@ from typing import Any, Generic, TypeVar
 
 from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
 from elastomorph.io.atomic import is_file, is_folder, read_bytes, require_name
+from elastomorph.io.mistaken import require_meant
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
@@ -157,8 +158,13 @@ def read(path: str | Path) -> Mesh:
 
 
 def require_there(path: str | Path) -> None:
-    """Refuse a name without a suffix that nothing has: a mistyped folder, not an unknown format."""
+    """Refuse a name without a suffix that nothing has: a mistyped folder, not an unknown format.
+
+    A file that only stands for another is refused too, before any reader wonders about it.
+    """
     require_name(path)
+    if is_file(path):
+        require_meant(path)
     if not Path(path).suffix and not is_file(path) and not is_folder(path):
         raise FileError(
             path, "there is no such file or folder; check the name and where it is looked for"

@@ -73,6 +73,11 @@ class LivePage:
         require_possible(host, port, record)
         self.session = Session(rig.names, subject, None if record is None else Path(record))
         if not self.session.match.drives:
+            if not rig.names:
+                raise ParameterError(
+                    "the rig has no sliders, so there is nothing that a phone could move; export "
+                    "it with its blend shapes"
+                )
             raise ParameterError(
                 f"no weight of ARKit drives a slider of the rig ({', '.join(rig.names[:8])}); "
                 "rename its sliders as ARKit or VRM do"

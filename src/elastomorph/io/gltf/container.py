@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.gltf import meshopt
+from elastomorph.io.mistaken import refuse_mistaken
 from elastomorph.io.untrusted import MemoryBudget
 
 _MAGIC = b"glTF"
@@ -225,6 +226,9 @@ def open_gltf(path: str | Path) -> GltfFile:
 
 def gltf_of(path: str | Path, content: bytes) -> GltfFile:
     """What a .glb or .gltf file is that has this content."""
+    if not content:
+        raise FormatError(path, "the file is empty; copy or export it again")
+    refuse_mistaken(path, content)
     text, chunk, rest = content, None, None
     if content.startswith(_MAGIC):
         text, chunk, rest = _chunks(path, content)
