@@ -14,7 +14,7 @@ begin((root) => {
     try {
       const scene = await loadScene(document);
       if (scene) {
-        app.show(scene);
+        await app.show(scene);
         app.stage.show(app.store.get());
         app.stage.flush();
       }

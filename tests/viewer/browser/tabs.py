@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 NOWHERE = "about:blank"
-FORGET = "try { localStorage.clear() } catch {}"
+FORGET = "try { localStorage.clear(); indexedDB.deleteDatabase('elastomorph') } catch {}"
 
 
 @dataclass(frozen=True)

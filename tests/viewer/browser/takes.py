@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import base64
+import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +39,36 @@ ASKS = """(() => {
     return leaving.defaultPrevented;
 })()"""
 
+# From now on the browser keeps nothing more of takes.
+NO_ROOM = """() => {
+    IDBObjectStore.prototype.put = () => {
+        throw new DOMException('There is no room.', 'QuotaExceededError');
+    };
+}"""
+
+# What the browser keeps of takes: of each, its head and the names of its parts.
+SHELF = """rig => new Promise((done, fail) => {
+    const opening = indexedDB.open('elastomorph');
+    opening.onerror = () => fail(opening.error);
+    opening.onsuccess = () => {
+        const database = opening.result;
+        if (!database.objectStoreNames.contains('takes')) return database.close(), done([]);
+        const store = database.transaction('takes').objectStore('takes');
+        const [keys, values] = [store.getAllKeys(), store.getAll()];
+        values.onsuccess = () => {
+            const found = {};
+            keys.result.forEach(([own, id, part], i) => {
+                if (own.replace(/, \\d+$/, '') !== 'elastomorph ' + rig) return;
+                const take = (found[own + id] ??= {key: [own, id], parts: []});
+                take.parts.push(String(part));
+                if (part === 0) Object.assign(take, values.result[i]);
+            });
+            database.close();
+            done(Object.values(found));
+        };
+    };
+})"""
+
 
 class Take(NamedTuple):
     """What a page made of a take: (T,) seconds, and (T,) weights of each slider it drives."""
@@ -63,6 +95,30 @@ def latest(page: Page, number: int = -1) -> Take:
 
     tracks = {name: numbers(text) for name, text in found["tracks"].items()}
     return Take(found["name"], np.frombuffer(base64.b64decode(found["times"]), "<f8"), tracks)
+
+
+def page_title(page: Page) -> str:
+    found: str = page.evaluate("document.querySelector('h1').textContent")
+    return found
+
+
+def shelf(page: Page, rig: str = "") -> list[dict[str, Any]]:
+    """What the browser keeps of the takes of a rig, that of the page by default."""
+    found: list[dict[str, Any]] = page.evaluate(SHELF, rig or page_title(page))
+    return found
+
+
+def kept(page: Page, holds: Callable[[list[dict[str, Any]]], bool] = lambda _: True) -> None:
+    """Waits until the browser keeps all takes of a page as they are, and that holds for them."""
+    until = time.monotonic() + 20
+    while True:
+        names = page.evaluate("elastomorph.state().takes.map(({name}) => name).sort()")
+        found = shelf(page)
+        same = sorted(one.get("name", "") for one in found) == names
+        if same and not page.evaluate(ASKS) and holds(found):
+            return
+        assert time.monotonic() < until, found
+        time.sleep(0.03)
 
 
 def told(page: Page) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from faces import Faces, glb
 from projecting import as_turned, spots
-from takes import ASKS, Take, alone, latest, named_rig, open_files, told
+from takes import ASKS, NO_ROOM, Take, alone, latest, named_rig, open_files, told
 from visiting import SMALL, Visit, empty_page, state, update, wait
 
 import elastomorph as em
@@ -244,6 +244,7 @@ def test_a_take_goes_on_with_another_face_and_edits_are_not_lost(
     page = visit(alone(glb(named_rig(MIXED))), size=SMALL)
     open_files(page, path)
     assert not page.evaluate(ASKS)
+    page.evaluate(NO_ROOM)
     page.evaluate(
         """() => {
             const [take] = elastomorph.state().takes;
@@ -258,7 +259,7 @@ def test_a_take_goes_on_with_another_face_and_edits_are_not_lost(
         update(page, clip="one", clipTime=0.2, playing=True)
         open_files(page, tmp_path / f"{file}.glb")
         found = latest(page)
-        assert told(page) == []
+        assert all("is full" in words for words in told(page))
         assert set(found.tracks) == sliders
         if sliders:
             assert found.tracks["jawOpen"][4] == 0.875

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from faces import Faces, glb
-from takes import ASKS, alone, named_rig, open_files, told
+from takes import ASKS, NO_ROOM, alone, named_rig, open_files, told
 from visiting import Visit, update
 
 import elastomorph as em
@@ -136,6 +136,7 @@ def test_edits_are_saved_and_undone(visit: Visit, faces: Faces, tmp_path: Path) 
     write_performance_csv(tmp_path / "a take.csv", faces.take)
     page = visit(alone(glb(faces.rigs["linear"])), size=SIZE)
     open_files(page, tmp_path / "a take.csv")
+    page.evaluate(NO_ROOM)
     page.get_by_role("combobox", name="Edit", exact=True).select_option("Offset")
     number(page, "Amount").fill("0.25")
     page.get_by_role("button", name="Apply").click()

@@ -1,5 +1,5 @@
-// The browser keeps no takes, people have files of them: what was edited since goes neither when
-// another face comes nor, unasked, with the page.
+// What people have no file of goes neither when another face comes nor, where the browser does not
+// keep it, unasked with the page.
 import { freshName } from '../interface/poses/list';
 import type { Clip, Scene } from '../types/model';
 import type { ViewState } from '../types/state';
@@ -12,10 +12,14 @@ export function inFile(take: Clip): void {
   filed.add(take);
 }
 
-/** Asks whoever leaves the page while a take is edited and not saved. */
-export function askBeforeLeaving(state: () => ViewState): void {
+export function isInFile(take: Clip): boolean {
+  return filed.has(take);
+}
+
+/** Asks whoever leaves the page while a take is edited, and neither saved nor kept. */
+export function askBeforeLeaving(state: () => ViewState, holds: (take: Clip) => boolean): void {
   addEventListener('beforeunload', (event) => {
-    if (state().takes.some((take) => !filed.has(take))) event.preventDefault();
+    if (state().takes.some((take) => !filed.has(take) && !holds(take))) event.preventDefault();
   });
 }
 
@@ -26,8 +30,9 @@ export function goingOn(
   start: Partial<ViewState>,
 ): Partial<ViewState> {
   const sliders = models[start.shown?.[0] ?? 0]?.sliders ?? [];
-  const named = [...(start.takes ?? []), ...models.flatMap(({ clips }) => clips)];
-  named.forEach(inFile);
+  const clips = models.flatMap((model) => model.clips);
+  clips.forEach(inFile);
+  const named = [...(start.takes ?? []), ...clips];
   const all = [...(start.takes ?? [])];
   for (const take of takes) {
     const inOwn = named.some(({ name }) => name === take.name);
@@ -38,5 +43,6 @@ export function goingOn(
   }
   const goesOn = all.some(({ name, tracks }) => name === clip && tracks.size > 0);
   if (start.clip !== null || !goesOn) return { takes: all };
-  return { takes: all, clip, clipTime, range, playing, soundOffsets };
+  const offsets = { ...soundOffsets, ...start.soundOffsets };
+  return { takes: all, clip, clipTime, range, playing, soundOffsets: offsets };
 }

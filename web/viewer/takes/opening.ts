@@ -3,9 +3,11 @@ import { wordsOf } from '../../shared/start';
 import type { Opener } from '../interface/page/opening';
 import type { Context } from '../interface/parts/part';
 import { clipNamed, span } from '../rig/clips';
-import type { Clip } from '../types/model';
+import { freshName } from '../interface/poses/list';
+import type { Clip, Scene } from '../types/model';
+import type { ViewState } from '../types/state';
 import { inFile } from './carrying';
-import { nameOf, readTake, TAKES } from './reading';
+import { carried, nameOf, readTake, TAKES } from './reading';
 import { SOUNDS, type Speaker } from './sound';
 
 const ALIKE = 0.1; // seconds that a sound and its take may differ in length
@@ -15,6 +17,41 @@ const POSES = /^\W{0,4}pose\W/i; // how a table of poses begins
 export function withTake(takes: readonly Clip[], take: Clip): readonly Clip[] {
   const place = takes.findIndex(({ name }) => name === take.name);
   return place < 0 ? [...takes, take] : takes.with(place, take);
+}
+
+/** What changes where performances have come with a face: all are there as takes, the first to play. */
+export function opened(
+  { takes, shown }: ViewState,
+  { models }: Scene,
+  came: readonly Clip[],
+): Partial<ViewState> {
+  const sliders = models[shown[0] ?? 0]?.sliders ?? [];
+  let all = takes;
+  let first: Clip | null = null;
+  for (const one of came) {
+    const others = [...all, ...models.flatMap(({ clips }) => clips)].filter((clip) => clip !== one);
+    const same = others.find((clip) => isSame(clip, one));
+    const name = same?.name ?? freshName(others, one.name);
+    const fitted = carried(one, sliders);
+    const take = same ?? { ...(fitted.tracks.size > 0 ? fitted : one), name };
+    inFile(take);
+    if (!same) all = [...all, take];
+    first ??= take;
+  }
+  return first ? { takes: all, ...chosen(first) } : {};
+}
+
+/** A take from its beginning. */
+function chosen(take: Clip): Partial<ViewState> {
+  return { clip: take.name, clipTime: span(take)[0], range: null, playing: false };
+}
+
+function isSame(one: Clip, other: Clip): boolean {
+  const equal = (a: ArrayLike<number>, b?: ArrayLike<number>) =>
+    a.length === b?.length && Array.prototype.every.call(a, (value, i) => value === b[i]);
+  return equal(one.times, other.times) && [...one.tracks].every(([slider, track]) =>
+    equal(track, other.tracks.get(slider)),
+  );
 }
 
 export interface Takes extends Opener {
@@ -41,12 +78,9 @@ export function takesOpener(
     if (take.recorded?.guessed) tell(`${file.name}: ${take.recorded.guessed}.`);
     store.update({
       takes: withTake(store.get().takes, take),
-      clip: take.name,
-      clipTime: span(take)[0],
-      range: null,
+      ...chosen(take),
       // Sound has no way back.
       ...(store.get().repeat === 'back and forth' && { repeat: 'loop' }),
-      playing: false,
     });
   };
   const openSound = async (file: File) => {
@@ -58,7 +92,7 @@ export function takesOpener(
       throw new Error(`${file.name} is a sound: open or choose its take first, to play beside it.`);
     const buffer = await speaker.read(file);
     const [first, last] = span(clip);
-    const sound = speaker.lend(clip.name, first, file.name, buffer);
+    const sound = speaker.lend(clip.name, first, file, buffer);
     store.update({ soundOffsets: { ...store.get().soundOffsets, [clip.name]: 0 } });
     if (Math.abs(sound.seconds - (last - first)) > ALIKE)
       tell(

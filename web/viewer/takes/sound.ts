@@ -12,6 +12,7 @@ const SAME = 1e-6; // seconds: a moment that went through the state is still the
 
 export interface Sound {
   readonly name: string;
+  readonly file: File;
   readonly seconds: number;
   readonly begin: number; // second of its take at which it sounds, where it is not set off
   /** (PEAKS a second) how loud it is, 0 to 1. */
@@ -25,7 +26,7 @@ export interface Speaker {
   /** Reads a sound, or the sound of a video. @throws Error with a sentence for people */
   read(file: File): Promise<AudioBuffer>;
   /** Gives a take, which begins at a second, its sound. */
-  lend(take: string, begin: number, name: string, buffer: AudioBuffer): Sound;
+  lend(take: string, begin: number, file: File, buffer: AudioBuffer): Sound;
   of(take: string | null): Sound | null;
   /** Calls back when a take has got another sound. */
   subscribe(listener: () => void): void;
@@ -96,8 +97,9 @@ export function createSpeaker(): Speaker {
         );
       return buffer;
     },
-    lend(take, begin, name, buffer) {
-      const sound = { name, begin, seconds: buffer.duration, peaks: peaksOf(buffer), buffer };
+    lend(take, begin, file, buffer) {
+      const [{ name }, seconds, peaks] = [file, buffer.duration, peaksOf(buffer)];
+      const sound = { name, file, begin, seconds, peaks, buffer };
       sounds.set(take, sound);
       hush();
       for (const listener of listeners) listener();

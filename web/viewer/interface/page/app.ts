@@ -1,5 +1,5 @@
 // Puts the page together: the picture, what lies over it, the panels, and the one state of all.
-import type { Scene } from '../../types/model';
+import type { Clip, Scene } from '../../types/model';
 import type { Readout, Stage, View } from '../../types/stage';
 import type { ViewState } from '../../types/state';
 import { createGrab } from '../../grab/tool';
@@ -17,7 +17,8 @@ import { createPoses } from '../panels/poses';
 import { createSliders } from '../panels/sliders';
 import { createTimeline, mark } from '../timeline/timeline';
 import { askBeforeLeaving, goingOn } from '../../takes/carrying';
-import { takesOpener } from '../../takes/opening';
+import { createKeeper } from '../../takes/keeping/keeper';
+import { opened, takesOpener } from '../../takes/opening';
 import { createRecorder } from '../../takes/video/recording';
 import { createSpeaker } from '../../takes/sound';
 import { createTabs } from '../panels/tabs';
@@ -49,7 +50,7 @@ export interface App {
   readonly store: Store;
   readonly stage: Stage;
   scene(): Scene | null;
-  show(scene: Scene): void;
+  show(scene: Scene): Promise<void>;
   look(view: View): void;
   tell(message: string): void;
   busy(words: string | null): void;
@@ -100,14 +101,14 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   transport.element.prepend(live.element);
   const undo = createUndo(history);
   const grab = createGrab(context, picture, sliders.moved);
-  const replace = (next: Scene, added: readonly number[]) => {
+  const replace = (next: Scene, added: readonly number[], came: readonly Clip[] = []) => {
     const joins = scene?.models[0]?.neutral.length === next.models[0]?.neutral.length;
-    if (joins) join(next, added);
-    else show(next);
+    return joins ? join(next, added, came) : show(next);
   };
   const methods = createMethods(context, replace);
   const link = createLink(context);
   const kept = createKept(store, history, () => (embedded ? '' : link.words()), messages.tell);
+  const keeper = createKeeper(store, speaker, messages.tell);
   const parts: Part[] = [
     ...[sliders, poses, compare, heat, orbits, methods, display, transport, live],
     ...[labels, swipe, legend, pointer, undo, grab],
@@ -232,12 +233,15 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     history.aside(start);
     draw();
   };
-  const show = (next: Scene) => {
-    const start = startOf(next, still, messages.tell);
+  const show = async (next: Scene) => {
+    const own = startOf(next, still, messages.tell);
+    const held = await keeper.of(next, own);
+    const start = { ...own, ...held.fields };
     const found = kept.of(next, start);
     const going = goingOn(store.get(), next, start);
     replaceScene(next, { ...start, ...going, ...found.lists });
     found.begin();
+    held.begin();
     stage.look('front');
     link.begin(store.get(), embedded || going.clip ? '' : found.view);
     history.clear();
@@ -247,13 +251,15 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
       tabs.open(!embedded && innerWidth > 720);
     }
   };
-  const join = (next: Scene, added: readonly number[]) => {
+  const join = (next: Scene, added: readonly number[], came: readonly Clip[]) => {
+    if (added.length === 0) return store.update(opened(store.get(), next, came));
     const first = store.get().shown.find((model) => !added.includes(model)) ?? 0;
     const shown = [first, ...added].slice(0, 3);
     const arrangement = store.get().arrangement === 'swipe' ? 'swipe' : 'side';
     const against = next.models.findIndex(({ role }) => role === 'truth');
     const start = { shown, arrangement, against: against >= 0 ? against : first } as const;
     replaceScene(next, { ...start, ...(next.models.length < 2 ? { arrangement: 'single' } : {}) });
+    if (came.length > 0) store.update(opened(store.get(), next, came));
   };
 
   root.dataset.empty = 'true';
@@ -263,7 +269,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     draw();
   });
   store.subscribe(draw);
-  askBeforeLeaving(store.get);
+  askBeforeLeaving(store.get, keeper.holds);
   for (const happening of ['pointermove', 'wheel', 'keydown', 'pointerleave'] as const) {
     picture.addEventListener(happening, () => measure(), { passive: true });
   }

@@ -54,8 +54,8 @@ export function servedOpener(receiver: Receiver, busy: (words: string) => void):
       const next = await sceneOf(document, done['scene']);
       const now = receiver.scene();
       const joins = now?.models[0]?.neutral.length === next.models[0]?.neutral.length;
-      if (joins) receiver.replace(...joined(now, next.models[0]!));
-      else receiver.replace(next, []);
+      if (joins) await receiver.replace(...joined(now, next.models[0]!));
+      else await receiver.replace(next, []);
     },
   };
 }

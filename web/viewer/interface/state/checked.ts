@@ -81,14 +81,19 @@ const take = (value: Partial<Clip> | null): Clip | null => {
       Object.entries(value.tracks ?? {}).map(([slider, track]) => [slider, floats(track)]),
     ),
   };
-  const whole = [...clip.tracks.values()].every(
-    (track) => track.length === clip.times.length && track.every(Number.isFinite),
-  );
-  const rises = clip.times.every(
-    (time, i) => Number.isFinite(time) && (i === 0 || time > clip.times[i - 1]!),
-  );
-  return whole && rises && clip.times.length > 0 ? clip : null;
+  return isWhole(clip) ? clip : null;
 };
+
+/** Whether every curve of a performance has a number at each of its times, which rise. */
+export function isWhole({ times, tracks }: Clip): boolean {
+  const whole = [...tracks.values()].every(
+    (track) => track.length === times.length && track.every(Number.isFinite),
+  );
+  const rises = times.every(
+    (time, i) => Number.isFinite(time) && (i === 0 || time > times[i - 1]!),
+  );
+  return whole && rises && times.length > 0;
+}
 
 const floats = (numbers: ArrayLike<number>) => Float32Array.from(numbers);
 

@@ -145,7 +145,7 @@ export function createKept(
 }
 
 /** A rig is known by its name and its vertices; targets may come and go. */
-function keyOf({ name, models }: Scene): string {
+export function keyOf({ name, models }: Scene): string {
   return `elastomorph ${name}, ${(models[0]?.neutral.length ?? 0) / 3}`;
 }
 

@@ -8,14 +8,14 @@ import type { Recorder } from '../../takes/video/recording';
 import { takeAsCsv } from '../../takes/saving/csv';
 import { takeAsGlb } from '../../takes/saving/glb';
 import type { Clip, Model } from '../../types/model';
-import type { Context } from '../parts/part';
+import type { Context, Part } from '../parts/part';
 import { createVideo } from './video';
 
 export function createFiles(
   context: Context,
   takes: Takes,
   recorder: Recorder,
-): { element: HTMLElement } {
+): Pick<Part, 'element' | 'show'> {
   const { store, scene, tell } = context;
   const save = (
     words: string,
@@ -39,7 +39,20 @@ export function createFiles(
     });
     return made;
   };
+  const close = element(
+    'button',
+    { type: 'button', title: 'Take the take off the page, and out of what the browser keeps' },
+    'Close take',
+  );
+  close.addEventListener('click', () => {
+    const { takes, clip } = store.get();
+    const others = takes.filter(({ name }) => name !== clip);
+    store.update({ takes: others, range: null, playing: false });
+  });
   return {
+    show({ takes, clip }) {
+      close.hidden = !takes.some(({ name }) => name === clip);
+    },
     element: element(
       'div',
       { class: 'take-files', role: 'group', 'aria-label': 'Files of the take' },
@@ -48,6 +61,7 @@ export function createFiles(
       save('Save CSV', 'The take as a table of weights', 'csv', async (clip) => takeAsCsv(clip)),
       save('Save GLB', 'The rig with the take as its animation', 'glb', takeAsGlb),
       createVideo(context, recorder, (take, video) => download(`${take}.webm`, video)),
+      close,
     ),
   };
 }

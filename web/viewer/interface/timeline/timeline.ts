@@ -121,6 +121,7 @@ export function createTimeline(
     offset.show(String(Number(offsetOf(state).toFixed(3))));
     strip.show(state);
     edits.show(state);
+    files.show(state);
   };
   const toggle = () => {
     open = all.clientHeight === 0; // a sheet may hide it
