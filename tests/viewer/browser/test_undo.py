@@ -182,3 +182,42 @@ def test_memory_is_bounded(visit: Visit, faces: Faces) -> None:
 
 def _settings(found: dict[str, Any]) -> dict[str, Any]:
     return {field: value for field, value in found.items() if field not in CLOCK}
+
+
+LONG = """([frames, steps, part]) => {
+    const tracks = new Map(['a', 'b'].map(name => [name, new Float32Array(frames)]));
+    const times = Float64Array.from({length: frames}, (_, i) => i / 60);
+    elastomorph.update({takes: [{name: 'long', times, tracks}]});
+    for (let i = 1; i <= steps; i += 1) {
+        dispatchEvent(new PointerEvent('pointerdown'));
+        const [take] = elastomorph.state().takes;
+        const next = new Map([...take.tracks].map(
+            ([name, track]) => [name, track.slice().fill(i / 100, 0, part)]));
+        elastomorph.update({takes: [{...take, tracks: next}]});
+        dispatchEvent(new PointerEvent('pointerup'));
+    }
+}"""
+UNDONE = """() => {
+    for (let i = 0; i < 300; i += 1)
+        dispatchEvent(new KeyboardEvent('keydown', {key: 'z', ctrlKey: true}));
+    const [take] = elastomorph.state().takes;
+    return take ? [take.tracks.get('a')[0], take.tracks.get('b').at(-1)] : null;
+}"""
+
+
+@pytest.mark.parametrize(
+    ("part", "left"), [(600, None), (2_000_000, [0.05, 0.05])], ids=["frames", "takes"]
+)
+def test_long_takes_are_remembered_by_what_changed(
+    visit: Visit, faces: Faces, part: int, left: list[float] | None
+) -> None:
+    """Of edits of ten seconds all; of whole takes of 16 MB each as many as 256 MB hold, and one."""
+    page = visit(faces.alone, **COARSE)
+    page.evaluate(LONG, [2_000_000, 22, part])
+    assert page.evaluate(UNDONE) == pytest.approx(left)
+    page.evaluate(UNDONE.replace("'z'", "'y'"))
+    first = page.evaluate("elastomorph.state().takes[0].tracks.get('a')[0]")
+    last = page.evaluate("elastomorph.state().takes[0].tracks.get('b').at(-1)")
+    assert first == pytest.approx(0.22)
+    assert last == pytest.approx(0.22 if part > 600 else 0)
+    page.evaluate("elastomorph.update({takes: []})")

@@ -1,8 +1,10 @@
 // What was done can be undone: steps of the state, one for each gesture.
 import type { ViewState } from '../../types/state';
+import { type Exchange, exchange, exchanged } from '../../takes/exchange';
 import type { Store } from './store';
 
 const MANY = 200; // steps that are remembered
+const MOST = 2 ** 28; // bytes of curves in them, but for the last step
 const PAUSE = 500; // milliseconds: changes of the same fields that follow sooner are one step
 const AFTERWARDS = 150; // milliseconds after a gesture that what it has set going still belongs to it
 
@@ -13,6 +15,8 @@ type Fields = Partial<ViewState>;
 interface Step {
   readonly before: Fields;
   readonly after: Fields;
+  /** Of one that no more joins: what makes its takes into those on its other side. */
+  readonly takes?: Exchange;
 }
 
 export interface History {
@@ -43,7 +47,7 @@ export function createHistory(store: Store): History {
     const [before, after] = [part(previous, fields), part(next, fields)];
     past = gesture.goesOn(known) && last
       ? [...past.slice(0, -1), joined(last, { before, after })]
-      : [...past, { before, after }].slice(-MANY);
+      : bounded([...past.slice(0, -1), ...(last ? [closed(last)] : []), { before, after }]);
     future = [];
   };
   store.subscribe(record);
@@ -56,20 +60,23 @@ export function createHistory(store: Store): History {
       silent = false;
     }
   };
+  /** Goes to one side of a step, which then knows the way back. */
+  const turned = (step: Step, side: 'before' | 'after'): Step => {
+    const own = closed(step);
+    gesture.end();
+    const now = store.get().takes;
+    const takes = own.takes && exchanged(now, own.takes);
+    silently({ ...own[side], ...(takes && { takes }) });
+    return { ...own, ...(takes && { takes: exchange(takes, now) }) };
+  };
   return {
     undo() {
       const step = past.pop();
-      if (!step) return;
-      future.push(step);
-      gesture.end();
-      silently(step.before);
+      if (step) future.push(turned(step, 'before'));
     },
     redo() {
       const step = future.pop();
-      if (!step) return;
-      past.push(step);
-      gesture.end();
-      silently(step.after);
+      if (step) past.push(turned(step, 'after'));
     },
     aside: silently,
     canUndo: () => past.length > 0,
@@ -78,9 +85,10 @@ export function createHistory(store: Store): History {
       [past, future] = [[], []];
     },
     amend(change) {
-      const amended = ({ before, after }: Step) => ({
-        before: change(before),
-        after: change(after),
+      const amended = (step: Step) => ({
+        ...step,
+        before: change(step.before),
+        after: change(step.after),
       });
       [past, future] = [past.map(amended), future.map(amended)];
       silently(change(store.get()));
@@ -106,6 +114,23 @@ function joined(first: Step, second: Step): Step {
     before: { ...second.before, ...first.before },
     after: { ...first.after, ...second.after },
   };
+}
+
+/** The step without takes, of which it only knows what is another on the side before. */
+function closed(step: Step): Step {
+  const { takes: earlier, ...before } = step.before;
+  const { takes: later, ...after } = step.after;
+  return earlier && later ? { before, after, takes: exchange(later, earlier) } : step;
+}
+
+/** The last of the steps, as many as there is room for. */
+function bounded(steps: readonly Step[]): Step[] {
+  let room = MOST;
+  const first = steps.findLastIndex((step, i) => {
+    room -= step.takes?.bytes ?? 0;
+    return i < steps.length - 1 && room < 0;
+  });
+  return steps.slice(Math.max(first + 1, steps.length - MANY));
 }
 
 /** Which changes belong together: from pointer down to up, and those that follow soon. */
