@@ -1,11 +1,13 @@
 // Animations of morph target weights, as performances of sliders: as elastomorph.io.gltf.clips. A
 // channel is played as glTF says, straight between keys, in steps or along splines; steps become a key
 // just before the jump, splines as many as a player could tell apart.
-import type { Clip, Corrective, Morph } from '../types/model';
+import { Quaternion } from 'three';
+import type { Clip, Corrective, Head, Morph } from '../types/model';
 import { floats } from './accessors';
 import { isEntry, type Entry, type GltfDocument } from './document';
 import type { PlacedMesh } from './nodes';
 import { targetNamesOf } from './surface';
+import { anglesOf, headNode, restOf } from './turning';
 
 const JUMP = 1e-4; // seconds before a jump, where the value before it ends
 const BETWEEN = 8; // keys put into each stretch of a spline
@@ -42,7 +44,8 @@ export function readClips(
       .filter(isEntry)
       .flatMap((entry) => channel(file, animation, entry, ofNode) ?? []);
     if (channels.length === 0) return;
-    const clip = clipOf(name, channels, targetNames, morphs, correctives);
+    const turned = turnedHead(file, animation);
+    const clip = clipOf(name, channels, targetNames, morphs, correctives, turned);
     const moving = [...clip.tracks.keys()];
     const playsOne = moving.length === 1 && moving[0] === name;
     if (moving.length > 0 && !playsOne) clips.push(clip);
@@ -93,8 +96,12 @@ function clipOf(
   targetNames: readonly string[],
   morphs: readonly Morph[],
   correctives: readonly Corrective[],
+  turned: Turned | null,
 ): Clip {
-  const moments = Float32Array.from(channels.flatMap(momentsOf), (time) => Math.max(0, time));
+  const moments = Float32Array.from(
+    [...channels.flatMap(momentsOf), ...(turned?.times ?? [])],
+    (time) => Math.max(0, time),
+  );
   const times = Float64Array.from(new Set(moments)).sort();
   const tau = new Map<string, Float32Array>();
   for (const { name: morph, delta, fold } of morphs) {
@@ -111,7 +118,49 @@ function clipOf(
     const own = corrective ? undriven(track, corrective, tau) : track;
     if (own.some((weight) => weight !== 0)) tracks.set(morph, own);
   }
-  return { name, times, tracks };
+  const heads = turned && Array.from(times, turned.at);
+  const still = !heads?.some((head) => head.some((angle) => Math.abs(angle) > 1e-6));
+  return { name, times, tracks, ...(!still && { heads: heads! }) };
+}
+
+/** How an animation turns the head. */
+interface Turned {
+  readonly times: Float32Array;
+  readonly at: (time: number) => Head;
+}
+
+function turnedHead(file: GltfDocument, animation: Entry): Turned | null {
+  const channels = file
+    .list(animation, 'channels')
+    .filter(isEntry)
+    .flatMap(({ target, sampler }) =>
+      isEntry(target) && target['path'] === 'rotation' && typeof target['node'] === 'number'
+        ? { node: target['node'], sampler }
+        : [],
+    );
+  const node = headNode(
+    file,
+    channels.map((one) => one.node),
+  );
+  const number = channels.find((one) => one.node === node)?.sampler;
+  const sampler = file.list(animation, 'samplers')[Number(number)];
+  if (node === undefined || !isEntry(sampler)) return null;
+  const times = floats(file, sampler['input'], 1, 'times of keys');
+  const values = floats(file, sampler['output'], 4, 'rotations of keys');
+  const spline = sampler['interpolation'] === 'CUBICSPLINE';
+  if (values.length < 4 * times.length * (spline ? 3 : 1)) return null;
+  const rest = restOf(file, node);
+  const key = (i: number) => new Quaternion().fromArray(values, 4 * (spline ? 3 * i + 1 : i));
+  const at = (time: number) => {
+    const after = times.findIndex((own) => own > time);
+    const last = after < 0 ? times.length - 1 : Math.max(0, after - 1);
+    const next = after < 0 ? last : after;
+    const length = times[next]! - times[last]!;
+    const steps = sampler['interpolation'] === 'STEP' || !(length > 0);
+    const share = steps ? 0 : Math.max(0, (time - times[last]!) / length);
+    return anglesOf(rest, key(last).slerp(key(next), share));
+  };
+  return { times, at };
 }
 
 /** The time of a path at which its target has a weight, by bisection. */

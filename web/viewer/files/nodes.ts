@@ -62,13 +62,13 @@ function placed(file: GltfDocument, number: number, node: Entry, placement: Plac
 }
 
 /** In glTF, and VRM 1.0, what is shown looks along +Z; in VRM 0.x along −Z. */
-function rootOf(file: GltfDocument): Placement {
+export function rootOf(file: GltfDocument): Placement {
   const extensions = file.value('extensions');
   const backwards = isEntry(extensions) && 'VRM' in extensions && !('VRMC_vrm' in extensions);
   return backwards ? AROUND : UNIT;
 }
 
-function roots(file: GltfDocument): number[] {
+export function roots(file: GltfDocument): number[] {
   const scenes = file.items('scenes');
   if (scenes.length > 0) {
     return [
@@ -82,7 +82,7 @@ function roots(file: GltfDocument): number[] {
   return nodes.map((_, number) => number).filter((number) => !below.has(number));
 }
 
-function transform(file: GltfDocument, node: Entry): Placement {
+export function transform(file: GltfDocument, node: Entry): Placement {
   if (node['matrix'] !== undefined) {
     const m = file.numbers(node, 'matrix', 16, []);
     return [0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14].map((i) => m[i]!);

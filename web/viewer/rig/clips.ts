@@ -68,14 +68,15 @@ export function frameAt({ times }: Clip, seconds: number): number {
 }
 
 /** Yaw, pitch and roll of the head that a take was recorded with, where it was. */
-export function headOf({ times, recorded }: Clip, seconds: number): Head | null {
-  if (!recorded) return null;
-  const { names, weights } = recorded;
+export function headOf({ times, recorded, heads }: Clip, seconds: number): Head | null {
+  if (!recorded && !heads) return null;
   const [before, end, share] = around(times, seconds);
-  const angles = ANGLES.map((angle) => {
+  const angles = ANGLES.map((angle, axis) => {
+    const { names, weights } = recorded ?? { names: [], weights: [] };
     const column = names.findIndex((name) => name.toLowerCase() === angle);
-    const at = (frame: number) => weights[frame * names.length + column]!;
-    return column < 0 ? 0 : at(before) + share * (at(end) - at(before));
+    const at = (frame: number) =>
+      heads?.[frame]![axis] ?? weights[frame * names.length + column] ?? 0;
+    return column < 0 && !heads ? 0 : at(before) + share * (at(end) - at(before));
   });
   return angles as unknown as Head;
 }

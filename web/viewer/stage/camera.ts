@@ -1,12 +1,13 @@
 // Where the face is seen from, and how it fills the picture.
-import { Euler, PerspectiveCamera, Quaternion, Spherical, Vector3 } from 'three';
+import { PerspectiveCamera, Spherical, Vector3 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { headRotation } from '../files/turning';
+import { framedBox } from './framed';
 import type { Head, Model } from '../types/model';
 import type { Place, View } from '../types/stage';
 
 const FIELD = 24; // degrees, as a lens of about 85 mm sees
 const MARGIN = 1.045;
-const NECK = 0.25; // of the height of what is framed
 
 /** Turn to the right and upwards, in degrees. */
 const VIEWS: Readonly<Record<View, readonly [number, number]>> = {
@@ -42,20 +43,11 @@ export class FaceCamera {
 
   /** What is to fill the picture: the neutral of a model, as far as it is drawn. */
   frame(model: Model): void {
-    const drawn = drawnVertices(model);
-    const framed = framedVertices(model, drawn);
-    const low = new Vector3(Infinity, Infinity, Infinity);
-    const high = low.clone().negate();
+    const { drawn, framed, low, high, neck } = framedBox(model);
     const at = new Vector3();
-    framed.forEach((counts, v) => {
-      if (!counts) return;
-      at.fromArray(model.neutral, 3 * v);
-      low.min(at);
-      high.max(at);
-    });
     this.corners = boundary(model, framed);
     this.middle.addVectors(low, high).multiplyScalar(0.5);
-    this.neck.set(this.middle.x, low.y + NECK * (high.y - low.y), this.middle.z);
+    this.neck.copy(neck);
     this.size = Math.max(low.distanceTo(high), 1e-9);
     // A body goes on beyond the face, and is seen when somebody moves away.
     this.reaches = this.size;
@@ -147,8 +139,7 @@ export class FaceCamera {
     held.updateMatrixWorld();
     camera.copy(held);
     if (head) {
-      const [yaw, pitch, roll] = head;
-      const back = new Quaternion().setFromEuler(new Euler(pitch, -yaw, -roll, 'YXZ')).invert();
+      const back = headRotation(head).invert();
       camera.position.sub(neck).applyQuaternion(back).add(neck);
       camera.quaternion.premultiply(back);
     }
@@ -190,21 +181,6 @@ export class FaceCamera {
       middle: (distance: number) => (most - least + (behind - ahead) * distance) / 2,
     };
   }
-}
-
-/** (V,) 1 at the vertices of parts that are drawn. */
-function drawnVertices({ neutral, parts, triangles }: Model): Uint8Array {
-  const drawn = new Uint8Array(neutral.length / 3);
-  for (const { start, count, shown } of parts) {
-    if (shown) for (let i = start; i < start + count; i += 1) drawn[triangles[i]!] = 1;
-  }
-  return drawn;
-}
-
-/** Those of the head, where there is a body too. */
-function framedVertices({ head }: Model, drawn: Uint8Array): Uint8Array {
-  const framed = head ? drawn.map((counts, v) => counts & head[v]!) : drawn;
-  return framed.some((counts) => counts) ? framed : drawn;
 }
 
 /**

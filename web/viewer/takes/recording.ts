@@ -27,8 +27,12 @@ export function trackOf(
   );
 }
 
-function ownColumns({ tracks }: Clip): Map<string, Column> {
-  return new Map([...tracks].map(([slider, track]) => [slider, Array.from(track, shortest)]));
+function ownColumns({ tracks, heads }: Clip): Map<string, Column> {
+  const found = [...tracks].map(([slider, track]) => [slider, Array.from(track, shortest)] as const);
+  const angles = ['HeadYaw', 'HeadPitch', 'HeadRoll'].map(
+    (name, axis) => [name, (heads ?? []).map((head) => head[axis]!)] as const,
+  );
+  return new Map(heads ? [...found, ...angles] : found);
 }
 
 /** What its own columns cannot say of sliders follows in columns of their names. */

@@ -20,6 +20,8 @@ export interface Clip {
   readonly name: string;
   readonly times: Float64Array; // seconds, increasing
   readonly tracks: ReadonlyMap<string, Float32Array>; // by slider, as long as times
+  /** As long as times, of a clip that turns the head; of a take, its columns do. */
+  readonly heads?: readonly Head[];
   /** Of a take that was opened: what its file holds, and which weights drive which sliders. */
   readonly recorded?: Recording & { readonly drives: ReadonlyMap<string, readonly string[]> };
 }

@@ -1,10 +1,16 @@
 // A take as the animation of the rig's own file, for players that know nothing of bends.
+import { Quaternion } from 'three';
 import { openContainer, refuse } from '../../files/container';
 import { GltfDocument, isEntry, type Entry } from '../../files/document';
+import { roots } from '../../files/nodes';
 import { targetNamesOf } from '../../files/surface';
+import { headNode, headRotation, mayTurn, restOf } from '../../files/turning';
+import { headOf } from '../../rig/clips';
+import { framedBox } from '../../stage/framed';
 import type { Clip, Model } from '../../types/model';
 
 const FLOAT = 5126;
+const STILL = { above: new Quaternion(), own: new Quaternion() };
 const [GLTF, JSON_CHUNK, BINARY_CHUNK] = [0x46546c67, 0x4e4f534a, 0x004e4942];
 
 /** The lists of a document that grow, and what is put behind its bytes. */
@@ -32,6 +38,7 @@ export async function takeAsGlb(clip: Clip, model: Model): Promise<Blob> {
     size: held.length,
   };
   const animation = animationOf(file, grown, clip, model);
+  const turned = turnedNodes(file, grown, clip, model, animation);
   const kept = file.items('animations').filter((one) => isEntry(one) && one['name'] !== clip.name);
   return container(
     {
@@ -40,12 +47,18 @@ export async function takeAsGlb(clip: Clip, model: Model): Promise<Blob> {
       bufferViews: grown.views,
       accessors: grown.accessors,
       animations: [animation, ...kept],
+      ...turned,
     },
     grown,
   );
 }
 
-function animationOf(file: GltfDocument, grown: Growing, clip: Clip, model: Model): Entry {
+function animationOf(
+  file: GltfDocument,
+  grown: Growing,
+  clip: Clip,
+  model: Model,
+): { name: string; channels: unknown[]; samplers: unknown[] } {
   const { times } = clip;
   const weights = targetWeights(clip, model);
   const seconds = Float32Array.from(times, (time) => time - times[0]!);
@@ -72,6 +85,44 @@ function animationOf(file: GltfDocument, grown: Growing, clip: Clip, model: Mode
   return { name: clip.name, channels, samplers };
 }
 
+/**
+ * Lets the head turn with its take: its bone, or a node in the neck that all hangs below. What of the
+ * document is another then.
+ */
+function turnedNodes(
+  file: GltfDocument,
+  grown: Growing,
+  clip: Clip,
+  model: Model,
+  { channels, samplers }: { channels: unknown[]; samplers: unknown[] },
+): Entry {
+  const heads = Array.from(clip.times, (time) => headOf(clip, time) ?? ([0, 0, 0] as const));
+  const nodes = [...file.items('nodes')];
+  if (!nodes.length || !heads.some((head) => head.some(Boolean))) return {};
+  const bone = headNode(file, mayTurn(file));
+  const { above, own } = bone === undefined ? STILL : restOf(file, bone);
+  let last = new Quaternion();
+  const values = heads.flatMap((head) => {
+    const seen = above.clone().invert().multiply(headRotation(head)).multiply(above).multiply(own);
+    if (seen.dot(last) < 0) seen.set(-seen.x, -seen.y, -seen.z, -seen.w);
+    last = seen;
+    return seen.toArray();
+  });
+  const output = accessor(grown, Float32Array.from(values), {}, 4);
+  const { input } = samplers[0] as Entry;
+  samplers.push({ input, interpolation: 'LINEAR', output });
+  const node = bone ?? nodes.length;
+  channels.push({ sampler: samplers.length - 1, target: { node, path: 'rotation' } });
+  if (bone !== undefined) return {};
+  const { neck } = framedBox(model);
+  nodes.push({ name: 'head', translation: neck.toArray(), children: [node + 1] });
+  nodes.push({ translation: neck.negate().toArray(), children: roots(file) });
+  const scenes = [...(file.items('scenes').length ? file.items('scenes') : [{}])] as Entry[];
+  const shown = Number(file.value('scene') ?? 0);
+  scenes[shown] = { ...scenes[shown], nodes: [node] };
+  return { nodes, scenes, scene: shown };
+}
+
 /** The weights of all targets, bends among them, at each key. */
 function targetWeights({ tracks, times }: Clip, { bender }: Model): Float64Array[] {
   const own = bender.sliders.map((slider) => tracks.get(slider));
@@ -79,7 +130,12 @@ function targetWeights({ tracks, times }: Clip, { bender }: Model): Float64Array
 }
 
 /** Numbers behind the bytes of a file; its number among the accessors. */
-function accessor(grown: Growing, values: Float32Array<ArrayBuffer>, ends: Entry): number {
+function accessor(
+  grown: Growing,
+  values: Float32Array<ArrayBuffer>,
+  ends: Entry,
+  width: 1 | 4 = 1,
+): number {
   pad(grown, 0);
   grown.views.push({ buffer: 0, byteOffset: grown.size, byteLength: values.byteLength });
   grown.bytes.push(new Uint8Array(values.buffer));
@@ -88,8 +144,8 @@ function accessor(grown: Growing, values: Float32Array<ArrayBuffer>, ends: Entry
   grown.accessors.push({
     bufferView,
     componentType: FLOAT,
-    count: values.length,
-    type: 'SCALAR',
+    count: values.length / width,
+    type: width === 1 ? 'SCALAR' : 'VEC4',
     ...ends,
   });
   return grown.accessors.length - 1;

@@ -1,0 +1,81 @@
+// The turn of a head in glTF, as elastomorph.io.gltf.turning: a rotation of the bone that VRM calls the
+// head, or of a node that is called so.
+import { Euler, Matrix4, Quaternion, Vector3 } from 'three';
+import type { Head } from '../types/model';
+import { isEntry, type Entry, type GltfDocument } from './document';
+import { rootOf, transform } from './nodes';
+import { product, type Placement } from './placing';
+
+const NAMED = /^(.*[^a-z])?head$/i;
+
+/** How a head that looks along +Z with +Y up is turned. */
+export function headRotation([yaw, pitch, roll]: Head): Quaternion {
+  return new Quaternion().setFromEuler(new Euler(pitch, -yaw, -roll, 'YXZ'));
+}
+
+/** Which of some nodes is the head. */
+export function headNode(file: GltfDocument, among: readonly number[]): number | undefined {
+  const bone = headBone(file.value('extensions'));
+  const named = (node: number) => NAMED.test(String(file.item('nodes', node, 'a node')['name']));
+  return among.find((node) => (bone === undefined ? named(node) : node === bone));
+}
+
+function headBone(extensions: unknown): unknown {
+  const under = (...keys: string[]) =>
+    keys.reduce((at, key) => (isEntry(at) ? at[key] : undefined), extensions);
+  const older = under('VRM', 'humanoid', 'humanBones');
+  if (!Array.isArray(older)) return under('VRMC_vrm', 'humanoid', 'humanBones', 'head', 'node');
+  return older.filter(isEntry).find(({ bone }) => bone === 'head')?.['node'];
+}
+
+/** How a node rests: all that it hangs below, as seen in the scene, and itself in that. */
+export function restOf(file: GltfDocument, number: number): { above: Quaternion; own: Quaternion } {
+  const parents = new Map<unknown, number>();
+  file.items('nodes').forEach((node, parent) => {
+    if (isEntry(node)) file.list(node, 'children').forEach((child) => parents.set(child, parent));
+  });
+  const own = transform(file, file.item('nodes', number, 'a node'));
+  let above: Placement | null = null;
+  const seen = new Set([number]);
+  for (let at = parents.get(number); at !== undefined && !seen.has(at); at = parents.get(at)) {
+    seen.add(at);
+    const outer = transform(file, file.item('nodes', at, 'a node'));
+    above = above ? product(outer, above) : outer;
+  }
+  const root = rootOf(file);
+  return { above: rotationIn(above ? product(root, above) : root), own: rotationIn(own) };
+}
+
+function rotationIn(m: Placement): Quaternion {
+  const [a, b, c, d, e, f, g, h, i] = m as number[] as [
+    ...[number, number, number],
+    ...[number, number, number],
+    ...[number, number, number],
+  ];
+  const turned = new Quaternion();
+  new Matrix4()
+    .set(a, d, g, 0, b, e, h, 0, c, f, i, 0, 0, 0, 0, 1)
+    .decompose(new Vector3(), turned, new Vector3());
+  return turned;
+}
+
+/** Yaw, pitch and roll of a node that has a rotation in its parent. */
+export function anglesOf(
+  { above, own }: { above: Quaternion; own: Quaternion },
+  rotation: Quaternion,
+): Head {
+  const seen = above.clone().multiply(rotation).multiply(own.clone().invert());
+  const { x, y, z } = new Euler().setFromQuaternion(seen.multiply(above.clone().invert()), 'YXZ');
+  return [-y, x, -z];
+}
+
+/** The nodes a head may be: bones, and what hangs others in a place of its own. */
+export function mayTurn(file: GltfDocument): number[] {
+  const skins = file.items('skins').filter(isEntry);
+  const known = new Set(skins.flatMap((skin) => file.list(skin, 'joints')));
+  return file.items('nodes').flatMap((node, number) => {
+    const own = node as Entry;
+    const holds = known.has(number) || (own['children'] && own['translation']);
+    return holds && own['matrix'] === undefined ? number : [];
+  });
+}
