@@ -19,8 +19,10 @@ from PIL import Image
 import elastomorph as em
 from children import started
 from elastomorph.draw.film import film_camera
+from elastomorph.draw.head import neck_of
 from elastomorph.draw.movie import find_encoder
 from elastomorph.draw.stage import Stage
+from elastomorph.rig.performance import HeadTurn
 from needs import extra
 
 extra("imageio_ffmpeg", "demo")
@@ -344,3 +346,28 @@ def test_a_face_without_sliders_is_not_filmed(
     assert run("render", still, *SMALL, *words) == 1
     assert "the rig has no sliders" in capsys.readouterr().err
     assert not (tmp_path / "a.mp4").exists()
+
+
+def test_films_turn_the_head_unless_it_is_to_be_still(
+    folder: Path, rig: em.Rig, tmp_path: Path
+) -> None:
+    """Numbered pictures: each is its pose, turned; left still, those of a take without angles."""
+    takes = {"turned": "jawOpen,HeadYaw\n0,0,0\n0.5,1,0.5", "plain": "jawOpen\n0,0\n0.5,1"}
+    for name, rows in takes.items():
+        (tmp_path / f"{name}.csv").write_text(f"time,{rows}\n")
+    films = {"turned": (), "plain": (), "still": ("--still-head",)}
+    for name, words in films.items():
+        take = tmp_path / f"{name if name in takes else 'turned'}.csv"
+        out = tmp_path / f"{name}.##.png"
+        words = (folder / "rig.npz", "--take", take, "--fps", 4, *SMALL, *words)
+        assert run("render", *words, "-o", out) == 0
+    drawn = {n: [tmp_path / f"{n}.{i:02d}.png" for i in (1, 2, 3)] for n in films}
+    for plain, still in zip(drawn["plain"], drawn["still"], strict=True):
+        assert plain.read_bytes() == still.read_bytes()
+    neck = neck_of(rig.neutral, rig.morphs.values())
+    turn = HeadTurn(neck, np.array([[0, 0, 0], [0.25, 0, 0], [0.5, 0, 0]]))
+    camera = film_camera(rig, np.array([[0], [0.5], [1.0]]), "front", SIZE, turn)
+    with Stage(rig.neutral, camera, size=SIZE, occlusion=16) as stage:
+        for i, file in enumerate(drawn["turned"]):
+            wanted = stage.picture(turn.of(rig.pose({"jawOpen": i / 2}), i))
+            assert np.abs(np.asarray(Image.open(file)).astype(int) - wanted).max() <= 2
