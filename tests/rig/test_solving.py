@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import least_squares
@@ -189,9 +189,13 @@ def test_a_rig_without_sliders_says_how_far_handles_are(small: Rig) -> None:
 
 
 @settings(max_examples=60)
+@example(seed=2988, prior=1.0)
 @given(seed=st.integers(0, 10_000), prior=st.sampled_from([0.0, 0.1, 1.0]))
 def test_nearest_is_no_farther_than_a_general_solver(seed: int, prior: float) -> None:
-    """Of linear residuals the problem is convex: as good as splitting x into x⁺ - x⁻ in SciPy."""
+    """Of linear residuals the problem is convex: as good as splitting x into x⁺ - x⁻ in SciPy.
+
+    Where residuals are to be fine; else the search ends where little of the cost is to be won.
+    """
     random = np.random.default_rng(seed)
     count = int(random.integers(1, 8))
     rows, goal = random.normal(size=(2, count + 2, count))
@@ -199,7 +203,7 @@ def test_nearest_is_no_farther_than_a_general_solver(seed: int, prior: float) ->
     low, high = -random.random(count), random.random(count)
     start = np.clip(random.normal(size=count) * 0.3, low, high)
     assume((low < start).all() and (start < high).all())
-    box = Box(low, high, start, prior, 1e-9)
+    box = Box(low, high, start, prior, 1e-9, fine=1e-4)
     found = nearest(lambda x: (rows @ x - goal, rows, np.zeros((count, count))), box, start)
     assert ((low <= found) & (found <= high)).all()
 
