@@ -27,7 +27,7 @@ def packet(
     return FacePacket(device, subject, frame, 0.0, rate, jaw if face is None else face)
 
 
-def wait(condition: Callable[[], bool], seconds: float = 60) -> None:
+def wait(condition: Callable[[], bool], seconds: float = 240) -> None:
     """Waits until something is so."""
     until = time.monotonic() + seconds
     while not condition():

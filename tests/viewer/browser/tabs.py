@@ -44,7 +44,7 @@ class Tabs:
             context = self.browser.new_context(viewport=viewport, **media, **known)
             if not options.get("keeps"):
                 context.add_init_script(FORGET)
-            context.set_default_timeout(60_000)
+            context.set_default_timeout(240_000)
             return Tab(context.new_page(), Watch(context), repr(options))
         tab = idle.pop()
         tab.page.set_viewport_size(viewport)

@@ -82,7 +82,7 @@ def open_files(page: Page, *files: Path) -> None:
     """Chooses files as in the browser's dialogue, and waits until they are open or refused."""
     page.locator("input[aria-label='Files to open']").set_input_files([str(f) for f in files])
     settled(page)
-    wait(page, "document.querySelector('.busy').textContent === ''", 60)
+    wait(page, "document.querySelector('.busy').textContent === ''")
     settled(page)
 
 

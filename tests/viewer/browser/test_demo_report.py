@@ -32,6 +32,6 @@ def test_the_report_of_the_demo_lives(visit: Visit, report: str) -> None:
     for number in range(viewers):
         page.locator("iframe").nth(number).scroll_into_view_if_needed()
         frame = page.frames[1 + number]
-        wait(frame, "window.elastomorph", seconds=60)
+        wait(frame, "window.elastomorph")
         frame.evaluate("elastomorph.ready")
         assert frame.evaluate("elastomorph.models().length") >= 2

@@ -86,7 +86,7 @@ def says(page: Page, words: str) -> None:
 
 def follows(page: Page, faces: Faces, **wanted: float) -> None:
     """Waits for these weights, and compares the face with what the rig makes of them."""
-    until = time.monotonic() + 60
+    until = time.monotonic() + 240
     while state(page)["weights"] != pytest.approx(wanted, abs=1e-4):
         assert time.monotonic() < until, state(page)["weights"]
         time.sleep(0.03)

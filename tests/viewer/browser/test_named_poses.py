@@ -241,7 +241,7 @@ def test_pictures_of_what_is_in_sight(visit: Visit, faces: Faces) -> None:
     page = visit(faces.alone, **COARSE)
     poses_tab(page, *({"name": f"Pose {i}", "weights": {"jawOpen": i / 600}} for i in range(600)))
     page.locator(".pose-scroll").evaluate("list => (list.scrollTop = list.scrollHeight)")
-    wait(page, "document.querySelector('.pose-list li:last-child canvas')", 20)
+    wait(page, "document.querySelector('.pose-list li:last-child canvas')")
     assert page.locator(".portrait canvas").count() < 40
 
 

@@ -59,7 +59,7 @@ def server(tmp_path: Path) -> Iterator[ViewerServer]:
 
 
 def opened(page: Page, title: str) -> None:
-    wait(page, f"document.querySelector('header h1').textContent === '{title}'", 30)
+    wait(page, f"document.querySelector('header h1').textContent === '{title}'")
 
 
 def test_a_folder_that_is_dropped(visit: Visit, server: ViewerServer, meshes: Path) -> None:
@@ -91,7 +91,7 @@ def test_meshes_that_are_chosen_one_by_one(
 ) -> None:
     page = visit(server.address, size=SMALL, **COARSE)
     page.locator(FILES).set_input_files([meshes / "neutral.obj", meshes / "jawOpen.obj"])
-    wait(page, "elastomorph.models()[0].vertices > 5000", 30)
+    wait(page, "elastomorph.models()[0].vertices > 5000")
 
 
 @pytest.mark.parametrize("suffix", [".usda", ".vrm"])

@@ -74,7 +74,7 @@ def seen(page: Page, cards: GltfBuilder, folder: Path) -> list[tuple[int, ...]]:
     """The colours in the quarters of what a file shows."""
     name = f"card{next(NUMBERS)}"
     choose(page, f"{name}.glb", cards.write(folder / "card.glb").read_bytes())
-    wait(page, f"elastomorph.models().some(model => model.name === '{name}')", seconds=30)
+    wait(page, f"elastomorph.models().some(model => model.name === '{name}')")
     page.evaluate(
         "elastomorph.update({ arrangement: 'single', shown: ["
         f"elastomorph.models().findIndex(model => model.name === '{name}')] }})"

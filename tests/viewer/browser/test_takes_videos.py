@@ -81,7 +81,7 @@ def record(page: Page, folder: Path, **choices: str) -> Path:
     page.get_by_role("button", name="Video…").click()
     for name, value in choices.items():
         page.get_by_label(name).select_option(value)
-    with page.expect_download(timeout=60_000) as download:
+    with page.expect_download() as download:
         page.get_by_role("button", name="Record", exact=True).click()
     path = folder / download.value.suggested_filename
     download.value.save_as(path)

@@ -118,7 +118,7 @@ def settled(page: Page | Frame) -> None:
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
-def wait(page: Page | Frame, condition: str, seconds: float = 60) -> None:
+def wait(page: Page | Frame, condition: str, seconds: float = 240) -> None:
     """Waits for an expression of the page to hold; Playwright's own wait needs eval."""
     until = time.monotonic() + seconds
     while not page.evaluate(f"Boolean({condition})"):
