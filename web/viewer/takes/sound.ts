@@ -81,8 +81,9 @@ export function createSpeaker(): Speaker {
           `it has ${grouped(Math.ceil(size / 2 ** 20))} MiB; sounds of up to 1,024 MiB are ` +
             'opened here. Save the sound alone as a WAV.',
         );
-      const buffer = await own()
-        .decodeAudioData(await file.arrayBuffer())
+      const buffer = await file
+        .arrayBuffer()
+        .then((bytes) => own().decodeAudioData(bytes))
         .catch(() =>
           refuse(
             name,

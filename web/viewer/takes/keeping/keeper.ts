@@ -10,9 +10,9 @@ import { carried } from '../reading';
 import { span } from '../../rig/clips';
 import type { Speaker } from '../sound';
 import { dropped, type Entry, kept, keptSound, type Label, takesOf } from './entries';
+import { inTime } from './shelf';
 
 const SOON = 400; // milliseconds after a change that it is written
-const LONGEST = 15_000; // milliseconds that a page waits for what the browser has
 const LARGEST = 2 ** 28; // bytes of a sound
 
 const FULL =
@@ -100,7 +100,7 @@ export function createKeeper(store: Store, speaker: Speaker, tell: (words: strin
     if (damaged > 0) tell(DAMAGED);
     for (const entry of entries) {
       if (entry.filed && takes.some(({ name }) => name === entry.name)) {
-        await dropped(key, entry); // the same file
+        await dropped(key, entry).catch(() => undefined); // the same file
         continue;
       }
       takes = takes.filter((take) => take.name !== entry.name || !given.includes(take));
@@ -124,7 +124,7 @@ export function createKeeper(store: Store, speaker: Speaker, tell: (words: strin
         scenes.add(take);
       }
       const key = keyOf(scene);
-      await queue;
+      await inTime(queue).catch(() => undefined); // faces open also where nothing is written
       const none = { own: null, names: [], takes: start.takes ?? [], offsets: {} };
       const { own, names, takes, offsets } = await found(key, scene, start).catch(() => none);
       return {
@@ -132,12 +132,16 @@ export function createKeeper(store: Store, speaker: Speaker, tell: (words: strin
         begin() {
           [rig, sliders, shelf] = [key, names.join('\n'), own ?? new Map<string, Entry>()];
           if (own) shelves.set(key, own);
-          for (const { name, take, sound } of shelf.values())
-            if (sound && speaker.of(name)?.file !== sound)
+          for (const { name, take, sound } of shelf.values()) {
+            const before = speaker.of(name);
+            // While it is read people may add another one, or open another face.
+            const awaited = () => speaker.of(name) === before && shelf.get(name)?.sound === sound;
+            if (sound && before?.file !== sound)
               speaker.read(sound).then(
-                (buffer) => speaker.lend(name, span(take)[0], sound, buffer),
+                (buffer) => awaited() && speaker.lend(name, span(take)[0], sound, buffer),
                 (problem: unknown) => tell((problem as Error).message),
               );
+          }
           soon(); // those that have come along
         },
       };
@@ -166,10 +170,4 @@ async function keepOne(
     );
   await keptSound(rig, entry!, large ? null : sound);
   own.set(name, { ...entry!, sound });
-}
-
-/** Rejects where a browser does not answer. */
-function inTime<T>(promise: Promise<T>): Promise<T> {
-  const late = new Promise<never>((_, reject) => setTimeout(reject, LONGEST));
-  return Promise.race([promise, late]);
 }

@@ -2,6 +2,7 @@
 // than what it changed.
 
 const [DATABASE, STORE] = ['elastomorph', 'takes'];
+const LONGEST = 15_000; // milliseconds that a page waits for what the browser has
 
 /** Rig, take, and what of it: one of PARTS or after them, or the name of a slider for its curve. */
 export type Key = [rig: string, take: string, part: number | string];
@@ -12,7 +13,8 @@ export const PARTS = { head: 0, base: 1, sound: 2, weights: 3 } as const;
 /**
  * Does something with the entries: all of it, or nothing.
  *
- * @throws DOMException where the browser has no room, forbids it or cannot read what it has
+ * @throws DOMException where the browser has no room, forbids it or cannot read what it has, and
+ *     nothing where it does not answer
  */
 export async function atShelf<T>(
   mode: IDBTransactionMode,
@@ -20,7 +22,11 @@ export async function atShelf<T>(
 ): Promise<T> {
   const opening = indexedDB.open(DATABASE, 1);
   opening.onupgradeneeded = () => opening.result.createObjectStore(STORE);
-  const database = await answer(opening);
+  const connecting = answer(opening);
+  const database = await inTime(connecting).catch((problem: unknown) => {
+    connecting.then((late) => late.close()).catch(() => undefined);
+    throw problem;
+  });
   try {
     const transaction = database.transaction(STORE, mode);
     const over = new Promise<void>((resolve, reject) => {
@@ -48,6 +54,12 @@ export function answer<T>(request: IDBRequest<T>): Promise<T> {
       reject(request.error);
     };
   });
+}
+
+/** Rejects where a browser does not answer. */
+export function inTime<T>(promise: Promise<T>): Promise<T> {
+  const late = new Promise<never>((_, reject) => setTimeout(reject, LONGEST));
+  return Promise.race([promise, late]);
 }
 
 /** Everything that begins so: of a rig, or of a take. */
