@@ -6,12 +6,17 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from faces import glb
 from takes import ASKS, alone, kept, latest, named_rig, open_files, shelf, told
 from test_takes_kept import KEEPS, SLIDERS, again, beside, edit, phone, title, wider
 from test_takes_videos import write_click
-from visiting import Visit, settled, wait
+from visiting import Visit, settled, update, wait
+
+from elastomorph.draw.head import neck_of
+from elastomorph.io.gltf import write_glb
+from elastomorph.rig.performance import HeadTurn
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -101,6 +106,26 @@ def wait_for_shelf(page: Page, count: int) -> None:
     while len(shelf(page)) != count:
         assert time.monotonic() < until
         time.sleep(0.03)
+
+
+def test_an_edited_clip_that_turns_the_head_turns_it_again(
+    visit: Visit, title: str, tmp_path: Path
+) -> None:
+    rig = named_rig(("jawOpen", "mouthFunnel"))
+    angles = np.array([[0, 0, 0], [0.4, -0.2, 0.1], [-0.6, 0.3, 0.2]])
+    turn = HeadTurn(neck_of(rig.neutral, rig.morphs.values()), angles)
+    weights = np.array([[0.1, 0.0], [0.2, 0.5], [0.4, 1.0]])
+    write_glb(tmp_path / "a.glb", rig, animation=(np.arange(3) / 30, weights, "talk"), turn=turn)
+    page = visit(alone((tmp_path / "a.glb").read_bytes(), title), **KEEPS)
+    update(page, clip="talk")
+    page.keyboard.press("t")
+    edit(page, "jawOpen", 0.9, 1 / 30)
+    kept(page)
+    again(page)
+    assert latest(page).tracks["jawOpen"][1] == pytest.approx(0.9)
+    np.testing.assert_allclose(
+        page.evaluate("elastomorph.state().takes[0].heads"), angles, atol=1e-6
+    )
 
 
 def with_sound(visit: Visit, title: str, phone: Path) -> tuple[Page, Path]:

@@ -300,7 +300,10 @@ DAMAGES = {
     "the base is a word": ("1", "'word'"),
     "times fall": ("1", "{...value, times: value.times.toReversed()}"),
     "its recording is short": ("3", "value.slice(1)"),
+    "turns of the head are missing": ("1", "{...value, heads: [[0, 0, 0]]}"),
     "its head is lost": ("0", "undefined"),
+    "its name is a number": ("0", "{...value, name: 5}"),
+    "its sound is set off by a word": ("0", "{...value, offset: 'word'}"),
     "its head is of another version": ("0", "{...value, version: 7}"),
 }
 DAMAGE = """([key, part, change]) => new Promise((done, fail) => {

@@ -1,5 +1,5 @@
 // Takes as entries of the browser's database, and back.
-import { isWhole } from '../../interface/state/checked';
+import { checked, isWhole } from '../../interface/state/checked';
 import type { Clip } from '../../types/model';
 import { answer, atShelf, type Key, numbers, PARTS, within } from './shelf';
 
@@ -33,8 +33,7 @@ export interface Entry extends Label {
 type Recorded = NonNullable<Clip['recorded']>;
 
 /** What a take was opened with, but for the weights: of long ones they would hold up the page. */
-interface Base {
-  readonly times: Clip['times'];
+interface Base extends Pick<Clip, 'times' | 'heads'> {
   readonly recorded?: Omit<Recorded, 'times' | 'weights' | 'timecodes'> & { readonly codes: string };
 }
 
@@ -62,12 +61,15 @@ async function entryOf(entries: IDBObjectStore, rig: string, id: string): Promis
   const take: Clip = {
     name: head.name,
     times: base.times,
+    ...(base.heads && { heads: base.heads }),
     tracks: new Map(head.tracks.map((slider, i) => [slider, tracks[i]!])),
     ...(recorded && { recorded }),
   };
   const typed = take.times instanceof Float64Array && tracks.every((t) => t instanceof Float32Array);
-  if (head.version !== VERSION || !head.name || !typed || !isWhole(take))
+  const turns = !base.heads || base.heads.length === base.times.length;
+  if (head.version !== VERSION || !head.name || !typed || !turns || !isWhole(take))
     throw new TypeError(id);
+  checked({ takes: [take], soundOffsets: { [head.name]: head.offset } }); // else no page would open
   return { ...head, id, take, sound: sound instanceof Blob ? sound : null };
 }
 
@@ -132,8 +134,8 @@ export function kept(rig: string, take: Clip, label: Label, last?: Entry): Promi
   });
 }
 
-function baseOf({ times, recorded }: Clip): Base {
-  if (!recorded) return { times };
+function baseOf({ times, heads, recorded }: Clip): Base {
+  if (!recorded) return { times, ...(heads && { heads }) };
   const { weights: _, times: __, timecodes, ...rest } = recorded;
   return { times, recorded: { ...rest, codes: timecodes.join('\n') } };
 }
