@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from faces import glb
 from takes import ASKS, alone, kept, latest, named_rig, open_files, shelf, told
-from test_takes_kept import KEEPS, SLIDERS, again, beside, edit, phone, title, wider
+from test_takes_kept import KEEPS, SLIDERS, again, beside, edit, number, phone, title, wider
 from test_takes_videos import write_click
-from visiting import Visit, settled, update, wait
+from visiting import Visit, settled, state, update, wait
 
 from elastomorph.draw.head import neck_of
 from elastomorph.io.gltf import write_glb
@@ -161,3 +161,13 @@ def test_a_sound_that_cannot_be_read_any_more_is_named(
     other.get_by_role("alert").get_by_text(sound.name).wait_for()
     assert latest(other).name == "phone"
     other.close()
+
+
+def test_sounds_stay_set_off_on_another_face(visit: Visit, title: str, phone: Path) -> None:
+    """Also those of takes that do not play."""
+    page, _ = with_sound(visit, title, phone)
+    number(page, "Sound +").fill("0.25")
+    number(page, "Sound +").press("Enter")
+    update(page, clip=None)
+    open_another_face(page)
+    assert state(page)["soundOffsets"] == {"phone": 0.25}

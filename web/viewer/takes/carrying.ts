@@ -42,7 +42,6 @@ export function goingOn(
     all.push(next);
   }
   const goesOn = all.some(({ name, tracks }) => name === clip && tracks.size > 0);
-  if (start.clip !== null || !goesOn) return { takes: all };
-  const offsets = { ...soundOffsets, ...start.soundOffsets };
-  return { takes: all, clip, clipTime, range, playing, soundOffsets: offsets };
+  const along = { takes: all, soundOffsets: { ...soundOffsets, ...start.soundOffsets } };
+  return start.clip !== null || !goesOn ? along : { ...along, clip, clipTime, range, playing };
 }
