@@ -43,6 +43,26 @@ def test_a_take_comes_back(tmp_path: Path, compress: bool) -> None:
     assert "HeadYaw" not in em.read_performance(still(tmp_path / "b.glb")).names
 
 
+def test_a_face_at_rest_turns_too(tmp_path: Path) -> None:
+    path = tmp_path / "a.glb"
+    turn = HeadTurn(NECK, ANGLES)
+    write_glb(path, triangle_rig(), animation=(TIMES, 0 * WEIGHTS, "nod"), turn=turn)
+    np.testing.assert_allclose(em.read_performance(path).head, ANGLES, atol=1e-6)
+
+
+def test_a_head_that_goes_on_turning_does_not_jump_back(tmp_path: Path) -> None:
+    """Past half a turn, and past straight down, to where another name of its place is nearer."""
+    angles = np.linspace([2.9, 1.2, -0.2], [3.6, 1.9, 0.4], 4)
+    write_glb(
+        tmp_path / "a.glb",
+        triangle_rig(),
+        animation=(TIMES, WEIGHTS, "talk"),
+        turn=HeadTurn(NECK, angles),
+    )
+    head = em.read_performance(tmp_path / "a.glb").head
+    np.testing.assert_allclose(head, angles, atol=1e-5)
+
+
 def still(path: Path) -> Path:
     write_glb(path, triangle_rig(), animation=(TIMES, WEIGHTS, "talk"))
     return path
@@ -166,6 +186,29 @@ def test_rotations_that_are_none_are_refused(tmp_path: Path) -> None:
     sampler["output"] = file.array(np.zeros((4, 4)))
     with pytest.raises(FormatError, match="rotations of animation 0 are no quaternions"):
         em.read_performance(file.write(tmp_path / "a.glb"))
+
+
+def test_splines_through_no_rotation_are_refused(tmp_path: Path) -> None:
+    """From a quaternion to its negative, halfway through zero."""
+    file = character("head")
+    ends = np.outer([0, 1, 0, 0, -1, 0], [0, 0, 0, 1])
+    keys = {"input": file.array([0.0, 0.75]), "output": file.array(ends)}
+    file.document["animations"][0]["samplers"][1] = keys | {"interpolation": "CUBICSPLINE"}
+    with pytest.raises(FormatError, match="rotations of animation 0 are no quaternions"):
+        em.read_performance(file.write(tmp_path / "a.glb"))
+
+
+def test_a_mesh_in_a_skin_is_no_bone(tmp_path: Path) -> None:
+    """Exporters key every node: that of "Wolf3D_Head" before the bone, and it turns nothing."""
+    file = character("Head")
+    file.document["nodes"][0] |= {"name": "Wolf3D_Head", "skin": 0}
+    file.document["skins"] = [{"joints": [2]}]
+    still = {"input": file.array([0.0]), "output": file.array([[0.0, 0, 0, 1]])}
+    own = file.document["animations"][0]
+    own["samplers"].append(still)
+    own["channels"].insert(0, {"sampler": 2, "target": {"node": 0, "path": "rotation"}})
+    head = em.read_performance(file.write(tmp_path / "a.glb")).head
+    np.testing.assert_allclose(head, ANGLES, atol=1e-6)
 
 
 def test_a_turn_needs_one_animation_of_its_length(tmp_path: Path) -> None:

@@ -167,7 +167,8 @@ def _clips(path: Path) -> Iterator[_Recorded]:
     from elastomorph.io.gltf.clips import read_weight_clips
 
     rig = read_glb(path)
-    clips = [clip for clip in read_weight_clips(path, rig.sliders) if len(clip.times) > 1]
+    found = read_weight_clips(path, rig.sliders)
+    clips = [clip for clip in found if len(clip.times) > 1 and clip.weights.any()]
     if not clips:
         raise FormatError(path, "no animation in it moves morph targets, so there is no take in it")
     for clip in clips:

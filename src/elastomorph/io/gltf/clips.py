@@ -61,7 +61,7 @@ class MovedWeights:
 
 
 def read_weight_clips(path: str | Path, sliders: Sliders) -> list[WeightClip]:
-    """The animations of a file that move some of the sliders of its rig.
+    """The animations of a file that move some of the sliders of its rig, or its head with them.
 
     Raises:
         FileError: The file cannot be read.
@@ -78,18 +78,20 @@ def weight_clips(file: GltfFile, sliders: Sliders) -> list[WeightClip]:
         for number, animation in enumerate(file.items("animations")):
             if not isinstance(animation, dict):
                 file.refuse(f"animation {number} is no object")
-            channels = list(_channels(file, animation, f"animation {number}"))
-            turned = _turned(file, animation, f"animation {number}") if channels else None
+            of = f"animation {number}"
+            channels = list(_channels(file, animation, of))
+            turned = _turned(file, animation, of) if channels else None
             tracks, times = _tracks(file, channels, turned)
             tracks = {
                 target: _unfolded(track, folds[target]) if target in folds else track
                 for target, track in tracks.items()
             }
             weights = _weights(sliders, tracks, len(times))
-            if weights.any():
+            head = _head(file, turned, times, of)
+            if weights.any() or head is not None:
                 name = animation.get("name")
                 shown = name if isinstance(name, str) and name else f"clip {number + 1}"
-                found.append(WeightClip(shown, times, weights, _head(file, turned, times)))
+                found.append(WeightClip(shown, times, weights, head))
     return found
 
 
@@ -118,18 +120,26 @@ def _turned(file: GltfFile, animation: dict[str, Any], of: str) -> tuple[int, Ch
         return None
     samplers = file.list_in(animation, "samplers", of)
     channel = read_channel(file, samplers, channels[node], list("xyzw"), of, 4)
-    if not (np.abs(channel.at(channel.times)).max(axis=1) > _NO_TURN).all():
-        file.refuse(f"the rotations of {of} are no quaternions")
+    _require_turns(file, channel.at(channel.times), of)
     return node, channel
 
 
-def _head(file: GltfFile, turned: tuple[int, Channel] | None, times: Floats) -> Floats | None:
+def _head(
+    file: GltfFile, turned: tuple[int, Channel] | None, times: Floats, of: str
+) -> Floats | None:
     """(T, 3) angles at (T,) times, where the head leaves its place."""
     if turned is None:
         return None
     node, channel = turned
-    angles = recorded_angles(file, node, rotations_at(channel, times))
+    quaternions = rotations_at(channel, times)
+    _require_turns(file, quaternions, of)  # splines of keys that turn may pass through none
+    angles = recorded_angles(file, node, quaternions)
     return angles if angles.any() else None
+
+
+def _require_turns(file: GltfFile, quaternions: Floats, of: str) -> None:
+    if not (np.abs(quaternions).max(axis=1) > _NO_TURN).all():
+        file.refuse(f"the rotations of {of} are no quaternions")
 
 
 def moved_weights(file: GltfFile, channel: dict[str, Any], of: str) -> MovedWeights | None:

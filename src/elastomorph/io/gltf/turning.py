@@ -56,8 +56,11 @@ def head_node(file: GltfFile, turned: list[int]) -> int | None:
         if object_of(bone).get("bone") == "head":
             known = object_of(bone).get("node")
     for number in turned:
-        name = file.item("nodes", number, "an animation").get("name")
-        if number == known or (known is None and isinstance(name, str) and _NAMED.fullmatch(name)):
+        node = file.item("nodes", number, "an animation")
+        name = node.get("name")
+        # A mesh that joints hold, such as "Wolf3D_Head", stays where they are when its node turns.
+        named = isinstance(name, str) and _NAMED.fullmatch(name) and "skin" not in node
+        if number == known or (known is None and named):
             return number
     return None
 

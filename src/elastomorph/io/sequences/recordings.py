@@ -207,7 +207,8 @@ def _of_clip(path: str | Path, name: str | None) -> Recording:
     from elastomorph.io.gltf.clips import read_weight_clips
 
     rig = read_glb(path)
-    clips = {clip.name: clip for clip in read_weight_clips(path, rig.sliders)}
+    found = read_weight_clips(path, rig.sliders)
+    clips = {clip.name: clip for clip in found if clip.weights.any()}
     if not clips:
         raise FormatError(
             path,

@@ -73,14 +73,27 @@ def head_quaternions(angles: ArrayLike) -> NDArray[np.float64]:
 
 
 def angles_of(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(T, 3) yaw, pitch and roll of (T, 4) quaternions x, y, z, w; pitch within a quarter turn."""
+    """(T, 3) yaw, pitch and roll of (T, 4) quaternions x, y, z, w.
+
+    The first pitch is within a quarter turn. Each other row is, of all angles that turn alike, near
+    the one before, so that what lies between two frames is between them.
+    """
     from scipy.spatial.transform import Rotation
 
     with catch_warnings():
         simplefilter("ignore")  # a head that looks straight down has no roll of its own
         found = Rotation.from_quat(quaternions).as_euler(_ORDER)
     angles: NDArray[np.float64] = found * _SIGNS + 0.0  # no -0
-    return angles
+    other = angles * (1.0, -1.0, 1.0) + np.pi  # which turns alike
+    same, across = (_way(each[1:] - angles[:-1]) for each in (angles, other))
+    swapped = np.cumsum(np.concatenate([[False], across < same]), dtype=np.int64) % 2 == 1
+    return np.unwrap(np.where(swapped[:, None], other, angles), axis=0)
+
+
+def _way(change: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(T,) how far it is by (T, 3) angles, whole turns aside."""
+    distance: NDArray[np.float64] = np.linalg.norm(np.angle(np.exp(1j * change)), axis=1)
+    return distance
 
 
 @dataclass(frozen=True, eq=False)
