@@ -16,7 +16,7 @@ from visiting import Visit, update
 import elastomorph as em
 from elastomorph.draw.head import neck_of
 from elastomorph.io.gltf import write_glb
-from elastomorph.rig.performance import HeadTurn
+from elastomorph.rig.performance import HeadTurn, head_quaternions
 from foreign_files import chunks_of
 from foreign_files import glb as container
 from needs import WEB, node
@@ -75,6 +75,40 @@ def test_a_clip_of_a_file_turns_the_head_on_the_page(visit: Visit, tmp_path: Pat
     back = em.read_performance(save(page, "Save CSV", tmp_path))
     assert back.names[-3:] == ("HeadYaw", "HeadPitch", "HeadRoll")
     np.testing.assert_allclose(back.head, ANGLES, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["LINEAR", "STEP", "CUBICSPLINE", "at rest"])
+def test_clips_turn_the_head_as_python_reads_them(visit: Visit, tmp_path: Path, kind: str) -> None:
+    """Past half a turn and past straight down, in steps and along splines, with a face at rest."""
+    rig = named_rig(("jawOpen", "mouthFunnel"))
+    angles = np.array([[2.7, 1.1, 0], [3.4, 1.8, 0.2], [3.7, 2.2, 0.5]])
+    weights = 0 * WEIGHTS if kind == "at rest" else WEIGHTS
+    path = tmp_path / "a.glb"
+    turn = HeadTurn(neck_of(rig.neutral, rig.morphs.values()), angles)
+    write_glb(path, rig, animation=(TIMES, weights, "talk"), turn=turn)
+    document, blob = chunks_of(path)
+    sampler = document["animations"][0]["samplers"][1]
+    if kind == "STEP":
+        sampler["interpolation"] = kind
+    if kind == "CUBICSPLINE":
+        keys = np.zeros((3, 3, 4), dtype="<f4")
+        keys[:, 1], keys[:, ::2] = head_quaternions(angles), [[[3, -2, 1, 0]]]
+        view = {"buffer": 0, "byteOffset": len(blob), "byteLength": keys.nbytes}
+        document["bufferViews"].append(view)
+        number = len(document["bufferViews"]) - 1
+        float32 = {"componentType": 5126, "count": 9, "type": "VEC4", "bufferView": number}
+        document["accessors"].append(float32)
+        sampler |= {"interpolation": kind, "output": len(document["accessors"]) - 1}
+        blob += keys.tobytes()
+        document["buffers"][0]["byteLength"] = len(blob)
+    path.write_bytes(container(document, blob))
+    page = visit(alone(path.read_bytes()), size=SIZE)
+    update(page, clip="talk", clipTime=0.0)
+    page.get_by_role("button", name="Timeline").click()
+    back = em.read_performance(save(page, "Save CSV", tmp_path))
+    wanted = em.read_performance(path)
+    np.testing.assert_allclose(back.times, wanted.times, atol=1e-6)
+    np.testing.assert_allclose(back.head, wanted.head, atol=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["VRM 1", "named"])

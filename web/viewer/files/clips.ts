@@ -2,12 +2,12 @@
 // channel is played as glTF says, straight between keys, in steps or along splines; steps become a key
 // just before the jump, splines as many as a player could tell apart.
 import { Quaternion } from 'three';
-import type { Clip, Corrective, Head, Morph } from '../types/model';
+import type { Clip, Corrective, Morph } from '../types/model';
 import { floats } from './accessors';
 import { isEntry, type Entry, type GltfDocument } from './document';
 import type { PlacedMesh } from './nodes';
 import { targetNamesOf } from './surface';
-import { anglesOf, headNode, restOf } from './turning';
+import { anglesOf, continuous, headNode, restOf, type Rest } from './turning';
 
 const JUMP = 1e-4; // seconds before a jump, where the value before it ends
 const BETWEEN = 8; // keys put into each stretch of a spline
@@ -15,7 +15,7 @@ const FARTHEST = 8; // time of a path
 
 interface Channel {
   readonly times: Float32Array;
-  readonly values: Float32Array; // (keys, targets), or (keys, 3, targets) with tangents around them
+  readonly values: Float32Array; // (keys, names), or (keys, 3, names) with tangents around them
   readonly names: readonly string[];
   readonly kind: string;
 }
@@ -48,7 +48,7 @@ export function readClips(
     const clip = clipOf(name, channels, targetNames, morphs, correctives, turned);
     const moving = [...clip.tracks.keys()];
     const playsOne = moving.length === 1 && moving[0] === name;
-    if (moving.length > 0 && !playsOne) clips.push(clip);
+    if (clip.heads || (moving.length > 0 && !playsOne)) clips.push(clip);
   });
   return clips;
 }
@@ -60,13 +60,23 @@ function channel(
   ofNode: ReadonlyMap<unknown, number>,
 ): Channel | null {
   const number = meshMoved(entry['target'], ofNode);
-  const samplers = file.list(animation, 'samplers');
-  const sampler = samplers[Number(entry['sampler'])];
-  if (number === undefined || !isEntry(sampler)) return null;
+  if (number === undefined) return null;
   const mesh = file.item('meshes', number, 'an animation');
-  const names = targetNamesOf(file, mesh);
+  return keysOf(file, animation, entry, targetNamesOf(file, mesh), 1);
+}
+
+/** The keys of a channel, one number a name, of so many in a row of the file. */
+function keysOf(
+  file: GltfDocument,
+  animation: Entry,
+  entry: Entry,
+  names: readonly string[],
+  width: number,
+): Channel | null {
+  const sampler = file.list(animation, 'samplers')[Number(entry['sampler'])];
+  if (!isEntry(sampler)) return null;
   const times = floats(file, sampler['input'], 1, 'times of keys');
-  const values = floats(file, sampler['output'], 1, 'weights of keys');
+  const values = floats(file, sampler['output'], width, 'values of keys');
   const kind = String(sampler['interpolation'] ?? 'LINEAR');
   const count = times.length * names.length * (kind === 'CUBICSPLINE' ? 3 : 1);
   const rises = times.every((time, i) => time >= 0 && (i === 0 || time > times[i - 1]!));
@@ -99,7 +109,7 @@ function clipOf(
   turned: Turned | null,
 ): Clip {
   const moments = Float32Array.from(
-    [...channels.flatMap(momentsOf), ...(turned?.times ?? [])],
+    [...channels, ...(turned ? [turned.keys] : [])].flatMap(momentsOf),
     (time) => Math.max(0, time),
   );
   const times = Float64Array.from(new Set(moments)).sort();
@@ -118,49 +128,53 @@ function clipOf(
     const own = corrective ? undriven(track, corrective, tau) : track;
     if (own.some((weight) => weight !== 0)) tracks.set(morph, own);
   }
-  const heads = turned && Array.from(times, turned.at);
+  const heads =
+    turned && continuous(rotationsAt(turned.keys, times).map((at) => anglesOf(turned.rest, at)));
   const still = !heads?.some((head) => head.some((angle) => Math.abs(angle) > 1e-6));
   return { name, times, tracks, ...(!still && { heads: heads! }) };
 }
 
 /** How an animation turns the head. */
 interface Turned {
-  readonly times: Float32Array;
-  readonly at: (time: number) => Head;
+  readonly keys: Channel; // quaternions
+  readonly rest: Rest;
 }
 
 function turnedHead(file: GltfDocument, animation: Entry): Turned | null {
   const channels = file
     .list(animation, 'channels')
     .filter(isEntry)
-    .flatMap(({ target, sampler }) =>
-      isEntry(target) && target['path'] === 'rotation' && typeof target['node'] === 'number'
-        ? { node: target['node'], sampler }
-        : [],
-    );
+    .flatMap((entry) => {
+      const { target } = entry;
+      const turns = isEntry(target) && target['path'] === 'rotation';
+      return turns && typeof target['node'] === 'number' ? { node: target['node'], entry } : [];
+    });
   const node = headNode(
     file,
     channels.map((one) => one.node),
   );
-  const number = channels.find((one) => one.node === node)?.sampler;
-  const sampler = file.list(animation, 'samplers')[Number(number)];
-  if (node === undefined || !isEntry(sampler)) return null;
-  const times = floats(file, sampler['input'], 1, 'times of keys');
-  const values = floats(file, sampler['output'], 4, 'rotations of keys');
-  const spline = sampler['interpolation'] === 'CUBICSPLINE';
-  if (values.length < 4 * times.length * (spline ? 3 : 1)) return null;
-  const rest = restOf(file, node);
-  const key = (i: number) => new Quaternion().fromArray(values, 4 * (spline ? 3 * i + 1 : i));
-  const at = (time: number) => {
-    const after = times.findIndex((own) => own > time);
-    const last = after < 0 ? times.length - 1 : Math.max(0, after - 1);
-    const next = after < 0 ? last : after;
-    const length = times[next]! - times[last]!;
-    const steps = sampler['interpolation'] === 'STEP' || !(length > 0);
-    const share = steps ? 0 : Math.max(0, (time - times[last]!) / length);
-    return anglesOf(rest, key(last).slerp(key(next), share));
-  };
-  return { times, at };
+  const own = channels.find((one) => one.node === node);
+  const keys = own && keysOf(file, animation, own.entry, [...'xyzw'], 4);
+  return keys ? { keys, rest: restOf(file, own.node) } : null;
+}
+
+/** Rotations at (T,) times that rise: along arcs between keys that no spline joins. */
+function rotationsAt(keys: Channel, at: Float64Array): Quaternion[] {
+  const { times, values, names, kind } = keys;
+  if (kind === 'STEP' || kind === 'CUBICSPLINE') {
+    const parts = names.map((_, column) => resampled(keys, column, at));
+    return Array.from(at, (_, i) =>
+      new Quaternion().fromArray(parts.map((part) => part[i]!)).normalize(),
+    );
+  }
+  const turned = (key: number) => new Quaternion().fromArray(values, 4 * key).normalize();
+  let key = 0;
+  return Array.from(at, (time) => {
+    while (key < times.length - 2 && times[key + 1]! <= time) key += 1;
+    if (times.length === 1) return turned(0);
+    const share = (time - times[key]!) / (times[key + 1]! - times[key]!);
+    return turned(key).slerp(turned(key + 1), Math.min(1, Math.max(0, share)));
+  });
 }
 
 /** The time of a path at which its target has a weight, by bisection. */

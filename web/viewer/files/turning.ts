@@ -7,6 +7,7 @@ import { rootOf, transform } from './nodes';
 import { product, type Placement } from './placing';
 
 const NAMED = /^(.*[^a-z])?head$/i;
+const TURN = 2 * Math.PI;
 
 /** How a head that looks along +Z with +Y up is turned. */
 export function headRotation([yaw, pitch, roll]: Head): Quaternion {
@@ -16,7 +17,11 @@ export function headRotation([yaw, pitch, roll]: Head): Quaternion {
 /** Which of some nodes is the head. */
 export function headNode(file: GltfDocument, among: readonly number[]): number | undefined {
   const bone = headBone(file.value('extensions'));
-  const named = (node: number) => NAMED.test(String(file.item('nodes', node, 'a node')['name']));
+  const named = (number: number) => {
+    const node = file.item('nodes', number, 'a node');
+    // A mesh that joints hold, such as "Wolf3D_Head", stays where they are when its node turns.
+    return NAMED.test(String(node['name'])) && node['skin'] === undefined;
+  };
   return among.find((node) => (bone === undefined ? named(node) : node === bone));
 }
 
@@ -29,7 +34,12 @@ function headBone(extensions: unknown): unknown {
 }
 
 /** How a node rests: all that it hangs below, as seen in the scene, and itself in that. */
-export function restOf(file: GltfDocument, number: number): { above: Quaternion; own: Quaternion } {
+export interface Rest {
+  readonly above: Quaternion;
+  readonly own: Quaternion;
+}
+
+export function restOf(file: GltfDocument, number: number): Rest {
   const parents = new Map<unknown, number>();
   file.items('nodes').forEach((node, parent) => {
     if (isEntry(node)) file.list(node, 'children').forEach((child) => parents.set(child, parent));
@@ -60,13 +70,25 @@ function rotationIn(m: Placement): Quaternion {
 }
 
 /** Yaw, pitch and roll of a node that has a rotation in its parent. */
-export function anglesOf(
-  { above, own }: { above: Quaternion; own: Quaternion },
-  rotation: Quaternion,
-): Head {
+export function anglesOf({ above, own }: Rest, rotation: Quaternion): Head {
   const seen = above.clone().multiply(rotation).multiply(own.clone().invert());
   const { x, y, z } = new Euler().setFromQuaternion(seen.multiply(above.clone().invert()), 'YXZ');
   return [-y, x, -z];
+}
+
+/** Of all angles that turn alike those near the ones before, so that what lies between is between. */
+export function continuous(heads: readonly Head[]): Head[] {
+  let last = heads[0]!;
+  const nearest = (angle: number, axis: number) =>
+    angle - TURN * Math.round((angle - last[axis]!) / TURN);
+  const near = (head: Head) => head.map(nearest) as unknown as Head;
+  const way = (head: Head) => Math.hypot(...head.map((angle, axis) => angle - last[axis]!));
+  return heads.map(([yaw, pitch, roll]) => {
+    const one = near([yaw, pitch, roll]);
+    const other = near([yaw + Math.PI, Math.PI - pitch, roll + Math.PI]);
+    last = way(other) < way(one) ? other : one;
+    return last;
+  });
 }
 
 /** The nodes a head may be: bones, and what hangs others in a place of its own. */
