@@ -12,8 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import elastomorph as em
+from elastomorph.io.gltf import write_glb
+from elastomorph.io.gltf.clips import read_weight_clips
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import HeadTurn
 from elastomorph.viewer import Scene, SceneModel, comparison_scene, rig_scene
+from elastomorph.viewer.file_scenes import read_scene
 from elastomorph.viewer.scene import ROLES, START
 
 TYPES = Path(__file__).parents[2] / "web" / "viewer" / "types"
@@ -35,6 +39,25 @@ def test_a_rig_comes_with_its_size_and_curves(rig: Rig) -> None:
     assert [loop["vertices"] for loop in stored["loops"]] == [c.vertices.tolist() for c in expected]
     assert [loop["closed"] for loop in stored["loops"]] == [c.closed for c in expected]
     assert "start" not in stored
+
+
+@pytest.mark.parametrize(("compress", "methods"), [(False, ["linear"]), (True, [])])
+def test_files_that_are_made_anew_turn_the_head(
+    rig: Rig, tmp_path: Path, compress: bool, methods: list[str]
+) -> None:
+    """In those clips that turn it, about the neck of the file: with other paths, or unpacked."""
+    angles = np.array([[0.1, 0.2, -0.3], [0.5, 0.0, 0.2]])
+    weights, neck = np.ones((2, len(rig.names))), np.array([0.1, -0.2, 0.3])
+    both = [([0, 1], weights, "still"), ([0, 1], weights, "turned")]
+    turn = HeadTurn(neck, np.concatenate([0 * angles, angles]))
+    write_glb(tmp_path / "a.glb", rig, animation=both, turn=turn, compress=compress)
+    (model,) = read_scene([str(tmp_path / "a.glb")], methods).models
+    (tmp_path / "b.glb").write_bytes(model.glb)
+    still, turned = read_weight_clips(tmp_path / "b.glb", rig.sliders)
+    assert still.turn is None
+    assert turned.turn is not None
+    np.testing.assert_allclose(turned.turn.angles, angles, atol=1e-6)
+    np.testing.assert_allclose(turned.turn.pivot, neck, atol=1e-6)
 
 
 def test_curves_of_the_caller_are_drawn(rig: Rig) -> None:

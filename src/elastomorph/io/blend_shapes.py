@@ -87,8 +87,8 @@ def driven_weights(
 
 
 def require_turn(turn: HeadTurn | None, frames: int) -> None:
-    """Refuse the turn of a head that does not belong to an animation of so many frames."""
+    """Refuse the turn of a head that does not belong to animations of so many frames in all."""
     if turn is not None and not (isinstance(turn, HeadTurn) and len(turn) == frames):
         raise ParameterError(
-            f"a head is turned with one animation, by a HeadTurn of its {frames} frames"
+            f"a head is turned with an animation, by a HeadTurn of its {frames} frames"
         )

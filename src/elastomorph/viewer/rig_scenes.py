@@ -19,6 +19,7 @@ from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import through
 from elastomorph.rig import Rig
+from elastomorph.rig.performance import HeadTurn
 from elastomorph.viewer.scene import Role, Scene, SceneModel
 
 _SLIDER = "motion"  # of a path that is no part of a rig
@@ -185,5 +186,15 @@ def rig_model(
     file = io.BytesIO()
     # The page finds normals from positions; those of targets would make it half as large again.
     played = [(clip.times, clip.weights, clip.name) for clip in clips]
-    write_glb(file, whole, normals="none", animation=played or None)
+    write_glb(file, whole, normals="none", animation=played or None, turn=_turn(clips))
     return SceneModel(name, role, file.getvalue())
+
+
+def _turn(clips: Sequence[WeightClip]) -> HeadTurn | None:
+    """How the head turns in clips one after another, about the neck that the first has."""
+    turns = [clip.turn for clip in clips if clip.turn is not None]
+    if not turns:
+        return None
+    still = [np.zeros((len(clip.times), 3)) for clip in clips]
+    angles = [at if c.turn is None else c.turn.angles for c, at in zip(clips, still, strict=True)]
+    return HeadTurn(turns[0].pivot, np.concatenate(angles))

@@ -215,6 +215,6 @@ def test_a_turn_needs_one_animation_of_its_length(tmp_path: Path) -> None:
     turn, rig = HeadTurn(NECK, ANGLES), triangle_rig()
     several = [(TIMES, WEIGHTS, "a"), (TIMES, WEIGHTS, "b")]
     for animation in (None, (TIMES[:2], WEIGHTS[:2], "talk"), several):
-        with pytest.raises(ParameterError, match="a head is turned with one animation"):
+        with pytest.raises(ParameterError, match="a head is turned with an animation"):
             write_glb(tmp_path / "a.glb", rig, animation=animation, turn=turn)
     assert not list(tmp_path.iterdir())

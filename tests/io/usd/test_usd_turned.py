@@ -59,6 +59,6 @@ def test_the_rig_comes_back(tmp_path: Path) -> None:
 
 
 def test_a_turn_needs_an_animation(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match="a head is turned with one animation"):
+    with pytest.raises(ParameterError, match="a head is turned with an animation"):
         write_usd(tmp_path / "a.usda", rig(), turn=HeadTurn(NECK, ANGLES))
     assert not list(tmp_path.iterdir())

@@ -74,12 +74,12 @@ def recorded_clips(
     animation: Performance | Sequence[Performance],
     turn: HeadTurn | None,
 ) -> list[Clip]:
-    """Recorded performances, one or several; only with one can the head turn."""
+    """Recorded performances, one or several, in all frames of which the head may turn."""
     # One of them is a tuple that ends with its name.
     alone = len(animation) > 0 and isinstance(animation[-1], str)
     played: Any = [animation] if alone else animation
     clips = [performance_clip(rig, targets, *each) for each in played]
-    require_turn(turn, len(clips[0].times) if len(clips) == 1 else 0)
+    require_turn(turn, sum(len(clip.times) for clip in clips))
     return clips
 
 

@@ -23,9 +23,10 @@ from elastomorph.io.gltf.channels import Channel, read_channel
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.lenient import object_of
 from elastomorph.io.gltf.primitives import target_names
-from elastomorph.io.gltf.turning import head_node, recorded_angles, rotations_at
+from elastomorph.io.gltf.turning import head_node, recorded_turn, rotations_at
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
+from elastomorph.rig.performance import HeadTurn
 from elastomorph.rig.sliders import Sliders
 
 __all__ = ["MovedWeights", "WeightClip", "moved_weights", "read_weight_clips", "weight_clips"]
@@ -43,13 +44,13 @@ _TIMES = 5  # keys from all channels, and the jumps and splines between them
 class WeightClip:
     """An animation: seconds (T,) from 0 that rise, and weights (T, S) of the sliders asked for.
 
-    With them (T, 3) how the head turns, as `Performance.head`, if it does.
+    With them how the head turns at these times, if it does.
     """
 
     name: str
     times: Floats
     weights: Floats
-    head: Floats | None = None
+    turn: HeadTurn | None = None
 
 
 @dataclass(frozen=True)
@@ -87,11 +88,11 @@ def weight_clips(file: GltfFile, sliders: Sliders) -> list[WeightClip]:
                 for target, track in tracks.items()
             }
             weights = _weights(sliders, tracks, len(times))
-            head = _head(file, turned, times, of)
-            if weights.any() or head is not None:
+            turn = _turn(file, turned, times, of)
+            if weights.any() or turn is not None:
                 name = animation.get("name")
                 shown = name if isinstance(name, str) and name else f"clip {number + 1}"
-                found.append(WeightClip(shown, times, weights, head))
+                found.append(WeightClip(shown, times, weights, turn))
     return found
 
 
@@ -124,17 +125,16 @@ def _turned(file: GltfFile, animation: dict[str, Any], of: str) -> tuple[int, Ch
     return node, channel
 
 
-def _head(
+def _turn(
     file: GltfFile, turned: tuple[int, Channel] | None, times: Floats, of: str
-) -> Floats | None:
-    """(T, 3) angles at (T,) times, where the head leaves its place."""
+) -> HeadTurn | None:
+    """How the head turns at (T,) times, where it leaves its place."""
     if turned is None:
         return None
     node, channel = turned
     quaternions = rotations_at(channel, times)
     _require_turns(file, quaternions, of)  # splines of keys that turn may pass through none
-    angles = recorded_angles(file, node, quaternions)
-    return angles if angles.any() else None
+    return recorded_turn(file, node, quaternions)
 
 
 def _require_turns(file: GltfFile, quaternions: Floats, of: str) -> None:

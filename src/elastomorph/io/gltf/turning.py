@@ -35,15 +35,21 @@ def turned_nodes(face: dict[str, Any], turn: HeadTurn) -> tuple[list[dict[str, A
     return [held, {"name": _HEAD, "translation": neck.tolist(), "children": [0]}], 1
 
 
-def turn_channel(
-    accessors: AccessorWriter, animation: dict[str, Any], turn: HeadTurn, node: int
+def turn_channels(
+    accessors: AccessorWriter,
+    animations: list[dict[str, Any]],
+    counts: list[int],
+    turn: HeadTurn,
+    node: int,
 ) -> None:
-    """Add the turn of a node to an animation, at the times that it has."""
-    output = accessors.rotations(head_quaternions(turn.angles).astype(np.float32))
-    own = animation["samplers"]
-    target = {"node": node, "path": "rotation"}
-    animation["channels"].append({"sampler": len(own), "target": target})
-    own.append({"input": own[0]["input"], "interpolation": "LINEAR", "output": output})
+    """Add the turn of a node to animations of so many frames, at the times that they have."""
+    parts = np.split(turn.angles, np.cumsum(counts)[:-1])
+    for animation, angles in zip(animations, parts, strict=True):
+        output = accessors.rotations(head_quaternions(angles).astype(np.float32))
+        own = animation["samplers"]
+        target = {"node": node, "path": "rotation"}
+        animation["channels"].append({"sampler": len(own), "target": target})
+        own.append({"input": own[0]["input"], "interpolation": "LINEAR", "output": output})
 
 
 def head_node(file: GltfFile, turned: list[int]) -> int | None:
@@ -76,12 +82,10 @@ def rotations_at(channel: Channel, times: NDArray[np.float64]) -> NDArray[np.flo
     return found
 
 
-def recorded_angles(
-    file: GltfFile, node: int, quaternions: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(T, 3) yaw, pitch and roll of a node that has (T, 4) rotations x, y, z, w in its parent.
+def recorded_turn(file: GltfFile, node: int, quaternions: NDArray[np.float64]) -> HeadTurn | None:
+    """How a node turns the head that has (T, 4) rotations x, y, z, w in its parent, if it does.
 
-    They are those by which it leaves its place at rest, as seen in the scene.
+    The angles are those by which it leaves its place at rest, as seen in the scene.
     """
     from scipy.spatial.transform import Rotation
 
@@ -90,7 +94,8 @@ def recorded_angles(
     rest = Rotation.from_matrix(_rotation(own))
     found = frame * Rotation.from_quat(quaternions) * rest.inv() * frame.inv()
     angles = angles_of(found.as_quat())
-    return np.where(np.abs(angles) < _SAME, 0.0, angles)
+    angles = np.where(np.abs(angles) < _SAME, 0.0, angles)
+    return HeadTurn((above @ own)[:3, 3], angles) if angles.any() else None
 
 
 def _rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

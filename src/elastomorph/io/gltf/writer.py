@@ -30,7 +30,7 @@ from elastomorph.io.gltf.meshopt import require_meshopt
 from elastomorph.io.gltf.morph_targets import MorphTargets, NormalField, normal_deltas
 from elastomorph.io.gltf.quantize import Grid, byte_normals, within_reach
 from elastomorph.io.gltf.rig_extras import rig_extras
-from elastomorph.io.gltf.turning import turn_channel, turned_nodes
+from elastomorph.io.gltf.turning import turn_channels, turned_nodes
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import HeadTurn
 from elastomorph.rig.positive import with_positive_weights
@@ -135,7 +135,7 @@ def write_glb(
         settings: How the rig was made, as JSON; `elastomorph.io.registry` gives it back.
         compress: Store positions in whole steps, at most 1e-4 of D away, normals in 8 bits, packed
             by meshoptimizer: a fifth of the size, for players that know these extensions.
-        turn: How a node ``head`` that holds the face turns, at the times of one animation.
+        turn: How a node ``head`` that holds the face turns, in all frames one after another.
 
     Returns:
         What was written, and how far it can be from the rig.
@@ -191,7 +191,7 @@ def _file(
     nodes, root = [{"mesh": 0, "name": "face"} | ({} if grid is None else grid.placing())], 0
     if turn is not None and animations:
         nodes, root = turned_nodes(nodes[0], turn)
-        turn_channel(accessors, animations[0], turn, root)
+        turn_channels(accessors, animations, [len(clip.times) for clip in clips], turn, root)
     names = neutral.materials.names if neutral.materials is not None else ()
     labels = [own.label for own in layout.primitives]
     views, buffers, blob = accessors.finish()

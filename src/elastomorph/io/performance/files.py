@@ -131,9 +131,9 @@ def _in_clip(path: str | Path, name: str | None) -> Performance:
     moved = np.flatnonzero(clip.weights.any(axis=0))
     names = [rig.names[column] for column in moved]
     weights = clip.weights[:, moved]
-    if clip.head is not None and not any(map(is_rotation, names)):
+    if clip.turn is not None and not any(map(is_rotation, names)):
         names += HEAD_ANGLES
-        weights = np.hstack([weights, clip.head])
+        weights = np.hstack([weights, clip.turn.angles])
     with naming_file(path):
         return Performance(names, clip.times, weights, frame_rate(clip.times), source=str(path))
 
