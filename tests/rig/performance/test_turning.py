@@ -77,3 +77,13 @@ def test_other_shapes_are_refused() -> None:
     for wrong in ([0.0, 0.0, 0.0], [[0.0, 0.0]], [[0.0, np.nan, 0.0]]):
         with pytest.raises(ParameterError, match=r"shape \(T, 3\)"):
             head_rotations(wrong)
+        with pytest.raises(ParameterError, match=r"shape \(T, 3\)"):
+            HeadTurn(NOSE, wrong)  # type: ignore[arg-type]
+    for neck in ([0.0, 0.0], [np.nan, 0.0, 0.0], "middle"):
+        with pytest.raises(ParameterError, match="the neck must be"):
+            HeadTurn(neck, [[0.0, 0.0, 0.0]])  # type: ignore[arg-type]
+
+
+def test_a_turn_of_lists_is_one_of_arrays() -> None:
+    turn = HeadTurn([0, 0, 0], [[QUARTER, 0, 0]])  # type: ignore[arg-type]
+    np.testing.assert_allclose(turn.of(NOSE, 0), -LEFT_EAR, atol=1e-15)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.numbers import as_numbers
+from elastomorph.numbers import as_numbers, shown
 
 HEAD_ANGLES = ("HeadYaw", "HeadPitch", "HeadRoll")
 """What the angles are called in takes, in any capitals."""
@@ -101,12 +101,22 @@ class HeadTurn:
     """How a head is turned in each frame, and about which point.
 
     Attributes:
-        pivot: (3,) the neck, which stays where it is.
-        angles: (T, 3) as for `head_rotations`.
+        pivot: (3,) float64, the neck, which stays where it is.
+        angles: (T, 3) float64, as for `head_rotations`.
+
+    Raises:
+        ParameterError: Another shape, or numbers that are not finite.
     """
 
     pivot: NDArray[np.float64]
     angles: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        pivot = as_numbers(self.pivot, "the neck")
+        if pivot.shape != (3,) or not np.isfinite(pivot).all():
+            raise ParameterError(f"the neck must be 3 finite numbers, found {shown(self.pivot)}")
+        object.__setattr__(self, "pivot", pivot)
+        object.__setattr__(self, "angles", _finite(self.angles))
 
     @cached_property
     def rotations(self) -> NDArray[np.float64]:
@@ -128,9 +138,13 @@ class HeadTurn:
 
 def _checked(angles: ArrayLike) -> NDArray[np.float64]:
     """(T, 3) turns about y, x and z."""
+    return _finite(angles) * _SIGNS
+
+
+def _finite(angles: ArrayLike) -> NDArray[np.float64]:
     found = as_numbers(angles, "head angles")
     if found.ndim != 2 or found.shape[1] != 3 or not np.isfinite(found).all():
         raise ParameterError(
             f"head angles must be finite numbers of shape (T, 3), found {found.shape}"
         )
-    return found * _SIGNS
+    return found
