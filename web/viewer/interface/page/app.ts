@@ -252,7 +252,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
     }
   };
   const join = (next: Scene, added: readonly number[], came: readonly Clip[]) => {
-    if (added.length === 0) return store.update(opened(store.get(), next, came));
+    if (next === scene) return store.update(opened(store.get(), next, came));
     const first = store.get().shown.find((model) => !added.includes(model)) ?? 0;
     const shown = [first, ...added].slice(0, 3);
     const arrangement = store.get().arrangement === 'swipe' ? 'swipe' : 'side';
