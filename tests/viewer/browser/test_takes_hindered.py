@@ -172,3 +172,28 @@ def test_sounds_stay_set_off_on_another_face(visit: Visit, title: str, phone: Pa
     update(page, clip=None)
     open_another_face(page)
     assert state(page)["soundOffsets"] == {"phone": 0.25}
+
+
+def test_the_take_that_plays_goes_on_beside_one_of_its_name(
+    visit: Visit, title: str, phone: Path
+) -> None:
+    """That was kept for the other face: where it is the same it is there once."""
+    page = visit(alone(glb(named_rig(SLIDERS)), title), **KEEPS)
+    open_files(page, phone)
+    edit(page, "jawOpen", 0.25)
+    kept(page)
+    first = page.url
+    for value, names in ((0.25, ["phone"]), (0.25, ["phone"]), (0.75, ["phone", "phone 2"])):
+        page.goto(first)
+        page.evaluate("elastomorph.ready")
+        settled(page)
+        edit(page, "jawOpen", value)
+        kept(page)
+        open_another_face(page)
+        found = page.evaluate("elastomorph.state().takes.map(({name}) => name)")
+        assert found == names
+        assert state(page)["clip"] == names[-1]
+        assert latest(page).tracks["jawOpen"][60] == value
+        kept(page)
+    page.evaluate("elastomorph.update({takes: []})")
+    kept(page)

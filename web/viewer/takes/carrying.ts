@@ -34,14 +34,32 @@ export function goingOn(
   clips.forEach(inFile);
   const named = [...(start.takes ?? []), ...clips];
   const all = [...(start.takes ?? [])];
+  let plays = clip;
   for (const take of takes) {
-    const inOwn = named.some(({ name }) => name === take.name);
-    if (inOwn && filed.has(take)) continue;
-    const next = { ...carried(take, sliders), name: freshName([...named, ...all], take.name) };
+    const fitted = carried(take, sliders);
+    const own = named.find(({ name }) => name === take.name);
+    const again = filed.has(take) && own?.times.length === take.times.length;
+    const size = fitted.tracks.size;
+    const same = named.find((one) => size && size === one.tracks.size && isSame(fitted, one));
+    const next = (again ? own : same) ?? {
+      ...fitted,
+      name: freshName([...named, ...all], take.name),
+    };
+    if (take.name === clip) plays = next.name;
+    if (named.includes(next)) continue;
     if (filed.has(take)) inFile(next);
     all.push(next);
   }
-  const goesOn = all.some(({ name, tracks }) => name === clip && tracks.size > 0);
+  const goesOn = all.some(({ name, tracks }) => name === plays && tracks.size > 0);
   const along = { takes: all, soundOffsets: { ...soundOffsets, ...start.soundOffsets } };
-  return start.clip !== null || !goesOn ? along : { ...along, clip, clipTime, range, playing };
+  return start.clip !== null || !goesOn ? along : { ...along, clip: plays, clipTime, range, playing };
+}
+
+/** Whether all curves of one are also of the other, at the same times. */
+export function isSame(one: Clip, other: Clip): boolean {
+  const equal = (a: ArrayLike<number>, b?: ArrayLike<number>) =>
+    a.length === b?.length && Array.prototype.every.call(a, (value, i) => value === b[i]);
+  return equal(one.times, other.times) && [...one.tracks].every(([slider, track]) =>
+    equal(track, other.tracks.get(slider)),
+  );
 }

@@ -6,7 +6,7 @@ import { clipNamed, span } from '../rig/clips';
 import { freshName } from '../interface/poses/list';
 import type { Clip, Scene } from '../types/model';
 import type { ViewState } from '../types/state';
-import { inFile } from './carrying';
+import { inFile, isSame } from './carrying';
 import { carried, nameOf, readTake, TAKES } from './reading';
 import { SOUNDS, type Speaker } from './sound';
 
@@ -44,14 +44,6 @@ export function opened(
 /** A take from its beginning. */
 function chosen(take: Clip): Partial<ViewState> {
   return { clip: take.name, clipTime: span(take)[0], range: null, playing: false };
-}
-
-function isSame(one: Clip, other: Clip): boolean {
-  const equal = (a: ArrayLike<number>, b?: ArrayLike<number>) =>
-    a.length === b?.length && Array.prototype.every.call(a, (value, i) => value === b[i]);
-  return equal(one.times, other.times) && [...one.tracks].every(([slider, track]) =>
-    equal(track, other.tracks.get(slider)),
-  );
 }
 
 export interface Takes extends Opener {
