@@ -222,7 +222,7 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("Performance rate", lambda: EM.Performance(["jaw"], [0], [[1]], "30"), "must be a number"),
     ("Performance times", lambda: EM.Performance(["a"], [1, 0], [[1], [1]], 30), "must rise"),
     ("Performance text", lambda: EM.Performance(["a"], [0], [["1"]], 30), "must be numbers"),
-    ("write a turn", lambda: EM.write("a.glb", RIG, turn=[0, 0, 0]), "a head is turned with one"),
+    ("write a turn", lambda: EM.write("a.glb", RIG, turn=[0, 0, 0]), "turned with an animation"),
     ("Markers of none", lambda: MARKERS.of(["nose"]), "no marker is called 'nose'; there are chi"),
     ("Markers of two", lambda: MARKERS.of(["lip"]), "2 markers are called 'lip'"),
     ("Markers of a text", lambda: MARKERS.of("chin"), "a list of texts, found 'chin'"),

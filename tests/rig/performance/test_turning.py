@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -44,10 +44,23 @@ def test_it_rolls_then_nods_then_turns(angles: np.ndarray) -> None:
     np.testing.assert_array_equal(apart[3], np.eye(3))
 
 
-@given(arrays(float, (6, 3), elements=st.floats(-1.5, 1.5)))
-def test_quaternions_give_the_angles_back(angles: np.ndarray) -> None:
+@given(
+    arrays(float, (3,), elements=st.floats(-1.5, 1.5)),
+    arrays(float, (5, 3), elements=st.floats(-0.6, 0.6)),
+)
+def test_quaternions_give_the_angles_back(first: np.ndarray, steps: np.ndarray) -> None:
+    """Of a head that goes on from where it was, also past where it looks straight down."""
+    angles = np.cumsum(np.vstack([first, steps]), axis=0)
+    assume((np.abs(np.cos(angles[:, 1])) > 0.01).all())  # there, yaw and roll are one turn
+    np.testing.assert_allclose(angles_of(head_quaternions(angles)), angles, atol=1e-7)
+
+
+@given(arrays(float, (6, 3), elements=st.floats(-4, 4)))
+def test_angles_that_come_back_turn_alike(angles: np.ndarray) -> None:
+    """Wherever the head jumps to; and each quaternion is on the side of the one before."""
     found = head_quaternions(angles)
-    np.testing.assert_allclose(angles_of(found), angles, atol=1e-7)
+    turned = head_rotations(angles_of(found))
+    np.testing.assert_allclose(turned, head_rotations(angles), atol=1e-7)
     assert (np.einsum("ij,ij->i", found[1:], found[:-1]) >= 0).all()
 
 
