@@ -9,11 +9,6 @@ import { product, type Placement } from './placing';
 const NAMED = /^(.*[^a-z])?head$/i;
 const TURN = 2 * Math.PI;
 
-/** How a head that looks along +Z with +Y up is turned. */
-export function headRotation([yaw, pitch, roll]: Head): Quaternion {
-  return new Quaternion().setFromEuler(new Euler(pitch, -yaw, -roll, 'YXZ'));
-}
-
 /** Which of some nodes is the head. */
 export function headNode(file: GltfDocument, among: readonly number[]): number | undefined {
   const bone = headBone(file.value('extensions'));

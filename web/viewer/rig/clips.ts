@@ -1,8 +1,6 @@
 // Recorded performances, between their keys.
-import type { Clip, Head, Model } from '../types/model';
+import type { Clip, Model } from '../types/model';
 import type { ViewState } from '../types/state';
-
-const ANGLES = ['headyaw', 'headpitch', 'headroll'];
 
 /** The performance that a state names: one opened or edited here, or else one of a file. */
 export function clipNamed(
@@ -67,20 +65,6 @@ export function frameAt({ times }: Clip, seconds: number): number {
   return Math.max(0, firstAfter(times, seconds + 5e-4) - 1);
 }
 
-/** Yaw, pitch and roll of the head that a take was recorded with, where it was. */
-export function headOf({ times, recorded, heads }: Clip, seconds: number): Head | null {
-  if (!recorded && !heads) return null;
-  const [before, end, share] = around(times, seconds);
-  const angles = ANGLES.map((angle, axis) => {
-    const { names, weights } = recorded ?? { names: [], weights: [] };
-    const column = names.findIndex((name) => name.toLowerCase() === angle);
-    const at = (frame: number) =>
-      heads?.[frame]![axis] ?? weights[frame * names.length + column] ?? 0;
-    return column < 0 && !heads ? 0 : at(before) + share * (at(end) - at(before));
-  });
-  return angles as unknown as Head;
-}
-
 /** The weight of each slider of a clip at a moment; before and after it the first and last. */
 export function clipWeights(clip: Clip, seconds: number): Record<string, number> {
   const { times, tracks } = clip;
@@ -103,7 +87,7 @@ export function besideFrame(clip: Clip, seconds: number, direction: number): num
 }
 
 /** The frames before and after a moment, and where between them it is, from 0 to 1. */
-function around(times: Float64Array, seconds: number): readonly [number, number, number] {
+export function around(times: Float64Array, seconds: number): readonly [number, number, number] {
   const after = firstAfter(times, seconds);
   const before = Math.max(after - 1, 0);
   const end = Math.min(after, times.length - 1);

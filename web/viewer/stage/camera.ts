@@ -1,8 +1,8 @@
 // Where the face is seen from, and how it fills the picture.
 import { PerspectiveCamera, Spherical, Vector3 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { headRotation } from '../files/turning';
-import { framedBox } from './framed';
+import { framedBox } from '../rig/framed';
+import { headRotation } from '../rig/head';
 import type { Head, Model } from '../types/model';
 import type { Place, View } from '../types/stage';
 

@@ -1,7 +1,8 @@
 // The stage: draws faces as a state says, when something has changed.
 import { Vector3 } from 'three';
 import { driveOf, type Drive } from '../rig/pose';
-import { clipNamed, headOf } from '../rig/clips';
+import { clipNamed } from '../rig/clips';
+import { headOf } from '../rig/head';
 import type { Head, Model } from '../types/model';
 import type { Pick, Place, Position, Readout, Spot, Stage, View } from '../types/stage';
 import type { ViewState } from '../types/state';

@@ -1,5 +1,6 @@
 // A take as a recording: what its file held, with what was edited since.
 import { frameRate } from '../rig/clips';
+import { HEAD_ANGLES } from '../rig/head';
 import type { Clip, Recording } from '../types/model';
 
 type Column = ArrayLike<number>;
@@ -29,7 +30,7 @@ export function trackOf(
 
 function ownColumns({ tracks, heads }: Clip): Map<string, Column> {
   const found = [...tracks].map(([slider, track]) => [slider, Array.from(track, shortest)] as const);
-  const angles = ['HeadYaw', 'HeadPitch', 'HeadRoll'].map(
+  const angles = HEAD_ANGLES.map(
     (name, axis) => [name, (heads ?? []).map((head) => head[axis]!)] as const,
   );
   return new Map(heads ? [...found, ...angles] : found);

@@ -5,7 +5,7 @@ own left, in radians. In coordinates of glTF, where a face looks along +Z with +
 
     R = R_y(-yaw) R_x(pitch) R_z(-roll)
 
-The viewer page has the same formula in ``web/viewer/files/turning.ts``.
+The viewer page has the same formula in ``web/viewer/rig/head.ts``.
 """
 
 from __future__ import annotations

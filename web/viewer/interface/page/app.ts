@@ -35,7 +35,7 @@ import { createStore, type Store } from '../state/store';
 import { createHeader } from './header';
 import { keymap } from './keymap';
 import { keysDialog, listen } from '../../../shared/keys';
-import { modelOpener } from './models';
+import { joins, modelOpener } from './models';
 import { createLink } from './link';
 import { createOpening } from './opening';
 import { servedOpener } from './served';
@@ -102,8 +102,7 @@ export function createApp(root: HTMLElement, stageIn: (picture: HTMLElement) => 
   const undo = createUndo(history);
   const grab = createGrab(context, picture, sliders.moved);
   const replace = (next: Scene, added: readonly number[], came: readonly Clip[] = []) => {
-    const joins = scene?.models[0]?.neutral.length === next.models[0]?.neutral.length;
-    return joins ? join(next, added, came) : show(next);
+    return joins(scene, next.models[0]) ? join(next, added, came) : show(next);
   };
   const methods = createMethods(context, replace);
   const link = createLink(context);

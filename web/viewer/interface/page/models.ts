@@ -34,8 +34,7 @@ export function modelOpener(receiver: Receiver): Opener {
  * A face that is there already only brings its performances.
  */
 export function joined(scene: Scene | null, model: Model): [Scene, number[], Clip[]] {
-  const fits = scene?.models[0]?.neutral.length === model.neutral.length;
-  if (!scene || !fits) {
+  if (!scene || !joins(scene, model)) {
     const services = beside(scene?.services);
     const { name } = model;
     return [{ title: name, name, unit: '', models: [model], start: {}, services }, [0], []];
@@ -46,6 +45,11 @@ export function joined(scene: Scene | null, model: Model): [Scene, number[], Cli
     return [scene, [], came];
   const models = same < 0 ? [...scene.models, model] : scene.models.with(same, model);
   return [{ ...scene, models }, [same < 0 ? models.length - 1 : same], came];
+}
+
+/** Whether a model has as many vertices as those of a scene. */
+export function joins(scene: Scene | null, model: Model | undefined): boolean {
+  return scene?.models[0]?.neutral.length === model?.neutral.length;
 }
 
 /** Whether two files show one face, moved by the same sliders to the same targets. */

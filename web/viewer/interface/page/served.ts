@@ -1,7 +1,7 @@
 // Opens what only the command that shows this page can read: its bytes go there and come back.
 import { sceneOf } from '../../files/scene';
 import { ask } from '../../methods/asking';
-import { joined, type Receiver } from './models';
+import { joined, joins, type Receiver } from './models';
 import { pathOf, type Opener } from './opening';
 
 const MESHES = /\.(obj|ply)$/i;
@@ -53,8 +53,7 @@ export function servedOpener(receiver: Receiver, busy: (words: string) => void):
       const done = await ask(service, body, (words) => busy(`${words}…`));
       const next = await sceneOf(document, done['scene']);
       const now = receiver.scene();
-      const joins = now?.models[0]?.neutral.length === next.models[0]?.neutral.length;
-      if (joins) await receiver.replace(...joined(now, next.models[0]!));
+      if (joins(now, next.models[0])) await receiver.replace(...joined(now, next.models[0]!));
       else await receiver.replace(next, []);
     },
   };

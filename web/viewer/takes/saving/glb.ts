@@ -4,9 +4,9 @@ import { openContainer, refuse } from '../../files/container';
 import { GltfDocument, isEntry, type Entry } from '../../files/document';
 import { roots } from '../../files/nodes';
 import { targetNamesOf } from '../../files/surface';
-import { headNode, headRotation, mayTurn, restOf } from '../../files/turning';
-import { headOf } from '../../rig/clips';
-import { framedBox } from '../../stage/framed';
+import { headNode, mayTurn, restOf } from '../../files/turning';
+import { framedBox } from '../../rig/framed';
+import { headOf, headRotation } from '../../rig/head';
 import type { Clip, Model } from '../../types/model';
 
 const FLOAT = 5126;
