@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from elastomorph.bending.gltf import FEWEST, KEYS_TOLERANCE, CharacterEdit, of_b
 from elastomorph.bending.plan import make_plan
 from elastomorph.bending.standalone import showing_only, standalone
 from elastomorph.errors import FormatError
-from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.reader import (
     ReadMesh,
     read_meshes,
@@ -61,11 +60,6 @@ class OpenedCharacter:
         """
         meshes, rig = _read(file, names)
         return cls(file, tuple(names), tuple(meshes), rig)
-
-    @classmethod
-    def read(cls, path: str | Path, names: Sequence[str] = ()) -> OpenedCharacter:
-        """The meshes of these names in a file."""
-        return cls.of(open_gltf(path), names)
 
     def glb(self, rig: Rig) -> bytes:
         """The file as one of chunks with everything inside, in memory, with the paths of a rig.

@@ -7,8 +7,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from elastomorph.bending.opened import OpenedCharacter
+from elastomorph.character import Settings
 from elastomorph.errors import ElastomorphError
 from elastomorph.io import read_rig
 from elastomorph.io.atomic import is_folder, read_bytes
@@ -40,13 +42,27 @@ class FaceFile:
     settled: bool = False
 
     @classmethod
-    def of(cls, path: str) -> FaceFile:
-        """Any rig file or folder, with the paths that it has and the default where it has none."""
+    def of(cls, path: str, say: Callable[[str], None] = lambda _: None, **reading: Any) -> FaceFile:
+        """Any rig file or folder, with the paths that it has and the default where it has none.
+
+        It is read as by `elastomorph.io.read_rig`.
+        """
 
         def read(stored: Rig | None) -> Rig:
-            return read_rig(path) if stored is None else with_paths(stored)
+            if stored is not None:
+                return with_paths(stored, say=say)
+            return read_rig(path, say=say, **reading)
 
         return cls(path, read, gltf_in(path))
+
+    @classmethod
+    def by_settings(
+        cls, name: str, settings: Settings, read: Callable[[Rig | None], Rig]
+    ) -> FaceFile:
+        """What settings name, with the paths that they say."""
+        own = settings.character
+        rig = None if own.rig is None else gltf_in(settings.file(own.rig))
+        return cls(name, read, rig, own.mesh, settled=True)
 
     @property
     def title(self) -> str:

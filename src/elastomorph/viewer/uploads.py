@@ -20,12 +20,10 @@ from typing import Any
 from elastomorph.character import find_settings, read_settings, rig_from_settings
 from elastomorph.character.build import find_sources
 from elastomorph.errors import ElastomorphError, FileError, FormatError, ParameterError
-from elastomorph.io import read_rig
 from elastomorph.io.registry import MESH_FORMATS, RIG_FORMATS, known_suffixes
 from elastomorph.rig import Rig
-from elastomorph.rig.build import with_paths
 from elastomorph.viewer.answers import Offer, Sent, Work, model_file
-from elastomorph.viewer.face_files import FaceFile, gltf_in
+from elastomorph.viewer.face_files import FaceFile
 from elastomorph.viewer.file_scenes import read_scene
 from elastomorph.viewer.methods import MethodBench, Subject
 from elastomorph.viewer.scene import Scene
@@ -98,14 +96,7 @@ def _face(path: Path, root: Path, say: Say) -> FaceFile:
     """The face in what was sent; nothing of it is kept, for its place will be another's."""
     settings = find_settings(path) if path.is_dir() else None
     if settings is None:
-        more = {"cache": None} if path.is_dir() else {}
-
-        def read(stored: Rig | None) -> Rig:
-            if stored is not None:
-                return with_paths(stored, say=say)
-            return read_rig(path, say=say, **more)
-
-        return FaceFile(str(path), read, gltf_in(path))
+        return FaceFile.of(str(path), say, **({"cache": None} if path.is_dir() else {}))
     found = read_settings(settings)
     for file in find_sources(found).all:
         if not file.resolve().is_relative_to(root):
@@ -114,13 +105,11 @@ def _face(path: Path, root: Path, say: Say) -> FaceFile:
                 f"it names {file.name}, which is not among the files that were opened; open the "
                 "folder that holds them all, or run 'elastomorph view' with it",
             )
-    character = found.character
 
     def follow(stored: Rig | None) -> Rig:
         return rig_from_settings(found, cache=None, say=say, stored=stored)
 
-    gltf = None if character.rig is None else gltf_in(found.file(character.rig))
-    return FaceFile(str(path), follow, gltf, character.mesh, settled=True)
+    return FaceFile.by_settings(str(path), found, follow)
 
 
 def _listed(sent: Sent) -> dict[PurePosixPath, int]:
