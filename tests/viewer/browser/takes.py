@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from visiting import settled, wait
 
 import elastomorph as em
+import streams
 from elastomorph.rig import Rig
 from elastomorph.viewer import Scene, SceneModel
 
@@ -110,15 +110,14 @@ def shelf(page: Page, rig: str = "") -> list[dict[str, Any]]:
 
 def kept(page: Page, holds: Callable[[list[dict[str, Any]]], bool] = lambda _: True) -> None:
     """Waits until the browser keeps all takes of a page as they are, and that holds for them."""
-    until = time.monotonic() + 20
-    while True:
+
+    def there() -> bool:
         names = page.evaluate("elastomorph.state().takes.map(({name}) => name).sort()")
         found = shelf(page)
         same = sorted(one.get("name", "") for one in found) == names
-        if same and not page.evaluate(ASKS) and holds(found):
-            return
-        assert time.monotonic() < until, found
-        time.sleep(0.03)
+        return same and not page.evaluate(ASKS) and holds(found)
+
+    streams.wait(there)
 
 
 def told(page: Page) -> list[str]:

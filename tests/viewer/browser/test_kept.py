@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from faces import Faces, glb
 from test_named_poses import BLINK, OPEN, SMILE, told
-from visiting import COARSE, Visit, settled, state, update, wait
+from visiting import COARSE, Visit, again, beside, state, update, wait
 
 import elastomorph as em
 from elastomorph.rig import Rig
@@ -44,12 +44,6 @@ def scene(faces: Faces, request: pytest.FixtureRequest) -> Scene:
     return replace(faces.alone, title=request.node.name)
 
 
-def again(page: Page) -> None:
-    page.reload()
-    page.evaluate("elastomorph.ready")
-    settled(page)
-
-
 def written(page: Page, words: str, name: str = "") -> None:
     """Waits until the storage holds words for the rig of a page, by its title or a name."""
     called = json.dumps(name) if name else "document.querySelector('h1').textContent"
@@ -60,14 +54,10 @@ def written(page: Page, words: str, name: str = "") -> None:
     )
 
 
-def beside(page: Page, scene: Scene | None = None) -> Page:
-    """The same page in another tab of the browser, or with another scene in its file."""
-    if scene is not None:
-        write_viewer(page.url.removeprefix("file://"), scene)
-    other = page.context.new_page()
-    other.goto(page.url)
-    other.evaluate("elastomorph.ready")
-    return other
+def changed(page: Page, scene: Scene) -> Page:
+    """Another tab of the browser, with another scene in the file of the page."""
+    write_viewer(page.url.removeprefix("file://"), scene)
+    return beside(page)
 
 
 def poses(page: Page) -> list[dict[str, Any]]:
@@ -94,7 +84,7 @@ def test_another_rig_has_its_own(visit: Visit, scene: Scene) -> None:
     page = visit(scene, **KEEPS)
     update(page, poses=[OPEN])
     written(page, "Open")
-    other = beside(page, replace(scene, title=f"{scene.title}, another"))
+    other = changed(page, replace(scene, title=f"{scene.title}, another"))
     assert poses(other) == []
     other.close()
 
@@ -107,7 +97,7 @@ def test_a_rig_has_its_poses_whatever_is_done_with_it(
     update(page, poses=[OPEN, {"name": "Odd", "weights": {"jawOpen": 0.3, "mouthPress": 1}}])
     written(page, "Odd", "a rig")
     compared = replace(faces.together, name="a rig", title="a rig: three methods")
-    other = beside(page, compared)
+    other = changed(page, compared)
     assert [pose["name"] for pose in poses(other)] == ["Open", "Odd"]
     other.get_by_role("tab", name="Poses").click()
     other.locator(".pose").last.click()

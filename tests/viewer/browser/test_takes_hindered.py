@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,10 +9,11 @@ import numpy as np
 import pytest
 from faces import glb
 from takes import ASKS, alone, kept, latest, named_rig, open_files, page_title, shelf, told
-from test_takes_kept import KEEPS, SLIDERS, again, beside, edit, number, phone, title, wider
+from test_takes_kept import KEEPS, SLIDERS, edit, number, phone, title, wider
 from test_takes_videos import write_click
-from visiting import Visit, settled, state, update, wait
+from visiting import Visit, again, beside, settled, state, update, wait
 
+import streams
 from elastomorph.draw.head import neck_of
 from elastomorph.io.gltf import write_glb
 from elastomorph.rig.performance import HeadTurn
@@ -92,7 +92,7 @@ def test_takes_are_there_where_nothing_can_be_deleted(
     other = beside(page)
     for tab in (page, other):
         open_files(tab, phone)
-    wait_for_shelf(page, 2)
+    streams.wait(lambda: len(shelf(page)) == 2)
     other.close()
     hindered = beside(page, DELETES_NOTHING)
     assert hindered.evaluate("elastomorph.state().takes.length") == 1
@@ -100,13 +100,6 @@ def test_takes_are_there_where_nothing_can_be_deleted(
     again(page)
     assert page.evaluate("elastomorph.state().takes.length") == 1
     kept(page)
-
-
-def wait_for_shelf(page: Page, count: int) -> None:
-    until = time.monotonic() + 20
-    while len(shelf(page)) != count:
-        assert time.monotonic() < until
-        time.sleep(0.03)
 
 
 def test_an_edited_clip_that_turns_the_head_turns_it_again(

@@ -12,7 +12,7 @@ import pytest
 from faces import Faces, glb
 from takes import ASKS, alone, kept, latest, named_rig, open_files, page_title, shelf, told
 from test_takes_videos import write_click
-from visiting import Visit, settled, state, update, wait
+from visiting import Visit, again, beside, state, update, wait
 
 import elastomorph as em
 from elastomorph.rig import Rig
@@ -57,23 +57,6 @@ def page(visit: Visit, title: str, phone: Path) -> Page:
     open_files(opened, phone)
     assert told(opened) == []
     return opened
-
-
-def again(page: Page) -> None:
-    page.reload()
-    page.evaluate("elastomorph.ready")
-    settled(page)
-
-
-def beside(page: Page, script: str = "") -> Page:
-    """The same page in another tab of the browser, which a script hinders."""
-    other = page.context.new_page()
-    if script:
-        other.add_init_script(script)
-    other.goto(page.url)
-    other.evaluate("elastomorph.ready")
-    settled(other)
-    return other
 
 
 def number(page: Page, name: str) -> Locator:

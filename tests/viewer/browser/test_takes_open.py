@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import struct
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +19,8 @@ from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance, slider_weights
 from elastomorph.rig.performance.naming import ARKIT
 from elastomorph.samples import shapes
+from foreign_files import chunks_of
+from foreign_files import glb as container
 
 HALF_SECOND = "\n".join(f"{i / 20!r},{i / 10},{1 - i / 10}" for i in range(11))
 MILLISECONDS = "\n".join(f"{40 * i};{10 * i},5;0" for i in range(11))
@@ -179,7 +179,8 @@ def test_performances_of_another_rig_play_on_this_one(
     with page.expect_file_chooser() as chooser:
         page.get_by_role("button", name="Open a take…").click()
     for kind in ("LINEAR", "STEP", "CUBICSPLINE", "pointer"):
-        (tmp_path / f"{kind}.glb").write_bytes(_played(own, kind))
+        (tmp_path / f"{kind}.glb").write_bytes(own)
+        _play(tmp_path / f"{kind}.glb", kind)
     chooser.value.set_files([str(file) for file in tmp_path.glob("*.glb")])
     wait(page, "elastomorph.state().takes.length === 5")
     assert told(page) == []
@@ -194,10 +195,9 @@ def test_performances_of_another_rig_play_on_this_one(
     assert page.evaluate("elastomorph.models().length") == 1
 
 
-def _played(content: bytes, kind: str) -> bytes:
-    """The file with its first animation played otherwise; of a spline, with uneven tangents."""
-    length = struct.unpack_from("<I", content, 12)[0]
-    document, binary = json.loads(content[20 : 20 + length]), content[28 + length :]
+def _play(path: Path, kind: str) -> None:
+    """Makes a file play its first animation otherwise; as a spline, with uneven tangents."""
+    document, binary = chunks_of(path)
     animation = document["animations"][0]
     if kind == "pointer":
         for channel in animation["channels"]:
@@ -223,14 +223,7 @@ def _played(content: bytes, kind: str) -> bytes:
         output.update(bufferView=len(document["bufferViews"]) - 1, count=3 * output["count"])
         output.pop("byteOffset", None)
     document["buffers"][0]["byteLength"] = len(binary)
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    return b"".join(
-        [
-            struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(binary), len(text), 0x4E4F534A),
-            *(text, struct.pack("<II", len(binary), 0x004E4942), binary),
-        ]
-    )
+    path.write_bytes(container(document, binary))
 
 
 def test_a_take_goes_on_with_another_face_and_edits_are_not_lost(

@@ -118,6 +118,24 @@ def settled(page: Page | Frame) -> None:
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
+def again(page: Page) -> None:
+    """Loads a page anew."""
+    page.reload()
+    page.evaluate("elastomorph.ready")
+    settled(page)
+
+
+def beside(page: Page, script: str = "") -> Page:
+    """The same page in another tab of the browser, which a script hinders."""
+    other = page.context.new_page()
+    if script:
+        other.add_init_script(script)
+    other.goto(page.url)
+    other.evaluate("elastomorph.ready")
+    settled(other)
+    return other
+
+
 def wait(page: Page | Frame, condition: str, seconds: float = 240) -> None:
     """Waits for an expression of the page to hold; Playwright's own wait needs eval."""
     until = time.monotonic() + seconds
