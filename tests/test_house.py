@@ -88,3 +88,9 @@ def test_methods_that_hand_upward_import_when_they_are_called():
         for node in ast.parse(text).body:
             if isinstance(node, ast.ImportFrom):
                 assert not f"{node.module}.".startswith(f"{imported}."), forward
+
+
+def test_lines_of_code_are_counted_without_comments_docstrings_and_blank_lines():
+    head = '"""Module."""\n\nX = """two\nlines"""  # why\n\n\n'
+    text = head + 'def f(a):\n    """Say."""\n    # so\n    return (\n        a,\n    )\n'
+    assert tool("house").lines_of_code(text) == (6, 2)
