@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from small_characters import SmallFile, flap_character
 
 import elastomorph as em
+from elastomorph.bending import undo
 from elastomorph.bending.undo import patched, reverse_patch
 from elastomorph.io.gltf.container import open_gltf
+from foreign_files import chunks_of, glb
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-3, 3) | st.floats(-2, 2) | st.text(max_size=2),
@@ -105,6 +107,53 @@ def test_a_bent_file_is_bent_anew_from_its_original(tmp_path: Path) -> None:
     em.bend(tmp_path / "b.glb", tmp_path / "d.glb", method="linear")
     em.bend(path, tmp_path / "e.glb", method="linear")
     assert (tmp_path / "d.glb").read_bytes() == (tmp_path / "e.glb").read_bytes()
+
+
+EXTRAS: list[dict[str, Any]] = [
+    {},
+    {"elastomorph": {}},
+    {"elastomorph": 7, "kept": 1},
+    {"kept": {}, "elastomorph": None},
+]
+
+
+@pytest.mark.parametrize("extras", EXTRAS, ids=repr)
+@pytest.mark.parametrize("name", ["a.glb", "embedded.gltf"])
+def test_extras_of_the_document_come_back_whatever_they_were(
+    tmp_path: Path, name: str, extras: dict[str, Any]
+) -> None:
+    """Empty ones too, and those of the key that the record has."""
+    file = flap_character()
+    file.json["extras"] = extras
+    path = file.write(tmp_path / name)
+    bent, again, back = (tmp_path / f"{own}{path.suffix}" for own in ("b", "c", "d"))
+    em.bend(path, bent)
+    em.bend(bent, again)
+    assert open_gltf(again).document == open_gltf(bent).document
+    em.unbend(bent, back)
+    assert exactly(open_gltf(back).document) == exactly(open_gltf(path).document)
+
+
+@pytest.mark.parametrize("extras", [None, {}, {"kept": 1}], ids=repr)
+def test_records_of_earlier_versions_are_understood(tmp_path: Path, extras: Any) -> None:
+    """Their digest and patch were of a document without extras where it had none."""
+    file = flap_character()
+    file.json.pop("extras")
+    if extras is not None:
+        file.json["extras"] = extras
+    path = file.write(tmp_path / "a.glb")
+    em.bend(path, tmp_path / "b.glb")
+    document, chunk = chunks_of(tmp_path / "b.glb")
+    own = document["extras"].pop("elastomorph")
+    if extras is None:
+        del document["extras"]
+        own["undo"]["cut"].remove("extras")
+    own["made"] = undo._digest(document, chunk)
+    document["extras"] = {**document.get("extras", {}), "elastomorph": own}
+    (tmp_path / "b.glb").write_bytes(glb(document, chunk))
+    em.unbend(tmp_path / "b.glb", tmp_path / "c.glb")
+    found = open_gltf(tmp_path / "c.glb").document
+    assert exactly(found) == exactly(open_gltf(path).document)
 
 
 def test_a_bent_document_in_files_is_bent_anew_and_undone(tmp_path: Path) -> None:

@@ -8,7 +8,8 @@
 they were, ``cut`` names those that were added and ``in`` patches others; of a list, ``cut`` is the
 length it had. ``chunk`` is the length that the binary chunk had, null where there was none.
 ``made`` is a digest of all the rest: it tells whether another program has changed anything since,
-so that the patch no longer fits.
+so that the patch no longer fits. Patch and digest are of the document with ``extras`` that have no
+record, empty ones if there are no others, so that both are the same before and after the record.
 """
 
 from __future__ import annotations
@@ -30,12 +31,16 @@ def record(
 
     The chunk had another length before, None where there was none.
     """
-    extras = dict(bent.get("extras", {}))
-    patch = reverse_patch(original, bent) or {}
-    # The digest is taken of a document without record, whether or not there were other extras.
-    digest = _digest(bent, chunk or b"")
-    extras[_KEY] = {"version": _VERSION, "undo": patch, "chunk": length, "made": digest}
-    return {**bent, "extras": extras}
+    bare = _without_record(bent)
+    patch = reverse_patch(original, bare) or {}
+    digest = _digest(bare, chunk or b"")
+    own = {"version": _VERSION, "undo": patch, "chunk": length, "made": digest}
+    return {**bare, "extras": {**bare["extras"], _KEY: own}}
+
+
+def _without_record(document: dict[str, Any]) -> dict[str, Any]:
+    extras = {key: own for key, own in document.get("extras", {}).items() if key != _KEY}
+    return {**document, "extras": extras}
 
 
 def is_bent(file: GltfFile) -> bool:
@@ -48,21 +53,20 @@ def is_bent(file: GltfFile) -> bool:
 def undone(file: GltfFile) -> tuple[dict[str, Any], bytes | None]:
     """The document and the binary chunk of the original of a bent file."""
     chunk = file.chunk
-    extras = dict(file.document["extras"])
-    own = extras.pop(_KEY)
+    own = file.document["extras"][_KEY]
     if own.get("version") != _VERSION:
         file.refuse(
             "it was bent by a newer version of elastomorph; update, or bend the original instead"
         )
-    bent = {**file.document, "extras": extras}
-    if not extras:
-        del bent["extras"]
+    bent = _without_record(file.document)
     length = own.get("chunk")
     known = type(length) is int and chunk is not None and 0 <= length <= len(chunk)
     if not known and length is not None:
         _refuse(file)
     if own.get("made") != _digest(bent, chunk or b""):
-        _refuse(file)
+        # Up to 0.2 there were no empty extras in the digest of a file that had none.
+        if bent.pop("extras") or own.get("made") != _digest(bent, chunk or b""):
+            _refuse(file)
     try:
         document = patched(bent, own["undo"])
     except (AttributeError, LookupError, TypeError, ValueError):
