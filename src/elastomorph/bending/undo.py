@@ -63,10 +63,12 @@ def undone(file: GltfFile) -> tuple[dict[str, Any], bytes | None]:
     known = type(length) is int and chunk is not None and 0 <= length <= len(chunk)
     if not known and length is not None:
         _refuse(file)
-    if own.get("made") != _digest(bent, chunk or b""):
-        # Up to 0.2 there were no empty extras in the digest of a file that had none.
-        if bent.pop("extras") or own.get("made") != _digest(bent, chunk or b""):
-            _refuse(file)
+    # Up to 0.2 there were no empty extras in the digest of a file that had none.
+    earlier = {key: inner for key, inner in bent.items() if key != "extras" or inner}
+    if own.get("made") == _digest(earlier, chunk or b""):
+        bent = earlier
+    elif own.get("made") != _digest(bent, chunk or b""):
+        _refuse(file)
     try:
         document = patched(bent, own["undo"])
     except (AttributeError, LookupError, TypeError, ValueError):
