@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from spotted import FOCAL, OFF, SIZE, cameras, centres_off, egg, finder, seen, taken
+from spotted import FOCAL, NOISE, OFF, SIZE, cameras, centres_off, egg, finder, seen, taken
 
 import elastomorph.capturing.cameras.cameras as module
+import elastomorph.capturing.cameras.focal as focal_module
 from elastomorph.capturing.cameras.cameras import solve_pose
 from elastomorph.capturing.cameras.features import Features
 from elastomorph.capturing.cameras.solved import SolvedPose
@@ -128,6 +129,65 @@ def test_a_blurred_photograph_that_was_not_seen_to_be_is_rejected(shown):
     found = solve_pose(taken(CAMERAS))
     assert list(found.rejected) == ["07.jpg"]
     assert len(found.cameras) == 11
+
+
+def counted(monkeypatch, of, name: str) -> list[object]:
+    """What is called, once for each call."""
+    calls: list[object] = []
+    called = getattr(of, name)
+    monkeypatch.setattr(of, name, lambda *given, **kept: calls.append(1) or called(*given, **kept))
+    return calls
+
+
+@pytest.mark.parametrize(
+    ("strongest", "factor", "tries"), [(1500, 1.0, 1), (200, 1.0, 2), (200, 1.5, 3)]
+)
+def test_no_try_repeats_the_one_before(shown, monkeypatch, strongest, factor, tries):
+    """Small photographs are enlarged at once, and of few features all are compared at once."""
+    monkeypatch.setattr(module, "_STRONGEST", strongest)
+    shown({c.name: seen(c, egg(20 + k), k) for k, c in enumerate(CAMERAS[:6])})
+    calls = counted(monkeypatch, module, "found_cameras")
+    given = [replace(c, size=(int(750 * factor), int(1000 * factor))) for c in CAMERAS[:6]]
+    with pytest.raises(CaptureError, match="cameras of 0 of 6 photographs"):
+        solve_pose(taken(given))
+    assert len(calls) == tries
+
+
+@pytest.mark.parametrize("noise", [None, 8.0])
+def test_a_photograph_that_no_lens_would_place_sets_off_no_further_tries(shown, monkeypatch, noise):
+    """Of eight, blurred or of something else: the others are found, and that is all there is."""
+    few = cameras(8, widest=55.0)
+    of = egg(9) if noise is None else EGG
+    strange = seen(few[3], of, 3, noise=NOISE if noise is None else noise)
+    if noise is not None:  # few of the looks of what is blurred are like those of the others
+        looks = np.random.default_rng(4).permutation(strange.descriptors.T).T
+        kept = np.arange(len(looks)) % 12 == 0
+        strange = replace(strange, descriptors=np.where(kept[:, None], strange.descriptors, looks))
+    shown({c.name: seen(c, EGG, k) for k, c in enumerate(few)} | {"03.jpg": strange})
+    calls = counted(monkeypatch, focal_module, "mapped")
+    found = solve_pose(taken(few))
+    assert (len(calls), len(found.cameras)) == (1, 7)
+
+
+def test_the_centre_of_a_lens_is_fixed_by_the_photographs_that_are_found(shown):
+    """Of twelve of which three show something else, nine; the axis stays in the middle."""
+    strange = {c.name: seen(c, egg(30 + k), k) for k, c in enumerate(CAMERAS) if k in (1, 5, 10)}
+    shown(VIEWS | strange)
+    found = solve_pose(taken(CAMERAS))
+    assert len(found.cameras) == 9
+    np.testing.assert_array_equal(found.cameras[0].centre, (np.array(SIZE) - 1) / 2)
+
+
+def test_a_centre_that_misfits_helped_to_move_is_put_back(shown, monkeypatch):
+    """Ten are found, one of which turns out not to fit: nine do not fix the centre."""
+    strange = {c.name: seen(c, egg(30 + k), k) for k, c in enumerate(CAMERAS) if k in (1, 10)}
+    shown(VIEWS | strange)
+    bad = iter([{"05.jpg": "it does not fit"}])
+    monkeypatch.setattr(module, "misfits", lambda *_: next(bad))
+    found = solve_pose(taken(CAMERAS))
+    assert len(found.cameras) == 9
+    np.testing.assert_array_equal(found.cameras[0].centre, (np.array(SIZE) - 1) / 2)
+    assert centres_off(found.cameras, CAMERAS) < 0.2
 
 
 def test_photographs_from_one_place_are_refused(shown):

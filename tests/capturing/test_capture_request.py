@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import ExifTags, Image
 from small_captures import landmarks, template, write_photographs
 
 import elastomorph as em
@@ -142,6 +143,40 @@ def test_is_refused_before_any_work(
         asked(photos, tmp_path / "poses", **options)
     assert "\n" not in str(caught.value)
     assert not [file for file in tmp_path.rglob("*") if file.is_file() and file.suffix != ".jpg"]
+    assert not (tmp_path / "poses").exists()
+
+
+@pytest.mark.parametrize(
+    ("size", "orientation", "place", "inside"),
+    [
+        ((300, 200), 1, (299.4, 199.4), True),
+        ((300, 200), 1, (-0.4, -0.4), True),
+        ((300, 200), 1, (250.0, 200.0), False),
+        ((300, 200), 1, (-1.0, 20.0), False),
+        ((300, 200), 1, (float("nan"), 20.0), False),
+        ((300, 200), 6, (150.0, 250.0), True),
+        ((300, 200), 6, (250.0, 150.0), False),
+    ],
+)
+def test_landmarks_outside_their_photograph_are_refused_at_once(
+    photos: Path,
+    tmp_path: Path,
+    size: tuple[int, int],
+    orientation: int,
+    place: tuple[float, float],
+    inside: bool,
+) -> None:
+    """Pixels are those of the photograph as it is seen upright, whose centres are at integers."""
+    exif = Image.Exif()
+    exif[ExifTags.Base.Orientation] = orientation
+    Image.new("RGB", size).save(photos / "neutral" / "1.jpg", exif=exif)
+    clicks = {**CLICKS, "1.jpg": {**CLICKS["1.jpg"], "chin": place}}
+    points = replace(POINTS, photographs={"neutral": clicks})
+    if inside:
+        asked(photos, tmp_path / "poses", landmarks=points)
+        return
+    with pytest.raises(em.ElastomorphError, match=r"1\.jpg of pose 'neutral': chin is at .* outside"):
+        asked(photos, tmp_path / "poses", landmarks=points)
     assert not (tmp_path / "poses").exists()
 
 

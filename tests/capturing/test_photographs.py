@@ -258,6 +258,30 @@ def test_sharpness_does_not_depend_on_brightness():
     assert sharpness(np.full((100, 100), 128, dtype=np.uint8)) == 0
 
 
+@pytest.mark.parametrize("noise", [0.0, 2.0, 5.0, 8.0])
+def test_blur_is_seen_beneath_noise(noise):
+    """Noise is neither taken for detail nor for its lack."""
+    random = np.random.default_rng(3)
+    clean = 128 + 0.35 * (skin(1, (320, 240))[..., 0] - 128.0)  # as little contrast as skin has
+
+    def stored(width: float) -> np.ndarray:
+        noisy = gaussian_filter(clean, width) + noise * random.normal(size=clean.shape)
+        return np.clip(np.round(noisy), 0, 255).astype(np.uint8)
+
+    assert sharpness(stored(0)) == pytest.approx(sharpness(clean.astype(np.uint8)), rel=0.08)
+    assert sharpness(stored(2)) < 0.5 * sharpness(stored(0))
+    assert sharpness(stored(3)) < 0.4 * sharpness(stored(0))
+
+
+def test_a_blurred_photograph_of_a_dim_room_is_left_out(twelve):
+    """It is the one with most fine detail, all of it noise."""
+    noise = 20 * np.random.default_rng(3).normal(size=skin(7).shape[:2])[..., None]
+    blurred = gaussian_filter(skin(7).astype(np.float64), (3, 3, 0))
+    pixels = np.clip(blurred + noise, 0, 255).astype(np.uint8)
+    write(twelve[7], pixels, Model="X1", FocalLengthIn35mmFilm=50)
+    assert list(examine("smile", twelve).rejected) == ["IMG_7.jpg"]
+
+
 def test_photographs_of_another_camera_are_left_out(twelve):
     write(twelve[2], skin(2, (150, 120)), Model="X1", FocalLengthIn35mmFilm=50)
     write(twelve[4], skin(4), Model="Other", FocalLengthIn35mmFilm=50)

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from elastomorph.io.sequences.recordings import Recording
 
 # A morph read from a file of 32-bit numbers starts and ends this close to the captured frames.
+_FEWEST_FRAMES = 3
 _END_TOLERANCE = 1e-5
 
 AnyMethod = str | Method | Morph
@@ -90,6 +91,11 @@ def evaluate(
         ResonanceError: A material is singular for its load.
     """
     truth, mask = recorded_motion(truth, confidence, least_confidence)
+    if len(truth) < _FEWEST_FRAMES:
+        raise ParameterError(
+            f"a motion of {len(truth)} frames has none between the first and the last, where every "
+            "path is exact, so that nothing tells methods apart; give a frame between, or more"
+        )
     if curves is None:
         curves = extract_curves(truth.mesh)
     require_curves_of(curves, len(truth.mesh.vertices), "the first frame")

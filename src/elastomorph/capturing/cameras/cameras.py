@@ -11,6 +11,7 @@ So what was found is also held against what is known of photographs and lenses.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +19,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from elastomorph.capturing.cameras.exact import cloud, farthest_off, matched, misfits, reprojection
-from elastomorph.capturing.cameras.features import Features, find_features
+from elastomorph.capturing.cameras.features import Features, find_features, seen_enlarged
 from elastomorph.capturing.cameras.focal import Start, found_cameras
 from elastomorph.capturing.cameras.late import found_late
 from elastomorph.capturing.cameras.matching import Pairs, compared, strongest
@@ -37,7 +38,7 @@ Say = Callable[[str, float], None]
 
 _STRONGEST, _STRONGEST_AGAIN = 1500, 4000
 _LEAST_SHARE = 0.6  # of the photographs; where fewer agree, which of them are right is not known
-_CENTRE_FROM = 10  # photographs; fewer do not fix the centre of a lens
+_CENTRE_FROM = 10  # photographs of a lens that were found; fewer do not fix its centre
 
 
 def solve_pose(
@@ -83,9 +84,6 @@ class _Finder:
         self.taken = photographs.taken
         self.say = say
         self.starts, lens_of = _starts(self.taken, like)
-        self.free = "centres" if len(self.taken) >= _CENTRE_FROM else "lenses"
-        if all(start.lens for start in self.starts):
-            self.free = "cameras"
         self.lens_of = lens_of
         self.features = self._features(fine=False)
 
@@ -106,14 +104,19 @@ class _Finder:
     def rough(self, folder: Path) -> Sparse:
         """Cameras from the strongest features; from more of them where few cameras are found."""
         best: Sparse | None = None
-        enough = 0.9 * len(self.taken)
+        before: list[int] = []
+        finer = not all(map(seen_enlarged, self.taken))
         for most, fine in (
             (_STRONGEST, False),
             (_STRONGEST_AGAIN, False),
-            (_STRONGEST_AGAIN, True),
+            *([(_STRONGEST_AGAIN, True)] if finer else []),
         ):
             again = self._features(fine=True) if fine else self.features
-            sparse = self._mapped(again, most, folder)
+            counts = [min(most, len(each)) for each in again]
+            if counts == before and not fine:
+                continue  # the same features would give the same cameras
+            before = counts
+            sparse, enough = self._mapped(again, most, folder)
             if sparse is not None and (best is None or sparse.found > best.found):
                 best, self.features = sparse, again
             if best is not None and best.found >= enough:
@@ -125,7 +128,9 @@ class _Finder:
     def _too_few(self, found: int) -> bool:
         return found < max(FEWEST, _LEAST_SHARE * len(self.taken))
 
-    def _mapped(self, features: list[Features], most: int, folder: Path) -> Sparse | None:
+    def _mapped(
+        self, features: list[Features], most: int, folder: Path
+    ) -> tuple[Sparse | None, float]:
         chosen = [each.chosen(strongest(each, most)) for each in features]
         looks = [each.unit for each in chosen]
         count = len(looks)
@@ -137,8 +142,17 @@ class _Finder:
         names = [photograph.name for photograph in self.taken]
         shots = Shots(names, [each.places for each in chosen], self.lens_of)
         self.say("finding cameras", 0.6)
-        found = found_cameras(shots, self.starts, pairs, folder, lambda text: self.say(text, 0.6))
-        return None if found is None else found_late(found, chosen, features, shots)
+        found, enough = found_cameras(
+            shots, self.starts, pairs, folder, lambda text: self.say(text, 0.6)
+        )
+        return None if found is None else found_late(found, chosen, features, shots), enough
+
+    def _free(self, cameras: Sequence[Camera | None]) -> str:
+        """What the photographs that were found fix."""
+        if all(start.lens for start in self.starts):
+            return "cameras"
+        found = Counter(lens for c, lens in zip(cameras, self.lens_of, strict=True) if c)
+        return "centres" if min(found.values()) >= _CENTRE_FROM else "lenses"
 
     def exact(self, rough: Sparse, folder: Path, rejected: dict[str, str]) -> Sparse:
         """All features matched where the cameras expect them, and everything adjusted."""
@@ -153,7 +167,8 @@ class _Finder:
         self.say("matching all features", 0.75)
         pairs = matched(rough, self.features)
         self.say("adjusting cameras", 0.85)
-        sparse = refined(self.shots, cameras, pairs, folder, free=self.free, within=within)
+        free = self._free(cameras)
+        sparse = refined(self.shots, cameras, pairs, folder, free=free, within=within)
         bad = misfits(sparse, self.shots)
         if bad:
             rejected.update(bad)
@@ -165,7 +180,10 @@ class _Finder:
             if self._too_few(len(numbers)):
                 raise CaptureError(_no_overlap(self.photographs, len(numbers)))
             pairs = {pair: found for pair, found in pairs.items() if numbers.issuperset(pair)}
-            sparse = refined(self.shots, cameras, pairs, folder, free=self.free, within=within)
+            if (fixed := self._free(cameras)) != free:  # a centre moved on the word of the others
+                left = zip(rough.cameras, cameras, strict=True)
+                free, cameras = fixed, tuple(None if c is None else own for own, c in left)
+            sparse = refined(self.shots, cameras, pairs, folder, free=free, within=within)
         return sparse
 
 

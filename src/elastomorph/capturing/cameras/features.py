@@ -20,7 +20,7 @@ from elastomorph.capturing.photographs.photographs import Photograph
 from elastomorph.capturing.photographs.pixels import read_mask, read_upright
 from elastomorph.errors import MissingExtraError
 
-__all__ = ["Features", "find_features", "quiet_pycolmap"]
+__all__ = ["Features", "find_features", "quiet_pycolmap", "seen_enlarged"]
 
 _MOST = 8192
 _PEAK = 0.003  # half of what pycolmap asks for: skin has little contrast
@@ -102,6 +102,11 @@ def find_features(
     return found
 
 
+def seen_enlarged(photograph: Photograph) -> bool:
+    """Whether it is looked at enlarged in any case, being small."""
+    return max(photograph.size) < _ENLARGED_BELOW
+
+
 def _of(photograph: Photograph, fine: bool) -> Features:
     with quiet_pycolmap() as pycolmap:
         options = pycolmap.FeatureExtractionOptions()
@@ -109,7 +114,7 @@ def _of(photograph: Photograph, fine: bool) -> Features:
         options.use_gpu = False
         options.sift.peak_threshold = _PEAK
         options.sift.max_num_features = _MOST
-        options.sift.first_octave = -1 if fine or max(photograph.size) < _ENLARGED_BELOW else 0
+        options.sift.first_octave = -1 if fine or seen_enlarged(photograph) else 0
         extractor = pycolmap.FeatureExtractor.create(options, pycolmap.Device.cpu)
         pixels = read_upright(photograph.path, grey=True)
         factor = min(1.0, _LONGEST / max(photograph.size))

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from elastomorph.capturing.cameras.matching import Pairs
 from elastomorph.capturing.cameras.reconstruction import mapped, verified
 from elastomorph.capturing.cameras.sparse import Lens, Shots, Sparse
@@ -21,7 +23,10 @@ __all__ = ["Start", "found_cameras"]
 
 # Focal lengths in longer sides of the photograph: 43, 28, 61, 86 and 122 mm on 35-mm film.
 _LADDER = (1.2, 0.78, 1.7, 2.4, 3.4)
-_ENOUGH = 0.9  # of the photographs
+_ENOUGH = 0.9  # of the photographs that have something in common with others
+# Matches of a photograph against those of the middle one; with fewer, blurred or of something else,
+# no lens would place it.
+_IN_COMMON = 0.25
 
 
 @dataclass(frozen=True)
@@ -45,8 +50,8 @@ def found_cameras(
     pairs: Pairs,
     folder: Path,
     say: Callable[[str], None],
-) -> Sparse | None:
-    """The cameras that most photographs agree on; None where none are found.
+) -> tuple[Sparse | None, float]:
+    """The cameras that most photographs agree on, None where none are found, and how many would do.
 
     Args:
         shots: The photographs.
@@ -59,18 +64,22 @@ def found_cameras(
     fixed = all(start.lens for start in starts)
     lenses = [start.as_lens(_LADDER[0]) for start in starts]
     kept, geometries = verified(shots, lenses, pairs, known=known)
+    in_common = np.zeros(len(shots.names))
+    for pair, matches in kept.items():
+        in_common[list(pair)] += len(matches)
+    enough = _ENOUGH * np.count_nonzero(in_common >= _IN_COMMON * np.median(in_common))
     best: Sparse | None = None
     if known:
         best = mapped(shots, lenses, geometries, folder, fixed=fixed)
-        if fixed or (best is not None and best.found >= _ENOUGH * len(shots.names)):
-            return best
+        if fixed or (best is not None and best.found >= enough):
+            return best, enough
     for ratio in _LADDER:
         say(f"trying a focal length of {ratio:g} times the longer side")
         # What EXIF says did not do, where it said anything.
         lenses = [Start(start.size, None, start.lens).as_lens(ratio) for start in starts]
         _, again = verified(shots, lenses, kept, known=True)
         best = _better(best, mapped(shots, lenses, again, folder))
-    return best
+    return best, enough
 
 
 def _better(one: Sparse | None, other: Sparse | None) -> Sparse | None:

@@ -22,7 +22,7 @@ from elastomorph.errors import FileError, FormatError, MissingExtraError
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["opened_photograph", "read_mask", "read_upright"]
+__all__ = ["opened_photograph", "read_mask", "read_upright", "upright_size"]
 
 _MOST_PIXELS = 200_000_000
 _SMALLEST_SIDE = 64
@@ -62,6 +62,17 @@ def opened_photograph(path: Path) -> Iterator[tuple[Image, Exif]]:
         raise FormatError(
             path, f"this photograph is damaged or not whole ({error}); copy it again"
         ) from error
+
+
+def upright_size(path: Path) -> tuple[int, int]:
+    """Width and height of a photograph in pixels as it is seen upright, from its header.
+
+    Raises:
+        FileError, FormatError: It is not there, or no photograph.
+    """
+    with opened_photograph(path) as (image, exif):
+        width, height = image.size
+    return (height, width) if exif.swaps_sides else (width, height)
 
 
 def read_upright(

@@ -12,10 +12,17 @@ from elastomorph.capturing.landmarks.distance import distance_of, require_known
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Distance, Landmarks, read_landmarks
 from elastomorph.capturing.landmarks.typical_face import require_sides, typical_face
 from elastomorph.capturing.photographs.finding import find_masks, find_poses
+from elastomorph.capturing.photographs.pixels import upright_size
 from elastomorph.capturing.work import RIGS, TO
 from elastomorph.capturing.work.places import WORKING, folder_named, require_place
 from elastomorph.capturing.work.template import Template
-from elastomorph.errors import CaptureError, FileError, MissingExtraError, ParameterError
+from elastomorph.errors import (
+    CaptureError,
+    FileError,
+    FormatError,
+    MissingExtraError,
+    ParameterError,
+)
 from elastomorph.model.mesh import Mesh
 
 __all__ = ["Request", "requested"]
@@ -250,8 +257,10 @@ def _landmarks(
             f"{file}: {strange[0]} of pose {neutral!r} has landmarks, but there is no such "
             "photograph; rename it back, or place them again with 'elastomorph landmarks'"
         )
-    for photograph, places in clicks.items():
-        require_sides(places, f"{file}: {photograph} of pose {neutral!r}")
+    for path in (path for path in photographs if path.name in clicks):
+        where = f"{file}: {path.name} of pose {neutral!r}"
+        _require_inside(clicks[path.name], path, where)
+        require_sides(clicks[path.name], where)
     counts = {name: sum(name in places for places in clicks.values()) for name in LANDMARKS}
     good = [name for name in LANDMARKS if counts[name] >= 2 and name in vertices]
     if len(good) < _FEWEST_LANDMARKS:
@@ -262,3 +271,20 @@ def _landmarks(
             f"{', '.join(lacking[:4])} and others with 'elastomorph landmarks'"
         )
     return replace(named, vertices=vertices)
+
+
+def _require_inside(
+    places: Mapping[str, tuple[float, float]], photograph: Path, where: str
+) -> None:
+    """Refuse points that were placed on a photograph of another size, or on its side."""
+    try:
+        size = upright_size(photograph)
+    except FormatError:
+        return  # it is left out by its name when photographs are looked at
+    for name, place in places.items():
+        if not all(-0.5 <= x <= side - 0.5 for x, side in zip(place, size, strict=True)):
+            raise CaptureError(
+                f"{where}: {name} is at {place[0]:.0f}, {place[1]:.0f}, outside the photograph's "
+                f"{size[0]} × {size[1]} pixels; it was reduced, cropped or turned since: place the "
+                "landmarks again with 'elastomorph landmarks', or put the original back"
+            )

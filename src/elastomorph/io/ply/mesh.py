@@ -76,7 +76,8 @@ def require_surface(path: str | Path, header: PlyHeader) -> None:
     elements = {own.name: own for own in reversed(header.elements) if own.length}
     first = next((own for own in header.elements if own.name == "vertex"), None)
     if first is None or not first.length:
-        raise FormatError(path, "there are no vertices: the header announces no 'element vertex'")
+        says = "has no 'element vertex'" if first is None else "says 'element vertex 0'"
+        raise FormatError(path, f"there are no vertices: the header {says}; export it again")
     for axis in _AXES:
         place = first.place(axis)
         if place is None or first.properties[place].length is not None:
