@@ -76,6 +76,18 @@ def test_a_peak_between_samples_is_found_to_a_thousandth():
     assert 2 * abs(curve.peak[1]) * (1 - 1.2e-3) <= found <= 2 * abs(curve.peak[1]) * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("noise", [0, 1e-18, 1e-17, 1e-16, 3e-16, 1e-15, 1e-12])
+def test_noise_in_one_of_two_bends_leaves_the_most_of_the_path(noise):
+    """Merged into fewer bends, t - t² times 0.4 is off by noise only, whatever t³ - t² adds."""
+    arch, cubic = (ARCH, pushed((0.4, 0, 0), 5)), BendCurve.polynomial([0, 0, -1, 1])
+    side = pushed((0, 0.4, 0), 7)
+    own = morph(UP, arch, (ARCH, side), (cubic, noise * side), (cubic, 0.3 * side))
+    plan = make_plan(Rig(FLAT, {"a": own}))
+    assert strayed(plan, plan.bent[0]) < 1e-3
+    (only,) = make_plan(Rig(FLAT, {"a": morph(UP, arch, (cubic, noise * side))})).bent
+    assert only.morph.bend_curves[0].height * only.morph.bends[0].max() == pytest.approx(0.1)
+
+
 def test_what_stays_within_the_tolerance_of_its_straight_line_is_not_bent():
     rig = Rig(
         FLAT,

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from math import comb
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from elastomorph.errors import BakeError, MeshError, ParameterError, TopologyError
-from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.bend_curve import BendCurve, unit_roots
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths.bake import bake
@@ -35,6 +37,66 @@ def test_piecewise_curve_takes_the_right_piece() -> None:
     curve = BendCurve(np.array([0, 0.25, 1]), np.array([[0, 1.0], [0.25, -1 / 3]]))
     np.testing.assert_allclose(curve([0, 0.1, 0.25, 0.625, 1]), [0, 0.1, 0.25, 0.125, 0])
     np.testing.assert_allclose(curve.slope([0.1, 0.5]), [1.0, -1 / 3])
+
+
+def bernstein(row: np.ndarray) -> np.ndarray:
+    """The coefficients whose hull a polynomial on [0, 1] does not leave."""
+    n = len(row) - 1
+    return np.array(
+        [sum(comb(i, k) / comb(n, k) * row[k] for k in range(i + 1)) for i in range(n + 1)]
+    )
+
+
+@given(st.floats(-320, -3), st.booleans())
+def test_the_peak_of_a_parabola_with_a_last_coefficient_of_dust(exponent, negative):
+    """t - t² + e(t³ - t²), its peak at 1/2 but for O(e): rounding noise in e is no turn lost."""
+    e = (-1) ** negative * 10**exponent
+    time, value = BendCurve.polynomial([0, 1, -1 - e, e]).peak
+    assert value == pytest.approx(0.25, abs=abs(e))
+    assert time == pytest.approx(0.5, abs=max(abs(e), 1e-7))
+
+
+coefficient = st.one_of(st.floats(-2, 2), st.sampled_from([1e-14, -3e-16, 1e-17, 1e-200, 0]))
+
+
+@given(st.lists(coefficient, min_size=2, max_size=7), st.floats(0.05, 0.95), st.floats(-9, 9))
+def test_no_value_is_above_the_peak_and_none_of_the_hull_below(inner, middle, knot):
+    """Two pieces t(1 - t)q(t), the second scaled to any height: samples below, hulls above."""
+    row = np.convolve([0, 1, -1], inner)
+    shifted = np.polynomial.Polynomial(row)(np.polynomial.Polynomial([middle, 1])).coef
+    rows = np.zeros((2, len(row)))
+    rows[0] = row
+    rows[1, : len(shifted)] = shifted
+    rows *= 10**knot
+    curve = BendCurve(np.array([0, middle, 1]), rows)
+    times = curve.times_within(257)
+    size = np.abs(rows).sum()
+    assert np.abs(curve(times)).max() <= curve.height + 1e-13 * size
+    fine = np.linspace(0, 1, 129)
+    hulls = []
+    for start, step in zip(fine, np.diff(fine), strict=False):
+        local = np.polynomial.Polynomial(rows[0])(np.polynomial.Polynomial([start, step])).coef
+        hulls.append(np.abs(bernstein(local)).max())
+    assert curve.height <= max(hulls) + 1e-13 * size
+    assert abs(float(curve(curve.peak[0]))) == pytest.approx(curve.height, abs=1e-13 * size)
+
+
+@given(
+    st.lists(st.integers(1, 19), min_size=1, max_size=4, unique=True),
+    st.lists(st.floats(-320, -6), max_size=3),
+)
+def test_roots_are_found_whatever_dust_the_last_coefficients_are(places, dusts):
+    """Π (u - r) Π (1 - 10^-d u): the other roots are beyond a million, or at infinity."""
+    expected = np.sort(np.array(places) / 20)
+    row = np.polynomial.polynomial.polyfromroots(expected)
+    for dust in dusts:
+        row = np.convolve(row, [1, -(10**dust)])
+    assert np.sort(unit_roots(row)) == pytest.approx(expected, abs=1e-7)
+
+
+def test_what_is_zero_nowhere_or_everywhere_has_no_roots() -> None:
+    for row in ([], [0], [1], [0, 0, 0], [1, 0, 0], [1.25, -1, 1], [-1, 0.5]):
+        assert unit_roots(np.array(row, dtype=float)).size == 0
 
 
 @given(st.floats(-2, 3))

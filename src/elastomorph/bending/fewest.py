@@ -38,7 +38,7 @@ class Way:
         """
         if not len(self.bends):
             return self
-        peaks = np.array([abs(curve.peak[1]) for curve in self.curves])
+        peaks = np.array([curve.height for curve in self.curves])
         moves = peaks[:, None] * np.linalg.norm(self.bends, axis=2)
         order = np.argsort(moves, axis=0)
         lost = self.error + np.cumsum(np.take_along_axis(moves, order, axis=0), axis=0)

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.bend_curve import BendCurve, unit_roots
 
 Floats = NDArray[np.float64]
 
@@ -123,9 +123,7 @@ class Pieces:
         row = self.rows[number, :, column].copy()
         row[0] -= level
         row[np.abs(row) <= 1e-14 * np.abs(row).max()] = 0.0
-        roots = np.polynomial.polynomial.polyroots(np.trim_zeros(row, "b"))
-        real = roots.real[np.abs(roots.imag) <= 1e-9]
-        return np.asarray(real[(real > 0) & (real < 1)])
+        return unit_roots(row)
 
 
 @dataclass(frozen=True, eq=False)

@@ -84,7 +84,7 @@ class MeshEdit:
         if bent.name not in self._targets:
             return
         column = self._mesh.names.index(self._targets[bent.name])
-        peaks = np.array([abs(curve.peak[1]) for curve in bent.morph.bend_curves])
+        peaks = np.array([curve.height for curve in bent.morph.bend_curves])
         curves: list[dict[str, Any]] = []
         own = bends[:, self._mesh.rig_vertices]
         lengths = np.linalg.norm(own, axis=2)

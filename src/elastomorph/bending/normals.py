@@ -73,7 +73,7 @@ class NormalBends:
             curves = (*curves, bent.fold)
         path = replace(bent.morph, neutral=self.mesh, target=end, bends=fields, bend_curves=curves)
         added = normal_deltas(self.corners, path, range(len(curves)), self.at_rest)[1 : count + 1]
-        peaks = np.array([abs(curve.peak[1]) for curve in curves[:count]])
+        peaks = np.array([curve.height for curve in curves[:count]])
         added[np.linalg.norm(added, axis=2) * peaks[:, None] < _LIKE] = 0.0
         padded = np.concatenate([added, np.zeros_like(added[:, :1])], axis=1)
         return np.asarray(padded[:, self.of_vertex])

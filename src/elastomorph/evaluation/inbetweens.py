@@ -50,7 +50,7 @@ class Suggestion(CurveErrors):
     @property
     def largest_weight(self) -> float:
         """Largest weight of an in-between at any time; above 1 the path overshoots."""
-        return max((abs(curve.peak[1]) for curve in self.morph.bend_curves), default=0.0)
+        return max((curve.height for curve in self.morph.bend_curves), default=0.0)
 
     def __repr__(self) -> str:
         where = f"{', '.join(self.names)}, {self.law}" if self.names else self.law

@@ -124,15 +124,24 @@ class BendCurve:
     @cached_property
     def peak(self) -> tuple[float, float]:
         """The time within [0, 1] at which the curve is farthest from 0, and its value there."""
-        times = list(self.breaks)
-        for start, stop, row in zip(self.breaks, self.breaks[1:], self.coefficients, strict=False):
-            level = np.polynomial.polynomial.polytrim(np.polynomial.polynomial.polyder(row))
-            turns = np.polynomial.polynomial.polyroots(level) if len(level) > 1 else np.zeros(0)
-            real = turns.real[np.abs(turns.imag) <= 1e-9]
-            times += [float(start + turn) for turn in real if 0 < turn < stop - start]
+        spans = np.diff(self.breaks)[:, None]
+        # In u = s / span from 0 to 1, so that coefficients are as large as what they add.
+        rows = np.polynomial.polynomial.polyder(
+            self.coefficients * spans ** np.arange(self.coefficients.shape[1]), axis=1
+        )
+        turns = [
+            start + unit_roots(row) * span
+            for start, span, row in zip(self.breaks[:-1], spans, rows, strict=True)
+        ]
+        times = np.concatenate([self.breaks, *turns])
         values = self(times)
         highest = int(np.abs(values).argmax())
         return float(times[highest]), float(values[highest])
+
+    @property
+    def height(self) -> float:
+        """The largest |b(t)| within [0, 1]."""
+        return abs(self.peak[1])
 
     @cached_property
     def _pieces(self) -> tuple[list[float], list[list[float]]]:
@@ -150,6 +159,26 @@ class BendCurve:
         for column in range(rows.shape[1] - 1, -1, -1):
             value = value * local + rows[pieces, column]
         return value
+
+
+def unit_roots(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the real u within (0, 1) at which a polynomial of 1, u, u² … is zero.
+
+    They are eigenvalues of a pencil, C - uE with the last coefficient in E: dividing by it, as a
+    companion matrix is made, loses every root where it is rounding noise. They are the exact roots
+    of coefficients that differ by rounding of the largest; a polynomial of zeros has none.
+    """
+    from scipy.linalg import eigvals
+
+    row = np.asarray(coefficients, dtype=np.float64)
+    if len(row) < 2 or not row.any():
+        return np.zeros(0)
+    row = row / np.abs(row).max()
+    companion, last = np.diag(np.ones(len(row) - 2), -1), np.eye(len(row) - 1)
+    companion[:, -1], last[-1, -1] = -row[:-1], row[-1]
+    roots = np.asarray(eigvals(companion, last), dtype=np.complex128)
+    real = np.asarray(roots[np.abs(roots.imag) <= 1e-9].real, dtype=np.float64)
+    return real[(real > 0) & (real < 1)]
 
 
 def as_times(times: ArrayLike) -> NDArray[np.float64]:

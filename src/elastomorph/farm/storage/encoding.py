@@ -155,7 +155,7 @@ def _largest_displacement(rig: Rig, columns: Columns) -> float:
             low, high = ranges["t"]
         factors = [max(abs(low), abs(high))]
         for curve in morph.bend_curves:  # within [0, 1] at most its peak, straight outside
-            factors.append(max(abs(curve.peak[1]), abs(curve.at(low)), abs(curve.at(high))))
+            factors.append(max(curve.height, abs(curve.at(low)), abs(curve.at(high))))
         for span in morph.spans:
             place = slice(3 * span.start, 3 * span.start + span.fields[0].size)
             for factor, field in zip(factors, span.fields, strict=True):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.io.gltf.quantize import Grid, largest_move, largest_weight
+from elastomorph.io.gltf.quantize import Grid, largest_move
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
@@ -49,7 +49,7 @@ class KeptMorph:
         for k, (curve, bend) in enumerate(zip(morph.bend_curves, morph.bends, strict=True)):
             if folded is not None and k == folded[0]:
                 continue
-            peak = largest_weight(curve)
+            peak = curve.height
             moves = peak / scale * np.linalg.norm(bend, axis=1)
             small = (moves < tolerance) | (moves == 0)
             dropped += float(moves[small].max(initial=0.0))

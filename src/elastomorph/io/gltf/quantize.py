@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 
 # A coordinate is off by at most half a step, a vertex by half the diagonal of a cube of steps.
@@ -41,7 +40,7 @@ class Grid:
         """
         vertices = rig.neutral.vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)
-        sums = [sum(map(largest_weight, m.bend_curves)) for m in rig.morphs.values()]
+        sums = [sum(curve.height for curve in m.bend_curves) for m in rig.morphs.values()]
         step = error * (rig.neutral.diameter or 1.0) / (_WORST * (2 + max(sums, default=0.0)))
         fields = [own for m in rig.morphs.values() for own in (m.delta, m.bends)]
         farthest = max(float(np.abs(own).max(initial=0.0)) for own in [high - low, *fields])
@@ -85,11 +84,6 @@ class Grid:
         if np.abs(whole).max(initial=0.0) > _LARGEST:
             return (rows / self.scale).astype("<f4")
         return whole.astype("<i2")
-
-
-def largest_weight(curve: BendCurve) -> float:
-    """The largest |b(t)| on [0, 1], to within a thousandth."""
-    return float(np.abs(curve(curve.times_within(65))).max())
 
 
 def byte_normals(normals: NDArray[np.float64]) -> NDArray[np.int8]:

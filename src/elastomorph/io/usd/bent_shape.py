@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from elastomorph.io.usd.exact import checksum, path_to_json
 from elastomorph.io.usd.original import OriginalMesh, OriginalShape
-from elastomorph.io.usd.prims import COARSEST, as_float32, heights, rounded_bends
+from elastomorph.io.usd.prims import COARSEST, as_float32, rounded_bends
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import polygon_normals
@@ -65,7 +65,7 @@ def bent_shape(
     Morph and ``extent`` D are those of the rig that the meshes of the file are together.
     """
     of_rig = morph.bends[:, mesh.vertices]
-    peaks = heights(morph.bend_curves)
+    peaks = np.array([curve.height for curve in morph.bend_curves])
     # a sum over no bends is 0 everywhere
     moves = peaks @ np.linalg.norm(of_rig, axis=2) > COARSEST * extent
     moved = np.flatnonzero(moves)

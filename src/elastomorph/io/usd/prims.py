@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ from elastomorph.errors import FormatError
 from elastomorph.io.usd.exact import checksum, path_to_json, prim_names
 from elastomorph.io.usd.inbetweens import Placement
 from elastomorph.io.usd.library import BENDS, GROUP_FAMILY, NAME, PATH, POINTS, pxr
-from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig.fields import MorphFields
@@ -128,7 +126,7 @@ def sparse_shapes(path: str | Path, morph: Morph, placement: Placement) -> Spars
     Vertices that move less than 1e-7 of D all along the path stay where they are.
     """
     fields = MorphFields.of(morph)
-    peaks = np.concatenate([[1.0], heights(morph.bend_curves)])
+    peaks = np.array([1.0, *(curve.height for curve in morph.bend_curves)])
     reach = peaks @ np.linalg.norm(fields.fields, axis=2)
     # the noise of scans and solvers below float32 would make most points of a face move
     points = fields.moved[reach > COARSEST * morph.neutral.diameter]
@@ -162,7 +160,8 @@ def define_blend_shape(
     bends = morph.bends[:, shapes.points]
     if not bends.size:
         return
-    stored = rounded_bends(path, bends, heights(morph.bend_curves), morph.neutral.diameter)
+    peaks = np.array([curve.height for curve in morph.bend_curves])
+    stored = rounded_bends(path, bends, peaks, morph.neutral.diameter)
     kind, array = array_of_bends(stored)
     prim.CreateAttribute(BENDS, kind, custom=True).Set(array)
 
@@ -189,12 +188,6 @@ def array_of_bends(bends: NDArray[np.floating]) -> tuple[Any, Any]:
     of = "d" if bends.dtype == np.float64 else "f"
     kind = getattr(pxr("Sdf").ValueTypeNames, f"Vector3{of}Array")
     return kind, getattr(pxr("Vt"), f"Vec3{of}Array").FromNumpy(bends.reshape(-1, 3))
-
-
-def heights(curves: Sequence[BendCurve]) -> NDArray[np.float64]:
-    """(K,) the largest value of each bend curve."""
-    times = np.linspace(0.0, 1.0, 65)
-    return np.array([np.abs(curve(times)).max() for curve in curves])
 
 
 def as_float32(path: str | Path, values: NDArray[np.float64], what: str) -> NDArray[np.float32]:
