@@ -11,6 +11,7 @@ from elastomorph.evaluation import evaluate
 from elastomorph.evaluation.rigid_bodies import (
     Hinge,
     RigidParts,
+    find_eyelid,
     find_hinge,
     find_rigid_parts,
     hinge_errors,
@@ -196,3 +197,72 @@ def test_bodies_must_exist() -> None:
         rigidity(path, [1, 2, 3], TIMES)
     with pytest.raises(em.CurveError, match="99"):
         rigidity(path, [1, 2, 3, 99], TIMES)
+
+
+def eye(turn: float, lashes: float = 0.0) -> tuple[em.Mesh, em.Mesh]:
+    """An eyeball of radius 2 about (1, 2, 3), and a lid at 2.1 that turns about its x axis.
+
+    Above the lid stands a fringe, a part of its own, that moves farther by some factor.
+    """
+    around, down = np.meshgrid(
+        np.linspace(0, 2 * np.pi, 24, endpoint=False), np.linspace(0.2, 2.9, 9)
+    )
+    ball = 2 * np.stack(
+        [np.sin(down) * np.sin(around), np.cos(down), np.sin(down) * np.cos(around)], axis=-1
+    )
+    side, up = np.meshgrid(np.linspace(-0.5, 0.5, 5), np.linspace(0.3, 0.8, 4))
+    lid = 2.1 * np.stack(
+        [np.sin(side), np.cos(side) * np.sin(up), np.cos(side) * np.cos(up)], axis=-1
+    )
+
+    def quads(rows: int, columns: int, first: int) -> list[list[int]]:
+        at = first + np.arange(rows * columns).reshape(rows, columns)
+        return (
+            np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]], -1)
+            .reshape(-1, 4)
+            .tolist()
+        )
+
+    fringe = lid[:2, :2].reshape(-1, 3) * 1.2
+    parts = [ball.reshape(-1, 3), lid.reshape(-1, 3), fringe]
+    faces = quads(9, 24, 0) + quads(4, 5, 216) + quads(2, 2, 236)
+    rest = np.concatenate(parts)
+    moved = rest.copy()
+    rotation = Rotation.from_rotvec([turn, 0, 0])
+    moved[216:] = rotation.apply(moved[216:])
+    moved[236:] += lashes * (moved[236:] - rest[236:])
+    return em.Mesh(rest + [1, 2, 3], faces), em.Mesh(moved + [1, 2, 3], faces)
+
+
+@pytest.mark.parametrize("lashes", [0.0, 1.0])
+def test_a_lid_is_found_on_its_eyeball_whatever_lashes_do(lashes: float) -> None:
+    neutral, target = eye(0.9, lashes)
+    lid = find_eyelid(neutral, target)
+    assert lid is not None
+    assert 216 <= lid.vertex < 236
+    np.testing.assert_allclose(lid.centre, [1, 2, 3], atol=1e-9)
+    assert lid.radius == pytest.approx(2)
+    np.testing.assert_allclose(np.abs(lid.axis), [1, 0, 0], atol=0.3)
+
+
+def test_a_straight_line_sinks_by_the_sagitta_of_its_chord_at_any_pace() -> None:
+    """The vertex in the middle of the lid is farthest from the axis: its chord spans 0.9 rad."""
+    neutral, target = eye(0.9)
+    lid = find_eyelid(neutral, target)
+    assert lid is not None
+    sagitta = 2.1 * (1 - np.cos(0.45)) / neutral.diameter
+    for method in ("linear", "ease:2", "cosine"):
+        morph = em.interpolate(neutral, target, method)
+        assert lid.dip(morph) == pytest.approx(sagitta, rel=2e-3)
+        heights = lid.heights(morph, [0.0, 1.0])
+        np.testing.assert_allclose(heights, 0.1 / neutral.diameter, atol=1e-9)
+    turned = em.interpolate(neutral, target, "rotation")
+    assert lid.dip(turned) < 0.02 * sagitta
+
+
+def test_there_is_no_lid_without_a_ball_that_stays() -> None:
+    neutral, _ = eye(0.9)
+    everything = neutral.with_vertices(neutral.vertices + [0, 0.3, 0])
+    assert find_eyelid(neutral, everything) is None
+    assert find_eyelid(boxes(2), boxes(2)) is None
+    assert find_eyelid(neutral, neutral) is None

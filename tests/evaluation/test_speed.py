@@ -43,6 +43,15 @@ def test_every_row_is_timed() -> None:
     assert round(PAPER_MILLISECONDS, 2) == 9.36
 
 
+def test_the_paper_s_smaller_set_is_timed_where_there_are_as_many_faces() -> None:
+    """259 faces in 2.46 s; 7³ - 1 = 342 combinations have as many."""
+    neutral, targets = strip()
+    names = [row.name for row in face_speeds(neutral, targets, levels=7, repeats=1)[1]]
+    assert {"the paper, 259 faces", "rig.batch, 259 faces"} <= set(names)
+    few = [row.name for row in face_speeds(neutral, targets, levels=2, repeats=1)[1]]
+    assert not [name for name in few if "259" in name]
+
+
 @pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
 @pytest.mark.parametrize("method", ["linear", "ease:3", "plate:2", "arc"])
 def test_a_method_without_beams_is_timed(method: str) -> None:

@@ -20,7 +20,13 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate
 from elastomorph.evaluation.conclusions import conclusions, rankings
 from elastomorph.evaluation.summary import summaries
-from elastomorph.evaluation.table import evaluation_html, method_table, plain_text
+from elastomorph.evaluation.table import (
+    PAPER_TABLE_1,
+    evaluation_html,
+    method_table,
+    plain_text,
+    table_1,
+)
 from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
@@ -228,3 +234,20 @@ def test_markers_have_no_columns_of_shape() -> None:
     curves = em.CurveNetwork([em.Curve(np.arange(6))], 6)
     markers = em.evaluate(em.MeshSequence(em.Mesh(frames[0]), frames), ["linear"], curves)
     assert "seam" not in ReadTable(evaluation_html(markers)).rows[0]
+
+
+def test_table_1_stands_as_in_the_paper(evaluation: Evaluation) -> None:
+    """Its ratios are those of its text: 2.33 and 1.65 times the errors of the quadratic one."""
+    rows = dict(table_1(evaluation))
+    assert list(rows) == ["LME, the paper", "LAE, the paper", "LME, here", "LAE, here"]
+    _, quadratic, _, linear = (float(text) for text in rows["LME, the paper"])
+    assert round(linear / quadratic, 2) == 2.33
+    _, quadratic, _, linear = (float(text) for text in rows["LAE, the paper"])
+    assert round(linear / quadratic, 2) == 1.65
+    for row, name in (("LME, here", "lme"), ("LAE, here", "lae")):
+        found = [getattr(evaluation[label], name) for label in PAPER_TABLE_1]
+        np.testing.assert_allclose([float(text) for text in rows[row]], found, atol=5e-7)
+
+
+def test_there_is_no_table_1_without_its_methods(evaluation: Evaluation) -> None:
+    assert table_1(evaluate(evaluation.truth, ["linear", "beam:2"], evaluation.curves)) == []

@@ -38,6 +38,17 @@ def test_modal_law_solves_the_equation_of_motion(order: int) -> None:
     np.testing.assert_allclose(found, [float(e) for e in expected], rtol=1e-12)
 
 
+@pytest.mark.parametrize("order", [1, 2, 3, 5])
+@pytest.mark.parametrize("closure", sorted(CLOSURES))
+def test_which_closures_solve_the_equation_of_the_mean(closure: str, order: int) -> None:
+    """Eq. 8 has a force e0 + e1 t^R: m φ″ + c φ′ has no other power, but of `limit` for R > 1."""
+    law = np.concatenate([[0.0], mean_response(closure, Load.power(order), Material(0.7, 1.9, 1))])
+    polynomial = np.polynomial.Polynomial(law)
+    force = (0.7 * polynomial.deriv(2) + 1.9 * polynomial.deriv()).coef
+    others = np.delete(force, [power for power in (0, order) if power < len(force)])
+    assert (np.abs(others).max(initial=0.0) < 1e-12) == (closure != "limit" or order == 1)
+
+
 @given(
     m=st.floats(0.01, 50),
     c=st.floats(0.01, 50),

@@ -79,7 +79,7 @@ def test_what_is_told_at_the_console_keeps_the_brackets_of_names(
     path = TargetPath(name, Choice(0.01, 5e-4), 2, 8, 0.0, 0)
     beam, paths = BeamTiming(name, 0.0), TargetPaths(1.0, (path,))
     nothing = CurveNetwork((), len(mesh.vertices))
-    found = Walkthrough(rig_subject("rig.glb", rig), nothing, paths, [], None, [], beam, [])
+    found = Walkthrough(rig_subject("rig.glb", rig), nothing, paths, [], {}, None, [], beam, [])
     _tell(found, 1.0, Path("out"))
     said = capsys.readouterr().out
     assert "on 0 curves, 1 target\n" in said

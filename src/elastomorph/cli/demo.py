@@ -16,6 +16,7 @@ from elastomorph.errors import ParameterError
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from elastomorph.evaluation import Evaluation
     from elastomorph.report.walkthrough import Walkthrough
 
 ICT_FOLDER = "ict-facekit"
@@ -91,6 +92,7 @@ def _facts(found: Walkthrough, seconds: float) -> dict[str, object]:
             for path in found.paths.targets
         },
         "off the hinge": {each.label: [each.parts, each.along] for each in found.hinge},
+        "eyelid": found.eyelid,
         "seams": {seam.closure: seam.shape.seam for seam in found.seams},
         "flips": {seam.closure: seam.shape.flips for seam in found.seams},
         "methods": {
@@ -121,9 +123,15 @@ def _tell(found: Walkthrough, seconds: float, output: Path) -> None:
     if found.hinge:
         console.print(f"{subject.jaw}, farthest off the arc of its hinge, % of D:", highlight=False)
         console.print(_hinge_table(found))
+    if found.eyelid:
+        console.print("the edge of a lid, farthest towards the eye, % of D:", highlight=False)
+        console.print(_eyelid_table(found))
     if found.evaluation is not None:
         console.print(truth_words(subject), soft_wrap=True, highlight=False)
         console.print(found.evaluation.table())
+        if subject.take is not None:
+            console.print("The paper's Table 1, fractions of D:", highlight=False)
+            console.print(_paper_table(found.evaluation))
     console.print(f"{subject.jaw}, quadratic beam at t = 0.5, by closure:", highlight=False)
     console.print(_closure_table(found))
     console.print(beam_words(found.beam, len(subject.targets)), highlight=False)
@@ -156,6 +164,23 @@ def _hinge_table(found: Walkthrough) -> Table:
     for error in found.hinge:
         cells = (error.label, f"{100 * error.parts:.3f}", f"{100 * error.along:.3f}")
         table.add_row(*cells[:columns])
+    return table
+
+
+def _eyelid_table(found: Walkthrough) -> Table:
+    table = plain_table(("method",), ("method", "sinks by"), padding=(0, 1))
+    for label, dip in found.eyelid.items():
+        table.add_row(label, f"{100 * dip:.3f}")
+    return table
+
+
+def _paper_table(evaluation: Evaluation) -> Table:
+    from elastomorph.evaluation.table import PAPER_TABLE_1, table_1
+
+    headers = ("", *(name.replace(" ", "\n") for name, *_ in PAPER_TABLE_1.values()))
+    table = plain_table(("",), headers, padding=(0, 1))
+    for name, cells in table_1(evaluation):
+        table.add_row(name, *cells)
     return table
 
 

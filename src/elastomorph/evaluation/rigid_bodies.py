@@ -22,9 +22,15 @@ _RIGID = 1e-3
 _LEAST_TURN = 5.0
 """Smallest angle of interest, in degrees."""
 _FRAMES = 11
+_MOMENTS = 41
 _CARRIED = 1e-6
 """What is carried along ends as near to the motion as the parts do, or within this part of D."""
 _MOST_IN_PAIRS = 1500
+# An eyeball with its cornea is a sphere within this part of its radius, root of the mean square,
+# and the edge of a lid lies within half a radius of it. Rings of few vertices fit any sphere.
+_BALL = 64
+_ROUND = 0.06
+_OVER_BALL = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +156,69 @@ def hinge_errors(hinge: Hinge, morphs: Mapping[str, Morph]) -> list[HingeError]:
             HingeError(label, float(worst[is_part].max()), float(worst[~is_part].max(initial=0.0)))
         )
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Eyelid:
+    """A lid that sweeps over an eyeball, by its vertex that moves farthest."""
+
+    vertex: int  # Of the lid
+    centre: NDArray[np.float64]  # (3,) of the sphere that fits the eyeball
+    radius: float  # Of that sphere
+    axis: NDArray[np.float64]  # (3,) unit vector the lid turns about, through the centre
+
+    def heights(self, morph: Morph, times: ArrayLike) -> NDArray[np.float64]:
+        """(T,) distance of the vertex above the sphere, negative within, as a fraction of D."""
+        way = morph.at(np.asarray(times, dtype=np.float64))[:, self.vertex]
+        above = np.linalg.norm(way - self.centre, axis=1) - self.radius
+        return np.asarray(above / (morph.neutral.diameter or 1.0))
+
+    def dip(self, morph: Morph) -> float:
+        """How far the vertex sinks towards the eye, as a fraction of D.
+
+        Below the lower of its two ends, so that timing does not count. A lid that slides on the
+        ball does not sink.
+        """
+        heights = self.heights(morph, np.linspace(0.0, 1.0, _MOMENTS))
+        return float(min(heights[0], heights[-1]) - heights.min())
+
+
+def find_eyelid(neutral: Mesh, target: Mesh) -> Eyelid | None:
+    """The lid that a target closes, and the eyeball it sweeps over; None where there is no ball.
+
+    The ball is the connected part of the mesh that is most nearly a sphere, near the lid, and that
+    the target leaves where it is. The lid is of the part of which the target moves most vertices:
+    lashes move farther, and are no skin.
+    """
+    require_same_topology(neutral, target)
+    start, end = neutral.vertices, target.vertices
+    moved = np.linalg.norm(end - start, axis=1)
+    still = moved <= _RIGID * neutral.diameter
+    parts = connected_parts(len(start), neutral.edges)
+    skin = max(parts, key=lambda part: int(np.count_nonzero(~still[part])))
+    vertex = int(skin[moved[skin].argmax()])
+    best: tuple[float, NDArray[np.float64], float] | None = None
+    for part in parts:
+        if len(part) < _BALL or not still[part].all():
+            continue
+        points = start[part]
+        # |p|² = 2 p·c + (r² - |c|²) is linear in what is sought.
+        fit, *_ = np.linalg.lstsq(
+            np.c_[2 * points, np.ones(len(points))], (points**2).sum(axis=1), rcond=None
+        )
+        centre = fit[:3]
+        radius = float(np.sqrt(max(fit[3] + centre @ centre, 0.0)))
+        off = np.linalg.norm(points - centre, axis=1) - radius
+        uneven = float(np.sqrt(np.mean(off**2))) / (radius or 1.0)
+        beside = abs(np.linalg.norm(start[vertex] - centre) - radius) <= _OVER_BALL * radius
+        if beside and uneven <= (_ROUND if best is None else best[0]):
+            best = uneven, centre, radius
+    if best is None:
+        return None
+    _, centre, radius = best
+    axis = np.cross(start[vertex] - centre, end[vertex] - centre)
+    length = float(np.linalg.norm(axis))
+    return Eyelid(vertex, centre, radius, axis / length) if length > 0 else None
 
 
 @dataclass(frozen=True)

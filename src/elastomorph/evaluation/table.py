@@ -76,6 +76,32 @@ def method_table(lines: Sequence[MethodSummary], title: str, *, shape: bool = Tr
     return table
 
 
+PAPER_TABLE_1 = {
+    "beam R=1": ("Linear PDE", 0.021548, 0.009358),
+    "beam R=2": ("Quadratic PDE", 0.010629, 0.006903),
+    "beam R=3": ("Cubic PDE", 0.010826, 0.007916),
+    "linear": ("Geometric linear", 0.024761, 0.011378),
+}
+"""The paper's Table 1: its name of each method, its LME and its LAE, as fractions of D."""
+
+
+def table_1(evaluation: Evaluation) -> list[tuple[str, list[str]]]:
+    """The rows of the paper's Table 1, its own and those found here, as fractions of D.
+
+    Columns are those of `PAPER_TABLE_1`. No rows where one of its methods was not compared.
+    """
+    found = {line.label: line for line in summaries(evaluation)}
+    if not found.keys() >= PAPER_TABLE_1.keys():
+        return []
+    _, *paper = zip(*PAPER_TABLE_1.values(), strict=True)
+    here = ([getattr(found[label], name) for label in PAPER_TABLE_1] for name in ("lme", "lae"))
+    return [
+        (f"{name}, {whose}", [f"{value:.6f}" for value in values])
+        for whose, pair in (("the paper", paper), ("here", here))
+        for name, values in zip(("LME", "LAE"), pair, strict=True)
+    ]
+
+
 def evaluation_html(evaluation: Evaluation) -> str:
     """The same for a notebook; with three methods or more their order follows."""
     from elastomorph.templates import rendered  # a terminal does without its import

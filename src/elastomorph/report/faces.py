@@ -15,7 +15,7 @@ from elastomorph.report.images import Picture
 
 __all__ = ["evaluation_pictures", "look_alikes", "telling_frame"]
 
-_COLUMNS = 6
+_COLUMNS = 11
 _ALIKE = 2.5e-3
 """As a fraction of D: half a pixel of a face in the strip."""
 _SAME_WAY = 1e-3
@@ -124,7 +124,7 @@ def _strip(evaluation: Evaluation, alike: Mapping[str, Sequence[str]]) -> Pictur
     columns = ", ".join(f"{time:.2g}" for time in times)
     return Picture(
         "In-betweens",
-        face_strip(rows, times, face=(200, 250)),
+        face_strip(rows, times, face=(144, 180)),
         f"{len(rows)} rows of {len(times)} faces from the front at t = {columns}. The first row "
         f"is {TRUTH}; below it {'; '.join(list(rows)[1:])}. All rows begin with one face and end "
         "with one face; between them they differ.",

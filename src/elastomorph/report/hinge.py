@@ -1,4 +1,4 @@
-"""The section on the jaw: how far each method leaves the arc of its hinge."""
+"""Sections on orbits: how far methods leave the arc of the jaw, and the eyeball under a lid."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from elastomorph.draw.hinge import hinge_graph, looks_of
+from elastomorph.draw.hinge import eyelid_graph, hinge_graph, looks_of
 from elastomorph.draw.pictures import Image
-from elastomorph.evaluation.rigid_bodies import Hinge, HingeError
+from elastomorph.evaluation.rigid_bodies import Eyelid, Hinge, HingeError
 from elastomorph.evaluation.words import SPACE, Lengths, counted, listed, percent
 from elastomorph.model.morph import Morph
 from elastomorph.report.document import Section
 from elastomorph.report.images import Graph, Picture
 
-__all__ = ["Jaw", "hinge_section"]
+__all__ = ["Jaw", "eyelid_section", "hinge_section"]
 
 _ALIKE = 1.05
 """Times the smallest distance: no more than that apart, methods do equally well."""
@@ -73,6 +73,26 @@ def hinge_section(jaw: Jaw, target: str, unit: str = "") -> Section:
         "graph": graph,
     }
     return Section("hinge", "The jaw on its hinge", content)
+
+
+def eyelid_section(
+    lid: Eyelid, morphs: Mapping[str, Morph], target: str, unit: str = ""
+) -> Section:
+    """The way of a lid over the eyeball, on labelled paths of a target (Fig. 2)."""
+    lengths = Lengths(next(iter(morphs.values())).neutral.diameter, unit)
+    dips = {label: lid.dip(morph) for label, morph in morphs.items()}
+    worst, best = max(dips, key=dips.__getitem__), min(dips, key=dips.__getitem__)
+    told = f"by {_length(dips[worst], lengths)} on {worst}, by {_length(dips[best], lengths)}"
+    graph = Graph.drawn(
+        lambda file: eyelid_graph(lid, morphs, file, unit),
+        "eyelid",
+        "The way of the lid",
+        f"Left the way of the lid's edge beside the eyeball, right its height above it over time: "
+        f"it sinks towards the eye {told} on {best}.",
+        "As in the paper's Figure 2: a straight line is a chord that cuts towards the eye.",
+    )
+    headline = f"With {target} the edge of the lid sinks towards the eye {told} on {best}."
+    return Section("eyelid", "The eyelid on the eyeball", {"headline": headline, "graph": graph})
 
 
 def _words(hinge: Hinge, target: str) -> str:

@@ -6,14 +6,15 @@ import math
 from collections.abc import Collection, Sequence
 from typing import Any
 
+from elastomorph.evaluation import Evaluation
 from elastomorph.evaluation.conclusions import Verdict
 from elastomorph.evaluation.summary import MethodSummary, places, same
-from elastomorph.evaluation.table import SHAPE_COLUMNS, number_text
-from elastomorph.evaluation.words import SPACE, Lengths
+from elastomorph.evaluation.table import PAPER_TABLE_1, SHAPE_COLUMNS, number_text, table_1
+from elastomorph.evaluation.words import SPACE, Lengths, counted
 from elastomorph.report.document import Section
 from elastomorph.report.facts import About
 
-__all__ = ["error_table", "errors", "outcome", "ranked"]
+__all__ = ["error_table", "errors", "outcome", "ranked", "table_1_section"]
 
 _TIMED = {"LME": "lme", "LAE": "lae", "mean LME": "mean_lme", "mean LAE": "mean_lae"}
 _LOW = "Low confidence too"
@@ -25,6 +26,21 @@ def outcome(verdict: Verdict, scope: str) -> Section:
     """The outcome in words, and how far it reaches."""
     reasons = [*verdict.reasons, scope]
     return Section("outcome", "The outcome", {"headline": verdict.headline, "reasons": reasons})
+
+
+def table_1_section(evaluation: Evaluation) -> Section | None:
+    """The paper's Table 1 beside that of a recorded motion; None where a method of it lacks."""
+    rows = table_1(evaluation)
+    if not rows:
+        return None
+    heads = ["Fractions of D", *(name for name, *_ in PAPER_TABLE_1.values())]
+    words = (
+        "The paper's numbers are of 49 curves of its own scans, which are not public; those found "
+        f"here are of {counted(len(evaluation.curves), 'curve')} of another motion. So the order "
+        "of the methods may be compared, not their sizes: it depends on how the motion is timed."
+    )
+    content = {"words": words, "heads": heads, "rows": rows}
+    return Section("paper", "The paper's Table 1", content, appendix=True)
 
 
 def ranked(lines: Sequence[MethodSummary], about: About) -> list[dict[str, Any]]:

@@ -11,10 +11,10 @@ import numpy as np
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.draw.comparisons import closure_comparison
 from elastomorph.draw.curves_picture import curves_picture
-from elastomorph.draw.hinge import hinge_faces, hinge_graph
+from elastomorph.draw.hinge import eyelid_graph, hinge_faces, hinge_graph
 from elastomorph.draw.time_laws import time_law_graph
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate, every_method
-from elastomorph.evaluation.rigid_bodies import HingeError, find_hinge, hinge_errors
+from elastomorph.evaluation.rigid_bodies import HingeError, find_eyelid, find_hinge, hinge_errors
 from elastomorph.evaluation.shape import ClosureSeam, closure_seams
 from elastomorph.evaluation.summary import informed_methods
 from elastomorph.evaluation.target_paths import TargetPaths, target_paths
@@ -26,9 +26,11 @@ from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
 from elastomorph.report.advice import TargetPictures, advice, targets_table
 from elastomorph.report.comparison import write_evaluation
+from elastomorph.report.document import Section
 from elastomorph.report.faces import evaluation_pictures
-from elastomorph.report.hinge import Jaw, hinge_section
+from elastomorph.report.hinge import Jaw, eyelid_section, hinge_section
 from elastomorph.report.images import Picture
+from elastomorph.report.outcome import table_1_section
 from elastomorph.report.subject import Subject
 from elastomorph.report.walkthrough_page import (
     BeamTiming,
@@ -38,10 +40,12 @@ from elastomorph.report.walkthrough_page import (
     sheet_picture,
     write_walkthrough_report,
 )
+from elastomorph.rig.performance.naming import shape_of
 
 __all__ = ["Walkthrough", "walk_through"]
 
 _JAW_METHODS = ("linear", "arc", "rotation", "auto")
+_LID_METHODS = ("linear", "beam:2", "auto")
 _IN_BETWEEN_TIMES = (0.25, 0.5, 0.75)
 
 
@@ -54,6 +58,8 @@ class Walkthrough:
         curves: Its curves.
         paths: What each target needs.
         hinge: How far methods leave the arc of the jaw; none where nothing turns rigidly.
+        eyelid: How far a lid sinks towards the eye on its way, by method, as fractions of D; none
+            without lid and eyeball.
         evaluation: Table 1 on the recorded motion, or on the rigid parts of a rig; or none.
         seams: Each closure on the jaw, halfway.
         beam: Where the quadratic beam differs most from the ease.
@@ -64,6 +70,7 @@ class Walkthrough:
     curves: CurveNetwork
     paths: TargetPaths
     hinge: list[HingeError]
+    eyelid: dict[str, float]
     evaluation: Evaluation | None
     seams: list[ClosureSeam]
     beam: BeamTiming
@@ -119,11 +126,13 @@ def walk_through(
     first = [advice(paths, cards.drawn, subject)]
     if turning is not None:
         first.append(hinge_section(turning, subject.jaw, subject.unit))
-    sections = [*first, targets_table(paths, subject.unit)]
-    found = (subject, evaluation, sections, beam, faces, more)
+    dips, lid = _lid_on_its_eye(subject, curves, place, say)
+    paper = None if subject.take is None or evaluation is None else table_1_section(evaluation)
+    first += [each for each in (lid, targets_table(paths, subject.unit), paper) if each is not None]
+    found = (subject, evaluation, first, beam, faces, more)
     write_walkthrough_report(*found, place.file("report.html"), call=call, say=say)
     hinge = [] if turning is None else turning.errors
-    return Walkthrough(subject, curves, paths, hinge, evaluation, seams, beam, place.written)
+    return Walkthrough(subject, curves, paths, hinge, dips, evaluation, seams, beam, place.written)
 
 
 class _Folder:
@@ -188,6 +197,23 @@ def _jaw_on_its_hinge(
     image = hinge_faces(hinge, morphs, place.file("hinge.png"))
     hinge_graph(hinge, morphs, place.file("hinge-graph.png"), subject.unit)
     return Jaw(hinge, morphs, hinge_errors(hinge, morphs), image)
+
+
+def _lid_on_its_eye(
+    subject: Subject, curves: CurveNetwork, place: _Folder, say: Callable[[str], None]
+) -> tuple[dict[str, float], Section | None]:
+    """How far a lid sinks towards the eye on its way over it, and what the report says of it."""
+    name = next((each for each in subject.targets if shape_of(each) == "eyeBlinkLeft"), None)
+    lid = None if name is None else find_eyelid(subject.neutral, subject.targets[name])
+    if name is None or lid is None:
+        return {}, None
+    say("measuring the eyelid on the eyeball")
+    methods = [Method.parse(each) for each in _LID_METHODS]
+    neutral, target = subject.neutral, subject.targets[name]
+    morphs = {each.label: interpolate(neutral, target, each, curves=curves) for each in methods}
+    eyelid_graph(lid, morphs, place.file("eyelid-graph.png"), subject.unit)
+    dips = {label: lid.dip(morph) for label, morph in morphs.items()}
+    return dips, eyelid_section(lid, morphs, name, subject.unit)
 
 
 def _expressions(subject: Subject, place: _Folder, say: Callable[[str], None]) -> list[Picture]:
