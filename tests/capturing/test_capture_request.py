@@ -175,7 +175,8 @@ def test_landmarks_outside_their_photograph_are_refused_at_once(
     if inside:
         asked(photos, tmp_path / "poses", landmarks=points)
         return
-    with pytest.raises(em.ElastomorphError, match=r"1\.jpg of pose 'neutral': chin is at .* outside"):
+    outside = r"1\.jpg of pose 'neutral': chin is at .* outside"
+    with pytest.raises(em.ElastomorphError, match=outside):
         asked(photos, tmp_path / "poses", landmarks=points)
     assert not (tmp_path / "poses").exists()
 

@@ -52,7 +52,8 @@ def assert_same_errors(first: Evaluation, second: Evaluation) -> None:
 def test_two_poses_have_nothing_between_to_judge_by(curved: Morph, rows: CurveNetwork) -> None:
     """Every path is exact at both ends: a table of zeros would say that all methods are right."""
     two = MeshSequence(curved.neutral, curved.at([0.0, 1.0]))
-    with pytest.raises(ParameterError, match=r"motion of 2 frames .* give a frame between") as caught:
+    between = r"motion of 2 frames .* give a frame between"
+    with pytest.raises(ParameterError, match=between) as caught:
         evaluate(two, curves=rows)
     assert "\n" not in str(caught.value)
     assert evaluate(MeshSequence(curved.neutral, curved.at([0, 0.5, 1])), ["linear"], rows).results
