@@ -247,7 +247,9 @@ def dask_overhead(given: argparse.Namespace) -> None:
             crew_of("local") as crew,
         ):
             ways = {
-                "Python": lambda: list(pool.map(make_unit, repeat(data.order), units)),
+                "Python": lambda: list(
+                    pool.map(make_unit, repeat(data.order), units, repeat(data.identity))
+                ),
                 "Dask": lambda: list(crew.made(data, units)),
             }
             found: dict[str, list[Handed]] = {name: [] for name in ways}
@@ -286,8 +288,8 @@ def _unit_of(seconds: float, rig: em.Rig, sampler: em.FaceSampler, folder: str) 
         order = Order(f"{folder}/{unit}.zarr")
         data = begun(order, rig, sampler, 2 * unit, Wanted(vertices="int16", unit=unit))
         with threadpool_limits(1):
-            make_unit(order, 0)
-            spent = make_unit(order, 1).seconds
+            make_unit(order, 0, data.identity)
+            spent = make_unit(order, 1, data.identity).seconds
         rmtree(data.order.url)
         if spent > seconds / 1.5:
             break

@@ -5,13 +5,16 @@ from __future__ import annotations
 import gc
 import os
 import pickle
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import elastomorph as em
@@ -23,6 +26,8 @@ from needs import extra
 from streams import wait
 
 extra("distributed", "farm")
+
+from distributed import Client  # noqa: E402
 
 from dask_processes import kill_all, separate, workers_below  # noqa: E402
 from farm_kills import contents  # noqa: E402
@@ -92,6 +97,28 @@ def test_a_scheduler_elsewhere_whose_end_is_said_and_gone_on_from(
             )
     em.make_faces(rig, cut, FACES, vertices="int16")
     assert contents(cut) == alone
+
+
+def test_standing_workers_make_what_is_there_now(rig: em.Rig, tmp_path: Path) -> None:
+    """A place at which one data set follows another, while workers and reader processes stay."""
+    place = tmp_path / "faces.zarr"
+    wanted: list[tuple[int, dict[str, Any]]] = [
+        (200, {"seed": 1}),
+        (200, {"seed": 2}),
+        (200, {"seed": 2, "vertices": "int16"}),
+        (500, {"seed": 2, "vertices": "int16"}),  # The one before, grown
+    ]
+    with separate() as machines:
+        for number, (faces, options) in enumerate(wanted):
+            if number < 3:
+                shutil.rmtree(place, ignore_errors=True)
+            found = em.make_faces(rig, place, faces, scheduler=machines.address, **options)
+            alone = tmp_path / f"alone{number}.zarr"
+            expected = em.make_faces(rig, alone, faces, **options)
+            assert contents(place) == contents(alone)
+            with Client(machines.address, set_as_default=False) as client:
+                lazy = client.compute(found.as_dask("vertices")).result()
+            assert np.array_equal(lazy, expected[:])
 
 
 def test_workers_come_from_jobs_of_a_queue(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -15,10 +16,15 @@ import pytest
 
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
+from elastomorph.farm.making import teams
+from elastomorph.farm.making import unit as units
+from elastomorph.farm.making.unit import unit_shards
 from elastomorph.farm.making.verify import verify_faces
 from elastomorph.farm.storage import beginning
 from elastomorph.farm.storage.layout import DataSet
 from elastomorph.farm.storage.stores import Objects
+from elastomorph.io.performance import write_performance_csv
+from elastomorph.rig.performance import Performance
 
 UNIT = 32
 FACES = 10 * UNIT + 7
@@ -203,6 +209,42 @@ def test_a_data_set_grows_but_does_not_shrink(
     assert content(tmp_path / "faces.zarr") == content(tmp_path / "whole.zarr")
     with pytest.raises(FormatError, match="has 327 faces, and 9 were asked for"):
         make(faces=9)
+
+
+def test_a_run_whose_data_set_is_replaced_writes_nothing_into_the_other(
+    make: Callable[..., em.FaceSet], rig: em.Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of another seed, and of recorded weights that have changed under their name."""
+    take = {"mixture": [{"kind": "take", "files": [str(tmp_path / "take.csv")]}]}
+    monkeypatch.setattr(teams, "usable_cores", lambda: 1)
+    place = tmp_path / "faces.zarr"
+    for recipe, seed in ((None, 1), (take, 0)):
+        record(tmp_path / "take.csv", rig, 1.0)
+
+        def replaced(
+            data: DataSet, rows: range, recipe: Any = recipe, seed: int = seed
+        ) -> dict[str, bytes]:
+            made = unit_shards(data, rows)
+            if rows.start == UNIT:  # The second unit, which is written now
+                monkeypatch.setattr(units, "unit_shards", unit_shards)
+                shutil.rmtree(place)
+                record(tmp_path / "take.csv", rig, 0.5)
+                make(recipe=recipe, seed=seed)
+            return made
+
+        monkeypatch.setattr(units, "unit_shards", replaced)
+        with pytest.raises(FormatError, match="not the data set that it was"):
+            make(recipe=recipe, seed=0)
+        make("alone.zarr", recipe=recipe, seed=seed)
+        assert content(place) == content(tmp_path / "alone.zarr")
+        shutil.rmtree(place)
+        shutil.rmtree(tmp_path / "alone.zarr")
+
+
+def record(file: Path, rig: em.Rig, strongest: float) -> None:
+    """Record weights that rise from 0."""
+    weights = np.linspace(0, strongest, 40)[:, None] * np.ones(len(rig.names))
+    write_performance_csv(file, Performance(rig.names, np.arange(40) / 30, weights, 30))
 
 
 def test_what_is_no_data_set_of_ours_is_refused(rig: em.Rig, tmp_path: Path) -> None:

@@ -81,6 +81,29 @@ def test_a_data_set_goes_to_another_process_as_its_place(
         pickle.loads(kept)
 
 
+def test_what_is_open_is_not_read_from_another_that_takes_its_place(
+    rig: em.Rig, tmp_path: Path
+) -> None:
+    """Not even from the same made anew: it may not be finished."""
+    place, recipe = tmp_path / "faces.zarr", {"mixture": [{"kind": "sparse", "active": 2}]}
+    for seed in (1, 0):
+        own = em.make_faces(rig, place, 64, recipe=recipe, unit=32, codec="none")
+        before = own.codes[:4]
+        kept = pickle.dumps(own)
+        shutil.rmtree(place)
+        em.make_faces(rig, place, 64, recipe=recipe, seed=seed, unit=32, codec="none")
+        assert (own.codes[:4] == before).all()  # Kept since it was read
+        with pytest.raises(FormatError, match="not the data set that it was"):
+            own.codes[:]
+        with pytest.raises(FormatError, match="not the data set that it was"):
+            own.codes[40]
+        with pytest.raises(FormatError, match="not the data set that it was"):
+            pickle.loads(kept)
+        shutil.rmtree(place)
+        with pytest.raises(FormatError):
+            own.codes[40]
+
+
 def test_a_data_set_that_grows_is_read_as_it_was(rig: em.Rig, tmp_path: Path) -> None:
     """Its last unit was not a whole one; the rows that were read keep their values."""
     first = em.make_faces(rig, tmp_path / "faces.zarr", 30)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from elastomorph.errors import ClusterError, ElastomorphError
 from elastomorph.farm.making.unit import Made, make_unit
-from elastomorph.farm.storage.layout import DataSet, Plan
+from elastomorph.farm.storage.layout import DataSet
 from elastomorph.farm.storage.stores import Order, naming_store
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ class Crew:
             FileError: The store cannot be written.
         """
         try:
-            yield from self._handed_out(_anywhere(data.order), data.plan, units)
+            yield from self._handed_out(_anywhere(data.order), data.identity, units)
         except OSError:  # of a connection: the store's have been made sentences by workers
             raise self._gone() from None
         if data.manifest.pending():
@@ -103,15 +103,15 @@ class Crew:
                 "that all machines share"
             )
 
-    def _handed_out(self, order: Order, plan: Plan, units: list[int]) -> Iterator[Made]:
-        self._require_reach(order, plan)
+    def _handed_out(self, order: Order, identity: str, units: list[int]) -> Iterator[Made]:
+        self._require_reach(order, identity)
         left = iter(units)
         going: set[Future] = set()
         finished: SimpleQueue[Future] = SimpleQueue()
         while True:
             for unit in islice(left, self._room(len(going))):
                 future = self.client.submit(
-                    make_here, order, unit, self.home, pure=False, retries=_RETRIES
+                    make_here, order, unit, identity, self.home, pure=False, retries=_RETRIES
                 )
                 future.add_done_callback(finished.put)
                 going.add(future)
@@ -132,9 +132,9 @@ class Crew:
         most = _AHEAD * max(threads, 1)
         return most - going if going <= most // 2 else 0
 
-    def _require_reach(self, order: Order, plan: Plan) -> None:
+    def _require_reach(self, order: Order, identity: str) -> None:
         """Refuse workers that do not find the data set just begun."""
-        answers = self.client.run(reaches, order, plan, on_error="return")
+        answers = self.client.run(reaches, order, identity, on_error="return")
         for address, answer in answers.items():
             if isinstance(answer, OSError):
                 continue  # of the connection: it has died meanwhile
@@ -179,7 +179,7 @@ class Crew:
         return ClusterError(f"the scheduler is gone, or was restarted: {_GOES_ON}")
 
 
-def make_here(order: Order, unit: int, home: Home) -> Made:
+def make_here(order: Order, unit: int, identity: str, home: Home) -> Made:
     """Make a unit where this is called, a worker; it may have come later than the others.
 
     Raises:
@@ -188,17 +188,17 @@ def make_here(order: Order, unit: int, home: Home) -> Made:
     here = Home()
     home.require_same(here.versions, here.host)
     try:
-        return make_unit(order, unit)
+        return make_unit(order, unit, identity)
     except ElastomorphError as error:
         if here.host != home.host:
             raise ClusterError(f"on the machine {here.host}: {error}") from None
         raise
 
 
-def reaches(order: Order, plan: Plan) -> bool:
-    """Whether the data set that is seen from here has this plan."""
+def reaches(order: Order, identity: str) -> bool:
+    """Whether the data set that is seen from here is the one that is meant."""
     with naming_store(order):
-        return DataSet(order, read_only=True).plan == plan
+        return DataSet(order, read_only=True).identity == identity
 
 
 def _anywhere(order: Order) -> Order:

@@ -47,7 +47,7 @@ def made_units(data: DataSet, units: list[int]) -> Iterator[Made]:
         left, going = iter(units), set[Future[Made]]()
         while True:
             for unit in left:
-                going.add(pool.submit(make_unit, data.order, unit))
+                going.add(pool.submit(make_unit, data.order, unit, data.identity))
                 if len(going) > threads:
                     break
             if not going:

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import FormatError
 from elastomorph.farm.storage.contents import Faces
-from elastomorph.farm.storage.layout import DataSet, opened
+from elastomorph.farm.storage.layout import REPLACED, DataSet, opened
 from elastomorph.farm.storage.posing import TOGETHER
 from elastomorph.farm.storage.shards import Shard, packing
 from elastomorph.farm.storage.stores import Order, naming_store
@@ -30,20 +31,30 @@ class Made:
     bytes: int
 
 
-def make_unit(order: Order, unit: int) -> Made:
+def make_unit(order: Order, unit: int, identity: str) -> Made:
     """Make and write a unit, unless it is finished; the same bits wherever it is done.
+
+    Args:
+        order: Where the data set is.
+        unit: Number of the unit.
+        identity: Of the data set that is meant (`DataSet.identity`).
 
     Raises:
         FileError: The store cannot be written, or is no data set.
+        FormatError: Another data set has taken the place of the one that is meant.
     """
     start = time.perf_counter()
     with naming_store(order):
         data = opened(order)
+        if data.identity != identity:
+            raise FormatError(order.url, REPLACED)
         rows = data.manifest.rows(unit)
         if data.manifest.finished(unit):
             return Made(unit, len(rows), 0.0, 0)
         shards = unit_shards(data, rows)
+        data.require_in_place()  # Units of pictures take a minute
         data.objects.put({data.manifest.shard(n, unit): own for n, own in shards.items()})
+        data.require_in_place()
         size = data.manifest.finish(unit, shards)
     return Made(unit, len(rows), time.perf_counter() - start, size)
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
 from functools import cached_property, lru_cache
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -16,7 +14,7 @@ from elastomorph.errors import FormatError, ParameterError
 from elastomorph.farm.reading.rows import Chunks, Rows, Selection, numbers_of
 from elastomorph.farm.sampling.columns import Columns
 from elastomorph.farm.storage.contents import Vertices
-from elastomorph.farm.storage.layout import DataSet
+from elastomorph.farm.storage.layout import REPLACED, DataSet
 from elastomorph.farm.storage.stores import Order, naming_damage, naming_store, order_of
 from elastomorph.rig.rig import Rig
 
@@ -181,7 +179,7 @@ class FaceSet:
 
     def _told(self) -> str:
         """What tells the data set from others that were or will be at its place."""
-        return json.dumps([len(self), asdict(self.data.plan)], sort_keys=True)
+        return f"{len(self)} {self.data.identity}"
 
     def _made(self, rows: Selection) -> NDArray[np.float32]:
         numbers = numbers_of(rows)
@@ -190,7 +188,7 @@ class FaceSet:
 
     def _stored(self, name: str) -> Rows:
         array = self.data.array(name)
-        chunks = Chunks(array)
+        chunks = Chunks(array, self.data.require_in_place)
 
         def read(rows: Selection) -> NDArray[Any]:
             keep = self._require_finished(name, rows)
@@ -249,5 +247,5 @@ def _shared(order: Order, told: str) -> FaceSet:
     """The data set that was pickled, opened once by each process."""
     faces = open_faces(order.url, storage_options=order.storage_options)
     if faces._told() != told:
-        raise FormatError(order.url, "this is not the data set that it was; open it again")
+        raise FormatError(order.url, REPLACED)
     return faces

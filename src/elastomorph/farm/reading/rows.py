@@ -85,10 +85,14 @@ class Chunks:
 
     A chunk holds a megabyte: thousands of rows of weights. Reading few rows, or rows in random
     order, would decode the same chunks again and again.
+
+    Args:
+        array: The array.
+        require_in_place: Called before chunks are read: raises where the array is another by now.
     """
 
-    def __init__(self, array: Any) -> None:
-        self._array = array
+    def __init__(self, array: Any, require_in_place: Callable[[], object]) -> None:
+        self._array, self._require_in_place = array, require_in_place
         self.rows = int(array.chunks[0])
         row = int(np.prod(array.shape[1:])) * array.dtype.itemsize
         self._most = max(1, _KEPT_BYTES // max(1, self.rows * row))
@@ -99,7 +103,7 @@ class Chunks:
         if isinstance(rows, slice):
             first, last = rows.start // self.rows, (rows.stop - 1) // self.rows
             if not keep or not rows.stop > rows.start or last > first + 1:
-                return np.asarray(self._array[rows])
+                return self._stored(rows)
             cuts = range(first * self.rows, rows.stop, self.rows)
             parts = [
                 self._chunk(a // self.rows)[max(rows.start - a, 0) : rows.stop - a] for a in cuts
@@ -107,7 +111,7 @@ class Chunks:
             return np.concatenate(parts)  # A copy also of one: what is kept is nobody's to change
         chunks, which = np.unique(rows // self.rows, return_inverse=True)
         if not keep or len(chunks) > self._most:
-            return np.asarray(self._array.oindex[rows])
+            return self._stored(rows)
         found = np.empty((len(rows), *self._array.shape[1:]), self._array.dtype)
         for number, chunk in enumerate(chunks.tolist()):
             of_chunk = which == number
@@ -115,4 +119,8 @@ class Chunks:
         return found
 
     def _decoded(self, chunk: int) -> NDArray[Any]:
-        return np.asarray(self._array[chunk * self.rows : (chunk + 1) * self.rows])
+        return self._stored(slice(chunk * self.rows, (chunk + 1) * self.rows))
+
+    def _stored(self, rows: Selection) -> NDArray[Any]:
+        self._require_in_place()
+        return np.asarray(self._array.oindex[rows])

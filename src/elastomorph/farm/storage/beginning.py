@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
+from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +76,6 @@ def begin(order: Order, rig: Rig, sampler: FaceSampler, faces: int, wanted: Want
             _lengthen(found, faces)
         else:
             _lay_out(objects, plan, labels, rig, sampler, faces)
-    opened.cache_clear()
     data = opened(order)
     if data.plan.rig == plan.rig and "pictures" not in data.plan.contents:
         data.adopt(rig, sampler)
@@ -131,7 +131,7 @@ def _lay_out(
     """Make the group and its arrays; those of a beginning that was cut short are replaced."""
     import zarr
 
-    attributes = {ATTRIBUTE: asdict(plan)}
+    attributes = {ATTRIBUTE: asdict(replace(plan, created=uuid4().hex))}
     group = zarr.create_group(
         objects.store, zarr_format=3, attributes=attributes, overwrite=bool(objects.size(ROOT))
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from hashlib import blake2b
 from importlib.metadata import version
 from typing import Any
 
@@ -22,9 +23,10 @@ from elastomorph.farm.storage.rigs import unpacked
 from elastomorph.farm.storage.stores import Objects, Order, naming_damage
 from elastomorph.rig.rig import Rig
 
-FORMAT = 1
+FORMAT = 2  # 1 is read and gone on with too: it has no `created`
 ATTRIBUTE = "elastomorph"
 ROOT = "zarr.json"
+REPLACED = "this is not the data set that it was: open it again, or give its command again"
 _BEGIN_ANEW = "take it from a copy, or begin another data set"
 
 
@@ -40,6 +42,7 @@ class Plan:
     arrays: list[str]  # In the order of the manifest
     tables: list[str] = field(default_factory=list)
     codec: str = "lz4"
+    created: str = ""  # Another each time a data set is laid out; none in those of format 1
     version: str = field(default_factory=lambda: version("elastomorph"))
     format: int = FORMAT
 
@@ -50,6 +53,7 @@ class DataSet:
     def __init__(self, order: Order, *, read_only: bool = False) -> None:
         self.order = order
         self.objects = Objects(order, read_only=read_only)
+        self.identity = _identity(self.objects)
         self.group = group_of(order, self.objects)
         self.plan = plan_of(order, self.group)
         if manifests.NAME not in self.group:
@@ -63,6 +67,15 @@ class DataSet:
             self.plan.unit,
             self.faces,
         )
+
+    def require_in_place(self) -> None:
+        """Refuse to go on where another data set has taken the place of this one.
+
+        Raises:
+            FormatError: It has, or nothing is there any more.
+        """
+        if _identity(self.objects) != self.identity:
+            raise FormatError(self.order.url, REPLACED)
 
     def array(self, name: str) -> Any:
         """An array of the group."""
@@ -110,14 +123,27 @@ class DataSet:
             content.prepare()
 
 
-@lru_cache(maxsize=4)
 def opened(order: Order) -> DataSet:
-    """A data set for those that make its units, kept by each process.
+    """Return the data set that is at a place now, for those that make its units.
+
+    Each process keeps it, rig and all. Workers outlive many data sets at one address, so it is
+    found again by what identifies it and by how many faces it has, which are read each time.
 
     Raises:
         FileError: There is none, or it cannot be read.
     """
+    objects = Objects(order)
+    return _opened(order, _identity(objects), objects.get(f"weights/{ROOT}"))
+
+
+@lru_cache(maxsize=4)
+def _opened(order: Order, identity: str, length: bytes | None) -> DataSet:
     return DataSet(order)
+
+
+def _identity(objects: Objects) -> str:
+    """Return a digest of what a data set was laid out with, which tells it from any other."""
+    return blake2b(objects.get(ROOT) or b"", digest_size=16).hexdigest()
 
 
 def group_of(order: Order, objects: Objects) -> Any:
@@ -137,7 +163,7 @@ def plan_of(order: Order, group: Any) -> Plan:
         raise FormatError(
             order.url, "this is a Zarr group, but no data set of ours; name another output"
         )
-    if found.get("format") != FORMAT:
+    if found.get("format") not in (1, FORMAT):
         raise FormatError(
             order.url,
             f"this data set has format {found.get('format')!r}, expected {FORMAT}; update "
