@@ -122,7 +122,7 @@ def test_an_unknown_format_is_refused(rig: em.Rig, tmp_path: Path) -> None:
     root = json.loads((place / "zarr.json").read_text())
     root["attributes"]["elastomorph"]["format"] = 7
     (place / "zarr.json").write_text(json.dumps(root))
-    with pytest.raises(FormatError, match="format 7, expected 1; update"):
+    with pytest.raises(FormatError, match="format 7, expected 2; update"):
         em.open_faces(place)
 
 
