@@ -10,17 +10,25 @@ DEMO_READY := $(VENV)/.demo
 DEV_READY := $(VENV)/.dev
 INSTALLED := $(VENV)/.installed
 WEB_READY := web/node_modules/.ready
+PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
+HEAVY := browser or photographs or documentation or hostile or players or cluster
 
-.PHONY: demo test check house processors docs format page coverage blender test-blender requirements clean
+.PHONY: demo test test-all check house processors docs format page coverage blender test-blender requirements clean
 # One environment, which no two installations may change at once.
 .NOTPARALLEL:
 
 demo: $(INSTALLED)
 	$(BIN)/elastomorph demo
 
-# Tests run against the package as people install it, never against the source folder.
+# Tests run against the package as people install it, never against the source folder. These are of
+# numbers, files and verbs.
 test: $(DEV_READY) $(INSTALLED) $(WEB_READY)
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(PYTEST) -m "not ($(HEAVY))"
+
+# The rest: what needs a browser, rendered photographs, executed pages, damaged files by the hundred,
+# other programs, a cluster, or Blender.
+test-all: test-blender $(DEV_READY) $(INSTALLED) $(WEB_READY)
+	$(PYTEST) -m "$(HEAVY)"
 
 check: docs
 	$(BIN)/ruff check .

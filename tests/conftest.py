@@ -101,13 +101,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests marked slow, and those of real data, have a longer limit.
+    """Tests marked slow, and those of real data, have a longer limit; pages need a browser.
 
     Files with slow tests come first: no process begins one when the others have nothing left.
     """
     long = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in long)
     for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker("browser")
         slow = item.get_closest_marker("slow") or item.get_closest_marker("realdata")
         if slow and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(LONGER))

@@ -117,6 +117,7 @@ def files(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     return folder
 
 
+@pytest.mark.documentation
 @pytest.mark.usefixtures("files")
 @pytest.mark.parametrize("page", pages_with("python", "console"))
 @pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")
@@ -125,6 +126,7 @@ def test_examples_run(page: Path) -> None:
     run_page(page, mark="")
 
 
+@pytest.mark.documentation
 @pytest.mark.slow
 @pytest.mark.realdata
 @pytest.mark.parametrize("page", pages_with("python", "console", mark=REAL))
@@ -294,6 +296,7 @@ class TestTutorialFour:
     def code(self, mark: str) -> str:
         return next(each.text for each in blocks(self.PAGE) if each.mark == mark)
 
+    @pytest.mark.documentation
     @pytest.mark.slow
     def test_three_js_draws_the_pose(self, files: Path) -> None:
         """Every vertex is where `rig.pose` puts it."""
@@ -365,6 +368,7 @@ await writeFile('drawn.f32', found);
 """
 
 
+@pytest.mark.documentation
 @pytest.mark.slow
 def test_the_site_builds_and_asks_nobody_for_anything(tmp_path: Path) -> None:
     """Without a warning; and no page loads anything that is not beside it."""

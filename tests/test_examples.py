@@ -17,6 +17,8 @@ import pytest
 
 from needs import extra
 
+pytestmark = pytest.mark.documentation
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
 NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
 

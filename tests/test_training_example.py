@@ -9,6 +9,8 @@ import pytest
 
 from needs import extra, installed
 
+pytestmark = pytest.mark.documentation
+
 installed("zarr", "farm")
 EXAMPLE = Path(__file__).parents[1] / "examples" / "landmarks_to_weights.py"
 

@@ -14,6 +14,8 @@ from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.errors import CaptureError
 from needs import extra
 
+pytestmark = pytest.mark.photographs
+
 extra("pycolmap", "capture")
 
 CAMERAS = cameras()

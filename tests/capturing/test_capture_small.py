@@ -36,7 +36,7 @@ from captured.outcome import (  # noqa: E402
 from photographs.sessions import SMALL, photograph  # noqa: E402
 from photographs.truth import Truth  # noqa: E402
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(2000)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(2000), pytest.mark.photographs]
 
 MAIN = ("-m", "elastomorph")
 LATER = ("neutral.npz", "frames/p01.npz", "poses/p01.npz")

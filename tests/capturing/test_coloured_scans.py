@@ -28,6 +28,8 @@ from elastomorph.model.appearance import Material, Texture  # noqa: E402
 from elastomorph.model.mesh import FaceLabels, UVMap  # noqa: E402
 from elastomorph.model.surface import triangulate  # noqa: E402
 
+pytestmark = pytest.mark.photographs
+
 SMILE = {"jawOpen": 0.25, "mouthSmile_L": 0.7}
 
 

@@ -19,6 +19,8 @@ from elastomorph.capturing.photographs.photographs import Photograph, Photograph
 from elastomorph.errors import CaptureError
 from needs import extra
 
+pytestmark = pytest.mark.photographs
+
 extra("pycolmap", "capture")
 
 CAMERAS = cameras()

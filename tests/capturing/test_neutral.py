@@ -14,6 +14,8 @@ from elastomorph.capturing.neutral.neutral import NeutralSurface, neutral_surfac
 from elastomorph.errors import CaptureError
 from needs import extra
 
+pytestmark = pytest.mark.photographs
+
 extra("cv2", "capture")
 extra("embreex", "capture")
 

@@ -21,7 +21,7 @@ from needs import extra
 extra("cv2", "capture")
 extra("embreex", "capture")
 
-pytestmark = pytest.mark.realdata
+pytestmark = [pytest.mark.realdata, pytest.mark.photographs]
 
 SIZE = (728, 1092)
 FRONT = ("IMG_3029.JPG", "IMG_3031.JPG", "IMG_3033.JPG")

@@ -25,6 +25,8 @@ from elastomorph.capturing.scans.recognition import require_alike  # noqa: E402
 from elastomorph.capturing.scans.scans import read_scan  # noqa: E402
 from elastomorph.capturing.scans.trust import trusted  # noqa: E402
 
+pytestmark = pytest.mark.photographs
+
 Z_UP = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 SMILE = {"jawOpen": 0.6, "mouthSmile_L": 0.7}
 

@@ -21,6 +21,7 @@ pytestmark = [
     pytest.mark.realdata,
     pytest.mark.timeout(2000),
     pytest.mark.skipif(not DATA.is_dir(), reason="needs the photographs of saharov32"),
+    pytest.mark.photographs,
 ]
 
 

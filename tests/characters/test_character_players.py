@@ -21,7 +21,7 @@ from acceptance.posing import Pose, Scene
 from character_makers import make
 from needs import NO_NODE
 
-pytestmark = pytest.mark.slow  # programs start, three for each test
+pytestmark = [pytest.mark.slow, pytest.mark.players]  # programs start, three for each test
 
 # What single precision leaves of a head 0.2 m high, 1.6 m above the ground: in metres, and as a
 # fraction of the 0.16 m between the vertices that move.

@@ -23,6 +23,8 @@ from gltf_builder import glb_of
 from hostile.documents import chunks, damaged_document
 from needs import not_root
 
+pytestmark = pytest.mark.hostile
+
 MOST_SECONDS, MOST_MEMORY = 5.0, 256 << 20
 
 

@@ -16,7 +16,7 @@ from character_variants import PACKAGES
 from needs import node
 from transformed import COMMANDS, outcome
 
-pytestmark = pytest.mark.slow  # a program starts for each command
+pytestmark = [pytest.mark.slow, pytest.mark.players]  # a program starts for each command
 
 # Commands that round positions: to 14 bits of a body 1.7 m high, of which D is a tenth.
 ROUNDING = {"quantize", "meshopt", "optimize"}

@@ -32,6 +32,8 @@ from distributed import Client  # noqa: E402
 from dask_processes import kill_all, separate, workers_below  # noqa: E402
 from farm_kills import contents  # noqa: E402
 
+pytestmark = pytest.mark.cluster
+
 FACES = 1200
 
 

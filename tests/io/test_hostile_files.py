@@ -28,6 +28,8 @@ from elastomorph.errors import FormatError, MeshError
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
+pytestmark = pytest.mark.hostile
+
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is measured as on Linux")

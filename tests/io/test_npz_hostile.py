@@ -20,6 +20,8 @@ from elastomorph.io.untrusted import allowed_memory
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 
+pytestmark = pytest.mark.hostile
+
 TRIANGLE = np.eye(3)
 
 

@@ -16,6 +16,8 @@ from elastomorph.io.performance import read_performance
 from elastomorph.io.ply import read_ply
 from elastomorph.io.vertex_lists import read_region
 
+pytestmark = pytest.mark.hostile
+
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 XYZ = "property float x\nproperty float y\nproperty float z\n"
 

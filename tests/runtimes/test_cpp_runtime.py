@@ -11,6 +11,8 @@ from kit import RUNTIMES, VECTORS, require_conforming
 
 from needs import program
 
+pytestmark = pytest.mark.players
+
 CPP = RUNTIMES / "cpp"
 STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{CPP}"]
 STRICT += ["-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wold-style-cast"]

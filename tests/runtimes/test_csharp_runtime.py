@@ -11,6 +11,8 @@ from kit import RUNTIMES, VECTORS, require_conforming
 
 from needs import program
 
+pytestmark = pytest.mark.players
+
 CSHARP = RUNTIMES / "csharp"
 
 

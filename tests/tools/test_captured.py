@@ -19,6 +19,8 @@ from photographs.sessions import Session  # noqa: E402
 from photographs.subjects import subject  # noqa: E402
 from photographs.truth import Truth  # noqa: E402
 
+pytestmark = pytest.mark.photographs
+
 RANDOM = np.random.default_rng(3)
 TURN = np.linalg.qr(RANDOM.normal(size=(3, 3)))[0]
 TURN *= np.sign(np.linalg.det(TURN))

@@ -18,6 +18,8 @@ from photographs.scans import scanned  # noqa: E402
 from photographs.skin import Skin  # noqa: E402
 from photographs.subjects import subject  # noqa: E402
 
+pytestmark = pytest.mark.photographs
+
 
 @pytest.fixture(scope="module")
 def person():

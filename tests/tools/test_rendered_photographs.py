@@ -30,6 +30,8 @@ from photographs.subjects import subject  # noqa: E402
 from photographs.truth import Truth  # noqa: E402
 from render_photographs import options, session_of  # noqa: E402
 
+pytestmark = pytest.mark.photographs
+
 LENS = Lens.of_size(150, 200, radial=-0.12)
 TINY = Session(count=2, size=(90, 120), poses=2)
 

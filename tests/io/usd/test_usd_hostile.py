@@ -17,6 +17,8 @@ from elastomorph.io.usd.exact import path_from_json
 from elastomorph.rig import Rig
 from needs import extra
 
+pytestmark = pytest.mark.hostile
+
 extra("pxr", "usd")
 
 WHOLE: dict[str, Any] = {
