@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
-import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from types import ModuleType
+
+from elastomorph.errors import warn
 
 __all__ = ["accept_old_names"]
 
@@ -66,7 +67,7 @@ class _RenamedModules:
         assert new is not None
         if old in _NEW_NAMES:
             message = f"{old} is now {new}; the old name works until elastomorph 0.3."
-            warnings.warn(message, DeprecationWarning, stacklevel=2)
+            warn(message, DeprecationWarning)
         sys.modules[old] = import_module(new)
 
 

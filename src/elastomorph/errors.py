@@ -21,6 +21,8 @@ A message names what was found, what was expected and what to do about it.
 
 from __future__ import annotations
 
+import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -134,3 +136,25 @@ class ElastomorphWarning(UserWarning):
 
 class TimeLawWarning(ElastomorphWarning):
     """A time law moves backwards or overshoots its target by more than 1 %."""
+
+
+def warn(message: str, category: type[Warning] = ElastomorphWarning) -> None:
+    """Give a warning that points at the line that called the package.
+
+    That is the nearest frame which is neither ours nor of the standard library, through which we
+    call ourselves (caches, context managers, generated code, threads).
+    """
+    frame = sys._getframe(1)
+    while frame.f_back is not None:
+        module = str(frame.f_globals.get("__name__")).partition(".")[0]
+        if module != "elastomorph" and module not in sys.stdlib_module_names:
+            break
+        frame = frame.f_back
+    warnings.warn_explicit(
+        message,
+        category,
+        frame.f_code.co_filename,
+        frame.f_lineno,
+        str(frame.f_globals.get("__name__")),
+        frame.f_globals.setdefault("__warningregistry__", {}),
+    )

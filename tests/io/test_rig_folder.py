@@ -15,7 +15,7 @@ from test_rig_npz import assert_same_rig
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.errors import FileError, FormatError, ParameterError, TopologyError
-from elastomorph.io import rig_cache
+from elastomorph.io import rig_cache, rig_folder
 from elastomorph.io.rig_cache import CACHE_SUFFIX, settings_digest, user_cache_folder
 from elastomorph.io.rig_folder import find_rig_files, read_rig_folder
 from elastomorph.paths import Method
@@ -361,6 +361,31 @@ def test_a_file_that_changes_while_it_is_read_is_not_remembered(
     read_rig_folder(folder, say=change)
     assert not user_cache.exists()
     assert not read(folder)[1]
+
+
+def test_paths_of_the_built_in_head_are_made_once(
+    user_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kept as those of a folder; each caller has a rig of its own, on the neutral of samples."""
+    made = []
+    build = rig_folder.with_paths
+    monkeypatch.setattr(rig_folder, "with_paths", lambda *a, **k: made.append(1) or build(*a, **k))
+    first, second = (em.read_rig("built-in", method="arc") for _ in range(2))
+    assert len(made) == len(caches(user_cache)) == 1
+    assert_same_rig(first, second)
+    assert first.neutral is second.neutral is em.samples.head()
+    jaw, other = first.morphs["jawOpen"], second.morphs["jawOpen"]
+    assert (first is second, jaw is other) == (False, False)
+    for fixed in (jaw.bends, jaw.delta, jaw.target.vertices, jaw.neutral.vertices):
+        with pytest.raises(ValueError, match="read-only"):
+            fixed[:] = 0
+    with pytest.raises(TypeError):
+        first.morphs["jawOpen"] = first.morphs["jawLeft"]
+    em.read_rig("built-in", method="ease")
+    em.read_rig("built-in", method="ease", cache=None)
+    assert (len(made), len(caches(user_cache))) == (3, 2)
+    with pytest.raises(ParameterError):
+        em.read_rig("built-in", neutral="head.obj")
 
 
 def test_settings_that_cannot_be_named_are_not_cached(folder: Path, user_cache: Path) -> None:

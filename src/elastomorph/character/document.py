@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from elastomorph.character.schema import Key
-from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
+from elastomorph.errors import FormatError, ParameterError, warn
 from elastomorph.io.atomic import opened
 from elastomorph.io.untrusted import shortened
 
@@ -52,7 +51,7 @@ class Document:
     def warn(self, where: Where, problem: str) -> None:
         """Say what is odd about a key, with the line where it is known."""
         told = FormatError(self.path, problem, line=line_of(self._text, where))
-        warnings.warn(str(told), ElastomorphWarning, stacklevel=4)
+        warn(str(told))
 
     @contextmanager
     def naming(self, where: Where) -> Iterator[None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from elastomorph.cli.options import named_numbers
 from elastomorph.cli.takes import named_part
-from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.errors import ParameterError, warn
 
 if TYPE_CHECKING:
     from elastomorph.rig import Rig
@@ -75,7 +74,7 @@ class PoseWords:
             sentence = unknown_sliders(unknown, rig.names)
             if not any(fitted.values()):
                 raise ParameterError(f"{sentence}: these poses are for another rig")
-            warnings.warn(f"{sentence}: left out", ElastomorphWarning, stacklevel=2)
+            warn(f"{sentence}: left out")
         if self.sheet:
             return fitted
         together: dict[str, float] = {}

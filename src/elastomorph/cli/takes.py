@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, fields
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.errors import ParameterError, warn
 from elastomorph.numbers import as_number
 
 if TYPE_CHECKING:
@@ -239,7 +238,7 @@ def laid_sound(audio: Path, start: float, seconds: float, *, cut: bool) -> Sound
 
 
 def _tell(sentence: str) -> None:
-    warnings.warn(sentence, ElastomorphWarning, stacklevel=4)
+    warn(sentence)
 
 
 def frames_line(count: int, rate: float) -> str:

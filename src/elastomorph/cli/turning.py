@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from elastomorph.errors import ElastomorphWarning
+from elastomorph.errors import warn
 
 if TYPE_CHECKING:
     from elastomorph.rig import Rig
@@ -54,4 +53,4 @@ def turn_line(turn: HeadTurn) -> str:
 
 
 def _tell(sentence: str) -> None:
-    warnings.warn(sentence, ElastomorphWarning, stacklevel=3)
+    warn(sentence)

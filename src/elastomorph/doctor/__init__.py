@@ -8,6 +8,7 @@ from elastomorph.doctor.findings import KINDS, SEVERITIES, Examination, Finding
 from elastomorph.doctor.repair import Repair, repair
 from elastomorph.doctor.report import as_document, as_text
 from elastomorph.doctor.settings import BeamSettings, ExaminationSettings, Thresholds
+from elastomorph.errors import warn
 
 __all__ = [
     "KINDS",
@@ -29,12 +30,10 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "Settings":
-        import warnings
-
         message = (
             "elastomorph.doctor.Settings is now ExaminationSettings; the old name works until "
             "elastomorph 0.3."
         )
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        warn(message, DeprecationWarning)
         return ExaminationSettings
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

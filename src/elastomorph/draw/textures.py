@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.draw.pictures import imported
-from elastomorph.errors import ElastomorphWarning
+from elastomorph.errors import warn
 from elastomorph.model.appearance import Material, Texture
 
 MOST_PIXELS = 8192**2
@@ -48,11 +48,9 @@ def warn_of(problems: Iterable[tuple[str, str]], where: str) -> None:
         return
     name, problem = found[0]
     others = f" and {len(found) - 1} more" if len(found) > 1 else ""
-    warnings.warn(
+    warn(
         f"{where}: the texture of {name[:60]!r}{others} cannot be shown ({problem}); only the "
-        "colour of the material is",
-        ElastomorphWarning,
-        stacklevel=3,
+        "colour of the material is"
     )
 
 

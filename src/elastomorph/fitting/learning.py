@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
-from elastomorph.errors import ElastomorphWarning, MeshError, ParameterError, TopologyError
+from elastomorph.errors import MeshError, ParameterError, TopologyError, warn
 from elastomorph.evaluation.confidence import LEAST, ConfidenceLike, counted_of, require_some
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.evaluation import recorded_motion
@@ -234,10 +233,8 @@ def _require_one_movement(take: MeshSequence, which: str) -> None:
         )
     if behind[-1] > _PART:
         apex = int(away.argmax())
-        warnings.warn(
+        warn(
             f"{which} turns back after frame {apex} ({take.names[apex]}) and ends with "
             f"{away[-1] / away[apex]:.0%} of its way, in the middle of a movement; to end it at "
-            f"the apex, part(0, {apex}) or --frames 0-{apex}",
-            ElastomorphWarning,
-            stacklevel=4,
+            f"the apex, part(0, {apex}) or --frames 0-{apex}"
         )

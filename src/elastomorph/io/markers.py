@@ -5,13 +5,12 @@ An archive has (T, N, 3) positions, and perhaps (N,) ``names``, ``times`` and ``
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ElastomorphWarning, FormatError
+from elastomorph.errors import FormatError, warn
 from elastomorph.io.atomic import is_file
 from elastomorph.io.c3d import read_c3d
 from elastomorph.io.npz.members import NpzMembers, open_npz
@@ -78,10 +77,8 @@ def _times(members: NpzMembers, count: int) -> NDArray[np.float64] | None:
         raise FormatError(members.path, "its times must be finite numbers that rise")
     step = float(np.median(np.diff(times))) if count > 1 else 0.0
     if step >= _SLOW:
-        warnings.warn(
+        warn(
             f"{members.path}: its times are taken as seconds, so that a frame lasts {step:.4g} s; "
-            "milliseconds and numbers of frames must be made seconds",
-            ElastomorphWarning,
-            stacklevel=2,
+            "milliseconds and numbers of frames must be made seconds"
         )
     return times

@@ -7,6 +7,7 @@ interpreter, and processes save no more than they cost to start (``benchmarks/ri
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -55,8 +56,8 @@ def read_rig(path: str | Path, *, method: str | Method | None = None, **options:
         method: Makes all paths anew, as for `elastomorph.interpolate`. Without it, paths that the
             file holds stay as they are, and targets without get the method ``auto``.
         **options: ``mesh`` of the reader, for a file with several meshes; ``neutral``, ``cache``
-            and ``say`` of `elastomorph.io.rig_folder.read_rig_folder`, for a folder; ``curves``,
-            and fields of `elastomorph.paths.Method`.
+            and ``say`` of `elastomorph.io.rig_folder.read_rig_folder`, for a folder, the last two
+            for our own head too; ``curves``, and fields of `elastomorph.paths.Method`.
 
     Raises:
         FileError: The file or folder is missing or cannot be read.
@@ -69,9 +70,41 @@ def read_rig(path: str | Path, *, method: str | Method | None = None, **options:
     if is_folder(path) and str(path) != BUILT_IN:
         _refuse_options(path, options, ("mesh",), "a folder")
         return read_rig_folder(path, method=Method() if method is None else method, **options)
-    _refuse_options(path, options, ("neutral", "cache"), "no folder")
+    _refuse_options(path, options, ("neutral",), "no folder")
+    if str(path) == BUILT_IN:
+        _refuse_options(path, options, ("mesh",), "our own head")
+        return _built_in(method, **options)
+    _refuse_options(path, options, ("cache",), "no folder")
     mesh = options.pop("mesh", None)
     return with_paths(rig_as_stored(path, mesh=mesh), method, **options)
+
+
+def _built_in(
+    method: str | Method | None,
+    *,
+    cache: bool | str | Path | None = True,
+    say: Callable[[str], None] = lambda _: None,
+    **settings: Any,
+) -> Rig:
+    """Our own head with its paths, kept as those of a folder are."""
+    from elastomorph import samples
+
+    source = Path(samples.__file__).parent / "head.npz"
+    place = RigCache.of(
+        cache if is_file(source) else None, source, [method, sorted(settings.items())]
+    )
+
+    def built() -> Rig:
+        return with_paths(rig_as_stored(BUILT_IN), method, say=say, **settings)
+
+    kept = read_or_build(place, {source: source.name}, BUILT_IN, built, say)
+    # An archive says of its neutral where it is from; this one is that of the samples.
+    neutral = samples.head()
+    morphs = {
+        name: replace(own, neutral=neutral, target=neutral.with_vertices(own.target.vertices))
+        for name, own in kept.morphs.items()
+    }
+    return Rig(neutral, morphs)
 
 
 def rig_as_stored(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:

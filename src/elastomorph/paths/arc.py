@@ -7,7 +7,6 @@ where hinge and eyeball are.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
-from elastomorph.errors import ElastomorphWarning
+from elastomorph.errors import warn
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.paths.bake import bake_polynomial
@@ -157,9 +156,7 @@ def warn_of_loose(neutral: Mesh, target: Mesh, around: Neighbourhoods) -> None:
     loose = np.diff(around.at_vertex.indptr) == 0
     loose &= (neutral.vertices != target.vertices).any(axis=1)
     if loose.any():
-        warnings.warn(
+        warn(
             f"{int(loose.sum()):,} moving vertices of {neutral.name} are on no polygon (the first "
-            f"is {int(np.argmax(loose))}): nothing says how they turn, so they move straight",
-            ElastomorphWarning,
-            stacklevel=3,
+            f"is {int(np.argmax(loose))}): nothing says how they turn, so they move straight"
         )

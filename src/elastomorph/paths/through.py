@@ -17,7 +17,6 @@ h_i(t) = min((t - t_{i-1})/(t_i - t_{i-1}), (t_{i+1} - t)/(t_{i+1} - t_i)), cut 
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -27,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
-from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.errors import ParameterError, warn
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
@@ -233,9 +232,7 @@ def _in_order(inbetweens: Mapping[float, Mesh]) -> list[tuple[float, Mesh]]:
 def _warn_of_overshoot(time: float, curve: BendCurve) -> None:
     when, weight = curve.peak
     if abs(weight) > OVERSHOOT:
-        warnings.warn(
+        warn(
             f"the path overshoots: at t = {when:.3g} the in-between at t = {time:g} has the "
-            f"weight {weight:.2f}; with method='smooth' none leaves the range from 0 to 1",
-            ElastomorphWarning,
-            stacklevel=4,
+            f"weight {weight:.2f}; with method='smooth' none leaves the range from 0 to 1"
         )

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import fields
 from typing import Any, ClassVar
 
+from elastomorph.errors import warn
 from elastomorph.physics import Load
 
 __all__ = ["OldAttributes", "old_names", "with_new_spelling"]
@@ -22,12 +22,12 @@ class OldAttributes:
 
     def __getattr__(self, name: str) -> Any:
         if name == "external_load":
-            _warn(f"{self.name} has no load", stacklevel=3)
+            _warn(f"{self.name} has no load")
             return Load.power(2)
         defaults = {} if name.startswith("_") else _defaults(self.known)
         if name not in defaults:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        _warn(f"{self.name} has no {name}", stacklevel=3)
+        _warn(f"{self.name} has no {name}")
         return defaults[name]
 
 
@@ -36,12 +36,12 @@ def with_new_spelling(
 ) -> dict[str, Any]:
     """Options by their names, without defaults of those that a method has not."""
     if len(positional) > 1:
-        _warn("options behind the order go by their names", stacklevel=5)
+        _warn("options behind the order go by their names")
     options |= dict(zip(_POSITIONAL, positional, strict=False))
     defaults, own = _defaults(kind.known), _defaults([kind])
     for name in [*options]:
         if name in defaults and name not in own and options[name] == defaults[name]:
-            _warn(f"{kind.name} has no {name}", stacklevel=5)
+            _warn(f"{kind.name} has no {name}")
             del options[name]
     return options
 
@@ -53,7 +53,7 @@ def old_names(method: type[OldAttributes]) -> Callable[[str], tuple[str, ...]]:
         if name != "METHODS":
             raise AttributeError(f"module 'elastomorph.paths' has no attribute {name!r}")
         message = "METHODS is now Method.known; the old name works until elastomorph 0.3."
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        warn(message, DeprecationWarning)
         return tuple(each.name for each in method.known)
 
     return find
@@ -63,6 +63,6 @@ def _defaults(kinds: Iterable[Any]) -> dict[str, Any]:
     return {own.name: own.default for kind in kinds for own in fields(kind)}
 
 
-def _warn(problem: str, stacklevel: int) -> None:
+def _warn(problem: str) -> None:
     message = f"{problem}; this is let pass until elastomorph 0.3"
-    warnings.warn(message, DeprecationWarning, stacklevel=stacklevel)
+    warn(message, DeprecationWarning)

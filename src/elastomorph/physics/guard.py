@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ResonanceError, TimeLawWarning
+from elastomorph.errors import ResonanceError, TimeLawWarning, warn
 from elastomorph.physics.equation import HIGHEST_ORDER, Load, Material
 from elastomorph.physics.response import mean_response, modal_response
 
@@ -66,11 +65,10 @@ def guard_laws(stiffness: _Modes, closure: str, load: Load, material: Material) 
             stiffness=value,
             safe_damping=safe,
         )
-    warnings.warn(
+    warn(
         f"{name} (B = {value:.6g}) moves backwards or overshoots by {worst:.1%} of the way "
         f"to the target at damping {material.damping:g}: {remedy}",
         TimeLawWarning,
-        stacklevel=2,
     )
 
 

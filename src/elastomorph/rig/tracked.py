@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ElastomorphWarning
+from elastomorph.errors import warn
 
 Floats = NDArray[np.float64]
 
@@ -22,12 +21,10 @@ def warn_unlike(distances: Floats, rest: Floats) -> None:
     size = np.sqrt(np.square(rest - rest.mean(axis=0)).sum(axis=1).mean())
     part = float(np.nanmedian(distances) / size)
     if part > _UNLIKE:
-        warnings.warn(
+        warn(
             f"half of the markers are off their places on the rig by {part:.0%} of the size of the "
             "face and more: check that each place is that of its marker, and that left and right "
-            "are not exchanged",
-            ElastomorphWarning,
-            stacklevel=4,
+            "are not exchanged"
         )
 
 

@@ -75,6 +75,20 @@ def test_before_and_after_weights_hold() -> None:
     assert ramp([1.0, 2.0]).at([0, 1.5, 7])[:, 0].tolist() == [1, 1.5, 2]
 
 
+def test_one_time_gives_one_row_of_weights():
+    """As `Morph.at` and `Timing.at`: a number in, (N,) out; what is no row of times is refused."""
+    for one in (ramp([1.0, 2.0]), ramp([1.0])):
+        for time in (0.5, 1, 1.25, np.float32(1.5), 9.0):
+            row = one.at(time)
+            assert row.shape == (len(one.names),)
+            assert row.tolist() == one.at([time])[0].tolist()
+            row += 1  # a copy, which the caller may change
+        assert one.at([]).shape == (0, len(one.names))
+    for wrong in ([[0.5]], np.nan, [np.inf], "now", None):
+        with pytest.raises(ParameterError):
+            ramp([1.0]).at(wrong)
+
+
 def test_part_keeps_times_timecodes_and_what_is_missing() -> None:
     take = Performance(
         ["x"], [0, 1, 3, 5], [[0], [1], [3], [5]], 1, timecodes=["0", "1", "3", "5"],

@@ -5,7 +5,6 @@ The first scan, the neutral, makes the template that person; every other pose st
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +25,7 @@ from elastomorph.capturing.scans.trust import Trust, slide, trusted
 from elastomorph.capturing.scans.virtual import followed, shown_neutral
 from elastomorph.capturing.tracking.tracking import TrackedPose
 from elastomorph.capturing.work.registered import Registered
-from elastomorph.errors import ElastomorphWarning, FormatError, ParameterError
+from elastomorph.errors import FormatError, ParameterError, warn
 from elastomorph.model.mesh import Mesh, require_mesh
 from elastomorph.rig import Rig
 
@@ -332,10 +331,8 @@ def _which(names: list[str], neutral: str | None) -> str:
 def _warn_of_paths(names: Sequence[str]) -> None:
     """Say what scans without colours do not tell."""
     more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-    warnings.warn(
+    warn(
         f"{names[0]}{more}: correspondence along the surface was not measured, for the scans have"
         " no colours to follow; a surface distance says nothing about correspondence, so do not"
-        " compare paths of such poses with each other",
-        ElastomorphWarning,
-        stacklevel=3,
+        " compare paths of such poses with each other"
     )

@@ -6,7 +6,6 @@ joined, triangles without area or there twice are left out, and so are crumbs.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.scans.correspondence import inside_out
 from elastomorph.capturing.scans.skin import Skin, skin_of
 from elastomorph.capturing.work.template import KNOWN, read_template
-from elastomorph.errors import CaptureError, ElastomorphWarning, FormatError
+from elastomorph.errors import CaptureError, FormatError, warn
 from elastomorph.io.atomic import require_name
 from elastomorph.io.obj.looks import library_of
 from elastomorph.io.scan_colours import dressed, vertex_colours
@@ -143,11 +142,9 @@ def _skin(mesh: Mesh, corners: NDArray[np.integer], name: str) -> Skin | None:
     """The colours of a scan: its images, and where it shows none those of its vertices."""
     skin = skin_of(dressed(mesh), corners, name, vertex_colours(mesh))
     if skin is None and mesh.material_library and mesh.uv is not None and not library_of(mesh):
-        warnings.warn(
+        warn(
             f"{mesh.name}: its materials ({mesh.material_library}) are not beside it, so it has no"
-            " colours by which skin could be followed",
-            ElastomorphWarning,
-            stacklevel=3,
+            " colours by which skin could be followed"
         )
     return skin
 

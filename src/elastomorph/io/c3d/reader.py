@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
-from elastomorph.errors import ElastomorphWarning, MissingExtraError
+from elastomorph.errors import MissingExtraError, warn
 from elastomorph.io.c3d.worker import ADVICE
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.model.markers import Markers
@@ -36,11 +35,9 @@ def read_c3d(path: str | Path) -> Markers:
         rate = float(members.array("rate", "f", ()))
         unit = str(members.array("unit", "U", ()))
     if len(frames) < announced:
-        warnings.warn(
+        warn(
             f"{path}: {len(frames):,} frames are in the file, which says that it has "
-            f"{announced:,}; it may be cut off",
-            ElastomorphWarning,
-            stacklevel=2,
+            f"{announced:,}; it may be cut off"
         )
     # Some programs leave the rate out.
     times = np.arange(len(frames)) / rate if _SLOWEST < rate < np.inf else None

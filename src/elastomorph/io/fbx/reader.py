@@ -13,7 +13,6 @@ What a technical animator would otherwise do by hand:
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -24,10 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import (
-    ElastomorphWarning,
     FormatError,
     MissingExtraError,
     ParameterError,
+    warn,
 )
 from elastomorph.io.blend_shapes import different_names, hats
 from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
@@ -153,12 +152,10 @@ def _path(
     by_time = {time: key for time, key in times if 0 < time < 1}
     by_time[1.0] = forward[-1]
     if len(by_time) < len(keys):
-        warnings.warn(
+        warn(
             f"{path}: the channel '{name[:60]}' has {len(keys)} shapes, of which {len(by_time)} "
             "are kept: those at weights of 0 or below, or at one weight with another, lie on no "
-            "path from 0 to 1",
-            ElastomorphWarning,
-            stacklevel=6,
+            "path from 0 to 1"
         )
     shapes = []
     for key in by_time.values():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from elastomorph.errors import ElastomorphWarning, ParameterError
+from elastomorph.errors import ParameterError, warn
 from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.gltf.appearance import read_appearance
 from elastomorph.io.gltf.container import GltfFile, open_gltf
@@ -107,7 +106,7 @@ def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
     gone = list(dict.fromkeys(own.gone for own in found if own.gone))
     if gone:
         more = f"; {len(gone) - 1} more of its meshes have lost something too" if gone[1:] else ""
-        warnings.warn(f"{file.path}: {gone[0]}{more}", ElastomorphWarning, stacklevel=4)
+        warn(f"{file.path}: {gone[0]}{more}")
     return found
 
 
@@ -211,7 +210,7 @@ def _restored(
         surface = restored_surface(stored, triangles, vertices, primitives.texture())
     except ValueError as problem:
         lost = _unfit("its polygons are lost, and it is read with triangles for polygons", problem)
-        warnings.warn(f"{file.path}: {lost}", ElastomorphWarning, stacklevel=6)
+        warn(f"{file.path}: {lost}")
         return None
     own, source = vertices[: stored["vertices"]], Source(str(file.path))
     return Mesh(own, **surface, source=source, appearance=looks)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-import warnings
 from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -17,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ElastomorphWarning, FormatError
+from elastomorph.errors import FormatError, warn
 from elastomorph.io.atomic import read_bytes
 from elastomorph.io.obj.statements import (
     Rows,
@@ -265,11 +264,7 @@ def _warn(path: str | Path, found: Statements, faces: _Faces) -> None:
     )
     for lines, what in [*left_out, (faces.without_texture(), without_texture)]:
         if lines:
-            warnings.warn(
-                f"{path}, line {lines[0]}: {what} ({len(lines):,} in the file, this is the first)",
-                ElastomorphWarning,
-                stacklevel=3,
-            )
+            warn(f"{path}, line {lines[0]}: {what} ({len(lines):,} in the file, this is the first)")
 
 
 def _mesh(

@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ElastomorphWarning, FormatError
+from elastomorph.errors import FormatError, warn
 from elastomorph.io.atomic import read_bytes
 
 __all__ = ["CsvTable", "numbers", "read_table", "say_how_read"]
@@ -89,7 +88,7 @@ def read_table(path: str | Path) -> CsvTable:
 def say_how_read(table: CsvTable, guessed: Sequence[str] = ()) -> None:
     """Warn of what was taken for what."""
     if said := (*table.said, *guessed):
-        warnings.warn(f"{table.path}: {'; '.join(said)}", ElastomorphWarning, stacklevel=4)
+        warn(f"{table.path}: {'; '.join(said)}")
 
 
 def numbers(table: CsvTable, columns: Sequence[int], rows: Sequence[int]) -> NDArray[np.float64]:

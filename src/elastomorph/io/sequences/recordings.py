@@ -6,14 +6,13 @@ keys that are farther apart.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ElastomorphWarning, FileError, FormatError, ParameterError
+from elastomorph.errors import FileError, FormatError, ParameterError, warn
 from elastomorph.io.atomic import is_file, require_name, size_of
 from elastomorph.io.markers import holds_markers, read_marker_file
 from elastomorph.io.npz.members import open_npz
@@ -135,11 +134,7 @@ def _of_markers(path: str | Path) -> Recording:
         raise FormatError(path, "no marker is seen in any frame: there are no finite numbers")
     if not ever.all():
         never = [taken.names[i] for i in np.flatnonzero(~ever)]
-        warnings.warn(
-            f"{path}: never seen, and left out: {first_few(never, _FEW)}",
-            ElastomorphWarning,
-            stacklevel=3,
-        )
+        warn(f"{path}: never seen, and left out: {first_few(never, _FEW)}")
     names = tuple(taken.names[i] for i in np.flatnonzero(ever))
     seen = seen[:, ever]
     frames = _closed(taken, seen, ever)

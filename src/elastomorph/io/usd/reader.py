@@ -9,7 +9,6 @@ which is a path with one bend an in-between. Beyond 0 and 1 both go straight on.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ElastomorphWarning, FormatError, MissingExtraError
+from elastomorph.errors import FormatError, MissingExtraError, warn
 from elastomorph.io.atomic import opened
 from elastomorph.io.blend_shapes import different_names, hats
 from elastomorph.io.choices import wanted_names
@@ -113,11 +112,7 @@ def rig_of(
     known = set(morphs)
     named = [*({n, *own} for n, own in correctives.items()), *map(set, groups.values())]
     if any(own - known for own in named):
-        warnings.warn(
-            f"{path}: blend shapes that correctives or groups name are gone; both are left out",
-            ElastomorphWarning,
-            stacklevel=3,
-        )
+        warn(f"{path}: blend shapes that correctives or groups name are gone; both are left out")
         correctives, groups = {}, {}
     with naming_file(path):
         return Rig(neutral, morphs, correctives=correctives, groups=groups)
@@ -206,11 +201,9 @@ def _morph(path: str | Path, neutral: Mesh, name: str, shape: FoundShape) -> Mor
             exact = _exact(neutral, target, shape)
             if exact is not None:
                 return exact
-            warnings.warn(
+            warn(
                 f"{path}: the blend shape '{name}' was changed since elastomorph wrote it; its "
-                "in-betweens are read instead of its curved path",
-                ElastomorphWarning,
-                stacklevel=4,
+                "in-betweens are read instead of its curved path"
             )
         kept = _inner(path, name, shape)
         weights = shape.weights[kept]
@@ -242,11 +235,9 @@ def _inner(path: str | Path, name: str, shape: FoundShape) -> list[int]:
     for row in np.argsort(shape.weights, kind="stable").tolist():
         weight = shape.weights[row]
         if not _CLOSE < weight < 1 - _CLOSE:
-            warnings.warn(
+            warn(
                 f"{path}: the blend shape '{name}' has an in-between at the weight {weight:g}, "
-                "which is not between 0 and 1; it is left out",
-                ElastomorphWarning,
-                stacklevel=5,
+                "which is not between 0 and 1; it is left out"
             )
         elif kept and weight - shape.weights[kept[-1]] <= _CLOSE:
             if not np.array_equal(shape.offsets[1 + row], shape.offsets[1 + kept[-1]]):

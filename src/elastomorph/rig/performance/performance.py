@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.model.bend_curve import as_times
 from elastomorph.numbers import as_number, as_numbers, shown
 from elastomorph.rig import Rig
 from elastomorph.rig.performance.matching import Match, match
@@ -144,20 +145,20 @@ class Performance:
         return Performance(self.names, times, self.at(times), rate, source=self.source)
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
-        """(S, N) weights at (S,) times in seconds; before the start and after the end they hold.
+        """(N,) weights at a time in seconds, or (S, N) at (S,) of them.
+
+        Before the start and after the end they hold.
 
         Raises:
-            ParameterError: The times are not one row of finite numbers.
+            ParameterError: The times are neither a finite number nor one row of them.
         """
-        when = _numbers(times, "times", 1)
+        when = as_times(times)
         if len(self.times) == 1:
-            return np.repeat(self.weights, len(when), axis=0)
+            return np.broadcast_to(self.weights[0], (*when.shape, len(self.names))).copy()
         before = np.clip(np.searchsorted(self.times, when, side="right") - 1, 0, len(self) - 2)
         gaps = self.times[before + 1] - self.times[before]
-        way = np.clip((when - self.times[before]) / gaps, 0.0, 1.0)[:, None]
-        blended: NDArray[np.float64] = (1 - way) * self.weights[before]
-        blended += way * self.weights[before + 1]
-        return blended
+        way = np.clip((when - self.times[before]) / gaps, 0.0, 1.0)[..., None]
+        return np.asarray((1 - way) * self.weights[before] + way * self.weights[before + 1])
 
     def part(self, start: float = -np.inf, stop: float = np.inf) -> Performance:
         """The frames from one time to another, both included, at the times they have.
