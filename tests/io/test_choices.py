@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from elastomorph.errors import ParameterError
-from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
+from elastomorph.io.choices import (
+    ListedMesh,
+    choice_from_json,
+    choice_to_json,
+    chosen_meshes,
+    wanted_names,
+)
+from elastomorph.model.morph import Choice
 
 HEAD = ListedMesh(("/a/head", "head"), 5)
 HAIR = ListedMesh(("/a/hair", "hair"), 0)
@@ -43,3 +52,15 @@ def test_names_are_one_or_several() -> None:
     assert wanted_names(["head", "hair"]) == ("head", "hair")
     with pytest.raises(ParameterError, match="at least one"):
         wanted_names([])
+
+
+def test_a_choice_is_the_same_from_a_file() -> None:
+    """With what it counts; files without counts are read, and negative ones are damaged."""
+    for choice in (Choice(0.1, 5e-4), Choice(0.0, 5e-4, False, 3, 4)):
+        assert choice_from_json(json.loads(json.dumps(choice_to_json(choice)))) == choice
+    stored = choice_to_json(Choice(0.1, 5e-4, shrunk=2))
+    assert stored is not None
+    assert "hidden" not in stored
+    for wrong in ({**stored, "shrunk": -1}, {**stored, "hidden": "many"}, ["distance"]):
+        with pytest.raises(ParameterError):
+            choice_from_json(wrong)

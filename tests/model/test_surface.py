@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elastomorph as em
-from elastomorph.model.surface import surface_operators, triangulate
+from elastomorph.model.polygons import Polygons
+from elastomorph.model.surface import surface_operators, triangulate, winding_number
 
 
 def areas(mesh: em.Mesh) -> np.ndarray:
@@ -244,3 +245,19 @@ def test_a_real_face_has_its_teeth_and_eyes_as_pieces(data_dir):
     assert surface.component_of.max() + 1 > 30
     assert surface.mass.sum() == pytest.approx(1)
     assert abs(surface.laplacian.sum(axis=0)).max() < 1e-10
+
+
+def test_a_surface_winds_around_what_is_inside_it() -> None:
+    """Once around the inside of a box, and less by the solid angle of a side that is open."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    for polygons, centre in ((quads, 1.0), (quads[1:], 5 / 6)):
+        triangles = corners[Polygons.of(polygons).triangles()]
+        for points, side in ((triangles, 1.0), (triangles[:, ::-1], -1.0)):
+            assert winding_number(np.zeros(3), points) == pytest.approx(side * centre)
+    assert winding_number(np.array([0.9, -0.9, 0.9]), corners[Polygons.of(quads).triangles()]) == (
+        pytest.approx(1.0)
+    )
+    assert winding_number(np.array([1.1, 0.5, 0.0]), corners[Polygons.of(quads).triangles()]) == (
+        pytest.approx(0.0, abs=1e-12)
+    )

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.evaluation.shape import ShapeProbe
+from elastomorph.model.geometry import connected_parts
 from elastomorph.model.morph import Choice
 from elastomorph.paths import rotation
 from elastomorph.samples import head, shapes
@@ -215,3 +216,80 @@ def test_a_production_rig(data_dir: Path) -> None:
         assert [probe.flips(morph.at(t)) for t in (0.25, 0.5, 0.75)] == [0, 0, 0], file.stem
         bent += morph.method == "rotation"
     assert bent == 18
+
+
+def eye_and_skin(face: em.Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """One eyeball, a part of its own, and 300 vertices of the skin around one of them."""
+    parts = sorted(connected_parts(len(face.vertices), face.edges), key=len)
+    skin, centre = parts[-1], face.vertices[parts[-1][500]]
+    away = np.linalg.norm(face.vertices[skin] - centre, axis=1)
+    return parts[-2], skin[np.argsort(away)[:300]]
+
+
+@pytest.mark.parametrize("method", ["auto", "rotation", "arc"])
+@pytest.mark.parametrize("noise", [0.0, 1e-16, 1e-9, 1e-7])
+@pytest.mark.parametrize("shape", ["part", "part grows", "region"])
+def test_what_shrinks_to_a_point_goes_straight(method: str, noise: float, shape: str) -> None:
+    """What is left of it, rounding or noise, says nothing about a turn."""
+    face, rng = head(), np.random.default_rng(5)
+    part, region = eye_and_skin(face)
+    gone = region if shape == "region" else part
+    point = face.vertices.copy()
+    point[gone] = point[gone].mean(axis=0) + noise * face.diameter * rng.normal(size=(len(gone), 3))
+    if shape != "region":
+        point[gone] += [0.0, 0.3 * face.diameter, 0.0]
+    ends = (point, face.vertices) if shape == "part grows" else (face.vertices, point)
+    start, end = face.with_vertices(ends[0]), face.with_vertices(ends[1])
+    morph = em.interpolate(start, end, method)
+    middle = (start.vertices + end.vertices) / 2
+    np.testing.assert_allclose(morph.at(0.5), middle, atol=1e-12 * face.diameter)
+    if method == "auto":
+        assert morph.choice is not None
+        assert morph.choice.shrunk == len(gone)
+        assert f"{len(gone)} vertices that shrink to a point" in morph.choice.text
+
+
+def test_beside_what_shrinks_the_others_turn_as_before() -> None:
+    """A jaw that opens while an eye vanishes, through a file of single precision."""
+    face, jaw = head(), shapes()["jawOpen"]
+    eye, _ = eye_and_skin(face)
+    both = jaw.vertices.copy()
+    both[eye] = both[eye].mean(axis=0)
+    morph = em.interpolate(face, face.with_vertices(both.astype(np.float32)))
+    others = np.setdiff1d(np.arange(len(both)), eye)
+    whole = em.interpolate(face, jaw)
+    assert not morph.bends[:, eye].any()
+    assert morph.choice is not None
+    assert morph.choice.shrunk == len(eye)
+    gap = np.abs(morph.at(0.5)[others] - whole.at(0.5)[others]).max()
+    assert gap < 1e-3 * np.abs(whole.bends).max() * face.diameter
+
+
+def test_a_part_that_ends_inside_the_others_goes_straight() -> None:
+    """A plate before the face, turned as it goes into the head: a bend that nobody sees."""
+    face = head()
+    size, middle = face.diameter, face.vertices.mean(axis=0)
+    plate = 0.05 * size * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
+    before = middle + [0, 0, 0.6 * size]
+    first = len(face.vertices)
+    mesh = em.Mesh(
+        np.concatenate([face.vertices, plate + before]),
+        [*(own.tolist() for own in face.faces), list(range(first, first + 4))],
+    )
+    tilted = Rotation.from_rotvec([1.0, 0, 0]).apply(plate)
+    for end, hidden in ((middle + [0, 0, -0.2 * size], 4), (before + [0, size / 2, 0], 0)):
+        vertices = np.concatenate([shapes()["jawOpen"].vertices, tilted + end])
+        morph = em.interpolate(mesh, mesh.with_vertices(vertices))
+        assert morph.choice is not None
+        assert morph.choice.hidden == hidden
+        assert ("end inside other parts" in morph.choice.text) == bool(hidden)
+        assert morph.bends[:, first:].any() != bool(hidden)
+        assert morph.bends[:, :first].any()  # the jaw turns
+    # What is inside at both ends, as teeth are, turns.
+    inside = middle + [0, 0, -0.2 * size]
+    start = mesh.with_vertices(np.concatenate([face.vertices, plate + inside]))
+    end_mesh = mesh.with_vertices(np.concatenate([face.vertices, tilted + inside]))
+    morph = em.interpolate(start, end_mesh)
+    assert morph.choice is not None
+    assert morph.choice.hidden == 0
+    assert morph.bends[:, first:].any()

@@ -19,6 +19,8 @@ from elastomorph.numbers import first_few
 __all__ = ["ListedMesh", "choice_from_json", "choice_to_json", "chosen_meshes", "wanted_names"]
 
 _MOST_SHOWN = 12
+# What a choice counts, written where there is any.
+_COUNTS = ("shrunk", "hidden")
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ def choice_to_json(choice: Choice | None) -> dict[str, Any] | None:
         "allowed": float(choice.allowed),
         "exact": choice.exact,
         "straight": choice.straight,
+        **{name: getattr(choice, name) for name in _COUNTS if getattr(choice, name)},
     }
 
 
@@ -91,10 +94,11 @@ def choice_from_json(content: Any) -> Choice | None:
     try:
         distance, allowed = float(content["distance"]), float(content["allowed"])
         exact = content["exact"]
-    except (TypeError, LookupError, ValueError, OverflowError):
+        counts = [int(content.get(name, 0)) for name in _COUNTS]
+    except (AttributeError, TypeError, LookupError, ValueError, OverflowError):
         exact = None
     if not isinstance(exact, bool) or not all(
-        math.isfinite(number) and number >= 0 for number in (distance, allowed)
+        math.isfinite(number) and number >= 0 for number in (distance, allowed, *counts)
     ):
         raise ParameterError("the choice of a path is damaged")
-    return Choice(distance, allowed, exact)
+    return Choice(distance, allowed, exact, *counts)

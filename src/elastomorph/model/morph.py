@@ -23,11 +23,17 @@ class Choice:
             line, as a fraction of D; an upper bound where that was enough to decide.
         allowed: The distance up to which the straight line is taken, as a fraction of D.
         exact: Whether `distance` is the distance itself, not an upper bound.
+        shrunk: Vertices that go straight for the target shrinks what is around them to a point, or
+            grows it from one, so that there is no rotation to find.
+        hidden: Vertices of connected parts that go straight for they end inside the others, where
+            nobody sees how they turn.
     """
 
     distance: float
     allowed: float
     exact: bool = True
+    shrunk: int = 0
+    hidden: int = 0
 
     @property
     def straight(self) -> bool:
@@ -39,9 +45,11 @@ class Choice:
         """What was chosen and why, in a few words."""
         bound = "" if self.exact else "at most "
         off = f"{bound}{100 * self.distance:.2g} % of D"
+        gone = f"; {self.shrunk:,} vertices that shrink to a point go straight" * bool(self.shrunk)
+        gone += f"; {self.hidden:,} that end inside other parts go straight" * bool(self.hidden)
         if self.straight:
-            return f"auto: straight, turning differs by {off}"
-        return f"auto: turned, the straight line is {off} away"
+            return f"auto: straight, turning differs by {off}{gone}"
+        return f"auto: turned, the straight line is {off} away{gone}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -52,6 +52,20 @@ def triangulate(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     return all_triangles[real], all_shares[real]
 
 
+def winding_number(point: NDArray[np.float64], triangles: NDArray[np.float64]) -> float:
+    """How often (T, 3, 3) triangles wind around a (3,) point: 0 outside, 1 inside, or -1.
+
+    Between them where the surface is open: the part of all directions in which it lies (Jacobson,
+    Kavan and Sorkine-Hornung, SIGGRAPH 2013), a sum of solid angles (Van Oosterom and Strackee,
+    IEEE Trans. Biomed. Eng. 30(2), 1983).
+    """
+    a, b, c = (triangles - point).transpose(1, 0, 2)
+    x, y, z = (np.sqrt(np.einsum("ti,ti->t", side, side)) for side in (a, b, c))
+    volume = np.einsum("ti,ti->t", a, np.cross(b, c))
+    ab, bc, ca = (np.einsum("ti,ti->t", one, two) for one, two in ((a, b), (b, c), (c, a)))
+    return float(np.arctan2(volume, x * y * z + ab * z + bc * x + ca * y).sum() / (2.0 * np.pi))
+
+
 def _without_duplicates(polygons: NDArray[np.int32]) -> NDArray[np.int32]:
     """The rows of (F, n) vertex indices, each set of vertices once, the first of them kept."""
     ordered = np.sort(polygons, axis=1)

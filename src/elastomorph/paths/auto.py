@@ -92,6 +92,11 @@ class Auto(Method):
             else:
                 found = Turning.of(neutral, target, around, surface)
                 choice = _choice(found, within, scale)
+                if not choice.straight and (hidden := found.hidden(within * scale)).any():
+                    found = found.without(hidden)
+                    choice = replace(_choice(found, within, scale), hidden=int(hidden.sum()))
+            shrunk = int(found.rotations.straight.sum()) - choice.hidden
+            choice = replace(choice, shrunk=shrunk)
             if choice.straight:
                 return replace(straight(target), choice=choice)
             path = found.stored(self.tolerance, "arc" if surface is None else "rotation")
@@ -99,7 +104,7 @@ class Auto(Method):
             left = _longest(path.at(0.5) - middle) / scale
             if left < choice.distance - path.bake_error * neutral.diameter / scale:
                 # Closer than rounding to bends explains: eased where the face would fold.
-                choice = Choice(left, within)
+                choice = replace(choice, distance=left)
             return replace(straight(target) if choice.straight else path, choice=choice)
 
         return to

@@ -16,6 +16,7 @@ import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
+from elastomorph.model.surface import winding_number
 from elastomorph.paths.arc import (
     bent_path,
     local_rotations,
@@ -35,6 +36,9 @@ __all__ = ["Rotation", "Turning", "rotation_path"]
 
 # Fewer than for arcs: the equation that joins the edges smooths by itself.
 _RINGS = 2
+# A point is inside a surface where the surface winds around it by more than half a turn; heads are
+# open at the neck and the eyes. What was inside already, or half, has not been hidden.
+_INSIDE, _MORE_INSIDE = 0.5, 0.25
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,7 @@ class Turning:
     neutral: Mesh
     target: Mesh
     around: Neighbourhoods
+    surface: SurfaceEdges
     rotations: VertexRotations
     equation: LeastDistortion
 
@@ -85,8 +90,50 @@ class Turning:
     ) -> Turning:
         """Find the rotations of a target; nothing is solved yet."""
         rotations = local_rotations(neutral, target, around, _RINGS)
+        return cls._by(neutral, target, around, surface, rotations)
+
+    @classmethod
+    def _by(
+        cls,
+        neutral: Mesh,
+        target: Mesh,
+        around: Neighbourhoods,
+        surface: SurfaceEdges,
+        rotations: VertexRotations,
+    ) -> Turning:
         equation = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
-        return cls(neutral, target, around, rotations, equation)
+        return cls(neutral, target, around, surface, rotations, equation)
+
+    def without(self, vertices: NDArray[np.bool_]) -> Turning:
+        """The same path, on which some components go straight."""
+        return self._by(
+            self.neutral, self.target, self.around, self.surface, self.rotations.without(vertices)
+        )
+
+    def hidden(self, least: float) -> NDArray[np.bool_]:
+        """(V,) components that are seen in the neutral, and end inside the others.
+
+        Only those whose path is farther than `least` from the straight line halfway are looked at,
+        at the vertices that lie outermost along the axes.
+        """
+        faces, start, end = self.neutral.faces, self.neutral.vertices, self.target.vertices
+        found = np.zeros(len(start), dtype=bool)
+        far = np.linalg.norm(self.equation.at(0.5), axis=1) > least
+        triangles = faces.triangles()
+        for part in self.around.parts:
+            if len(part) == len(start) or not far[part].any():
+                continue
+            others = triangles[~np.isin(triangles[:, 0], part)]
+            outermost = np.unique([(sign * end[part]).argmax(axis=0) for sign in (-1.0, 1.0)])
+            inside = []
+            for vertex in part[outermost]:
+                inside.append(abs(winding_number(end[vertex], end[others])))
+                if inside[-1] <= _INSIDE:
+                    break
+            else:
+                before = [abs(winding_number(p, start[others])) for p in start[part[outermost]]]
+                found[part] = np.mean(inside) - np.mean(before) > _MORE_INSIDE
+        return found
 
     def stored(self, tolerance: float, label: str) -> Morph:
         """The path as bends within a tolerance."""

@@ -37,7 +37,7 @@ def test_the_equation_itself_keeps_a_rigid_copy_rigid(
     end = rigid(mesh.vertices, vector, *where)
     half = np.radians(degrees) / 2
     quaternion = np.append(np.cos(half), np.sin(half) * vector / np.linalg.norm(vector))
-    each = VertexRotations(np.tile(quaternion, (len(end), 1)), ())
+    each = VertexRotations(np.tile(quaternion, (len(end), 1)), (), np.zeros(len(end), bool))
     surface = SurfaceEdges.of(mesh)
     bend = LeastDistortion.of(mesh.vertices, end, each, surface).bend()
     for t in (0.2, 0.5, 0.9):

@@ -188,3 +188,15 @@ def test_no_parts_have_no_turns() -> None:
     turns, whole = common_turns(POINTS, POINTS, [], 1.0)
     assert turns.shape == (0, 4)
     assert whole.shape == (0,)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-9, 1e-6])
+def test_a_part_that_shrinks_to_a_line_turns_as_little_as_the_line(noise: float) -> None:
+    """Across the line is noise: the smallest turn that carries one line to the other is left."""
+    rng = np.random.default_rng(2)
+    before = rng.normal(size=(40, 3))
+    direction = Rotation.from_rotvec([0.0, 0.0, 0.7]).apply([1.0, 0.0, 0.0])
+    after = before[:, :1] * direction + noise * rng.normal(size=before.shape)
+    turns, as_one = common_turns(before, after, [np.arange(40)], 1e3)
+    assert as_one.all()
+    np.testing.assert_allclose(rotation_vectors(turns)[0], [0, 0, 0.7], atol=1e-5)

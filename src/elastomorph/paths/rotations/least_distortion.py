@@ -67,7 +67,7 @@ class LeastDistortion:
     ) -> LeastDistortion:
         """Between (V, 3) positions; nothing is solved yet."""
         moving = (start != end).any(axis=1)
-        free = moving.copy()
+        free = moving & ~rotations.straight
         for part in rotations.whole:
             free[part] = False
         equation = _EdgeEquation.of(start, end, rotations, surface, free) if free.any() else None
@@ -167,8 +167,9 @@ class SurfaceEdges:
 class _EdgeEquation:
     """The equation of the free vertices; the others have bend 0.
 
-    A free vertex has only free neighbours and vertices that do not move: whole components have no
-    edges to others. The E edges are those with an end among the F vertices that are `free`.
+    A free vertex has only free neighbours and vertices that do not move or go straight: whole
+    components have no edges to others. The E edges are those with an end among the F vertices that
+    are `free`.
     """
 
     free: NDArray[np.bool_]

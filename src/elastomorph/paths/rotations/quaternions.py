@@ -114,6 +114,14 @@ _RIGID_OF_RADIUS = 0.02
 _AFFINE = 1e-5
 # Parts thinner than this fraction of their length are flat: what happens across is not known.
 _FLAT = 1e-3
+# What is smaller than this fraction of its size at the other end is a point there, or a line: what
+# is left of it is rounding or noise, and says nothing about a turn.
+_POINT = 1e-3
+
+
+def vanishes(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) which sizes shrink to next to nothing, or grow from it."""
+    return np.asarray((after < _POINT * before) | (before < _POINT * after))
 
 
 def common_turns(
@@ -125,7 +133,8 @@ def common_turns(
     """The one rotation of each part that turns as a whole.
 
     A part does so if a rigid motion carries it, up to a small residual, or an affine map: the
-    rotation is then the polar factor of the map, none at all for a symmetric stretch.
+    rotation is then the polar factor of the map, none at all for a symmetric stretch. A part that
+    shrinks to a point, or grows from one, does so without a turn.
 
     (P, 4) unit quaternions (w, x, y, z) and (P,) whether the part turns by it as a whole.
     """
@@ -145,6 +154,7 @@ def common_turns(
 
     before, after = centred(start), centred(end)
     radius = longest(before)
+    gone = vanishes(radius, longest(after))
     unit = np.where(radius > 0, radius, 1.0)
     before, after = before / unit[part_of, None], after / unit[part_of, None]
     own, joint = (
@@ -153,11 +163,19 @@ def common_turns(
     affine, rank = _affine(own, joint)
     missed = longest(np.einsum("vi,vij->vj", before, affine[part_of]) - after)
     is_affine = (missed <= _AFFINE) | (radius == 0)
-    turns = nearest_quaternions(np.where(is_affine[:, None, None], affine, joint))
-    turns[radius == 0] = 1.0, 0.0, 0.0, 0.0
+    turns = nearest_quaternions(np.where(is_affine[:, None, None], _of_lines(affine), joint))
+    turns[gone | (radius == 0)] = 1.0, 0.0, 0.0, 0.0
     residual = radius * longest(rotated(turns[part_of], before) - after)
     allowed = np.minimum(_RIGID_OF_DIAMETER * diameter, _RIGID_OF_RADIUS * radius)
-    return turns, is_affine | ((rank >= 2) & (residual <= allowed))
+    return turns, gone | is_affine | ((rank >= 2) & (residual <= allowed))
+
+
+def _of_lines(maps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(P, 3, 3) maps without what is left across where they lead to a line: it is noise."""
+    left, sizes, right = np.linalg.svd(maps)
+    to_lines = sizes[:, 1] < _POINT
+    lines = left[:, :, :1] * sizes[:, None, :1] @ right[:, :1]
+    return np.where(to_lines[:, None, None], lines, maps)
 
 
 def _affine(

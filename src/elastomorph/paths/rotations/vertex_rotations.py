@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from elastomorph.paths.rotations.quaternions import (
     near_half_turn,
     nearest_quaternions,
     rotation_vectors,
+    vanishes,
 )
 
 if TYPE_CHECKING:
@@ -66,10 +67,13 @@ class VertexRotations:
     """A rotation at each vertex: (V, 4) unit (w, x, y, z), where w < 0 is a turn by more than π.
 
     ``whole`` are the vertices of each component that moves and turns as a whole, by one rotation.
+    ``straight`` are those that have no rotation, (V,) bool: around them everything shrinks to a
+    point, or grows from one.
     """
 
     quaternions: NDArray[np.float64]
     whole: tuple[NDArray[np.int64], ...]
+    straight: NDArray[np.bool_]
 
     @cached_property
     def vectors(self) -> NDArray[np.float64]:
@@ -82,6 +86,11 @@ class VertexRotations:
         opposed = np.sum(first * second, axis=1) < 0
         mean = first + np.where(opposed[:, None], -second, second)
         return rotation_vectors(mean / np.linalg.norm(mean, axis=1, keepdims=True))
+
+    def without(self, vertices: NDArray[np.bool_]) -> VertexRotations:
+        """The same with some more vertices that go straight: whole components."""
+        quaternions = np.where(vertices[:, None], [1.0, 0.0, 0.0, 0.0], self.quaternions)
+        return VertexRotations(quaternions, self.whole, self.straight | vertices)
 
     def where_edges_turn(
         self, start: NDArray[np.float64], end: NDArray[np.float64], around: Neighbourhoods
@@ -104,7 +113,7 @@ class VertexRotations:
         )
         still = (missed > _UNEXPLAINED * changed)[part_of]
         quaternions = np.where(still[:, None], [1.0, 0.0, 0.0, 0.0], self.quaternions)
-        return VertexRotations(quaternions, self.whole)
+        return replace(self, quaternions=quaternions)
 
 
 def vertex_rotations(
@@ -121,7 +130,8 @@ def vertex_rotations(
     summed over its rings with binomial weights: covariances are averaged, not rotations, so long
     edges count more than short ones and no angle has to be unwrapped. Edges that become longer or
     shorter by a factor s ≥ 1 count w = s⁻¹/(1 + (log s/0.3)²). Components that turn as a whole
-    (`common_turns`) have one rotation.
+    (`common_turns`) have one rotation; where all edges at a vertex, or a whole component, shrink to
+    under a thousandth of their size, or grow from it, there is none.
     """
     scale = diameter or 1.0
     before = (start[around.edges[:, 1]] - start[around.edges[:, 0]]) / scale
@@ -149,9 +159,14 @@ def vertex_rotations(
     if turns_far:
         turns = aligned_with(turns, most)
     whole = [part for part, one in zip(parts, as_one, strict=True) if one]
+    straight = vanishes(*(np.sqrt(around.at_vertex @ (e * e).sum(axis=1)) for e in (before, after)))
+    # What such a vertex is joined to is at the same point.
+    straight = around.within(straight, 1)
     for part, turn in zip(whole, turns[as_one], strict=True):
         quaternions[part] = turn
-    return VertexRotations(quaternions, tuple(whole))
+        straight[part] = straight[part].all()
+    quaternions[straight] = 1.0, 0.0, 0.0, 0.0
+    return VertexRotations(quaternions, tuple(whole), straight)
 
 
 def _trust(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
