@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from elastomorph.character.document import Where, nearest
 from elastomorph.errors import ParameterError
+from elastomorph.farm.sampling.anatomy import Anatomy
 from elastomorph.farm.sampling.columns import Columns
 from elastomorph.rig.performance.naming import side_pairs
 from elastomorph.rig.sliders import Sliders
@@ -51,12 +52,14 @@ class Controls:
         columns: One for each, with its limits.
         others: Columns that no mixture moves: the identity.
         folder: Where the files of the recipe are.
+        anatomy: What shapes of ARKit must not do together, where the recipe asks for it.
     """
 
     sliders: Sliders
     columns: Columns
     others: frozenset[int] = frozenset()
     folder: Path = Path()
+    anatomy: Anatomy | None = None
 
     def chosen(self, words: tuple[str, ...], where: Where) -> Places:
         """Columns of the sliders that a mixture moves: those named or all, never the identity."""
@@ -69,4 +72,5 @@ class Controls:
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
         """Columns of the left and the right half of one shape."""
-        return side_pairs(self.sliders.names)
+        coupled = self.anatomy.coupled if self.anatomy is not None else set()
+        return [pair for pair in side_pairs(self.sliders.names) if coupled.isdisjoint(pair)]

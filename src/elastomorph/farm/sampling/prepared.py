@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
+from elastomorph.farm.sampling.anatomy import Anatomy
 from elastomorph.farm.sampling.columns import LEVELS, Codes, Columns
 from elastomorph.farm.sampling.controls import Controls, KeyedError, places_of
 from elastomorph.farm.sampling.lanes import Lanes, whole_numbers
@@ -37,6 +38,7 @@ class Prepared:
         bounds: (drawings - 1,) numbers below 2³² at which the next mixture begins.
         singles: What is drawn by itself, and its column.
         excluding: What the sliders must not do together.
+        anatomy: What shapes of ARKit must not, where the recipe asks for it.
     """
 
     sliders: int
@@ -45,6 +47,7 @@ class Prepared:
     bounds: NDArray[np.uint64]
     singles: Sequence[tuple[int, Single]]
     excluding: Sequence[Excluding]
+    anatomy: Anatomy | None
 
     @classmethod
     def of(cls, recipe: Recipe, rig: Rig) -> Prepared:
@@ -82,6 +85,7 @@ class Prepared:
             _bounds(recipe),
             [*identity, *enumerate(added, start=len(rig.names))],
             excluding,
+            controls.anatomy,
         )
 
     @cached_property
@@ -110,8 +114,12 @@ class Prepared:
         for number, (place, single) in enumerate(self.singles, start=_CHOICE):
             own = lanes[:, number]
             out[:, place] = own if single.table is None else single.table[own]
+        if self.anatomy is not None:
+            self.anatomy.open(sliders)
         for excluding in self.excluding:
             excluding.apply(sliders)
+        if self.anatomy is not None:
+            self.anatomy.close(sliders)
 
     def on(self, lanes: Lanes) -> list[NDArray[np.int64]]:
         """For each mixture, how many sliders are on by more than a tenth in (n,) of its faces."""
@@ -155,7 +163,8 @@ def _controls(recipe: Recipe, rig: Rig) -> Controls:
                     f"there is no vertex {vertex:,}; the rig has {len(rig.neutral.vertices):,}",
                 )
         columns = slider_columns(rig.sliders, recipe.limits, ranges)
-    return Controls(rig.sliders, columns, frozenset(others), recipe.document.path.parent)
+    anatomy = Anatomy.of(columns.columns, frozenset(others)) if recipe.anatomy else None
+    return Controls(rig.sliders, columns, frozenset(others), recipe.document.path.parent, anatomy)
 
 
 def _bounds(recipe: Recipe) -> NDArray[np.uint64]:

@@ -22,10 +22,11 @@ from elastomorph.numbers import is_whole
 Described = TypeVar("Described")
 
 _TABLES = (
-    "version", "seed", "limits", "mixture", "exclude", "timing", "identity", *SCENE, "pictures",
-    "landmarks",
+    "version", "seed", "anatomy", "limits", "mixture", "exclude", "timing", "identity", *SCENE,
+    "pictures", "landmarks",
 )  # fmt: skip
 _SEED = RecipeKey("whole", "other seeds, other faces", "7", least=0, most=2**64 - 1)
+_ANATOMY = RecipeKey("flag", "shapes of ARKit do together what a face can do", "true")
 _LIMITS = RecipeKey("span", "lowest and highest weight", "[0, 0.8]", least=-FARTHEST, most=FARTHEST)
 _VERTEX = RecipeKey("whole", "a vertex of the rig", "2010", least=0, most=2**31 - 1)
 _FILE = RecipeKey("file", "a file of landmarks", '"landmarks.json"')
@@ -80,6 +81,9 @@ def _read(document: Document) -> Recipe:
     recipe = Recipe(
         mixtures=mixtures or Recipe.mixtures,
         seed=read_value(document, ("seed",), _SEED, document.content.get("seed", 0)),
+        anatomy=read_value(
+            document, ("anatomy",), _ANATOMY, document.content.get("anatomy", False)
+        ),
         limits={
             name: read_value(document, ("limits", name), _LIMITS, given)
             for name, given in document.table(("limits",)).items()

@@ -58,6 +58,7 @@ class Recipe:
         scene: Lowest and highest of each column of head, camera, light and background.
         pictures: Pictures of the faces, or None.
         landmarks: Vertex of each named point.
+        anatomy: Whether shapes of ARKit keep to what a face can do, see `sampling.anatomy`.
         tables: What was kept of the files that it names; None where they are to be read.
     """
 
@@ -70,6 +71,7 @@ class Recipe:
     scene: Mapping[str, Span] = field(default_factory=dict)
     pictures: Pictures | None = None
     landmarks: Mapping[str, int] = field(default_factory=dict)
+    anatomy: bool = False
     tables: Mapping[str, NDArray[Any]] | None = field(default=None, compare=False, repr=False)
     document: Document = field(default_factory=lambda: GivenRecipe({}), compare=False, repr=False)
 
@@ -93,6 +95,7 @@ class Recipe:
     def text(self) -> str:
         """The recipe as TOML, with all defaults that do not follow from the rig."""
         content: dict[str, Any] = {"version": VERSION, "seed": self.seed}
+        content |= {"anatomy": True} if self.anatomy else {}
         content |= {"limits": dict(self.limits)} if self.limits else {}
         content["mixture"] = [{"kind": each.kind, **stated(each)} for each in self.mixtures]
         content["exclude"] = [stated(each) for each in self.exclusions]

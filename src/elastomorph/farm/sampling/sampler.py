@@ -31,7 +31,8 @@ class FaceSampler:
     Args:
         rig: The rig.
         recipe: What the faces are: a recipe, the path of a .toml file, or the same as a mapping.
-            None: each slider on or off by itself, six of them on average.
+            None: each slider on or off by itself, six of them on average, and shapes of ARKit
+            within what a face can do.
         seed: 0 to 2⁶⁴ - 1, instead of that of the recipe.
 
     Attributes:
@@ -118,6 +119,8 @@ class FaceSampler:
                 f"sliders {on.mean():.1f} are on by more than a tenth, at most {on.max()}"
                 f"{drawing.said}"
             )
+        if anatomy := str(self._prepared.anatomy or ""):
+            lines.append(f"  {anatomy}")
         for exclusion in own.exclusions:
             rule = "only the largest" if exclusion.one else f"together at most {exclusion.most:g}"
             lines.append(f"  {', '.join(exclusion.sliders)}: {rule}")
@@ -142,7 +145,7 @@ class FaceSampler:
 def as_recipe(recipe: Recipe | Mapping[str, Any] | str | Path | None) -> Recipe:
     """The recipe that a caller gave in one of these ways."""
     if recipe is None:
-        return Recipe()
+        return Recipe(anatomy=True)
     if isinstance(recipe, Recipe):
         return recipe
     if isinstance(recipe, Mapping):
