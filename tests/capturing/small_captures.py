@@ -93,6 +93,10 @@ class Counted(Makers):
         say("finding cameras", 0.5)
         return self._solved(photographs, *([] if like is None else [like]))
 
+    def given(self, photographs: Photographs, cameras: Any, say: Any) -> SolvedPose:
+        self.note(f"given/{photographs.pose}")
+        return replace(self._solved(photographs, cameras), cameras=cameras[0])
+
     def rig(self, poses: Any, neutral: str, say: Any) -> dict[str, SolvedPose]:
         self.note("rig")
         of = ([p.digest for p in own.taken] for own in poses.values())

@@ -10,10 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from small_captures import COUNT, POSES, Counted, landmarks, run, template, write_photographs
 
 import elastomorph as em
 from children import started
+from elastomorph.capturing.cameras.models import write_colmap
+from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.work.request import requested
 from elastomorph.io.npz.members import open_npz
 
@@ -236,3 +239,74 @@ def test_a_capture_that_is_killed_again_and_again_comes_to_its_end(
     assert apart_from_seconds(files_of(tmp_path / "poses")) == apart_from_seconds(
         files_of(tmp_path / "whole")
     )
+
+
+def with_cameras(photos: Path, place: Path, pose: str, seed: int = 1) -> None:
+    """Photographs of a pose that can be opened, and a model of where they were taken from."""
+    for k in range(COUNT):
+        Image.new("L", (80, 64), COUNT * POSES.index(pose) + k).save(photos / pose / f"{k}.jpg")
+    random = np.random.default_rng(seed)
+    middle = np.array([39.5, 31.5])
+    cameras = [
+        Camera(f"{k}.jpg", (80, 64), 50.0, middle, 0.0, np.eye(3), random.random(3))
+        for k in range(COUNT)
+    ]
+    write_colmap(place, cameras, np.zeros((0, 3)))
+
+
+def test_cameras_that_are_given_take_the_place_of_those_that_are_found(
+    photos: Path, tmp_path: Path
+) -> None:
+    """Of the neutral alone; the others are found, and what changes is made again."""
+    model, working = tmp_path / "model" / "neutral", tmp_path / "working"
+    with_cameras(photos, model, "neutral")
+    counted = Counted([])
+    captured = run(photos, tmp_path / "one", counted, cameras=model.parent, working=working)
+    assert [call for call in counted.calls if "/" in call][4:] == ["given/neutral", *OTHERS]
+    focals = {camera.focal for camera in captured.cameras["neutral"]}
+    assert len(focals) == 1
+    again = Counted([])
+    run(photos, tmp_path / "two", again, cameras=model.parent, working=working)
+    assert again.calls == []
+    with_cameras(photos, model, "neutral", seed=2)
+    run(photos, tmp_path / "three", again, cameras=model.parent, working=working)
+    assert again.calls[:2] == ["given/neutral", "placed"]
+
+
+def test_cameras_that_are_given_and_stay_are_those_of_all_poses(
+    photos: Path, tmp_path: Path
+) -> None:
+    with_cameras(photos, tmp_path / "model", "neutral")
+    counted = Counted([])
+    run(photos, tmp_path / "poses", counted, cameras=tmp_path / "model", rig="fixed")
+    assert [call for call in counted.calls if "/" in call][4:] == ["given/neutral", *OTHERS]
+    assert "rig" not in counted.calls
+
+
+def test_cameras_are_written_for_others_and_read_again(photos: Path, tmp_path: Path) -> None:
+    """In the frame of the template, as the poses are."""
+    for pose in POSES:
+        with_cameras(photos, tmp_path / "model" / pose, pose)
+    given = Counted([])
+    captured = run(photos, tmp_path / "poses", given, cameras=tmp_path / "model", to="cameras")
+    assert not [call for call in given.calls if call.startswith("cameras")]
+    place = tmp_path / "poses" / "cameras"
+    request = requested(
+        photos,
+        None,
+        output=tmp_path / "again",
+        **dict.fromkeys(["neutral", "landmarks", "distance", "masks", "working"]),
+        rig="walking",
+        to="cameras",
+        cameras=place,
+    )
+    assert list(request.cameras) == list(captured.cameras)
+    for pose, cameras in captured.cameras.items():
+        (found,) = request.cameras[pose]
+        for one, other in zip(found, cameras, strict=True):
+            np.testing.assert_allclose(one.position, other.position, atol=1e-12)
+        assert (place / f"{pose}.out").exists()  # the axis is in the middle
+    with pytest.raises(em.FileError, match="cameras of this capture are written there"):
+        run(photos, tmp_path / "poses", given, cameras=place / "neutral", to="cameras")
+    with pytest.raises(em.FileError, match="there is no such folder or file of cameras"):
+        run(photos, tmp_path / "poses", given, cameras=tmp_path / "nowhere", to="cameras")

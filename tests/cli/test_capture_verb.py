@@ -46,7 +46,7 @@ def test_it_writes_poses_and_says_what_was_measured(case: Path, counted: Counted
     assert text.endswith("written to poses/\n")
     assert {file.name for file in (case / "poses").iterdir()} == {
         *("neutral.obj", "a.obj", "b.obj", "c.obj"),
-        *("confidence.npz", "capture.json", "report.html", ".capture"),
+        *("confidence.npz", "capture.json", "cameras", "report.html", ".capture"),
     }
 
 

@@ -60,6 +60,14 @@ Masks = Annotated[
     Path | None,
     typer.Option(help="Folder of masks named as the photographs, white where the face is."),
 ]
+Cameras = Annotated[
+    Path | None,
+    typer.Option(
+        help="Where photographs were taken from, if another program found it: a folder with "
+        "COLMAP's text model or a Bundler file (.out), or a folder with one of these for each "
+        "pose, named as it."
+    ),
+]
 To = Annotated[
     str,
     typer.Option(
@@ -94,6 +102,7 @@ def capture(
     neutral: NeutralPose = None,
     rig: RigOfCameras = "walking",
     masks: Masks = None,
+    cameras: Cameras = None,
     to: To = "poses",
     working: Working = None,
     report: Report = True,
@@ -116,6 +125,7 @@ def capture(
             photos,
             template,
             output=output,
+            cameras=cameras,
             neutral=neutral,
             landmarks=landmarks,
             distance=distance,
@@ -138,9 +148,10 @@ def capture(
 
 
 def _facts(captured: Captured, output: Path, report: bool) -> dict[str, Any]:
-    from elastomorph.capturing.work.captured import as_json
+    from elastomorph.capturing.work.captured import CAMERAS, as_json
 
     written = [str(output / f"{pose}.obj") for pose in captured.poses]
+    written += [str(output / CAMERAS / pose) for pose in captured.cameras]
     written += [str(output / _REPORT)] * report
     return {"neutral": captured.neutral, **as_json(captured.figures), "written": written}
 

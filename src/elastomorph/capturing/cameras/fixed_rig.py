@@ -21,6 +21,7 @@ from elastomorph.capturing.cameras.cameras import Say, found_and_solved
 from elastomorph.capturing.cameras.exact import cloud, farthest_off, matched, misfits, reprojection
 from elastomorph.capturing.cameras.features import Features, find_features
 from elastomorph.capturing.cameras.matching import Pairs, compared, neighbours, off_lines, strongest
+from elastomorph.capturing.cameras.models import Given
 from elastomorph.capturing.cameras.names import LARGEST_SHARE, same_cameras
 from elastomorph.capturing.cameras.reconstruction import refined
 from elastomorph.capturing.cameras.solved import SolvedPose
@@ -29,7 +30,7 @@ from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError
 
-__all__ = ["solve_in_rig", "solve_rig"]
+__all__ = ["solve_in_rig", "solve_rig", "solve_with"]
 
 _STRONGEST = 1500
 _MOST_POSES = 4  # more add little to what these say of the cameras
@@ -112,6 +113,33 @@ def solve_in_rig(
     return _before_rig(photographs, features, rig, same, _part(say, 0.8, 0.2))
 
 
+def solve_with(
+    photographs: Photographs, given: Given, *, say: Say = lambda text, part: None
+) -> SolvedPose:
+    """A pose before cameras that are given: its points, and what each photograph says of them.
+
+    Args:
+        photographs: Of the pose.
+        given: Cameras of them by their names, which stay as they are; of two sets of them, those
+            that most matches agree with.
+        say: Called with what is being done and the part of it that is done.
+
+    Raises:
+        CaptureError: The photographs do not agree with the cameras.
+    """
+    none = np.zeros((0, 3)), np.zeros((0, 128), dtype=np.float32)
+    taken = {photograph.name for photograph in photographs.taken}
+    rigs = [SolvedPose(tuple(c for c in own if c.name in taken), *none, {}) for own in given]
+    slots = [camera.name for camera in rigs[0].cameras]
+    same = {name: name for name in slots}
+    features = _features(_in_slots(photographs, same, slots), _part(say, 0.0, 0.8))
+    with TemporaryDirectory(prefix="elastomorph-") as place:
+        pairs = [_matches(rig.cameras, slots, features, Path(place)) for rig in rigs[1:] and rigs]
+    counts = [sum(map(len, own.values())) for own in pairs] or [0]
+    rig = rigs[int(np.argmax(counts))]
+    return _before_rig(photographs, features, rig, same, _part(say, 0.8, 0.2))
+
+
 def _before_rig(
     photographs: Photographs,
     features: Sequence[Features],
@@ -125,7 +153,11 @@ def _before_rig(
     rejected = dict(photographs.rejected)
     for photograph in photographs.taken:
         if same.get(photograph.name) not in slots:
-            rejected[photograph.name] = "its camera was not found in the neutral"
+            rejected[photograph.name] = (
+                "its camera was not found in the neutral"
+                if rig.reprojection
+                else "no camera of it is given"
+            )
     names = [slot if (taken := by_slot[slot]) is None else taken.name for slot in slots]
     cameras: list[Camera | None] = [
         None if by_slot[slot] is None else replace(camera, name=name)
@@ -133,14 +165,14 @@ def _before_rig(
     ]
     shots = Shots(names, [each.places for each in features], list(range(len(slots))))
     within = farthest_off(rig.cameras)
-    usual = float(np.median(list(rig.reprojection.values())))
+    usual = float(np.median(list(rig.reprojection.values()))) if rig.reprojection else None
     with TemporaryDirectory(prefix="elastomorph-") as place:
         pairs = _matches(cameras, names, features, Path(place))
         for last in (False, True):
             say("triangulating", 0.5 if last else 0.0)
             left = {k for k, camera in enumerate(cameras) if camera is not None}
             if len(left) < max(3, LARGEST_SHARE * len(photographs.taken)):
-                raise CaptureError(_moved(photographs, len(left)))
+                raise CaptureError(_moved(photographs, len(left), rig))
             pairs = {pair: found for pair, found in pairs.items() if left.issuperset(pair)}
             sparse = refined(shots, cameras, pairs, Path(place), free="points", within=within)
             bad = misfits(sparse, shots, usual)
@@ -222,10 +254,15 @@ class _Union:
         )
 
 
-def _moved(photographs: Photographs, left: int) -> str:
+def _moved(photographs: Photographs, left: int, rig: SolvedPose) -> str:
+    whose = (
+        "of the neutral; if cameras were moved, leave out --rig fixed"
+        if rig.reprojection
+        else "that are given; leave out --cameras to have them found"
+    )
     return (
         f"pose '{photographs.pose}': {left} of {len(photographs.taken)} photographs agree with the "
-        "cameras of the neutral; if cameras were moved, leave out --rig fixed"
+        f"cameras {whose}"
     )
 
 

@@ -64,15 +64,15 @@ def opened_photograph(path: Path) -> Iterator[tuple[Image, Exif]]:
         ) from error
 
 
-def upright_size(path: Path) -> tuple[int, int]:
-    """Width and height of a photograph in pixels as it is seen upright, from its header.
+def upright_size(path: Path) -> tuple[tuple[int, int], int]:
+    """Width and height of a photograph in pixels as it is seen upright, and its EXIF orientation.
 
     Raises:
         FileError, FormatError: It is not there, or no photograph.
     """
     with opened_photograph(path) as (image, exif):
         width, height = image.size
-    return (height, width) if exif.swaps_sides else (width, height)
+    return ((height, width) if exif.swaps_sides else (width, height)), exif.orientation
 
 
 def read_upright(

@@ -35,6 +35,7 @@ def capture(
     masks: str | Path | None = None,
     to: str = "poses",
     working: str | Path | None = None,
+    cameras: str | Path | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> Captured:
     """Poses of one topology from photographs, about 30 of each pose.
@@ -59,6 +60,10 @@ def capture(
         masks: Folder of masks named as the photographs, white where the face is.
         to: ``cameras``, ``neutral`` or ``poses``: what to stop after.
         working: Folder of what stages leave; ``.capture`` in the output by default.
+        cameras: Where photographs were taken from, if another program found it: a folder with the
+            text model of COLMAP or a file of Bundler (``.out``, its list beside it), or a folder
+            with one of these for each pose, named as it, such as ``cameras`` of an output. They
+            are taken as they are; cameras of poses without any are found.
         say: Told what is being done, with the time left.
 
     Raises:
@@ -78,6 +83,7 @@ def capture(
         masks=masks,
         to=to,
         working=working,
+        cameras=cameras,
     )
     from elastomorph.capturing.work.makers import Makers
     from elastomorph.capturing.work.outcome import made

@@ -5,23 +5,28 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from elastomorph.capturing.cameras.models import write_bundler, write_colmap
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.work.registered import Registered
-from elastomorph.io.atomic import replacing
+from elastomorph.errors import CaptureError
+from elastomorph.io.atomic import made_folder, replacing
 from elastomorph.io.npz.confidence import NAME as CONFIDENCE
 from elastomorph.io.npz.confidence import write_confidence
 from elastomorph.io.registry import write
 
-__all__ = ["CONFIDENCE", "FIGURES", "Captured", "write_captured"]
+__all__ = ["CAMERAS", "CONFIDENCE", "FIGURES", "Captured", "write_captured"]
 
 FIGURES = "capture.json"
+CAMERAS = "cameras"
 _VERSION = 1
 
 
@@ -37,6 +42,7 @@ class Captured:
         photographs: Pose → photograph → file.
         neutral: Name of the pose that is the neutral.
         figures: What was measured, as in ``capture.json``.
+        points: Pose → (N, 3) of the surface that its photographs show, in the frame of the cameras.
     """
 
     poses: Mapping[str, Registered]
@@ -44,6 +50,7 @@ class Captured:
     photographs: Mapping[str, Mapping[str, Path]]
     neutral: str
     figures: Mapping[str, Any] = field(default_factory=dict)
+    points: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         count = sum(map(len, self.cameras.values()))
@@ -63,6 +70,9 @@ def write_captured(folder: Path, captured: Captured) -> list[Path]:
     if captured.poses:
         files.append(folder / CONFIDENCE)
         write_confidence(files[-1], {name: p.confidence for name, p in captured.poses.items()})
+    for name, cameras in captured.cameras.items():
+        _write_cameras(folder / CAMERAS, name, cameras, captured.points.get(name, np.zeros((0, 3))))
+        files.append(folder / CAMERAS / name)
     files.append(folder / FIGURES)
     content = {
         "version": _VERSION,
@@ -83,6 +93,15 @@ def write_captured(folder: Path, captured: Captured) -> list[Path]:
         text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
         file.write(text.encode() + b"\n")
     return files
+
+
+def _write_cameras(
+    folder: Path, name: str, cameras: Sequence[Camera], points: NDArray[np.float64]
+) -> None:
+    """As COLMAP has them, and as Bundler does where it can."""
+    write_colmap(made_folder(folder) / name, cameras, points)
+    with suppress(CaptureError):
+        write_bundler(folder / f"{name}.out", cameras, points)
 
 
 def as_json(value: Any) -> Any:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.coverage import missing_cameras
 from elastomorph.capturing.cameras.frames import Frame, brought, near_still, still_vertices
+from elastomorph.capturing.cameras.models import Given
 from elastomorph.capturing.cameras.names import same_cameras
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.similarity import Similarity
@@ -102,6 +103,12 @@ class Makers:
         """The cameras of a pose; by those of the neutral, if they are known."""
         given = {"photographs": photographs, "like": like}
         found: SolvedPose = done_apart("cameras.cameras.solve_pose", given, say)
+        return found
+
+    def given(self, photographs: Photographs, cameras: Given, say: StageSay) -> SolvedPose:
+        """Cameras of a pose that are given, and what its photographs show before them."""
+        given = {"photographs": photographs, "given": cameras}
+        found: SolvedPose = done_apart("cameras.fixed_rig.solve_with", given, say)
         return found
 
     def rig(

@@ -58,6 +58,7 @@ def _captured_by(work: Work) -> Captured:
         {pose: {file.name: file for file in files} for pose, files in request.poses.items()},
         request.neutral,
         _figures(work, poses, remarks),
+        {pose: work.in_frame(pose).points for pose in work.solved},
     )
 
 

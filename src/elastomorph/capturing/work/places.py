@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 
-from elastomorph.capturing.work.captured import CONFIDENCE, FIGURES
+from elastomorph.capturing.work.captured import CAMERAS, CONFIDENCE, FIGURES
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import require_folder, same_file
@@ -75,7 +75,7 @@ def _require_own(output: Path, working: Path, poses: Mapping[str, object]) -> No
         )
     if working.exists() or (output / FIGURES).exists():  # of an earlier run
         return
-    for file in (*_meshes(output, poses), output / CONFIDENCE):
+    for file in (*_meshes(output, poses), output / CONFIDENCE, output / CAMERAS):
         if file.exists():
             raise FileError(
                 file,

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 
+from elastomorph.capturing.cameras.models import Given, given_cameras
 from elastomorph.capturing.landmarks.distance import distance_of, require_known
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Distance, Landmarks, read_landmarks
 from elastomorph.capturing.landmarks.typical_face import require_sides, typical_face
 from elastomorph.capturing.photographs.finding import find_masks, find_poses
 from elastomorph.capturing.photographs.pixels import upright_size
 from elastomorph.capturing.work import RIGS, TO
+from elastomorph.capturing.work.captured import CAMERAS
 from elastomorph.capturing.work.places import WORKING, folder_named, require_place
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import (
@@ -52,6 +54,7 @@ class Request:
         working: Folder of what stages leave.
         rig: Of ``RIGS``: whether cameras stand elsewhere for each pose or stay.
         to: Of ``TO``: what is made.
+        cameras: Pose → the cameras of its photographs, where they are given.
     """
 
     poses: Mapping[str, tuple[Path, ...]]
@@ -63,6 +66,7 @@ class Request:
     working: Path
     rig: str
     to: str
+    cameras: Mapping[str, Given] = field(default_factory=dict)
 
     @property
     def chain(self) -> dict[str, str]:
@@ -85,6 +89,7 @@ def requested(
     masks: object,
     to: str,
     working: object,
+    cameras: object = None,
 ) -> Request:
     """What is asked for, where all of it can be.
 
@@ -121,6 +126,7 @@ def requested(
     place = folder_named(output, "output")
     own = place / WORKING if working is None else folder_named(working, "working")
     of_masks = {} if masks is None else find_masks(folder_named(masks, "masks"), poses)
+    given = {} if cameras is None else _cameras(cameras, place, poses, name, rig)
     require_place(place, own, poses, shape)
     return Request(
         poses=poses,
@@ -132,7 +138,19 @@ def requested(
         working=own,
         rig=rig,
         to=to,
+        cameras=given,
     )
+
+
+def _cameras(
+    named: object, output: Path, poses: Mapping[str, tuple[Path, ...]], neutral: str, rig: str
+) -> dict[str, Given]:
+    place = folder_named(named, "cameras")
+    if not place.exists():
+        raise FileError(place, "there is no such folder or file of cameras")
+    if (output / CAMERAS).resolve() in (place.resolve(), *place.resolve().parents):
+        raise FileError(place, "cameras of this capture are written there; name another output")
+    return given_cameras(place, poses, neutral, fixed=rig == "fixed")
 
 
 def _distance(given: object, to: str) -> Distance | None:
@@ -278,7 +296,7 @@ def _require_inside(
 ) -> None:
     """Refuse points that were placed on a photograph of another size, or on its side."""
     try:
-        size = upright_size(photograph)
+        size, _ = upright_size(photograph)
     except FormatError:
         return  # it is left out by its name when photographs are looked at
     for name, place in places.items():

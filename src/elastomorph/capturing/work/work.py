@@ -15,6 +15,7 @@ from elastomorph.capturing.photographs.photographs import Photographs
 from elastomorph.capturing.photographs.views import Views
 from elastomorph.capturing.tracking.matches import Matches
 from elastomorph.capturing.work.makers import Makers, Placed, Posed
+from elastomorph.capturing.work.packing import content_digest, packed
 from elastomorph.capturing.work.progress import Progress, StageSay
 from elastomorph.capturing.work.request import Request
 from elastomorph.capturing.work.stages import Made, WorkingFolder
@@ -71,6 +72,16 @@ class Work:
 
     def cameras(self, pose: str) -> Made[SolvedPose]:
         """The cameras of a pose, in a frame and a unit of their own."""
+        given = self.request.cameras.get(pose)
+        if given is not None:
+            return self._stage(
+                f"cameras/{pose}",
+                {
+                    "photographs": self._digest_of_photographs(pose),
+                    "given": content_digest(packed(given)),
+                },
+                lambda say: self.makers.given(self.photographs(pose), given, _naming(pose, say)),
+            )
         if self.request.rig == "fixed":
             return self._of_rig(pose)
         neutral = self.request.neutral
@@ -90,17 +101,24 @@ class Work:
     def _of_rig(self, pose: str) -> Made[SolvedPose]:
         """Those of a pose, by cameras that were found from several poses together."""
         poses, neutral = self.request.poses, self.request.neutral
-        whole: Made[Mapping[str, SolvedPose]] = self._stage(
-            "rig",
-            {each: self._digest_of_photographs(each) for each in poses} | {"neutral": neutral},
-            lambda say: self.makers.rig(
-                {each: self.photographs(each) for each in poses}, neutral, _naming("rig", say)
-            ),
+        whole: Made[Any] = (
+            self.cameras(neutral)
+            if neutral in self.request.cameras
+            else self._stage(
+                "rig",
+                {each: self._digest_of_photographs(each) for each in poses} | {"neutral": neutral},
+                lambda say: self.makers.rig(
+                    {each: self.photographs(each) for each in poses}, neutral, _naming("rig", say)
+                ),
+            )
         )
         both = (neutral, pose)
 
         def made(say: StageSay) -> SolvedPose:
-            known = whole.read()
+            found = whole.read()
+            known: Mapping[str, SolvedPose] = (
+                {neutral: found} if isinstance(found, SolvedPose) else found
+            )
             if pose in known:
                 return known[pose]
             shown = {each: self.photographs(each) for each in both}
