@@ -32,15 +32,22 @@ def bent_weights(
         names: Its targets in order.
         sliders: Weights by name, 0 where there is none.
     """
-    found = {name: float(sliders.get(name, 0.0)) for name in names}
+    found = [float(sliders.get(name, 0.0)) for name in names]
     if stored is None:
-        return np.array([found[name] for name in names])
+        return np.array(found)
     drivers = {own["name"]: own["drivers"] for own in stored.get("correctives", [])}
     for morph in stored["morphs"]:
         of = drivers.get(morph["name"], [morph["name"]])
         t = float(np.prod([sliders.get(name, 0.0) for name in of]))
         fold = morph.get("fold") if stored["version"] > 1 else None
-        found[morph["target"]] = t + (curve_value(fold, t) if fold else 0.0)
+        found[place(morph, names)] = t + (curve_value(fold, t) if fold else 0.0)
         for bend in morph.get("bends", []):
-            found[bend["target"]] = curve_value(bend["curve"], t)
-    return np.array([found[name] for name in names])
+            found[place(bend, names)] = curve_value(bend["curve"], t)
+    return np.array(found)
+
+
+def place(entry: Mapping[str, Any], names: Sequence[str]) -> int:
+    """The number of the target of a morph or a bend."""
+    places = [i for i, name in enumerate(names) if name == entry["target"]]
+    index = entry.get("index")
+    return index if index in places else places[0]

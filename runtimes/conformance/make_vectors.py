@@ -144,6 +144,16 @@ def all_vectors() -> dict[str, dict[str, Any]]:
             ),
             rng,
         ),
+        "indices": _numbered(
+            _content(
+                Vector(
+                    "Version 3: targets that share a name are told by their numbers.",
+                    three | {"folded": Bent([BEAM], TENT)},
+                    _each(["a", "b", "c", "folded"]),
+                ),
+                rng,
+            )
+        ),
     }
 
 
@@ -249,6 +259,27 @@ def _rewritten(vector: dict[str, Any]) -> dict[str, Any]:
     return vector
 
 
+def _numbered(vector: dict[str, Any]) -> dict[str, Any]:
+    """The same, with names for its targets that several have, and numbers that tell them apart.
+
+    Of two targets the numbers are another's, as where a program has put them in another order: they
+    are known by their names.
+    """
+    extras = vector["extras"]
+    described, names = extras["elastomorph"], extras["targetNames"]
+    described["version"] = 3
+    entries = [own for morph in described["morphs"] for own in (morph, *morph["bends"])]
+    kept = {"a.bend1", "folded"}
+    for own in entries:
+        own["index"] = names.index(own["target"])
+    for own in entries:
+        if own["target"] in kept:
+            own["index"] = 1 - own["index"] if own["index"] < 2 else 99
+        else:
+            own["target"] = names[own["index"]] = "same" if own["index"] % 2 else "name"
+    return vector
+
+
 def refused() -> list[dict[str, Any]]:
     """Extras that must be refused, each for one reason."""
     curve = curve_to_json(BEAM)
@@ -267,7 +298,7 @@ def refused() -> list[dict[str, Any]]:
         return entry(why, correctives=list(correctives))
 
     return [
-        entry("a version that is not known yet", version=3),
+        entry("a version that is not known yet", version=4),
         entry("no version", version=None),
         entry("a version that is a text", version="1"),
         entry("a version of true", version=True),
@@ -288,6 +319,30 @@ def refused() -> list[dict[str, Any]]:
             ],
         ),
         entry("two targets of one name", [*names, "c"]),
+        *(
+            entry(
+                why, ["a", "a", "a.bend1"], version=version, morphs=[own, other | {"target": "a"}]
+            )
+            for why, version, own, other in (
+                ("two targets of one name, and no number", 3, morph | {"index": 0}, {"name": "b"}),
+                (
+                    "two targets of one name, and numbers in version 2",
+                    2,
+                    morph | {"index": 0},
+                    {"name": "b", "index": 1},
+                ),
+                ("a number that is a text", 3, morph | {"index": 0}, {"name": "b", "index": "1"}),
+                ("half a number", 3, morph | {"index": 0}, {"name": "b", "index": 0.5}),
+                ("a number used twice", 3, morph | {"index": 1}, {"name": "b", "index": 1}),
+                (
+                    "two targets of one name, and the number of another",
+                    3,
+                    morph | {"index": 0},
+                    {"name": "b", "index": 2},
+                ),
+                ("a number from the end", 3, morph | {"index": 0}, {"name": "b", "index": -2}),
+            )
+        ),
         entry("bends that are no list", morphs=[morph | {"bends": {"curve": curve}}]),
         entry("a bend without a curve", morphs=[morph | {"bends": [{"target": "a.bend1"}]}]),
         entry("a fold that is no curve", version=2, morphs=[morph | {"fold": 0.5}]),

@@ -53,14 +53,20 @@ struct Curve {
     std::vector<std::vector<double>> coefficients;
 };
 
+/// A morph target: the one of its name, or of several of a name that of its number.
+struct Target {
+    std::string name;
+    std::size_t index = std::numeric_limits<std::size_t>::max();
+};
+
 /// What is said of a path; filled by hand, or from extras by `describe`.
 struct Morph {
     struct Bend {
-        std::string target;
+        Target target;
         Curve curve;
     };
     std::string name;
-    std::string target;
+    Target target;
     std::vector<Bend> bends = {};
     std::optional<Curve> fold = std::nullopt;
 };
@@ -142,6 +148,15 @@ private:
 
     bool add(std::size_t target, bool from_t, const Curve* curve);
 
+    /// The number of a target; as many as there are where it is none of them.
+    std::size_t number_of(const Target& target) const {
+        if (target.index < targets_.size() && targets_[target.index] == target.name)
+            return target.index;
+        const auto found = std::find(targets_.begin(), targets_.end(), target.name);
+        const bool one = std::count(found, targets_.end(), target.name) == 1;
+        return one ? static_cast<std::size_t>(found - targets_.begin()) : targets_.size();
+    }
+
     std::vector<std::string> sliders_, targets_;
     std::vector<Path> paths_;
     std::vector<std::size_t> drivers_;
@@ -191,17 +206,18 @@ inline std::optional<Bender> Bender::from(const Description& described, std::str
     };
     Bender made;
     made.targets_ = described.targets;
-    std::map<std::string, std::size_t> free;
-    for (const auto& name : described.targets)
-        if (!free.emplace(name, free.size()).second) return refuse("two targets named " + name);
+    std::vector<bool> used(described.targets.size());
     std::vector<Morph> morphs = described.morphs;
-    std::set<std::string> used;
-    for (const Morph& morph : morphs) {
-        used.insert(morph.target);
-        for (const auto& bend : morph.bends) used.insert(bend.target);
-    }
-    for (const auto& name : described.targets)
-        if (!used.count(name)) morphs.push_back({name, name});
+    for (Morph& morph : morphs)
+        for (std::size_t b = 0; b <= morph.bends.size(); ++b) {
+            Target& target = b == 0 ? morph.target : morph.bends[b - 1].target;
+            target.index = made.number_of(target);
+            if (target.index == used.size() || used[target.index])
+                return refuse("morph target " + target.name + " is missing or used twice");
+            used[target.index] = true;
+        }
+    for (std::size_t i = 0; i < used.size(); ++i)
+        if (!used[i]) morphs.push_back({described.targets[i], {described.targets[i], i}});
 
     std::map<std::string, const Corrective*> correctives;
     std::set<std::string> names;
@@ -235,14 +251,10 @@ inline std::optional<Bender> Bender::from(const Description& described, std::str
         }
         made.paths_.push_back(path);
         for (std::size_t b = 0; b <= morph.bends.size(); ++b) {
-            const auto& target = b == 0 ? morph.target : morph.bends[b - 1].target;
-            const auto place = free.find(target);
-            if (place == free.end())
-                return refuse("morph target " + target + " is missing or used twice");
             const Curve* fold = morph.fold ? &*morph.fold : nullptr;
-            if (!made.add(place->second, b == 0, b == 0 ? fold : &morph.bends[b - 1].curve))
+            const Target& target = b == 0 ? morph.target : morph.bends[b - 1].target;
+            if (!made.add(target.index, b == 0, b == 0 ? fold : &morph.bends[b - 1].curve))
                 return refuse("a curve of " + morph.name + " is damaged");
-            free.erase(place);
         }
     }
     return made;
@@ -250,7 +262,7 @@ inline std::optional<Bender> Bender::from(const Description& described, std::str
 
 namespace detail {
 
-constexpr int newest = 2, most_depth = 64;
+constexpr int newest = 3, most_depth = 64;
 
 inline bool is(const Json* json, Json::Kind kind) { return json && json->kind == kind; }
 
@@ -297,16 +309,25 @@ inline bool text(const Json& holder, std::string_view key, std::string& out) {
     return true;
 }
 
-inline bool morph(const Json& json, bool folds, Morph& out) {
+inline bool target(const Json& json, double version, Target& out) {
+    const Json* index = json.get("index");
+    const double number = version > 2 && is(index, Json::Kind::number) ? index->number : -1;
+    if (number >= 0 && number < 1e9 && std::fmod(number, 1) == 0)
+        out.index = static_cast<std::size_t>(number);
+    return text(json, "target", out.name);
+}
+
+inline bool morph(const Json& json, double version, Morph& out) {
     std::vector<const Json*> bends;
-    if (!text(json, "name", out.name) || !text(json, "target", out.target)) return false;
+    if (!text(json, "name", out.name) || !target(json, version, out.target)) return false;
     if (!entries(json, "bends", bends)) return false;
     for (const Json* bend : bends) {
-        auto& [target, law] = out.bends.emplace_back();
-        if (!text(*bend, "target", target) || !curve(bend->get("curve"), law)) return false;
+        auto& own = out.bends.emplace_back();
+        if (!target(*bend, version, own.target) || !curve(bend->get("curve"), own.curve))
+            return false;
     }
     const Json* fold = json.get("fold");
-    return !folds || !fold || curve(fold, out.fold.emplace());
+    return version < 2 || !fold || curve(fold, out.fold.emplace());
 }
 
 /// Reads JSON. Where `failed`, the rest is not looked at.
@@ -453,7 +474,7 @@ inline std::optional<Description> describe(const Json& extras, std::string& prob
     std::vector<const Json*> morphs, correctives;
     if (!detail::entries(*own, "morphs", morphs)) return refuse("the morphs are no list");
     for (const Json* entry : morphs)
-        if (!detail::morph(*entry, number > 1, made.morphs.emplace_back()))
+        if (!detail::morph(*entry, number, made.morphs.emplace_back()))
             return refuse("a morph is damaged");
     if (!detail::entries(*own, "correctives", correctives))
         return refuse("the correctives are no list");

@@ -88,12 +88,22 @@ namespace Elastomorph
         }
     }
 
+    /// <summary>A morph target with a curve: the one of its name, or of several of a name that of its number.</summary>
+    public struct Target
+    {
+        public string Name;
+        public int? Index;
+        public Curve Curve; // of a bend its weight; of a morph its fold, null where its weight is t itself
+    }
+
     /// <summary>What is said of a path; filled by hand, or from extras by Description.From.</summary>
     public sealed class Morph
     {
-        public string Name, Target;
-        public Curve Fold; // null where the weight of the target is t itself
-        public readonly List<KeyValuePair<string, Curve>> Bends = new List<KeyValuePair<string, Curve>>();
+        public string Name;
+        public Target Target;
+        public readonly List<Target> Bends = new List<Target>();
+
+        internal IEnumerable<Target> Targets { get { return new[] { Target }.Concat(Bends); } }
     }
 
     /// <summary>
@@ -102,7 +112,7 @@ namespace Elastomorph
     /// </summary>
     public sealed class Description
     {
-        private const int Newest = 2;
+        private const int Newest = 3;
 
         public readonly List<string> Targets = new List<string>();
         public readonly List<Morph> Morphs = new List<Morph>();
@@ -120,13 +130,10 @@ namespace Elastomorph
             ElastomorphException.Unless(version <= Newest, "a newer Elastomorph.cs is needed");
             foreach (var entry in Entries(own, "morphs"))
             {
-                var morph = new Morph { Name = Text(Key(entry, "name")), Target = Text(Key(entry, "target")) };
-                if (version > 1 && Has(entry, "fold")) morph.Fold = ReadCurve(Key(entry, "fold"));
+                var fold = version > 1 && Has(entry, "fold") ? ReadCurve(Key(entry, "fold")) : null;
+                var morph = new Morph { Name = Text(Key(entry, "name")), Target = ReadTarget(entry, version, fold) };
                 foreach (var bend in Entries(entry, "bends"))
-                {
-                    var curve = ReadCurve(Key(bend, "curve"));
-                    morph.Bends.Add(new KeyValuePair<string, Curve>(Text(Key(bend, "target")), curve));
-                }
+                    morph.Bends.Add(ReadTarget(bend, version, ReadCurve(Key(bend, "curve"))));
                 made.Morphs.Add(morph);
             }
             foreach (var entry in Entries(own, "correctives"))
@@ -136,6 +143,17 @@ namespace Elastomorph
                 made.Correctives.Add(name, Texts(Key(entry, "drivers")));
             }
             return made;
+        }
+
+        private static Target ReadTarget(object json, double version, Curve curve)
+        {
+            var index = version > 2 ? Key(json, "index") as double? ?? -1 : -1;
+            return new Target
+            {
+                Name = Text(Key(json, "target")),
+                Index = index >= 0 && index < int.MaxValue && index % 1 == 0 ? (int?)index : null,
+                Curve = curve
+            };
         }
 
         private static Curve ReadCurve(object json)
@@ -197,15 +215,15 @@ namespace Elastomorph
         public Bender(Description described)
         {
             targets = described.Targets.ToArray();
-            var free = new Dictionary<string, int>(StringComparer.Ordinal);
-            foreach (var name in targets)
-            {
-                ElastomorphException.Unless(!free.ContainsKey(name), "two morph targets of one name: " + name);
-                free.Add(name, free.Count);
-            }
+            var free = new HashSet<int>(Enumerable.Range(0, targets.Length));
             var morphs = described.Morphs.ToList();
-            var used = new HashSet<string>(morphs.SelectMany(TargetsOf), StringComparer.Ordinal);
-            morphs.AddRange(targets.Where(t => !used.Contains(t)).Select(t => new Morph { Name = t, Target = t }));
+            var taken = morphs.Select(m => m.Targets.Select(target => Take(free, target)).ToArray()).ToList();
+            foreach (var place in free.OrderBy(number => number))
+            {
+                morphs.Add(new Morph { Name = targets[place] });
+                taken.Add(new[] { place });
+            }
+            places = taken.ToArray();
             var names = new HashSet<string>(morphs.Select(morph => morph.Name), StringComparer.Ordinal);
             ElastomorphException.Unless(names.Count == morphs.Count, "two morphs of one name");
 
@@ -227,10 +245,7 @@ namespace Elastomorph
             drivers = morphs
                 .Select(m => driversOf(m.Name).Select(driver => column[driver]).ToArray())
                 .ToArray();
-            places = morphs.Select(m => TargetsOf(m).Select(target => Take(free, target)).ToArray()).ToArray();
-            curves = morphs
-                .Select(m => new[] { m.Fold }.Concat(m.Bends.Select(bend => bend.Value)).ToArray())
-                .ToArray();
+            curves = morphs.Select(m => m.Targets.Select(target => target.Curve).ToArray()).ToArray();
         }
 
         /// <summary>From the extras of a mesh, an object with targetNames and elastomorph.</summary>
@@ -245,14 +260,18 @@ namespace Elastomorph
         /// <summary>Names of the morph targets, in the order of their weights.</summary>
         public IReadOnlyList<string> Targets { get { return targets; } }
 
-        /// <summary>Reads Sliders.Count values and writes Targets.Count weights; allocates nothing.</summary>
+        /// <summary>
+        /// Reads Sliders.Count values and writes Targets.Count weights; allocates nothing. Values that
+        /// are not there are 0, and weights without a place are not written.
+        /// </summary>
         public void Weights(double[] values, double[] weights)
         {
             for (var m = 0; m < places.Length; m++)
             {
                 var t = 1.0;
-                foreach (var slider in drivers[m]) t *= Finite(values[slider]);
-                for (var k = 0; k < places[m].Length; k++) weights[places[m][k]] = Weight(m, k, t);
+                foreach (var slider in drivers[m]) t *= slider < values.Length ? Finite(values[slider]) : 0;
+                for (var k = 0; k < places[m].Length; k++)
+                    if (places[m][k] < weights.Length) weights[places[m][k]] = Weight(m, k, t);
             }
         }
 
@@ -262,8 +281,9 @@ namespace Elastomorph
             for (var m = 0; m < places.Length; m++)
             {
                 var t = 1.0;
-                foreach (var slider in drivers[m]) t *= Finite(values[slider]);
-                for (var k = 0; k < places[m].Length; k++) weights[places[m][k]] = (float)Weight(m, k, t);
+                foreach (var slider in drivers[m]) t *= slider < values.Length ? Finite(values[slider]) : 0;
+                for (var k = 0; k < places[m].Length; k++)
+                    if (places[m][k] < weights.Length) weights[places[m][k]] = (float)Weight(m, k, t);
             }
         }
 
@@ -278,16 +298,16 @@ namespace Elastomorph
             return double.IsNaN(value) || double.IsInfinity(value) ? 0 : value;
         }
 
-        private static IEnumerable<string> TargetsOf(Morph morph)
+        private int Take(HashSet<int> free, Target target)
         {
-            return new[] { morph.Target }.Concat(morph.Bends.Select(bend => bend.Key));
-        }
-
-        private static int Take(Dictionary<string, int> free, string target)
-        {
-            int place;
-            var found = free.TryGetValue(target, out place) && free.Remove(target);
-            ElastomorphException.Unless(found, "a morph target is missing or used twice: " + target);
+            var place = target.Index ?? -1;
+            if (place < 0 || place >= targets.Length || targets[place] != target.Name)
+            {
+                place = Array.IndexOf(targets, target.Name);
+                if (place != Array.LastIndexOf(targets, target.Name)) place = -1;
+            }
+            ElastomorphException.Unless(
+                free.Remove(place), "a morph target is missing or used twice: " + target.Name);
             return place;
         }
     }

@@ -16,7 +16,6 @@ export function keepExtras(loader: object): {
  * Bends a mesh whose sliders stand in the influences of its morph targets: reads them, and writes
  * the influences of all. Twice is as once. Meshes without bends are left alone, so that
  * `scene.meshes.forEach(bendMesh)` bends a character.
- *
- * @throws Error where the extras of the mesh do not fit it
+ * One whose extras do not fit it is left alone too, with a warning the first time.
  */
 export function bendMesh(mesh: object): void;

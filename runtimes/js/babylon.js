@@ -30,6 +30,7 @@ export function bendMesh(mesh) {
   const follower = Follower.of(mesh, metadata, () =>
     Array.from({ length: manager.numTargets }, (_, i) => manager.getTarget(i).name),
   );
+  if (!follower) return;
   const { influences } = follower;
   for (let i = 0; i < influences.length; i += 1) influences[i] = manager.getTarget(i).influence;
   follower.follow();

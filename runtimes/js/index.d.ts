@@ -8,8 +8,13 @@ export interface Curve {
 export interface DescribedMorph {
   readonly name: string;
   readonly target: string;
+  readonly index?: number; // of the target, where others of the mesh have its name too
   readonly fold?: Curve;
-  readonly bends?: readonly { readonly target: string; readonly curve: Curve }[];
+  readonly bends?: readonly {
+    readonly target: string;
+    readonly index?: number;
+    readonly curve: Curve;
+  }[];
 }
 
 /** The extras of a glTF mesh. What does not fit is refused when it is read. */
@@ -31,10 +36,9 @@ export interface Numbers {
   [index: number]: number;
 }
 
-/** t → b(t), straight on beyond 0 and 1; its first or second derivative. */
-export interface Weighing {
+/** t → b(t), straight on beyond 0 and 1. */
+export interface Weighing extends Curve {
   (t: number): number;
-  rate(t: number, order: 1 | 2): number;
 }
 
 /** A path: what its time, the product of its sliders, does to the weights of its targets. */
@@ -79,9 +83,8 @@ export class Bender {
 
 /**
  * The weight of each morph target of a mesh, in the order of `targetNames`. The extras are read
- * once.
- *
- * @throws Error where the extras do not fit
+ * once; where they do not fit, a warning says so once, and each target has the weight of the slider
+ * of its name.
  */
 export function bendWeights(extras: MeshExtras, sliders: Sliders): Float64Array;
 
@@ -89,8 +92,11 @@ export function bendWeights(extras: MeshExtras, sliders: Sliders): Float64Array;
 export class Follower {
   constructor(bender: Bender);
 
-  /** The one of a mesh; where there is none, it is made from its extras and target names. */
-  static of(mesh: object, extras: MeshExtras, targets: () => readonly string[]): Follower;
+  /**
+   * The one of a mesh; where there is none, it is made from its extras and target names. Null, with
+   * a warning the first time, where they do not fit.
+   */
+  static of(mesh: object, extras: MeshExtras, targets: () => readonly string[]): Follower | null;
 
   readonly bender: Bender;
 

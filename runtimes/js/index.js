@@ -1,6 +1,6 @@
 // From sliders to the weights of morph targets, as `extras.elastomorph` of a glTF mesh says.
 
-const NEWEST = 2;
+const NEWEST = 3;
 const MOST_TERMS = 256;
 
 /** The weights of one mesh: made once, asked in every frame. */
@@ -11,26 +11,24 @@ export class Bender {
    * @throws Error where the extras do not fit
    */
   constructor(extras, targets = extras.targetNames ?? []) {
-    const free = new Map(targets.map((name, i) => [name, i]));
-    demand(free.size === targets.length, 'a target name twice');
-    const take = (name) => {
-      demand(free.has(name), `morph target '${name}' is missing or used twice`);
-      const number = free.get(name);
-      free.delete(name);
-      return number;
-    };
     const { version, morphs, correctives } = described(extras);
-    const folds = version > 1;
+    const free = new Set(targets.keys());
+    const take = ({ target: name, index }) => {
+      const first = targets.indexOf(name);
+      const told = version > 2 && targets[index] === name;
+      demand(
+        free.delete(told ? index : first) && (told || first === targets.lastIndexOf(name)),
+        `morph target '${name}' is missing or used twice`,
+      );
+      return told ? index : first;
+    };
     const all = list(morphs).map((morph) => ({
       name: morph.name,
-      target: take(morph.target),
-      fold: folds && morph.fold !== undefined ? curve(morph.fold) : null,
-      bends: list(morph.bends).map((bend) => ({
-        target: take(bend.target),
-        curve: curve(bend.curve),
-      })),
+      target: take(morph),
+      fold: version > 1 && morph.fold !== undefined ? curve(morph.fold) : null,
+      bends: list(morph.bends).map((bend) => ({ target: take(bend), curve: curve(bend.curve) })),
     }));
-    for (const [name, target] of free) all.push({ name, target, fold: null, bends: [] });
+    for (const target of free) all.push({ name: targets[target], target, fold: null, bends: [] });
     const names = all.map(({ name }) => name);
     demand(
       names.every((name) => typeof name === 'string') && new Set(names).size === names.length,
@@ -54,7 +52,7 @@ export class Bender {
 
   /** The values of the sliders in order; one that is not named is 0. */
   values(sliders) {
-    return this.sliders.map((name) => (Object.hasOwn(sliders, name) ? sliders[name] : 0));
+    return this.sliders.map((name) => valueOf(sliders, name));
   }
 
   /** Writes the weight of each morph target into `out`, from the values of the sliders in order. */
@@ -75,15 +73,27 @@ export class Bender {
 
 const made = new WeakMap();
 
+/** What was made for a key before; null where it cannot be made, which is said the first time. */
 function once(key, make) {
-  if (!made.has(key)) made.set(key, make());
+  if (!made.has(key)) {
+    made.set(key, null);
+    try {
+      made.set(key, make());
+    } catch (error) {
+      console.warn(key.name ?? '', error.message);
+    }
+  }
   return made.get(key);
 }
 
-/** The weight of each morph target of a mesh, in the order of `targetNames`. */
+/**
+ * The weight of each morph target of a mesh, in the order of `targetNames`: where its extras do not
+ * fit, that of the slider of its name.
+ */
 export function bendWeights(extras, sliders) {
   const bender = once(extras, () => new Bender(extras));
-  return bender.weights(bender.values(sliders));
+  if (bender) return bender.weights(bender.values(sliders));
+  return Float64Array.from(extras.targetNames ?? [], (name) => valueOf(sliders, name));
 }
 
 // A weight of 0 that a slider was turned to by others: not told from 0 by any renderer.
@@ -104,7 +114,7 @@ export class Follower {
     this.#written = this.influences.map(() => NaN);
   }
 
-  /** The one of a mesh, made where there is none. */
+  /** The one of a mesh, made where there is none; null where its extras do not fit. */
   static of(mesh, extras, targets) {
     return once(mesh, () => new Follower(new Bender(extras, targets())));
   }
@@ -152,10 +162,7 @@ function driversOf(correctives, names) {
   return drivers;
 }
 
-/**
- * t → b(t): a piecewise polynomial between 0 and 1, straight on along its ends beyond them. Its
- * `rate` is the derivative of an order, which no frame asks for: it may allocate.
- */
+/** t → b(t): a piecewise polynomial between 0 and 1, straight on along its ends beyond them. */
 function curve(stored) {
   const breaks = stored?.breaks;
   const rows = stored?.coefficients;
@@ -177,8 +184,12 @@ function curve(stored) {
   const ends = Math.max(Math.abs(rows[0][0]), Math.abs(value(rows[last], width)));
   demand(ends <= 1e-9 * scale, 'a curve is not 0 at its ends');
   const first = rows[0][1] ?? 0;
-  const end = value(slopes(rows[last]), width);
-  const at = (t) => {
+  const end = value(
+    rows[last].map((a, n) => n * a).slice(1),
+    width,
+  );
+  return Object.assign(at, stored);
+  function at(t) {
     if (t <= 0) return first * t;
     if (t >= 1) return end * (t - 1);
     let low = 0;
@@ -189,24 +200,13 @@ function curve(stored) {
       else high = middle - 1;
     }
     return value(rows[low], t - breaks[low]);
-  };
-  at.rate = (t, order) => {
-    if (t < 0 || t > 1) return order > 1 ? 0 : t < 0 ? first : end;
-    const piece = rows.reduce((found, _, i) => (breaks[i] <= t ? i : found), 0);
-    const slope = slopes(rows[piece]);
-    return value(order > 1 ? slopes(slope) : slope, t - breaks[piece]);
-  };
-  return at;
+  }
 }
 
 function value(row, s) {
   let sum = 0;
   for (let n = row.length - 1; n >= 0; n -= 1) sum = sum * s + row[n];
   return sum;
-}
-
-function slopes(row) {
-  return row.map((a, n) => n * a).slice(1);
 }
 
 function numbers(row) {
@@ -220,6 +220,10 @@ function list(entries = []) {
     'no list of objects',
   );
   return entries;
+}
+
+function valueOf(sliders, name) {
+  return Object.hasOwn(sliders, name) ? sliders[name] : 0;
 }
 
 function demand(holds, otherwise) {

@@ -8,7 +8,10 @@ import { Follower } from './index.js';
 export function bendMesh(mesh) {
   const { userData, morphTargetDictionary: numbers, morphTargetInfluences: influences } = mesh;
   if (influences && userData.elastomorph)
-    Follower.of(mesh, userData, () =>
-      Object.keys(numbers).sort((a, b) => numbers[a] - numbers[b]),
-    ).follow(influences);
+    Follower.of(mesh, userData, () => {
+      // The dictionary has one number a name: of several targets of a name, the last.
+      const names = influences.map((_, i) => userData.targetNames?.[i]);
+      for (const name in numbers) names[numbers[name]] = name;
+      return names;
+    })?.follow(influences);
 }

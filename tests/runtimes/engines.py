@@ -10,7 +10,7 @@ import pytest
 from acceptance.gltf_file import GltfFile
 from acceptance.players import Request, as_shown, command, plain, shown
 from acceptance.posing import Pose, Scene
-from acceptance.runtime import bent_weights
+from acceptance.runtime import bent_weights, place
 from needs import NO_NODE
 
 
@@ -23,8 +23,10 @@ def require_bent(player: str, path: Path, sliders: dict[str, float], folder: Pat
     for number in scene.faces:
         extras = scene.file.meshes[scene.file.nodes[number]["mesh"]]["extras"]
         names, stored = extras["targetNames"], extras.get("elastomorph")
-        named = {m["target"]: m["name"] for m in stored["morphs"]} if stored else {}
-        set_by_player[number] = np.array([sliders.get(named.get(n, n), 0.0) for n in names])
+        slider_of = list(names)
+        for morph in stored["morphs"] if stored else []:
+            slider_of[place(morph, names)] = morph["name"]
+        set_by_player[number] = np.array([sliders.get(name, 0.0) for name in slider_of])
         asked[number] = bent_weights(stored, names, sliders)
     (found,) = shown(
         player, plain(scene.file, folder / "plain.glb"), [Request(set_by_player, bend=True)], folder

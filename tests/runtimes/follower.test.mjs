@@ -105,7 +105,49 @@ test('targets are in the order of the engine, whatever their names', () => {
   assert.deepEqual(mesh.morphTargetInfluences, [0.5, 0.25, 0.75]);
 });
 
-test('a mesh whose extras do not fit is named in an error', () => {
-  const mesh = { userData: extras, morphTargetDictionary: { other: 0 }, morphTargetInfluences: [0] };
-  assert.throws(() => bendMesh(mesh), /extras\.elastomorph: morph target 'jawOpen' is missing/);
+test('a mesh whose extras do not fit is left alone, and said to be so once', (t) => {
+  const warn = t.mock.method(console, 'warn', () => {});
+  const mesh = {
+    name: 'face',
+    userData: extras,
+    morphTargetDictionary: { other: 0 },
+    morphTargetInfluences: [0.5],
+  };
+  const targets = { numTargets: 1, getTarget: () => ({ name: 'other', influence: 0.5 }) };
+  const other = { name: 'babylon', metadata: extras, morphTargetManager: targets };
+  for (let frame = 0; frame < 3; frame += 1) {
+    bendMesh(mesh);
+    bendBabylon(other);
+  }
+  assert.deepEqual(mesh.morphTargetInfluences, [0.5]);
+  const said = warn.mock.calls.map((call) => call.arguments.join(' '));
+  assert.equal(said.length, 2);
+  for (const [i, name] of ['face', 'babylon'].entries())
+    assert.match(said[i], new RegExp(`^${name} .*morph target 'jawOpen' is missing`));
+});
+
+test('weights by extras that do not fit are those of the sliders, said to be so once', (t) => {
+  const warn = t.mock.method(console, 'warn', () => {});
+  const damaged = { targetNames: ['a', 'b', 'a'], elastomorph: { version: 1, morphs: 7 } };
+  for (let frame = 0; frame < 3; frame += 1)
+    assert.deepEqual([...bendWeights(damaged, { a: 0.5, c: 1 })], [0.5, 0, 0.5]);
+  assert.equal(warn.mock.callCount(), 1);
+});
+
+test('targets that share a name are told by their numbers', () => {
+  const morphs = [1, 0].map((index) => ({ name: `open ${index}`, target: 'open', index, bends: [] }));
+  morphs[1].bends.push({ target: 'open.bend1', index: 9, curve: bump }); // moved: known by its name
+  const elastomorph = { version: 3, morphs };
+  const userData = { targetNames: ['open', 'open', 'open.bend1'], elastomorph };
+  const mesh = {
+    userData,
+    morphTargetDictionary: { open: 1, 'open.bend1': 2 }, // as three.js makes it
+    morphTargetInfluences: [0.5, 0.75, 0],
+  };
+  bendMesh(mesh);
+  assert.deepEqual(mesh.morphTargetInfluences, [0.5, 0.75, 0.25]);
+  assert.deepEqual(new Bender(userData).sliders, ['open 1', 'open 0']);
+  const twice = { ...userData, elastomorph: { version: 3, morphs: [morphs[0], morphs[0]] } };
+  const two = { ...userData, elastomorph: { version: 2, morphs } };
+  for (const refused of [twice, two]) assert.throws(() => new Bender(refused), /missing or used twice/);
 });

@@ -83,8 +83,9 @@ class TestPython:
     @pytest.mark.parametrize("entry", REFUSED, ids=lambda entry: entry["why"])
     def test_it_refuses_what_is_to_be_refused(self, entry: dict[str, Any]) -> None:
         extras = entry["extras"]
+        names, budget = extras["targetNames"], MemoryBudget("a.glb", 1 << 20)
         with pytest.raises(ParameterError):
-            stored_rig(extras["elastomorph"], extras["targetNames"], MemoryBudget("a.glb", 1 << 20))
+            stored_rig(extras["elastomorph"], names, budget, names)
 
 
 class TestSchema:

@@ -75,7 +75,7 @@ class TestEngines:
         path.write_bytes(glb(document, blob))
         require_bent(player, path, POSE, tmp_path)
 
-    @pytest.mark.parametrize("name", ["other", "correctives", "folds"])
+    @pytest.mark.parametrize("name", ["other", "correctives", "folds", "indices"])
     def test_the_kit_is_bent(self, player: str, name: str, tmp_path: Path) -> None:
         path = glb_of(VECTORS[name], tmp_path / "v.glb")
         require_bent(player, path, VECTORS[name]["poses"][5]["sliders"], tmp_path)

@@ -38,7 +38,7 @@ class FaceMesh:
 
     Attributes:
         number: Its number.
-        names: Of its targets, in their order.
+        names: Of its targets, in their order, each different from the others.
         morph_of: The morph that each target is Δ of, by its name.
         blocks: The vertices of its primitives.
         block_of: The block of each primitive, by its number; lines, which are not read, have none.

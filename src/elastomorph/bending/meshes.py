@@ -21,6 +21,7 @@ from elastomorph.bending.spaces import MeshSpace
 from elastomorph.io.blend_shapes import curve_to_json
 from elastomorph.io.choices import choice_to_json
 from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.rig_extras import FOLDS, INDICES, WITHOUT_FOLDS
 from elastomorph.model.morph import Morph
 
 Fields = NDArray[np.float64]
@@ -185,6 +186,9 @@ class MeshEdit:
             return None
         extras = self._entry.setdefault("extras", {})
         self._extend_names(extras)
+        given = extras["targetNames"]
+        morphs = [self._described(n, own, paths) for n, own in enumerate(given[: columns.count])]
+        version = FOLDS if columns.folds else WITHOUT_FOLDS
         nodes = (n for n in self._document.get("nodes", []) if isinstance(n, dict))
         for holder in (self._entry, *(n for n in nodes if n.get("mesh") == self._mesh.number)):
             if "weights" in holder:
@@ -194,14 +198,18 @@ class MeshEdit:
                     holder["weights"][place] = float(columns.weights(given)[place])
         extras["elastomorph"] = {
             **self._mesh.stored,
-            "version": 2 if columns.folds else 1,
-            "morphs": [self._described(name, paths) for name in self._mesh.names],
+            "version": INDICES if any("index" in own for own in morphs) else version,
+            "morphs": morphs,
         }
         return columns
 
-    def _described(self, target: str, paths: Mapping[str, Morph]) -> dict[str, Any]:
+    def _described(self, number: int, given: str, paths: Mapping[str, Morph]) -> dict[str, Any]:
+        """What is said of a target, by the name that the file gives it and others may have."""
+        target = self._mesh.names[number]
         name = self._mesh.morph_of.get(target, target)
-        entry: dict[str, Any] = {"name": name, "target": target}
+        entry: dict[str, Any] = {"name": name, "target": given}
+        if self._entry["extras"]["targetNames"].count(given) > 1:
+            entry["index"] = number
         own = self._stored.get(name)
         if own is None:
             return entry | {"method": "linear", "bake_error": 0.0, "choice": None, "bends": []}
@@ -233,7 +241,9 @@ class MeshEdit:
                 lists.append(own)
         holding = [own for own in lists if isinstance(own.get("targetNames"), list)]
         for own in holding:
-            given = own["targetNames"][:count]
-            own["targetNames"] = [*given, *self._mesh.names[len(given) :], *self.names]
+            given = own["targetNames"] + [None] * count
+            pairs = zip(given, self._mesh.names, strict=False)
+            named = [name if isinstance(name, str) else known for name, known in pairs]
+            own["targetNames"] = [*named, *self.names]
         if not any(own is extras for own in holding):
             extras["targetNames"] = [*self._mesh.names, *self.names]

@@ -86,6 +86,27 @@ def test_an_ordinary_file(visit: Visit, faces: Faces) -> None:
     check_straight(visit, page, rig, {"jawOpen": 0.8, "squash": 0.5, "eyeBlink_L": 1.2})
 
 
+def test_targets_that_share_a_name(visit: Visit, tmp_path: Path) -> None:
+    """Each bends by its own curves, in all meshes of a character."""
+
+    def rename(document: dict[str, Any]) -> None:
+        for mesh in document["meshes"]:
+            names = mesh.get("extras", {}).get("targetNames", [])
+            names[:] = ["open" if "jaw" in name or "eye" in name else name for name in names]
+
+    (tmp_path / "a.glb").write_bytes(rewritten(make("plain", tmp_path).read_bytes(), rename))
+    em.bend(tmp_path / "a.glb", tmp_path / "b.glb", method="beam", fold=True)
+    content = (tmp_path / "b.glb").read_bytes()
+    rig = read_glb(tmp_path / "b.glb")
+    page = visit(Scene((SceneModel("same", "rig", content),), "Same names"), size=SMALL)
+    for name in ("open", "open_2", "open_3"):
+        update(page, weights={name: 0.5}, t=1)
+        found = positions(page, 0, len(rig.neutral.vertices))
+        assert distances(found, posed(rig, {name: 0.5}, 1)).max() < WITHIN * rig.neutral.diameter
+        straight = (rig.neutral.vertices + rig.pose({name: 1})) / 2
+        assert distances(found, straight).max() > 1e-3 * rig.neutral.diameter
+
+
 def test_a_fold_of_the_weight(visit: Visit, faces: Faces, tmp_path: Path) -> None:
     """A bend that is a multiple of its target, kept as a curve of the weight of the target."""
 

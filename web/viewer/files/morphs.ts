@@ -2,7 +2,7 @@
 // each target a straight path of its own.
 import { Bender, type DescribedMorph, type MeshExtras } from '../../../runtimes/js/index.js';
 import type { Model, Morph } from '../types/model';
-import { isEntry } from './document';
+import { type Entry, isEntry } from './document';
 
 type Described = Pick<Model, 'morphs' | 'correctives' | 'groups' | 'bender' | 'sliders'>;
 type Stored = NonNullable<MeshExtras['elastomorph']> & {
@@ -80,11 +80,33 @@ function requireSame(one: unknown, other: unknown): void {
     throw new Error('two meshes say different things of one path');
 }
 
-/** `extras.elastomorph` of each of some meshes, where it has any. */
-export function storedIn(meshes: readonly unknown[]): Record<string, unknown>[] {
+/**
+ * `extras.elastomorph` of each of some meshes, where it has any. A target that is told by its number
+ * gets the name of its own that `namesOf` gives it.
+ */
+export function storedIn(
+  meshes: readonly Entry[],
+  namesOf: (mesh: Entry) => readonly string[],
+): Entry[] {
   return meshes.flatMap((mesh) => {
-    const extras = isEntry(mesh) ? mesh['extras'] : undefined;
+    const { extras } = mesh;
     const own = isEntry(extras) ? extras['elastomorph'] : undefined;
-    return isEntry(own) ? [own] : [];
+    if (!isEntry(extras) || !isEntry(own)) return [];
+    return [Number(own['version']) > 2 ? apart(own, extras['targetNames'], namesOf(mesh)) : own];
   });
+}
+
+function apart(own: Entry, given: unknown, names: readonly string[]): Entry {
+  if (!Array.isArray(given) || !Array.isArray(own['morphs'])) return own;
+  const named = (entry: unknown): unknown => {
+    const { target, index } = isEntry(entry) ? entry : {};
+    const told = typeof index === 'number' && given[index] === target;
+    return told ? { ...(entry as Entry), target: names[index] } : entry;
+  };
+  const morphs = own['morphs'].map((morph: unknown) =>
+    isEntry(morph) && Array.isArray(morph['bends'])
+      ? named({ ...morph, bends: morph['bends'].map(named) })
+      : named(morph),
+  );
+  return { ...own, morphs };
 }

@@ -12,7 +12,7 @@ import { dressedParts, sortedParts } from './parts';
 import { readPolygons, plainEdges } from './polygons';
 import { seamsOf } from './seams';
 import { readSkins } from './skins';
-import { readSurface, type Surface } from './surface';
+import { readSurface, type Surface, targetNamesOf } from './surface';
 import { unshownIn } from './unshown';
 import { unpackedContent } from './unpacking/content';
 
@@ -46,7 +46,10 @@ export async function openFile(
   const meshes = placedMeshes(file);
   const surface = readSurface(file, meshes);
   const numbers = [...new Set(meshes.map(({ mesh }) => mesh))];
-  const stored = storedIn(numbers.map((number) => file.item('meshes', number, 'a node')));
+  const stored = storedIn(
+    numbers.map((number) => file.item('meshes', number, 'a node')),
+    (mesh) => targetNamesOf(file, mesh),
+  );
   const written = meshes.length === 1 ? stored[0]?.['surface'] : undefined;
   const polygons = await readPolygons(written, surface);
   const skins = await readSkins(file, surface.colours !== null);

@@ -1,5 +1,6 @@
 // Some points of a face, fast to pose and to differentiate: rig/handles.py of the package says the
 // same in Python.
+import type { Curve } from '../../../runtimes/js/index.js';
 import type { Model } from '../types/model';
 
 export type Numbers = Float64Array;
@@ -90,19 +91,29 @@ export class Points {
 function moved({ delta, fold, bends }: Way, time: number, positions: Numbers): Numbers {
   const speed = new Float64Array(positions.length);
   add(positions, time + (fold?.(time) ?? 0), delta);
-  add(speed, 1 + (fold?.rate(time, 1) ?? 0), delta);
+  add(speed, 1 + (fold ? rateOf(fold, time, 1) : 0), delta);
   for (const { field, curve } of bends) {
     add(positions, curve(time), field);
-    add(speed, curve.rate(time, 1), field);
+    add(speed, rateOf(curve, time, 1), field);
   }
   return speed;
 }
 
 function turnOf({ delta, fold, bends }: Way, time: number, length: number): Numbers {
   const turn = new Float64Array(length);
-  if (fold) add(turn, fold.rate(time, 2), delta);
-  for (const { field, curve } of bends) add(turn, curve.rate(time, 2), field);
+  if (fold) add(turn, rateOf(fold, time, 2), delta);
+  for (const { field, curve } of bends) add(turn, rateOf(curve, time, 2), field);
   return turn;
+}
+
+// The derivative of an order of a curve, which beyond 0 and 1 goes straight on.
+function rateOf({ breaks, coefficients }: Curve, time: number, order: 1 | 2): number {
+  if (order > 1 && (time < 0 || time > 1)) return 0;
+  const inside = Math.min(1, Math.max(0, time));
+  const piece = coefficients.reduce((found, _, i) => (breaks[i]! <= inside ? i : found), 0);
+  let row: readonly number[] = coefficients[piece]!;
+  for (let n = 0; n < order; n += 1) row = row.map((a, power) => power * a).slice(1);
+  return row.reduceRight((sum, a) => sum * (inside - breaks[piece]!) + a, 0);
 }
 
 // Only where it adds: what bends towards its goal shall make no minimum a saddle.

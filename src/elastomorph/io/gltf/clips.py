@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.errors import ParameterError
-from elastomorph.io.blend_shapes import curve_from_json
+from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.gltf.channels import Channel, read_channel
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.lenient import object_of
 from elastomorph.io.gltf.primitives import target_names
+from elastomorph.io.gltf.rig_extras import stored_rig
 from elastomorph.io.gltf.turning import head_node, recorded_turn, rotations_at
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
@@ -102,11 +102,14 @@ def _channels(file: GltfFile, animation: dict[str, Any], of: str) -> Iterator[Ch
         moved = moved_weights(file, channel, of) if isinstance(channel, dict) else None
         if moved is None or moved.weight is not None:
             continue
-        mesh = file.item("meshes", moved.mesh, "a node")
-        primitives = file.list_in(mesh, "primitives", "a mesh")
-        counts = [len(file.list_in(p, "targets", "a mesh")) for p in primitives]
-        names = target_names([mesh, *primitives], max(counts, default=0))
-        yield read_channel(file, samplers, channel, names, of)
+        given = _given_names(file, file.item("meshes", moved.mesh, "a node"))
+        yield read_channel(file, samplers, channel, different_names(given), of)
+
+
+def _given_names(file: GltfFile, mesh: dict[str, Any]) -> list[str]:
+    primitives = [object_of(own) for own in file.list_in(mesh, "primitives", "a mesh")]
+    counts = [len(file.list_in(p, "targets", "a mesh")) for p in primitives]
+    return target_names([mesh, *primitives], max(counts, default=0))
 
 
 def _turned(file: GltfFile, animation: dict[str, Any], of: str) -> tuple[int, Channel] | None:
@@ -194,13 +197,13 @@ def _folds(file: GltfFile) -> dict[str, BendCurve]:
     """What is added to the weights of morph targets that play a bend, by the name of each."""
     found: dict[str, BendCurve] = {}
     for mesh in file.items("meshes"):
-        extras = mesh.get("extras") if isinstance(mesh, dict) else None
-        own = extras.get("elastomorph") if isinstance(extras, dict) else None
-        morphs = own.get("morphs") if isinstance(own, dict) else None
-        for morph in morphs if isinstance(morphs, list) else []:
-            if isinstance(morph, dict) and isinstance(morph.get("target"), str) and "fold" in morph:
-                with suppress(ParameterError):  # whoever reads the rig is told
-                    found[morph["target"]] = curve_from_json(morph["fold"])
+        extras = object_of(object_of(mesh).get("extras"))
+        if "elastomorph" not in extras:
+            continue
+        given = _given_names(file, mesh)
+        with suppress(ValueError):  # whoever reads the rig is told
+            own = stored_rig(extras["elastomorph"], different_names(given), file.budget, given)
+            found |= {m.target: m.fold for m in own.morphs if m.fold is not None}
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,11 +35,16 @@ class Attributes:
 class Primitives:
     """All primitives of a mesh."""
 
-    targets: list[str]  # Names of the morph targets, in order
+    given: list[str]  # Names of the morph targets in order, as the file has them
     attributes: list[Attributes] = field(default_factory=list)  # The vertices
     triangles: list[NDArray[np.int32]] = field(default_factory=list)  # (T, 3) a primitive
     materials: list[str | None] = field(default_factory=list)  # A primitive
     block_of: dict[int, int] = field(default_factory=dict)  # By primitive: which attributes
+
+    @cached_property
+    def targets(self) -> list[str]:
+        """Names of the morph targets in order, each different from the others."""
+        return different_names(self.given)
 
     @property
     def count(self) -> int:
@@ -212,7 +218,7 @@ def target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
     """The names of the morph targets of a mesh; ``target_0``, ``target_1`` where they have none.
 
     Most programs name them in the extras of the mesh, some in those of each primitive, and older
-    ones in those of each target.
+    ones in those of each target. Several may have the same.
     """
     lists: list[Any] = [_extras(holder).get("targetNames") for holder in holders]
     lists += [
@@ -223,9 +229,9 @@ def target_names(holders: Sequence[dict[str, Any]], count: int) -> list[str]:
     named = (own for own in lists if isinstance(own, list) and any(type(n) is str for n in own))
     given: list[Any] = next(named, [])
     given = [*given[:count], *[None] * (count - len(given))]
-    return different_names(
+    return [
         name if isinstance(name, str) else f"target_{number}" for number, name in enumerate(given)
-    )
+    ]
 
 
 def _extras(holder: Any) -> dict[str, Any]:

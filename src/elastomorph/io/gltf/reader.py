@@ -147,7 +147,8 @@ def _part(
     gone = _undescribed(primitives.targets)
     if own is not None:
         try:
-            stored, gone = stored_rig(own, primitives.targets, file.budget), ""
+            stored = stored_rig(own, primitives.targets, file.budget, primitives.given)
+            gone = ""
         except ValueError as problem:
             gone = _unfit("each morph target read as a slider of its own", problem)
     morphs = {morph.name: _morph(neutral, primitives, morph) for morph in stored.morphs}

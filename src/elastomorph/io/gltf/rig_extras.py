@@ -20,6 +20,9 @@ i and i + 1 the value is Σ_n coefficients[i][n] (t - breaks[i])^n.
 Version 2 knows one key more, and is written only where it is used: ``"fold": {curve}`` of a morph
 is a bend that is a multiple of Δ and so needs no target of its own. The weight of the target itself
 is then t + fold(t).
+
+Version 3 knows ``"index": 4`` beside a ``target`` that shares its name with others of its mesh: the
+number of the one that is meant.
 """
 
 from __future__ import annotations
@@ -37,8 +40,8 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import Sliders
 
-_WITHOUT_FOLDS, _FOLDS = 1, 2  # Versions
-_NEWEST = _FOLDS
+WITHOUT_FOLDS, FOLDS, INDICES = 1, 2, 3
+"""Versions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +73,7 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
     """The description of a rig whose Δ and bends are the given targets."""
     sliders = rig.sliders
     return {
-        "version": _FOLDS if any(kept.fold for kept in targets.morphs) else _WITHOUT_FOLDS,
+        "version": FOLDS if any(kept.fold for kept in targets.morphs) else WITHOUT_FOLDS,
         "morphs": [
             {
                 "name": name,
@@ -92,13 +95,17 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
     }
 
 
-def stored_rig(stored: Any, targets: Sequence[str], budget: MemoryBudget) -> StoredRig:
+def stored_rig(
+    stored: Any, targets: Sequence[str], budget: MemoryBudget, given: Sequence[str] = ()
+) -> StoredRig:
     """The description of a rig in ``extras.elastomorph`` of a mesh, or a ValueError.
 
-    Morph targets that it does not name are morphs of their own, at its end.
+    Morph targets that it does not name are morphs of their own, at its end. Targets have names that
+    differ; those that the file has given them may not.
     """
     version = _version(stored)
-    morphs = [_morph(entry, version) for entry in _list(stored, "morphs")]
+    names_of = _Targets(targets, given if version >= INDICES else ())
+    morphs = [_morph(entry, version, names_of) for entry in _list(stored, "morphs")]
     used = [target for m in morphs for target in (m.target, *(bend for bend, _ in m.bends))]
     missing = set(used).difference(targets)
     if missing:
@@ -122,21 +129,35 @@ def _version(stored: Any) -> int:
     version: Any = stored.get("version") if isinstance(stored, dict) else None
     if type(version) not in (int, float) or version < 1 or version % 1 != 0:
         raise ParameterError("it has no version")
-    if version > _NEWEST:
+    if version > INDICES:
         raise ParameterError(
-            f"it has version {version:.0f}, this program reads up to {_NEWEST}; update elastomorph"
+            f"it has version {version:.0f}, this program reads up to {INDICES}; update elastomorph"
         )
     return int(version)
 
 
-def _morph(entry: Any, version: int) -> StoredMorph:
+@dataclass(frozen=True)
+class _Targets:
+    """The morph targets of a mesh, and the names that its file has given them."""
+
+    names: Sequence[str]
+    given: Sequence[str]
+
+    def named(self, entry: dict[str, Any]) -> str:
+        """The name of the target of a morph or a bend."""
+        name, index = _text(entry, "target"), entry.get("index", -1)
+        told = type(index) in (int, float) and index in range(len(self.given))
+        return self.names[int(index)] if told and self.given[int(index)] == name else name
+
+
+def _morph(entry: Any, version: int, targets: _Targets) -> StoredMorph:
     if not isinstance(entry, dict):
         raise ParameterError("a morph is no object")
     bends = []
     for bend in _list(entry, "bends"):
         if not isinstance(bend, dict):
             raise ParameterError("a bend is no object")
-        bends.append((_text(bend, "target"), curve_from_json(bend.get("curve"))))
+        bends.append((targets.named(bend), curve_from_json(bend.get("curve"))))
     error = entry.get("bake_error", 0.0)
     if not isinstance(error, int | float) or isinstance(error, bool) or not 0 <= error < 1e300:
         raise ParameterError("the bake error of a morph is no number from 0")
@@ -147,8 +168,8 @@ def _morph(entry: Any, version: int) -> StoredMorph:
     }
     if "limit_law" in entry:
         more["limit_law"] = curve_from_json(entry["limit_law"])
-    fold = curve_from_json(entry["fold"]) if version >= _FOLDS and "fold" in entry else None
-    return StoredMorph(_text(entry, "name"), _text(entry, "target"), tuple(bends), more, fold)
+    fold = curve_from_json(entry["fold"]) if version >= FOLDS and "fold" in entry else None
+    return StoredMorph(_text(entry, "name"), targets.named(entry), tuple(bends), more, fold)
 
 
 def _text(entry: dict[str, Any], key: str) -> str:
