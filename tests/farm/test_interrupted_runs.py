@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import errno
+import json
 import os
 import shutil
 import threading
@@ -11,8 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import dask.array
 import numpy as np
 import pytest
+import zarr
 
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
@@ -21,7 +25,7 @@ from elastomorph.farm.making import unit as units
 from elastomorph.farm.making.unit import unit_shards
 from elastomorph.farm.making.verify import verify_faces
 from elastomorph.farm.storage import beginning
-from elastomorph.farm.storage.layout import DataSet
+from elastomorph.farm.storage.layout import DataSet, Plan
 from elastomorph.farm.storage.stores import Objects
 from elastomorph.io.performance import write_performance_csv
 from elastomorph.rig.performance import Performance
@@ -248,8 +252,6 @@ def record(file: Path, rig: em.Rig, strongest: float) -> None:
 
 
 def test_what_is_no_data_set_of_ours_is_refused(rig: em.Rig, tmp_path: Path) -> None:
-    import zarr
-
     file, folder, foreign = (tmp_path / name for name in ("file", "folder", "foreign.zarr"))
     file.write_text("x")
     folder.mkdir()
@@ -278,8 +280,122 @@ def test_verification_finds_what_was_changed(
     assert verify_faces(place, 2, seed=1).units == 2
     array = DataSet(faces.data.order).array("vertices")
     array[70, 5, 1] = 1 + array[70, 5, 1]
-    with pytest.raises(FormatError, match=r"faces 64 to 95: .*vertices/c\.2\.0\.0 is not what"):
+    with pytest.raises(FormatError, match=r"vertices/c\.2\.0\.0: not what was written"):
+        verify_faces(place, 1)
+
+
+@pytest.mark.parametrize("codec", ["lz4", "none"])
+def test_no_reader_takes_a_flipped_bit_for_a_face(rig: em.Rig, tmp_path: Path, codec: str) -> None:
+    """Plain Zarr, Dask, ours; what is made again of what is removed is as it was."""
+    place = tmp_path / "faces.zarr"
+    options: dict[str, Any] = {"vertices": "int16", "normals": True, "landmarks": {"nose": 4}}
+    options |= {"render": 16, "codec": codec, "unit": UNIT}
+    em.make_faces(rig, place, 2 * UNIT, **options)
+    random = np.random.default_rng(0)
+    for name in ("neutral", "weights", "vertices", "normals", "images/colour", "images/depth"):
+        file = min((place / name).glob("c.*"))
+        before = file.read_bytes()
+        array = zarr.open_array(place / name, mode="r")
+        lazy = dask.array.from_zarr(str(place), component=name)[:1]
+        ours = em.open_faces(place)
+        assert (lazy.compute(scheduler="sync") == array[:1]).all()
+        for _ in range(30):
+            flipped = bytearray(before)
+            flipped[random.integers(len(before))] ^= 1 << random.integers(8)
+            file.write_bytes(flipped)
+            with pytest.raises(ValueError, match="checksum"):
+                array[:UNIT]
+            with pytest.raises(ValueError, match="checksum"):
+                lazy.compute(scheduler="sync")
+            if name != "neutral":
+                with pytest.raises(FormatError, match=f"{name} cannot be read"):
+                    ours.labels[name][:UNIT]
+        with pytest.raises(FormatError, match=f"{name}.*(not what was written|cannot be read)"):
+            verify_faces(place, 1, seed=1)
+        if name != "neutral":
+            file.unlink()
+            em.make_faces(rig, place, 2 * UNIT, **options)
+        assert name == "neutral" or file.read_bytes() == before
+        file.write_bytes(before)
+    for entry in (place / "manifest").glob("c.0.*"):
+        before = entry.read_bytes()
+        for place_of_bit in random.permutation(8 * len(before))[:30]:
+            flipped = bytearray(before)
+            flipped[place_of_bit // 8] ^= 1 << (place_of_bit % 8)
+            entry.write_bytes(flipped)
+            with pytest.raises(FormatError, match="not made yet"):
+                ours.codes[0]
+
+
+def test_data_sets_without_checksums_are_read_and_gone_on_with(
+    make: Callable[..., em.FaceSet], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As format 1 was: no codec of checksums, none in the manifest, no sign of when it was made."""
+    codecs, planned = beginning.zarr_codecs, beginning._planned
+
+    def of_format_1(*arguments: Any) -> tuple[Plan, Any]:
+        plan, labels = planned(*arguments)
+        return dataclasses.replace(plan, format=1), labels
+
+    with monkeypatch.context() as patch:
+        patch.setattr(beginning, "zarr_codecs", lambda name: codecs(name)[:-1])
+        patch.setattr(beginning, "_planned", of_format_1)
+        make(faces=3 * UNIT + 5, codec="none")
+    place = tmp_path / "faces.zarr"
+    root = json.loads((place / "zarr.json").read_text())
+    del root["attributes"]["elastomorph"]["created"]
+    (place / "zarr.json").write_text(json.dumps(root))
+    assert "crc32c" not in str(json.loads((place / "neutral/zarr.json").read_text())["codecs"])
+    assert (place / "manifest/c.0.0").stat().st_size == 8 * 5
+    grown, whole = make(codec="none"), make("whole.zarr")
+    assert grown.data.plan.format == 1
+    assert (grown[:] == whole[:]).all()
+    assert (grown.codes[:] == whole.codes[:]).all()
+    assert verify_faces(place, 99).same
+    file = place / "vertices/c.2.0.0"
+    file.write_bytes(file.read_bytes()[:-9] + b"x" + file.read_bytes()[-8:])
+    with pytest.raises(FormatError, match=r"vertices/c\.2\.0\.0: not what was written"):
+        verify_faces(place, 1)
+
+
+@pytest.mark.parametrize("stored", ["normals", "float16", "float32", "int16"])
+def test_what_another_processor_makes_is_as_stored_but_for_rounding(
+    rig: em.Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stored: str
+) -> None:
+    """Sums in another order; a number that is off by more than rounding is found all the same."""
+    place = tmp_path / "faces.zarr"
+    chosen: dict[str, Any] = {"normals": True} if stored == "normals" else {"vertices": stored}
+    faces = em.make_faces(small_and_far(rig), place, 4 * UNIT, seed=2, **chosen)
+    matmul = np.matmul
+
+    def in_reverse(a: Any, b: Any, out: Any = None) -> Any:
+        return matmul(a[:, ::-1], b[::-1], out=out)
+
+    monkeypatch.setattr(np, "matmul", in_reverse)
+    assert not verify_faces(place, 99).same
+    data = DataSet(faces.data.order)
+    name = data.plan.arrays[1]
+    array = data.array(name)
+    row = array[70]
+    row[30] = {"int16": row[30] + 2, "normals": -row[30]}.get(stored, 1.01 * row[30])
+    array[70] = row
+    shards = {n: data.objects.get(data.manifest.shard(n, 2)) or b"" for n in data.plan.arrays}
+    data.manifest.finish(2, shards)
+    with pytest.raises(FormatError, match=f"faces 64 to 95: of {name} the recipe makes other"):
         verify_faces(place, 99)
+
+
+def small_and_far(rig: em.Rig) -> em.Rig:
+    """Triangles a few thousandths wide that move together by about 1."""
+    random = np.random.default_rng(1)
+    small = em.Mesh(rig.neutral.vertices * 0.02, rig.neutral.faces)
+    targets = {
+        name: small.with_vertices(
+            small.vertices * random.uniform(0.9, 1.1, 3) + random.normal(size=3)
+        )
+        for name in rig.names
+    }
+    return em.Rig(small, {n: em.interpolate(small, own, "ease") for n, own in targets.items()})
 
 
 def test_faces_in_memory_and_at_addresses(rig: em.Rig, tmp_path: Path) -> None:

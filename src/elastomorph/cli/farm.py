@@ -63,7 +63,10 @@ _Sheet = Annotated[
     typer.Option(help="Picture of some faces with their labels; alone, of a data set there is."),
 ]
 _Verify = Annotated[
-    bool, typer.Option("--verify", help="Make a random sample of the data set again and compare.")
+    bool,
+    typer.Option(
+        "--verify", help="Check all checksums, and make a random sample again to compare."
+    ),
 ]
 _Sample = Annotated[int, typer.Option(help="Units that --verify makes again.")]
 _DryRun = Annotated[
@@ -199,7 +202,12 @@ def _verified(output: str, sample: int, say: Say) -> Answer:
     from elastomorph.farm.making.verify import verify_faces
 
     found = verify_faces(output, sample, progress=say)
-    facts = {"units": found.units, "faces": found.faces, "same": found.same}
+    facts = {
+        "finished": found.finished,
+        "units": found.units,
+        "faces": found.faces,
+        "same": found.same,
+    }
     return Answer(facts, lambda: typer.echo(str(found)))
 
 

@@ -61,7 +61,7 @@ def make_unit(order: Order, unit: int, identity: str) -> Made:
 
 def unit_shards(data: DataSet, rows: range) -> dict[str, bytes]:
     """The shard of every array for the faces of a unit; empty where it need not be there."""
-    pack = packing(data.plan.codec)
+    pack = packing(data.plan.codec, checked=data.plan.checked)
     arrays = {name: data.array(name) for name in data.plan.arrays}
     shards = {n: Shard(data.plan.unit, own.chunks[0], pack) for n, own in arrays.items()}
     for made in unit_rows(data, rows):

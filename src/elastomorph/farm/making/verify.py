@@ -1,9 +1,10 @@
-"""A data set looked at again: some units are made anew and compared with what is stored."""
+"""A data set looked at again: all checksums, and some units made anew and compared."""
 
 from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any
@@ -11,14 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.blas_threads import usable_cores
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.farm.making.unit import unit_rows
-from elastomorph.farm.storage.layout import DataSet
+from elastomorph.farm.storage.contents import Faces
+from elastomorph.farm.storage.layout import BEGIN_ANEW, DataSet
 from elastomorph.farm.storage.stores import naming_damage, naming_store, order_of
 from elastomorph.numbers import is_whole
 
 # Another processor rounds sums otherwise: codes by a step, numbers by this part of the largest.
 _ROUNDED = 1e-5
+_NAMED = 5  # Files in a message
 _FEW = 1e-3  # Of all numbers, such as pixels at the edge of something
 
 
@@ -27,8 +31,8 @@ class Verified:
     """What was looked at.
 
     Attributes:
-        units: How many units, of how many that are finished.
-        finished: How many of the data set's units are finished.
+        units: How many units were made again.
+        finished: How many of the data set's units are finished; the checksums of all are right.
         faces: How many faces these units have.
         same: Whether every bit was the same; else rounding differs, as between processors.
     """
@@ -41,8 +45,8 @@ class Verified:
     def __str__(self) -> str:
         bits = "bit for bit" if self.same else "but for rounding"
         return (
-            f"{self.faces:,} faces in {self.units:,} of {self.finished:,} finished units were made "
-            f"again and are as stored, {bits}"
+            f"all checksums of {self.finished:,} finished units are right; {self.faces:,} faces in "
+            f"{self.units:,} of them were made again and are as stored, {bits}"
         )
 
 
@@ -54,7 +58,7 @@ def verify_faces(
     storage_options: Mapping[str, Any] | None = None,
     progress: Callable[[str], object] = lambda _: None,
 ) -> Verified:
-    """Make a random sample of a data set again and compare it with what is stored.
+    """Check all that is stored by its checksums, and make a random sample of it again.
 
     Args:
         place: The data set.
@@ -77,29 +81,50 @@ def verify_faces(
         finished = sorted(unit for unit, entry in entries.items() if entry[0] == whole[unit])
         if not finished:
             raise FormatError(order.url, "nothing is finished that could be verified")
+        _require_whole(data, {unit: entries[unit] for unit in finished}, progress)
         random = np.random.default_rng(seed)
         chosen = sorted(random.choice(finished, min(units, len(finished)), replace=False).tolist())
         same, faces = True, 0
         for number, unit in enumerate(chosen, 1):
-            progress(f"unit {unit}, {number} of {len(chosen)}")
+            progress(f"making unit {unit} again, {number} of {len(chosen)}")
             same &= _verify_unit(data, unit)
             faces += len(data.manifest.rows(unit))
     return Verified(len(chosen), len(finished), faces, same)
 
 
+def _require_whole(
+    data: DataSet, entries: Mapping[int, NDArray[np.uint64]], progress: Callable[[str], object]
+) -> None:
+    """Refuse a data set of which anything has changed since it was written."""
+    _ = data.sampler  # Reads rig and takes
+    with naming_damage(data.order, "neutral", BEGIN_ANEW):
+        data.array("neutral")[...]
+    arrays = data.plan.arrays
+
+    def damaged(unit: int) -> list[str]:
+        shards = [data.manifest.shard(name, unit) for name in arrays]
+        found = map(data.objects.get, shards)  # One at a time is in memory
+        sums = [zlib.crc32(content or b"") for content in found]
+        return [s for s, a, b in zip(shards, sums, entries[unit][2::2], strict=True) if a != b]
+
+    wrong: list[str] = []
+    with ThreadPoolExecutor(usable_cores()) as pool:
+        for number, found in enumerate(pool.map(damaged, entries), 1):
+            progress(f"checksums of {number:,} of {len(entries):,} units")
+            wrong += found
+    if wrong:
+        more = f" and {len(wrong) - _NAMED:,} more" if len(wrong) > _NAMED else ""
+        raise FormatError(
+            data.order.url,
+            f"{', '.join(wrong[:_NAMED])}{more}: not what was written; remove them and give the "
+            "command that made it again",
+        )
+
+
 def _verify_unit(data: DataSet, unit: int) -> bool:
     """Whether a unit is the same bit for bit."""
-    rows, entry, same = data.manifest.rows(unit), data.manifest.entry(unit), True
+    rows, same = data.manifest.rows(unit), True
     where = f"faces {rows.start:,} to {rows.stop - 1:,}"
-    checksums = [] if entry is None else entry[2::2].tolist()
-    for name, expected in zip(data.plan.arrays, checksums, strict=True):
-        shard = data.manifest.shard(name, unit)
-        if zlib.crc32(data.objects.get(shard) or b"") != expected:
-            raise FormatError(
-                data.order.url,
-                f"{where}: what is stored in {shard} is not what was written; remove it and give "
-                "the command that made it again",
-            )
     start = rows.start
     for block in unit_rows(data, rows):
         for name, made in block.items():
@@ -107,7 +132,10 @@ def _verify_unit(data: DataSet, unit: int) -> bool:
                 stored = np.asarray(data.array(name)[start : start + len(made)])
             if not np.array_equal(stored, made):
                 same = False
-                if name == "weights" or not _close(stored, made):
+                numbers = np.arange(start, start + len(made))
+                faces = Faces(data.poser, block["weights"], numbers)
+                rounding = [own.rounding(faces) for own in data.contents if name in own.labels]
+                if name == "weights" or not _close(stored, made, *rounding):
                     raise FormatError(
                         data.order.url,
                         f"{where}: of {name} the recipe makes other ones than are stored; was it "
@@ -118,7 +146,10 @@ def _verify_unit(data: DataSet, unit: int) -> bool:
     return same
 
 
-def _close(stored: NDArray[Any], made: NDArray[Any]) -> bool:
-    a, b = stored.astype(np.float64), made.astype(np.float64)
-    step = 1.0 if stored.dtype.kind in "iu" else _ROUNDED * np.abs(a).max(initial=1e-30)
-    return bool((np.abs(a - b) > step).mean() <= (_FEW if stored.ndim > 3 else 0.0))
+def _close(stored: NDArray[Any], made: NDArray[Any], rounding: float | NDArray[Any]) -> bool:
+    a, b, step = stored.astype(np.float64), made.astype(np.float64), np.asarray(1.0)
+    if stored.dtype.kind == "f":
+        spacing = np.spacing(np.abs(stored)).astype(np.float64)  # That of float16 is coarse
+        step = _ROUNDED * np.abs(a).max(initial=1e-30) + spacing + rounding
+    same = np.isclose(a, b, rtol=0, atol=step, equal_nan=True)
+    return bool((~same).mean() <= (_FEW if stored.ndim > 3 else 0.0))

@@ -30,7 +30,7 @@ from elastomorph.farm.storage.layout import (
 )
 from elastomorph.farm.storage.posing import Poser
 from elastomorph.farm.storage.rigs import packed, rig_hash, same_rig
-from elastomorph.farm.storage.shards import zarr_codec
+from elastomorph.farm.storage.shards import zarr_codecs
 from elastomorph.farm.storage.stores import Objects, Order
 from elastomorph.farm.storage.wanted import LEAST, Wanted
 from elastomorph.numbers import power_of_two
@@ -147,7 +147,7 @@ def _lay_out(
         shape=(-(-faces // plan.unit), width),
         chunks=(1, width),
         dtype="<u8",
-        compressors=None,
+        compressors=zarr_codecs("none"),
         fill_value=0,
         chunk_key_encoding=_KEYS,
     )
@@ -171,7 +171,7 @@ def _make_array(group: Any, name: str, label: Label, faces: int, unit: int, code
         shards=(unit, *label.shape),
         chunks=(min(unit, together), *label.shape),
         dtype=label.dtype,
-        compressors=zarr_codec(codec),
+        compressors=zarr_codecs(codec),
         fill_value=0,
         attributes=dict(label.attributes),
         chunk_key_encoding=_KEYS,
@@ -181,7 +181,12 @@ def _make_array(group: Any, name: str, label: Label, faces: int, unit: int, code
 def _store_whole(group: Any, name: str, values: NDArray[Any]) -> None:
     chunks = (min(len(values), _WHOLE_CHUNK // max(1, values[:1].nbytes)), *values.shape[1:])
     array = group.create_array(
-        name, shape=values.shape, chunks=chunks, dtype=values.dtype, chunk_key_encoding=_KEYS
+        name,
+        shape=values.shape,
+        chunks=chunks,
+        dtype=values.dtype,
+        compressors=zarr_codecs("zstd"),
+        chunk_key_encoding=_KEYS,
     )
     array[...] = values
 

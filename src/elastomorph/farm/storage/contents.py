@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from elastomorph.farm.storage.encoding import Encoding, VertexEncoder
+from elastomorph.farm.storage.encoding import ROUNDINGS, Encoding, VertexEncoder
 from elastomorph.farm.storage.posing import Poser
 from elastomorph.model.surface import triangulate
 
@@ -92,6 +92,14 @@ class Content(ABC):
         """Make once what all rows need, before threads ask for it together: of most, the fields."""
         self._poser.prepare()
 
+    def rounding(self, faces: Faces) -> float | NDArray[np.float64]:
+        """By how much numbers may differ where another processor rounds, beside their last digits.
+
+        Another one adds up products in another order, which is within what is compared with here
+        for all that does not divide by something small.
+        """
+        return 0.0
+
     @abstractmethod
     def made(self, faces: Faces) -> Mapping[str, NDArray[Any]]:
         """(S, …) rows of each array."""
@@ -142,6 +150,24 @@ class Normals(Content):
             length = np.linalg.norm(normals, axis=1, keepdims=True)
             np.divide(normals, length, out=normals, where=length > 0)
         return {"normals": found}
+
+    def rounding(self, faces: Faces) -> NDArray[np.float64]:
+        """(S, V, 1) that follow from what positions can differ by; much at very small triangles.
+
+        A normal is n / |n| with n = Σ s (b - a) × (c - a). Corners that differ by δ change each
+        product by at most 2 δ (|b - a| + |c - a|), and the normal by twice what n changes by / |n|.
+        """
+        fields = np.abs(self._poser.rig.fields.matrix(np.float32)[1:])
+        reach = (np.abs(faces.coefficients) @ fields).reshape(faces.positions.shape)
+        apart = 2 * (ROUNDINGS * reach + 2.0**-23 * np.abs(faces.positions))  # Two processors
+        found = np.empty((*faces.positions.shape[:2], 1))
+        for positions, delta, rounding in zip(faces.positions, apart, found, strict=True):
+            a, b, c = (positions[corner].astype(np.float64) for corner in self._triangles.T)
+            lengths = np.linalg.norm(b - a, axis=1) + np.linalg.norm(c - a, axis=1)
+            lengths *= np.linalg.norm(delta, axis=1)[self._triangles].max(axis=1)
+            size = np.linalg.norm(self._sums @ np.cross(b - a, c - a), axis=1)
+            rounding[:, 0] = 4 * (self._sums @ lengths) / np.maximum(size, 1e-300)
+        return found
 
 
 class Landmarks(Content):

@@ -25,8 +25,8 @@ TOLERANCE = 1e-4
 """Of D: what int16 is to keep where nothing else is asked for and the rig allows it."""
 
 _MOST = 32767 - 8  # Codes of int16, less what rounding in the product may add
-# A product in single precision adds up to this many roundings of its largest partial sum.
-_ROUNDINGS = 64 * 2.0**-24
+ROUNDINGS = 64 * 2.0**-24
+"""A product in single precision adds up to so many roundings of its largest partial sum."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Encoding:
         extent = extent_of(rig) or 1.0
         reach = _largest_displacement(rig, poser.columns)
         size = float(np.abs(rig.neutral.vertices).max(initial=0)) + reach
-        rounded = _ROUNDINGS * reach / extent
+        rounded = ROUNDINGS * reach / extent
         scale = 1.0
         if dtype == "float32":
             error = rounded + 2.0**-23 * size / extent

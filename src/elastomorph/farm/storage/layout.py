@@ -23,11 +23,11 @@ from elastomorph.farm.storage.rigs import unpacked
 from elastomorph.farm.storage.stores import Objects, Order, naming_damage
 from elastomorph.rig.rig import Rig
 
-FORMAT = 2  # 1 is read and gone on with too: it has no `created`
+FORMAT = 2  # 1 is read and gone on with too: it has no `created` and no checksums in chunks
 ATTRIBUTE = "elastomorph"
 ROOT = "zarr.json"
 REPLACED = "this is not the data set that it was: open it again, or give its command again"
-_BEGIN_ANEW = "take it from a copy, or begin another data set"
+BEGIN_ANEW = "take it from a copy, or begin another data set"
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,11 @@ class Plan:
     version: str = field(default_factory=lambda: version("elastomorph"))
     format: int = FORMAT
 
+    @property
+    def checked(self) -> bool:
+        """Whether each chunk has a checksum."""
+        return self.format > 1
+
 
 class DataSet:
     """A data set that is there, and what is needed to make its units."""
@@ -56,7 +61,9 @@ class DataSet:
         self.identity = _identity(self.objects)
         self.group = group_of(order, self.objects)
         self.plan = plan_of(order, self.group)
-        if manifests.NAME not in self.group:
+        with naming_damage(order, manifests.NAME, BEGIN_ANEW):
+            whole = manifests.NAME in self.group
+        if not whole:
             raise FormatError(
                 order.url, "this data set was not begun to the end; give its command again"
             )
@@ -66,6 +73,7 @@ class DataSet:
             {name: self.array(name).ndim for name in self.plan.arrays},
             self.plan.unit,
             self.faces,
+            checked=self.plan.checked,
         )
 
     def require_in_place(self) -> None:
@@ -79,19 +87,19 @@ class DataSet:
 
     def array(self, name: str) -> Any:
         """An array of the group."""
-        with naming_damage(self.order, name, _BEGIN_ANEW):
+        with naming_damage(self.order, name, BEGIN_ANEW):
             return self.group[name]
 
     @cached_property
     def rig(self) -> Rig:
         """The rig with which the data set was begun."""
-        with naming_damage(self.order, "the rig", _BEGIN_ANEW):
+        with naming_damage(self.order, "the rig", BEGIN_ANEW):
             return unpacked(self.array("rig")[:].tobytes())
 
     @cached_property
     def sampler(self) -> FaceSampler:
         """The recipe at work."""
-        with naming_damage(self.order, "its takes", _BEGIN_ANEW):
+        with naming_damage(self.order, "its takes", BEGIN_ANEW):
             tables = {name: self.array(f"tables/{name}")[...] for name in self.plan.tables}
         try:
             return FaceSampler.restored(self.rig, self.plan.recipe, tables)
@@ -152,7 +160,7 @@ def group_of(order: Order, objects: Objects) -> Any:
 
     if not objects.size(ROOT):
         raise FormatError(order.url, "there is no data set; make one with  elastomorph farm")
-    with naming_damage(order, ROOT, _BEGIN_ANEW):
+    with naming_damage(order, ROOT, BEGIN_ANEW):
         return zarr.open_group(objects.store, mode="r" if objects.store.read_only else "r+")
 
 

@@ -2,7 +2,7 @@
 
 A row of A arrays holds 1 + 2A numbers: how many faces of the unit are finished, then for each
 array, in the order of the attribute ``arrays``, the bytes of its shard (0 where it holds only the
-fill value and is not stored) and their CRC-32.
+fill value and is not stored) and their CRC-32; after it stands its own CRC-32C, but in format 1.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.farm.storage.shards import with_checksum
 from elastomorph.farm.storage.stores import Objects
 
 NAME = "manifest"
@@ -27,6 +28,7 @@ class Manifest:
     arrays: Mapping[str, int]  # The data set's arrays in the order of the rows, and their axes
     unit: int  # Faces in a unit
     faces: int  # In all
+    checked: bool = True  # Whether rows end with a checksum
 
     @property
     def units(self) -> int:
@@ -82,8 +84,8 @@ class Manifest:
     def finish(self, unit: int, shards: Mapping[str, bytes]) -> int:
         """Write the row of a unit whose shards are all there; returns their bytes."""
         numbers = [[len(shards[name]), zlib.crc32(shards[name])] for name in self.arrays]
-        row = [len(self.rows(unit)), *np.ravel(numbers).tolist()]
-        self.objects.put({f"{NAME}/c.{unit}.0": np.array(row, "<u8").tobytes()})
+        row = np.array([len(self.rows(unit)), *np.ravel(numbers).tolist()], "<u8").tobytes()
+        self.objects.put({f"{NAME}/c.{unit}.0": with_checksum(row) if self.checked else row})
         return sum(map(len, shards.values()))
 
     def shard(self, name: str, unit: int) -> str:
@@ -91,9 +93,11 @@ class Manifest:
         return f"{name}/{_shard_name(unit, self.arrays[name])}"
 
     def _parsed(self, content: bytes | None) -> NDArray[np.uint64] | None:
-        if content is None or len(content) != 8 * (1 + 2 * len(self.arrays)):
+        size = 8 * (1 + 2 * len(self.arrays))
+        if content is None or len(content) != size + 4 * self.checked:
             return None
-        return np.frombuffer(content, "<u8")
+        row = content[:size]
+        return None if self.checked and with_checksum(row) != content else np.frombuffer(row, "<u8")
 
 
 def _shard_name(unit: int, axes: int) -> str:

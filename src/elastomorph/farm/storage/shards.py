@@ -2,8 +2,10 @@
 
 The format is the codec ``sharding_indexed`` of Zarr 3: the chunks one after another, then where
 each begins and how long it is, (chunks, 2) uint64, then the CRC-32C of that index. A chunk of
-nothing but the fill value, 0, has the index 2⁶⁴ - 1 and is not there. Zarr's own writer holds all
-rows of a shard, copies them several times, and reads what it writes over.
+nothing but the fill value, 0, has the index 2⁶⁴ - 1 and is not there. Each chunk ends with its own
+CRC-32C, the codec ``crc32c``, so that whatever reads Zarr refuses one of which a bit has flipped.
+Zarr's own writer holds all rows of a shard, copies them several times, and reads what it writes
+over.
 """
 
 from __future__ import annotations
@@ -34,23 +36,34 @@ def require_codec(name: str) -> None:
         raise ParameterError(f"chunks are compressed by {', '.join(CODECS)}, not {name!r}")
 
 
-def zarr_codec(name: str) -> Any:
-    """The codec as Zarr names it in an array's metadata."""
-    from zarr.codecs import BloscCodec
+def zarr_codecs(name: str) -> list[Any]:
+    """The codecs of a chunk as Zarr names them in an array's metadata."""
+    from zarr.codecs import BloscCodec, Crc32cCodec
 
     settings = CODECS[name]
-    return None if settings is None else BloscCodec(**settings, shuffle="shuffle")
+    packed = [] if settings is None else [BloscCodec(**settings, shuffle="shuffle")]
+    return [*packed, Crc32cCodec()]
 
 
-def packing(name: str) -> Pack:
-    """What makes the bytes of a chunk."""
+def packing(name: str, *, checked: bool) -> Pack:
+    """Return what makes the bytes of a chunk, with a checksum or, in format 1, without."""
     settings = CODECS[name]
     if settings is None:
-        return lambda rows: rows.tobytes()
-    from numcodecs import Blosc, blosc
+        pack: Pack = lambda rows: rows.tobytes()  # noqa: E731
+    else:
+        from numcodecs import Blosc, blosc
 
-    blosc.use_threads = False  # several would put the blocks in another order each time
-    return Blosc(**settings, shuffle=Blosc.SHUFFLE).encode  # type: ignore[no-any-return]
+        blosc.use_threads = False  # several would put the blocks in another order each time
+        pack = Blosc(**settings, shuffle=Blosc.SHUFFLE).encode
+    return (lambda rows: with_checksum(pack(rows))) if checked else pack
+
+
+def with_checksum(content: bytes) -> bytes:
+    """Return the content with its CRC-32C, as Zarr's codec ``crc32c`` writes it."""
+    from google_crc32c import value
+
+    checksum: int = value(content)
+    return content + checksum.to_bytes(4, "little")
 
 
 class Shard:
@@ -88,10 +101,7 @@ class Shard:
             self._close()
         if not self._packed:
             return b""
-        from google_crc32c import value
-
-        index = self._index.astype("<u8").tobytes()
-        return b"".join([*self._packed, index, value(index).to_bytes(4, "little")])
+        return b"".join([*self._packed, with_checksum(self._index.astype("<u8").tobytes())])
 
     def _close(self) -> None:
         """Compress the rows that wait."""

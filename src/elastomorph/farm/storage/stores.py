@@ -34,7 +34,7 @@ Result = TypeVar("Result")
 
 _AT_ONCE = 32  # Requests under way together: stores far away answer slowly
 _MINUTE = 60.0
-_MAKE_AGAIN = "give the command that made it again, which makes again what is not whole"
+_MAKE_AGAIN = "--verify names the file: remove it, and give the command that made it again"
 
 
 @dataclass(frozen=True)
