@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from elastomorph.errors import ParameterError
 
+LARGEST_WEIGHT = 1000.0
+"""Of weights and times, 0 to 1 of faces: percentages pass, an exponent typed wrongly does not."""
 _LONGEST = 60
 
 

@@ -69,5 +69,5 @@ def test_faces_as_files(small: Rig, tmp_path: Path) -> None:
         face = em.read(tmp_path / f"face.{number:02d}.ply")
         expected = small.blend(dict(zip("abc", row.tolist(), strict=True)), 0.5)
         np.testing.assert_allclose(face.vertices, expected, atol=1e-5)
-    with pytest.raises(em.FileError, match="make it first"):
+    with pytest.raises(em.FileError, match="does not exist"):
         write_face_files(tmp_path / "no" / "face.##.ply", small.neutral, [])

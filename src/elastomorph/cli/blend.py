@@ -130,7 +130,7 @@ def _all(
         say(f"blending {len(rows):,} faces")
         blocks = rig.stream(rows, t, normalize=normalize)
         if "#" in Path(output).name:
-            write_face_files(output, rig.neutral, blocks)
+            write_face_files(output, rig.neutral, blocks, count=len(rows))
         else:
             shape = (len(rows), len(rig.neutral.vertices), 3)
             write_face_array(output, blocks, shape, beside={"weights": rows})

@@ -55,7 +55,8 @@ def inspect(
     used = settings_used(first)
     if first.suffix.lower() != ".json" or first.is_dir():
         if not holds_mesh(first):
-            rig = options.NamedRig.of(str(first), mesh=mesh).full(say)
+            named = options.NamedRig.of(str(first), mesh=mesh)
+            rig = named.full(say, stored=named.stored(say))
         neutral = read(first) if rig is None else rig.neutral
         facts = mesh_facts(neutral)
         if rig is not None:

@@ -19,12 +19,18 @@ if TYPE_CHECKING:
     from elastomorph.character import Settings
     from elastomorph.character.build import Part
     from elastomorph.model.mesh import Mesh
+    from elastomorph.model.morph import Morph
     from elastomorph.rig.timing import Timing
+
+_MOST_FRAMES = 10_000_000
+_MOST_DRAWN = 25
 
 Output = Annotated[
     str,
     typer.Option(
-        "--output", "-o", help="A mesh file for one time, a pattern half.####.obj for several."
+        "--output",
+        "-o",
+        help="A mesh file for one time; for several half.####.obj, .npz, .mdd or .pc2.",
     ),
 ]
 Region = Annotated[
@@ -51,7 +57,10 @@ def interpolate(
         list[float] | None, typer.Option("--time", "-t", help="A time; may be given repeatedly.")
     ] = None,
     frames: Annotated[
-        int | None, typer.Option(help="Equal steps from t = 0 to t = 1, ends included.", min=2)
+        int | None,
+        typer.Option(
+            help="Equal steps from t = 0 to t = 1, ends included.", min=2, max=_MOST_FRAMES
+        ),
     ] = None,
     keep: options.CurveFile = None,
     region: Region = None,
@@ -59,7 +68,8 @@ def interpolate(
     rest: Rest = None,
     timing: options.TimingText = None,
     picture: Annotated[
-        Path | None, typer.Option(help="A picture (PNG) of the in-betweens side by side.")
+        Path | None,
+        typer.Option(help=f"A picture (PNG) of up to {_MOST_DRAWN} in-betweens side by side."),
     ] = None,
     *,
     say: Say,
@@ -74,19 +84,23 @@ def interpolate(
 
     chosen = _settings(target, method, context.obj, settings, keep)
     part = _part(region, falloff, rest)
-    times = _times(time, frames, options.timing(timing or chosen.timing))
     say("reading")
-    start, end = read(neutral), read(target)
+    start = read(neutral)
+    _require_output(output, start, frames or len(set(time or [])))
+    times = _times(time, frames, options.timing(timing or chosen.timing))
+    end = read(target)
     say("solving")
     require_same_topology(start, end)
     morph = PathMaker(chosen, start, part=part).path(target.stem, end)
     say("writing")
-    _write(output, start, times, morph.at(times))
+    _write(output, start, times, morph)
     if picture is not None:
         from elastomorph.draw.strips import expression_strip
+        from elastomorph.rig.sliders import spread_rows
 
         say("drawing")
-        expression_strip({morph.method: morph}, picture, times=times.tolist())
+        drawn = times[spread_rows(len(times), _MOST_DRAWN)].tolist()
+        expression_strip({morph.method: morph}, picture, times=drawn)
     facts = {
         "method": morph.method,
         "vertices": len(start.vertices),
@@ -147,15 +161,26 @@ def _times(
     return clip if timing is None else timing.at(clip)
 
 
-def _write(
-    output: str, start: Mesh, times: NDArray[np.float64], shapes: NDArray[np.float64]
-) -> None:
-    """The shape at one time as a mesh, those at several as a sequence."""
-    from elastomorph.io import write, write_sequence
-    from elastomorph.model.sequence import MeshSequence
+def _require_output(output: str, start: Mesh, count: int) -> None:
+    """Refuse an output that could not be written, before a path is made."""
+    from elastomorph.io.atomic import require_writable
+    from elastomorph.io.registry import MESH_FORMATS, writer_of
+    from elastomorph.io.sequences.meshes import require_frames
+
+    if count > 1:
+        require_frames(output, start, count)
+    else:
+        writer_of(output, MESH_FORMATS)
+        require_writable(output)
+
+
+def _write(output: str, start: Mesh, times: NDArray[np.float64], morph: Morph) -> None:
+    """The shape at one time as a mesh, those at several one after another."""
+    from elastomorph.io import write
+    from elastomorph.io.sequences.meshes import write_frames
 
     if len(times) == 1:
-        write(output, start.with_vertices(shapes[0]))
+        write(output, start.with_vertices(morph.at(times[0])))
     else:
         names = [f"t = {t:g}" for t in times]
-        write_sequence(output, MeshSequence(start, shapes, names=names))
+        write_frames(output, start, map(morph.at, times), names=names)

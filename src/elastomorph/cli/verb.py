@@ -27,6 +27,12 @@ from elastomorph.errors import ElastomorphError, FileError, MissingExtraError
 _OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to", "record")
 """The parameters of verbs that name what is written."""
 _DRAWN = {".png", ".jpg", ".jpeg", ".webp", ".gif", ".mp4"}
+_FILES = {
+    *_DRAWN,
+    *(".obj", ".ply", ".npz", ".npy", ".mdd", ".pc2", ".glb", ".vrm", ".usd", ".usda", ".usdc"),
+    *(".csv", ".json", ".toml", ".html", ".svg", ".pdf"),
+}
+"""Suffixes of what is a file and no folder, whatever verb writes it."""
 _PICTURES = ("picture", "sheet", "grid")
 _DRAWING = (("vtkmodules", "vtk", "demo"), ("PIL", "pillow", "demo"))
 _COMPRESSION = ("meshopt", "meshopt", "gltf")
@@ -70,6 +76,8 @@ def verb(function: Callable[..., Answer | None]) -> Callable[..., None]:
     def run(*, overwrite: bool = False, **given: Any) -> None:
         if writes:
             _require_packages(given, function.__name__)
+        if writes:
+            _require_places(given)
         if writes and not overwrite:
             _require_apart(given)
         with _inputs_kept() if writes and not overwrite else nullcontext():
@@ -150,6 +158,15 @@ def _require_packages(parameters: dict[str, Any], name: str) -> None:
     for package in needed:
         if package is not None and find_spec(package[0]) is None:
             raise MissingExtraError(*package[1:])
+
+
+def _require_places(parameters: dict[str, Any]) -> None:
+    """Refuse a file that could not be written where it is to be, before any work is done."""
+    from elastomorph.io.atomic import is_folder, require_writable
+
+    for word in _words([parameters.get(name) for name in _OUTPUTS]):
+        if Path(word).suffix.lower() in _FILES and not word.endswith("/") and not is_folder(word):
+            require_writable(word)
 
 
 def _require_apart(parameters: dict[str, Any]) -> None:

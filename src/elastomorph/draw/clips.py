@@ -29,6 +29,7 @@ FASTEST_GIF = 50.0
 ROOM = 400_000_000
 """Pixels of all frames together in a GIF or WebP: 1.2 GB as they wait for the last one."""
 WIDEST_WEBP = 16383
+_MOST = 10_000_000
 
 
 def is_clip(path: str | Path) -> bool:
@@ -40,8 +41,8 @@ def is_clip(path: str | Path) -> bool:
 def check_clip(path: str | Path, size: tuple[int, int], count: int, fps: float) -> None:
     """Refuse what `write_clip` cannot write, before the first frame (width, height) is drawn."""
     name, suffix = Path(path).name, Path(path).suffix.lower()
-    if count < 1:
-        raise ParameterError(f"a clip needs at least 1 frame, found {count}")
+    if not 1 <= count <= _MOST:
+        raise ParameterError(f"a clip has 1 to {_MOST:,} frames, found {count:,}")
     if not 0 < fps <= FASTEST:
         raise ParameterError(f"a clip needs above 0 and at most {FASTEST:g} fps, found {fps:g}")
     if not Path(path).parent.is_dir():
@@ -162,11 +163,4 @@ def _require_free_numbers(path: str | Path, count: int) -> None:
             f"{path}: numbered pictures are {', '.join(SUFFIXES)}, "
             f"found {Path(path).suffix or 'no suffix'}"
         )
-    pattern = frame_pattern(path)
-    others = set(pattern.existing()) - {pattern.file(number) for number in range(1, count + 1)}
-    if others:
-        raise FileError(
-            path,
-            f"{min(others).name} is already there and not among the {count:,} frames to write "
-            f"({len(others):,} such files); delete them or choose another name",
-        )
+    frame_pattern(path).require_only(range(1, count + 1))

@@ -17,6 +17,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from shutil import disk_usage
 from tempfile import TemporaryFile
 from typing import BinaryIO, NoReturn
 
@@ -171,6 +172,20 @@ def require_writable(path: str | Path) -> None:
         TemporaryFile(dir=final.parent).close()
     except (OSError, ValueError, RuntimeError) as error:
         _refuse_writing(path, error)
+
+
+def require_room(path: str | Path, size: int, what: str) -> None:
+    """Refuse a file, or numbered files, of at least so many bytes that its disk does not hold."""
+    try:
+        free = disk_usage(Path(path).resolve().parent).free
+    except (OSError, ValueError, RuntimeError):
+        return  # whoever writes there says why it cannot be
+    if size > free:
+        raise FileError(
+            path,
+            f"{what} take {size / 1e9:,.1f} GB, and {free / 1e9:,.1f} GB are free on that disk; "
+            "write fewer, or name another",
+        )
 
 
 @contextmanager

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.io.atomic import opened, replacing
+from elastomorph.io.atomic import opened, replacing, require_room
 
 __all__ = ["PointCache", "read_mdd", "read_pc2", "write_mdd", "write_pc2"]
 
@@ -184,6 +184,8 @@ def _write(
                     "float32"
                 )
             if not written:
+                size, what = 12 * total * shape[0], f"{total:,} frames of {shape[0]:,} points"
+                require_room(path, size, what)
                 file.writelines(header(shape[0]))
             file.write(stored.tobytes())
             written += 1

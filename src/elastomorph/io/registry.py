@@ -7,8 +7,8 @@ first met, so a program that reads OBJ files never loads the rest.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from importlib.util import find_spec
 from inspect import signature
 from pathlib import Path
@@ -39,6 +39,7 @@ class Format(Generic[T]):
         load: Imports and returns its reader (path to thing) and its writer (path, thing and
             options of the format, through `atomic.replacing`; None if there is none).
         read_only: Whether files with these suffixes are not written.
+        still: Options of its reader that let it read a rig without targets.
         package: What the writer imports, what that is called where it is installed from, and the
             extra of ours that brings it; None where the writer needs nothing more.
     """
@@ -48,6 +49,7 @@ class Format(Generic[T]):
     load: Callable[[], tuple[Reader[T], Writer | None]]
     read_only: bool = False
     package: tuple[str, str, str] | None = None
+    still: Mapping[str, bool] = field(default_factory=dict)
 
     def read(self, path: str | Path, **options: Any) -> T:
         """The thing in a file."""
@@ -103,15 +105,16 @@ MESH_FORMATS: tuple[Format[Mesh], ...] = (
 )
 
 _USD_FILES = (".usd", ".usda", ".usdc")
+_STILL = {"still": True}
 _USD_CORE = ("pxr", "usd-core", "usd")
 
 RIG_FORMATS: tuple[Format[Rig], ...] = (
     Format("glTF binary", (".glb",), _gltf),
     Format("glTF", (".gltf",), _gltf, read_only=True),
     Format("VRM", (".vrm",), _gltf, read_only=True),
-    Format("USD", _USD_FILES, _usd, package=_USD_CORE),
-    Format("USD package", (".usdz",), _usd, read_only=True),
-    Format("Autodesk FBX", (".fbx",), _fbx, read_only=True),
+    Format("USD", _USD_FILES, _usd, package=_USD_CORE, still=_STILL),
+    Format("USD package", (".usdz",), _usd, read_only=True, still=_STILL),
+    Format("Autodesk FBX", (".fbx",), _fbx, read_only=True, still=_STILL),
     Format("NumPy archive", (".npz",), _npz_rig),
 )
 
@@ -136,10 +139,12 @@ def format_of(path: str | Path, formats: tuple[Format[T], ...]) -> Format[T]:
 def _other_door(path: str | Path, formats: tuple[Format[Any], ...]) -> str:
     """What opens a path whose suffix is that of another kind of thing."""
     suffix = Path(path).suffix.lower()
-    if formats is MESH_FORMATS and (suffix in known_suffixes(RIG_FORMATS) or is_folder(path)):
-        return ". It may be a rig: em.read_rig reads it, em.write writes one"
+    if formats is MESH_FORMATS and is_folder(path):
+        return ". This is a folder, perhaps of a rig; name the file of one mesh"
+    if formats is MESH_FORMATS and suffix in known_suffixes(RIG_FORMATS):
+        return f": files of {suffix} hold rigs, and this is for one mesh"
     if formats is RIG_FORMATS and suffix in known_suffixes(MESH_FORMATS):
-        return ". It may be a single mesh: em.read reads it, em.write writes one"
+        return f": files of {suffix} hold one mesh, and this is for a rig"
     return ""
 
 
@@ -147,14 +152,27 @@ def read(path: str | Path) -> Mesh:
     """The mesh in a file, in the vertex and polygon order of the file.
 
     Args:
-        path: A file whose suffix names its format: .obj, .ply or .npz.
+        path: A file whose suffix names its format: .obj, .ply or .npz; or that of a rig (.glb,
+            .gltf, .vrm, .usd, .usda, .usdc, .usdz, .fbx) without targets, its meshes as one.
 
     Raises:
         FileError: The file is missing or cannot be read.
-        FormatError: The suffix is unknown, or the content is not what the format allows.
+        FormatError: The suffix is unknown, the content is not what the format allows, or it is a
+            rig with targets.
+        MissingExtraError: The format needs a package that is not installed.
     """
     require_there(path)
-    return format_of(path, MESH_FORMATS).read(path)
+    if Path(path).suffix.lower() not in set(known_suffixes(RIG_FORMATS)) - {".npz"}:
+        return format_of(path, MESH_FORMATS).read(path)
+    known = format_of(path, RIG_FORMATS)
+    rig = known.read(path, **known.still)
+    if rig.morphs:
+        raise FormatError(
+            path,
+            f"this is a rig, targets: {len(rig.morphs):,}; expected a mesh without any: name it "
+            "where a rig is asked for, or a file of the one mesh that is meant",
+        )
+    return rig.neutral
 
 
 def require_there(path: str | Path) -> None:

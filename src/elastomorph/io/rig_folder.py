@@ -76,7 +76,7 @@ def read_rig(path: str | Path, *, method: str | Method | None = None, **options:
         return _built_in(method, **options)
     _refuse_options(path, options, ("cache",), "no folder")
     mesh = options.pop("mesh", None)
-    return with_paths(rig_as_stored(path, mesh=mesh), method, **options)
+    return with_paths(rig_as_stored(path, mesh=mesh, still=False), method, **options)
 
 
 def _built_in(
@@ -107,11 +107,14 @@ def _built_in(
     return Rig(neutral, morphs)
 
 
-def rig_as_stored(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
+def rig_as_stored(
+    path: str | Path, *, mesh: str | Sequence[str] | None = None, still: bool = True
+) -> Rig:
     """The rig in a file or a folder, or our own head, without a path where the source has none.
 
     Targets whose path the source leaves open are marked `elastomorph.Morph.bare`;
-    `elastomorph.rig.build.with_paths` chooses one.
+    `elastomorph.rig.build.with_paths` chooses one. Meshes without targets, ``still``, are a rig
+    without morphs.
     """
     beside: dict[str, Any] = {} if mesh is None else {"mesh": mesh}
     if str(path) == BUILT_IN:
@@ -127,7 +130,7 @@ def rig_as_stored(path: str | Path, *, mesh: str | Sequence[str] | None = None) 
     known = format_of(path, RIG_FORMATS)
     if ".npz" in known.suffixes:
         _refuse_options(path, beside, ("mesh",), "an archive of one rig")
-    return known.read(path, **beside)
+    return known.read(path, **beside, **(known.still if still else {}))
 
 
 def _refuse_options(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.numbers import as_number, as_numbers
+from elastomorph.numbers import LARGEST_WEIGHT, as_number, as_numbers
 
 Weights = Mapping[str, float] | ArrayLike
 
@@ -64,7 +64,7 @@ class Sliders:
                     f"{', …' if len(self.names) > 4 else ''}), so weights in their order must be "
                     f"that many numbers, found {given.shape}"
                 )
-            return self._finite(given)
+            return self._usable(given)
         column = self._column
         row = np.zeros(len(column))
         for name, weight in weights.items():
@@ -76,7 +76,7 @@ class Sliders:
                 raise ParameterError(
                     f"the weight of {name!r} is {weight!r}, not a number"
                 ) from None
-        return self._finite(row)
+        return self._usable(row)
 
     def table(self, weights: ArrayLike, what: str = "weights") -> NDArray[np.float64]:
         """(S, sliders) float64 from an array."""
@@ -86,7 +86,7 @@ class Sliders:
                 f"{what} must have shape (S, {len(self.names)}), one column for each slider "
                 f"({', '.join(self.names[:4])}, …); found {table.shape}"
             )
-        return self._finite(table)
+        return self._usable(table)
 
     @cached_property
     def driver_columns(self) -> list[list[int]]:
@@ -129,13 +129,15 @@ class Sliders:
             hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known[:8])}, …"
             raise ParameterError(f"the rig has no slider {name!r}: {hint}")
 
-    def _finite(self, table: NDArray[np.float64]) -> NDArray[np.float64]:
-        if not np.isfinite(table).all():
-            place = np.argwhere(~np.isfinite(table))[0]
+    def _usable(self, table: NDArray[np.float64]) -> NDArray[np.float64]:
+        usable = np.abs(table) <= LARGEST_WEIGHT
+        if not usable.all():
+            place = np.argwhere(~usable)[0]
             raise ParameterError(
                 f"the weight of {self.names[place[-1]]!r}"
                 + (f" in row {place[0]}" if table.ndim == 2 else "")
-                + f" is {table[tuple(place)]}; weights and times must be finite numbers"
+                + f" is {table[tuple(place)]:g}; weights and times are numbers about 0 to 1, at "
+                f"most {LARGEST_WEIGHT:g}"
             )
         return table
 
@@ -172,7 +174,7 @@ def named_moments(
         chosen = [name in t for name in sliders.names]
         moments[0, chosen] = given[chosen]
     else:
-        moments[:] = as_number(t, "the time")
+        moments[:] = sliders.row(np.full(len(sliders.names), as_number(t, "the time")))
     zeta = _normalized(row) if normalize else row
     return sliders.drive(zeta)[0], sliders.spread(moments)[0]
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from fbx_samples import Z_UP, Element, Model, Shape, as_binary, as_text, quad, scene
 
+import elastomorph as em
 from elastomorph.errors import (
     ElastomorphWarning,
     FileError,
@@ -239,6 +240,17 @@ def test_files_without_shapes_say_what_to_switch_on(rig_of: Reader) -> None:
         rig_of(scene(quad(channels={})))
     with pytest.raises(FormatError, match="there are no meshes"):
         rig_of(scene())
+
+
+def test_a_neutral_without_shapes_is_a_mesh(rig_of: Reader, tmp_path: Path) -> None:
+    with pytest.raises(FormatError):
+        rig_of(scene(quad(channels={})))
+    mesh = em.read(tmp_path / "face.fbx")
+    np.testing.assert_array_equal(mesh.vertices, np.array(quad().vertices))
+    with_shapes = rig_of(scene(quad()))
+    np.testing.assert_array_equal(mesh.vertices, with_shapes.neutral.vertices)
+    with pytest.raises(FormatError, match="rig"):
+        em.read(tmp_path / "face.fbx")
 
 
 def test_missing_files_and_missing_ufbx(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -72,13 +72,16 @@ class FbxMesh:
     channels: dict[str, Channel]  # Blend shape channels by the names of their sliders
 
 
-def read_fbx(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
+def read_fbx(
+    path: str | Path, *, mesh: str | Sequence[str] | None = None, still: bool = False
+) -> Rig:
     """The rig in an FBX file, binary or text.
 
     Args:
         path: The file.
         mesh: Name of the mesh to read, or names of several, with or without shapes. By default
             all that are shown.
+        still: Read meshes without any shapes too, as a rig without morphs.
 
     Returns:
         The rig, in the order of the file; the mesh with most channels gives unit and origin. At
@@ -99,7 +102,7 @@ def read_fbx(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
         axes = members.array("axes", "f", (3, 3))
         if not np.array_equal(axes @ axes.T, np.eye(3)):
             axes = np.eye(3)
-        meshes = _chosen(path, read_meshes(path, members), wanted)
+        meshes = _chosen(path, read_meshes(path, members), wanted, still=still)
     main = max(range(len(meshes)), key=lambda number: len(meshes[number].channels))
     vertices = sum(len(own.vertices) for own in meshes)
     shapes = sum(len(c.weights) for own in meshes for c in own.channels.values())
@@ -113,10 +116,12 @@ def read_fbx(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
         return Rig(*joined_rig(parts, str(path)))
 
 
-def _chosen(path: str | Path, meshes: list[FbxMesh], wanted: Sequence[str]) -> list[FbxMesh]:
+def _chosen(
+    path: str | Path, meshes: list[FbxMesh], wanted: Sequence[str], *, still: bool
+) -> list[FbxMesh]:
     listed = [ListedMesh((own.name,), len(own.channels), own.shown) for own in meshes]
     try:
-        chosen = [meshes[number] for number in chosen_meshes(listed, wanted)]
+        chosen = [meshes[number] for number in chosen_meshes(listed, wanted, need_shapes=not still)]
     except ParameterError as problem:
         raise FormatError(path, str(problem)) from None
     # Objects without points show nothing; exporters leave them where something was.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
@@ -13,7 +14,7 @@ from numpy.lib import format as npy
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.io.atomic import replacing, replacing_path
+from elastomorph.io.atomic import replacing, replacing_path, require_room
 from elastomorph.io.npz.mesh import write_npz
 from elastomorph.model.mesh import Mesh
 
@@ -35,6 +36,7 @@ def write_face_array(
     them further arrays by name, such as the weights.
     """
     suffix = Path(path).suffix.lower()
+    require_room(path, 4 * math.prod(shape), f"{shape[0]:,} faces of {shape[1]:,} vertices")
     if suffix == ".npy":
         with replacing(path) as file:
             _write_npy(path, file, blocks, shape)
@@ -63,35 +65,48 @@ def _write_npy(
         raise FormatError(path, f"{written:,} faces came, {shape[0]:,} were expected")
 
 
-def write_npz_take(path: str | Path, mesh: Mesh, frames: Blocks, times: ArrayLike) -> None:
+def write_npz_take(
+    path: str | Path,
+    mesh: Mesh,
+    frames: Blocks,
+    times: ArrayLike,
+    *,
+    names: Sequence[str] = (),
+    kind: str = "<f4",
+) -> None:
     """Write a take, whole or not at all, in the memory of one frame.
 
-    The archive is a mesh file of the neutral with ``frames`` (T, V, 3) float32 and ``times`` (T,)
-    beside it: `read_sequence` reads the take, `read` the neutral. Each frame is used before the
-    next is asked for.
+    The archive is a mesh file of the neutral with ``frames`` (T, V, 3), float32 or of the kind
+    given, ``times`` (T,) and the names of frames that have any: `read_sequence` reads the take,
+    `read` the neutral. Each frame is used before the next is asked for.
     """
-    when = np.asarray(times, dtype=np.float64)
+    beside = {"times": np.asarray(times, dtype=np.float64)}
+    beside |= {"names": np.array(names, dtype=np.str_)} if names else {}
     shape = mesh.vertices.shape
+    whole = (len(beside["times"]), *shape)
+    size = np.dtype(kind).itemsize * math.prod(whole)
+    require_room(path, size, f"{whole[0]:,} frames of {whole[1]:,} vertices")
     with replacing_path(path) as temporary:
         write_npz(temporary, mesh)
         count = 0
         with temporary.open("r+b") as file:
             with zipfile.ZipFile(file, "a") as archive:
-                with archive.open(zipfile.ZipInfo("times.npy"), "w") as member:
-                    npy.write_array(member, when, allow_pickle=False)
+                for name, array in beside.items():
+                    with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as member:
+                        npy.write_array(member, array, allow_pickle=False)
                 info = zipfile.ZipInfo("frames.npy")  # of itself dated 1980
                 with archive.open(info, "w", force_zip64=True) as member:
-                    npy.write_array_header_1_0(member, _header((len(when), *shape)))
+                    npy.write_array_header_1_0(member, _header(whole, kind))
                     for count, frame in enumerate(frames, start=1):
                         if frame.shape != shape:
                             problem = f"has the shape {frame.shape}, expected {shape}"
                             raise ParameterError(f"frame {count - 1} {problem}")
-                        member.write(np.ascontiguousarray(frame, dtype="<f4").tobytes())
+                        member.write(np.ascontiguousarray(frame, dtype=kind).tobytes())
             file.flush()
             os.fsync(file.fileno())
-        if count != len(when):
-            raise ParameterError(f"expected {len(when):,} frames, one a time, found {count:,}")
+        if count != whole[0]:
+            raise ParameterError(f"expected {whole[0]:,} frames, one a time, found {count:,}")
 
 
-def _header(shape: tuple[int, ...]) -> dict[str, object]:
-    return {"descr": "<f4", "fortran_order": False, "shape": shape}
+def _header(shape: tuple[int, ...], kind: str = "<f4") -> dict[str, object]:
+    return {"descr": kind, "fortran_order": False, "shape": shape}

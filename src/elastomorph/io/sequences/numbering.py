@@ -47,13 +47,14 @@ class FramePattern:
             if found
         }
 
-    def require_only(self, files: Collection[Path]) -> None:
+    def require_only(self, numbers: Collection[int]) -> None:
         """Refuse to write frames beside those of another motion, with which they would mix."""
-        others = set(self.existing()) - set(files) if self.folder.is_dir() else set()
+        there = self.existing() if self.folder.is_dir() else {}
+        others = [file for file, n in there.items() if n not in numbers or file != self.file(n)]
         if others:
             raise FileError(
                 self.pattern,
-                f"{min(others).name} is already there and not among the {len(files):,} frames to "
+                f"{min(others).name} is already there and not among the {len(numbers):,} frames to "
                 f"write ({len(others):,} such files); delete them or choose another name",
             )
 

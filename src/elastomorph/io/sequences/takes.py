@@ -91,9 +91,8 @@ def write_take(
                 problem = f"the folder cannot be made: {error.strerror or error}"
                 raise FileError(path, problem) from error
             pattern /= f"frame.{'#' * max(_LEAST_DIGITS, len(str(count)))}.obj"
-        named = frame_pattern(pattern)
-        named.require_only([named.file(number) for number in range(1, count + 1)])
-        write_face_files(pattern, rig.neutral, (frame[None] for frame in frames))
+        frame_pattern(pattern).require_only(range(1, count + 1))
+        write_face_files(pattern, rig.neutral, (frame[None] for frame in frames), count=count)
     elif suffix == ".npz":
         write_npz_take(path, rig.neutral, frames, seconds)
     elif suffix == ".mdd":

@@ -36,6 +36,8 @@ BENDS = "elastomorph:bends"
 POINTS = "elastomorph:points"
 SLIDERS = "elastomorph:sliders"
 SETTINGS = "elastomorph:settings"
+STILL = "--still"
+"""In place of the name of a mesh, which it cannot be: those without blend shapes are read too."""
 GROUP_FAMILY = "elastomorph:group"
 LAYER = "elastomorph"
 LAYER_VERSION = 1

@@ -28,6 +28,7 @@ from elastomorph.io.joined_rig import RigPart, joined_rig, placings
 from elastomorph.io.npz.members import NpzMembers
 from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json, prim_names
+from elastomorph.io.usd.library import STILL
 from elastomorph.io.usd.scene import FoundMesh, FoundShape, found_meshes
 from elastomorph.io.usd.writer import SUFFIXES
 from elastomorph.model.mesh import Mesh
@@ -42,7 +43,9 @@ _READER = IsolatedReader("elastomorph.io.usd.worker", "USD", ADVICE)
 _CLOSE = 1e-6  # UsdSkel passes over in-betweens nearer than this to 0 and 1
 
 
-def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Rig:
+def read_usd(
+    path: str | Path, *, mesh: str | Sequence[str] | None = None, still: bool = False
+) -> Rig:
     """The rig in a USD file.
 
     A file of `write_usd`, or a layer of bends, comes back with its curved paths. Of any other, each
@@ -59,6 +62,7 @@ def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
             within its own folder, or package, only; the file under a layer of `elastomorph.bend`
             wherever it is.
         mesh: Name or path of the mesh to read, or of several; with or without blend shapes.
+        still: Read meshes without any blend shapes too, as a rig without morphs.
 
     Raises:
         MissingExtraError: usd-core is not installed.
@@ -67,7 +71,7 @@ def read_usd(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
             or it is composed of files outside its folder.
         ParameterError: An empty list of names.
     """
-    with members_of(path, wanted_names(mesh)) as members:
+    with members_of(path, [STILL] * still + [*wanted_names(mesh)]) as members:
         found = found_meshes(path, members)
         return rig_of(path, found, parts_of(path, found, members.budget), members.budget)
 
@@ -77,7 +81,7 @@ def read_usd_settings(path: str | Path, *, mesh: str | Sequence[str] | None = No
 
     Arguments and errors are those of `read_usd`.
     """
-    with members_of(path, wanted_names(mesh)) as members:
+    with members_of(path, [STILL, *wanted_names(mesh)]) as members:
         found = [own.settings for own in found_meshes(path, members)]
         return next((text for text in found if text is not None), None)
 

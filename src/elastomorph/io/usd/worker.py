@@ -23,6 +23,7 @@ from elastomorph.io.usd.library import (
     POINTS,
     SETTINGS,
     SLIDERS,
+    STILL,
     pxr,
 )
 from elastomorph.io.usd.looks import coordinates_of, looks_of
@@ -91,7 +92,9 @@ def chosen_prims(stage: Any, wanted: Sequence[str]) -> list[Any]:
     prims = [prim for prim in every if prim.IsA(pxr("UsdGeom").Mesh)]
     shapes = [len(shape_targets(prim)) for prim in prims]
     # A rig of ours may have no blend shapes.
-    need_shapes = not any(shapes) and not any(prim.HasAttribute(SLIDERS) for prim in prims)
+    still = STILL in wanted or any(prim.HasAttribute(SLIDERS) for prim in prims)
+    wanted = [name for name in wanted if name != STILL]
+    need_shapes = not any(shapes) and not still
     # Whether a mesh is shown takes a walk up to its root: not where none will be read for that.
     by_sight = not wanted and not need_shapes
     listed = [
