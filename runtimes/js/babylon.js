@@ -8,7 +8,7 @@ export function keepExtras(loader) {
     enabled: true,
     dispose() {},
     loadNodeAsync(context, node, assign) {
-      const { elastomorph } = loader.gltf.meshes?.[node.mesh]?.extras ?? {};
+      const { elastomorph } = { ...node.extras, ...loader.gltf.meshes?.[node.mesh]?.extras };
       if (!elastomorph) return null;
       return loader.loadNodeAsync(context, node, assign).then((loaded) => {
         // One a primitive, as the extensions of Babylon.js itself find them.

@@ -220,3 +220,45 @@ def test_the_binary_chunk_may_follow_one_that_no_one_knows(tmp_path: Path) -> No
     original, again = open_gltf(tmp_path / "a.glb"), open_gltf(tmp_path / "c.glb")
     assert again.document == original.document
     assert (again.chunk, again.rest) == (original.chunk, unknown)
+
+
+CURVELESS = "bend FILE --from BENT"
+
+
+def without_curves(path: Path, out: Path, *, nodes: bool = False) -> Path:
+    """A bent file as gltfpack leaves it, or three.js' exporter, which gives the curves to nodes."""
+    document, blob = chunks_of(path)
+    del document["extras"]
+    for number, mesh in enumerate(document["meshes"]):
+        stored = mesh.get("extras", {}).pop("elastomorph", None)
+        if stored and nodes:
+            document["nodes"][number]["extras"] = {"elastomorph": stored}
+    out.write_bytes(glb(document, blob))
+    return out
+
+
+def test_what_is_bent_is_not_bent_again(tmp_path: Path) -> None:
+    """With the curves in the nodes they are read from there; without, it is said what has them."""
+    path = flap_character().write(tmp_path / "a.glb")
+    em.bend(path, tmp_path / "bent.glb")
+    moved = without_curves(tmp_path / "bent.glb", tmp_path / "moved.glb", nodes=True)
+    expected, found = em.read_rig(tmp_path / "bent.glb"), em.read_rig(moved)
+    np.testing.assert_array_equal(found.pose({"open": 0.5}), expected.pose({"open": 0.5}))
+    with pytest.raises(em.FormatError, match="bent already"):
+        em.bend(moved, tmp_path / "b.glb")
+    gone = without_curves(tmp_path / "bent.glb", tmp_path / "gone.glb")
+    with pytest.raises(em.FormatError, match=CURVELESS):
+        em.bend(gone, tmp_path / "b.glb")
+    assert not (tmp_path / "b.glb").exists()
+
+
+def test_curves_of_a_node_that_no_longer_hold_give_way(tmp_path: Path) -> None:
+    """three.js reads the extras of a node over those of its mesh."""
+    file = flap_character()
+    straight = {"version": 1, "morphs": [{"name": "open", "target": "open", "method": "linear"}]}
+    file.json["nodes"][0]["extras"] = {"elastomorph": straight, "kept": 1}
+    path = file.write(tmp_path / "a.glb")
+    em.bend(path, tmp_path / "b.glb")
+    assert open_gltf(tmp_path / "b.glb").document["nodes"][0]["extras"] == {"kept": 1}
+    em.unbend(tmp_path / "b.glb", tmp_path / "c.glb")
+    assert open_gltf(tmp_path / "c.glb").document == open_gltf(path).document

@@ -130,3 +130,21 @@ def played(path: Path, *values: str) -> dict[int, dict[str, list[float]]]:
     )
     assert done.returncode == 0, done.stderr[-2000:]
     return {own["node"]: own for own in json.loads(done.stdout)}
+
+
+def test_what_three_js_exports_keeps_its_curves(tmp_path: Path) -> None:
+    """Its exporter gives the extras of meshes to their nodes, where all that read them look too."""
+    bent, exported = tmp_path / "bent.glb", tmp_path / "exported.glb"
+    em.bend(make("plain", tmp_path), bent)
+    program = [node("three"), str(WEB / "checks" / "three_export.mjs"), str(bent), str(exported)]
+    done = subprocess.run(program, capture_output=True, text=True, check=False, timeout=100)
+    assert done.returncode == 0, done.stderr[-2000:]
+    before, after = read_glb(bent), read_glb(exported)
+    assert any(len(morph.bends) for morph in before.morphs.values())
+    np.testing.assert_allclose(after.pose(known(after)), before.pose(known(before)), atol=1e-6)
+    with pytest.raises(em.FormatError, match="bent already"):
+        em.bend(exported, tmp_path / "again.glb")
+
+
+def known(rig: em.Rig) -> dict[str, float]:
+    return {name: value for name, value in SLIDERS.items() if name in rig.sliders.names}

@@ -21,11 +21,13 @@ from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
 from elastomorph.io.gltf.primitives import Attributes
 from elastomorph.io.gltf.reader import (
     ReadMesh,
+    named_bends,
     read_meshes,
     require_known_extensions,
     rig_of,
 )
-from elastomorph.io.untrusted import naming_file
+from elastomorph.io.gltf.rig_extras import described_meshes
+from elastomorph.io.untrusted import naming_file, shortened
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig
@@ -77,6 +79,7 @@ class Face:
                     "nothing to bend; export it with them"
                 )
             meshes = read_meshes(file, wanted)
+            _require_curves(file, meshes)
             return cls._of(file, meshes, rig_of(file, meshes), wanted)
 
     @classmethod
@@ -151,19 +154,31 @@ def _target_count(file: GltfFile, number: int) -> int:
     return max(counts, default=0)
 
 
+def _require_curves(file: GltfFile, meshes: Sequence[ReadMesh]) -> None:
+    """Refuse bends of which another program has left out the curves: they are no sliders."""
+    names = (named_bends(own.primitives.targets) for own in meshes if own.gone)
+    for bends in filter(None, names):
+        file.refuse(
+            f"it has the targets of {len(bends)} bends, such as {shortened(bends[0])!r}, without "
+            "their curves, and what is bent is not bent again: 'elastomorph bend FILE --from BENT' "
+            "gives back those of the file that it was made from; give targets that are shapes of "
+            "their own other names"
+        )
+
+
 def _face_mesh(file: GltfFile, own: ReadMesh, start: int) -> FaceMesh:
     mesh = file.item("meshes", own.placed.number, "a node")
     of = f"mesh {own.placed.number}"
     extras = mesh.get("extras", {})
     if not isinstance(extras, dict):
         file.refuse(f"'extras' of {of} are no object, so bend curves cannot be kept in them")
-    stored = extras.get("elastomorph")
+    stored = described_meshes(file).get(own.placed.number)
     stored = stored if isinstance(stored, dict) else {}
     morphs = own.stored.morphs
     if any(morph.bends or morph.fold is not None for morph in morphs):
         file.refuse(
-            "its paths are bent already, and not by 'elastomorph bend'; bend the character it was "
-            "made from, or export that with --method linear"
+            "its paths are bent already, and not by 'elastomorph bend', or its original is lost; "
+            "bend the character it was made from, or export that with --method linear"
         )
     count = len(own.part.mesh.vertices)
     vertices = np.arange(own.primitives.count)

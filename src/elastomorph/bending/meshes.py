@@ -196,6 +196,8 @@ class MeshEdit:
                 holder["weights"] = [*given, *columns.weights(given).tolist()[len(given) :]]
                 for place in columns.folds:
                     holder["weights"][place] = float(columns.weights(given)[place])
+            if holder is not self._entry and isinstance(holder.get("extras"), dict):
+                holder["extras"].pop("elastomorph", None)  # programs read it over that of the mesh
         extras["elastomorph"] = {
             **self._mesh.stored,
             "version": INDICES if any("index" in own for own in morphs) else version,

@@ -214,7 +214,7 @@ STRAIGHT = {"breaks": [0, 1], "coefficients": [[0]]}
 @pytest.mark.parametrize(
     ("where", "what", "reason"),
     [
-        ("version", 3, "update elastomorph"),
+        ("version", 4, "update elastomorph"),
         ("version", "1", "no version"),
         ("version", True, "no version"),
         ("version", 0, "no version"),

@@ -4,7 +4,7 @@ import type { Model } from '../types/model';
 import { readClips } from './clips';
 import { openContainer } from './container';
 import { diameterOf } from './diameter';
-import { GltfDocument } from './document';
+import { GltfDocument, listed, objectIn } from './document';
 import { headOf } from './head';
 import { readMorphs, storedIn } from './morphs';
 import { placedMeshes } from './nodes';
@@ -47,7 +47,11 @@ export async function openFile(
   const surface = readSurface(file, meshes);
   const numbers = [...new Set(meshes.map(({ mesh }) => mesh))];
   const stored = storedIn(
-    numbers.map((number) => file.item('meshes', number, 'a node')),
+    numbers.map((number) => {
+      const shown = listed(file, 'nodes', meshes.find(({ mesh }) => mesh === number)?.node);
+      const mesh = file.item('meshes', number, 'a node');
+      return { ...mesh, extras: { ...objectIn(shown, 'extras'), ...objectIn(mesh, 'extras') } };
+    }),
     (mesh) => targetNamesOf(file, mesh),
   );
   const written = meshes.length === 1 ? stored[0]?.['surface'] : undefined;

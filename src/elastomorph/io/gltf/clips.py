@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.gltf.channels import Channel, read_channel
 from elastomorph.io.gltf.container import GltfFile, open_gltf
-from elastomorph.io.gltf.lenient import object_of
+from elastomorph.io.gltf.lenient import entry_of, object_of
 from elastomorph.io.gltf.primitives import target_names
-from elastomorph.io.gltf.rig_extras import stored_rig
+from elastomorph.io.gltf.rig_extras import described_meshes, stored_rig
 from elastomorph.io.gltf.turning import head_node, recorded_turn, rotations_at
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
@@ -196,13 +196,10 @@ def _tracks(
 def _folds(file: GltfFile) -> dict[str, BendCurve]:
     """What is added to the weights of morph targets that play a bend, by the name of each."""
     found: dict[str, BendCurve] = {}
-    for mesh in file.items("meshes"):
-        extras = object_of(object_of(mesh).get("extras"))
-        if "elastomorph" not in extras:
-            continue
-        given = _given_names(file, mesh)
+    for number, stored in described_meshes(file).items():
+        given = _given_names(file, entry_of(file, "meshes", number))
         with suppress(ValueError):  # whoever reads the rig is told
-            own = stored_rig(extras["elastomorph"], different_names(given), file.budget, given)
+            own = stored_rig(stored, different_names(given), file.budget, given)
             found |= {m.target: m.fold for m in own.morphs if m.fold is not None}
     return found
 

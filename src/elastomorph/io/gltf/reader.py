@@ -19,7 +19,7 @@ from elastomorph.io.gltf.mesh_extras import restored_surface
 from elastomorph.io.gltf.meshopt import EXTENSIONS as MESHOPT
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
 from elastomorph.io.gltf.primitives import Primitives, read_primitives, target_count
-from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, stored_rig
+from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, described_meshes, stored_rig
 from elastomorph.io.joined_rig import Placing, RigPart, joined_rig
 from elastomorph.io.untrusted import naming_file, shortened
 from elastomorph.model.appearance import Material
@@ -30,6 +30,7 @@ from elastomorph.rig import Rig
 
 __all__ = [
     "ReadMesh",
+    "named_bends",
     "read_glb",
     "read_meshes",
     "require_known_extensions",
@@ -97,21 +98,20 @@ def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
     """Meshes of a scene as far as they show a surface."""
     read = list(zip(placed, read_primitives(file, placed), strict=True))
     used = {name for _, own in read if own is not None for name in own.materials if name}
-    looks = read_appearance(file, used)
-    found = [
-        ReadMesh(own, primitives, *_part(file, own, primitives, looks))
+    looks, described = read_appearance(file, used), described_meshes(file)
+    return [
+        ReadMesh(own, primitives, *_part(file, own, primitives, looks, described.get(own.number)))
         for own, primitives in read
         if primitives is not None
     ]
-    gone = list(dict.fromkeys(own.gone for own in found if own.gone))
-    if gone:
-        more = f"; {len(gone) - 1} more of its meshes have lost something too" if gone[1:] else ""
-        warn(f"{file.path}: {gone[0]}{more}")
-    return found
 
 
 def rig_of(file: GltfFile, meshes: Sequence[ReadMesh]) -> Rig:
-    """The rig that some meshes of a file are together."""
+    """The rig that some meshes of a file are together; a warning says what they have lost."""
+    gone = list(dict.fromkeys(own.gone for own in meshes if own.gone))
+    if gone:
+        more = f"; {len(gone) - 1} more of its meshes have lost something too" if gone[1:] else ""
+        warn(f"{file.path}: {gone[0]}{more}")
     correctives: dict[str, list[str]] = {}
     groups: dict[str, list[str]] = {}
     for own in meshes:
@@ -134,11 +134,13 @@ def wanted_meshes(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
 
 
 def _part(
-    file: GltfFile, placed: PlacedMesh, primitives: Primitives, looks: dict[str, Material] | None
+    file: GltfFile,
+    placed: PlacedMesh,
+    primitives: Primitives,
+    looks: dict[str, Material] | None,
+    own: Any,
 ) -> tuple[RigPart, StoredRig, str]:
     """A mesh with its morphs, as described or as the file shows them; and what is gone."""
-    extras = file.item("meshes", placed.number, "a node").get("extras")
-    own = extras.get("elastomorph") if isinstance(extras, dict) else None
     surface = own.get("surface") if isinstance(own, dict) else None
     neutral = _restored(file, primitives, surface, looks) if isinstance(surface, dict) else None
     if neutral is None:
@@ -156,16 +158,21 @@ def _part(
     return part, stored, gone or _emptied(primitives, stored)
 
 
+def named_bends(targets: Sequence[str]) -> list[str]:
+    """Those of some targets whose names are those of bends of others."""
+    known = set(targets)
+    return [name for name in targets if (of := _BEND.fullmatch(name)) and of[1] in known]
+
+
 def _undescribed(targets: Sequence[str]) -> str:
     """What is to be said of a mesh that has targets of bends, but no longer says so."""
-    known = set(targets)
-    bends = [name for name in targets if (of := _BEND.fullmatch(name)) and of[1] in known]
+    bends = named_bends(targets)
     if not bends:
         return ""
     return (
         f"it has the targets of {len(bends)} bends, such as {shortened(bends[0])!r}, but another "
-        "program has left out what they follow (export with custom properties); each morph target "
-        "read as a slider of its own"
+        "program has left out what they follow ('elastomorph bend --from' a file that has it gives "
+        "it back); each morph target read as a slider of its own"
     )
 
 

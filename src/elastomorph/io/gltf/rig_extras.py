@@ -34,6 +34,8 @@ from typing import Any
 from elastomorph.errors import ParameterError
 from elastomorph.io.blend_shapes import curve_from_json, curve_to_json
 from elastomorph.io.choices import choice_from_json, choice_to_json
+from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.lenient import object_of
 from elastomorph.io.gltf.morph_targets import MorphTargets
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.model.bend_curve import BendCurve
@@ -67,6 +69,21 @@ class StoredRig:
     morphs: tuple[StoredMorph, ...]  # Its morphs in order
     correctives: dict[str, list[str]]  # Name and drivers of each combination shape
     groups: dict[str, list[str]]  # Name and members of each group
+
+
+def described_meshes(file: GltfFile) -> dict[int, Any]:
+    """``extras.elastomorph`` by the number of the mesh.
+
+    Programs such as three.js' exporter put it into the extras of the node that shows the mesh.
+    """
+    holders: list[tuple[Any, Any]] = [*enumerate(file.items("meshes"))]
+    holders += [(object_of(node).get("mesh"), node) for node in file.items("nodes")]
+    found: dict[int, Any] = {}
+    for number, holder in holders:
+        extras = object_of(object_of(holder).get("extras"))
+        if "elastomorph" in extras and type(number) is int:
+            found.setdefault(number, extras["elastomorph"])
+    return found
 
 
 def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
