@@ -24,7 +24,7 @@ _Rig = Annotated[
     typer.Argument(
         metavar="[RIG]",
         help="A rig: .glb, .vrm, .usd, .fbx, .npz, a folder, settings (.toml); 'built-in' for "
-        "ours. Not for --verify.",
+        "ours. For --to, a data set. Not for --verify.",
     ),
 ]
 _Output = Annotated[
@@ -46,8 +46,11 @@ _Tolerance = Annotated[
 ]
 _Normals = Annotated[bool, typer.Option("--normals", help="Store normals of the vertices.")]
 _Landmarks = Annotated[
-    Path | None,
-    typer.Option(help="Store where landmarks are: vertices by name, as 'landmarks' writes them."),
+    str | None,
+    typer.Option(
+        help="Store where landmarks are: vertices by name, as 'landmarks' writes them, or clicks, "
+        "68 or mediapipe of a rig whose points are known."
+    ),
 ]
 _Render = Annotated[
     int | None,
@@ -61,6 +64,10 @@ _Unit = Annotated[
 _Sheet = Annotated[
     Path | None,
     typer.Option(help="Picture of some faces with their labels; alone, of a data set there is."),
+]
+_To = Annotated[
+    str | None,
+    typer.Option(help="Write a data set with pictures as webdataset, coco or folder."),
 ]
 _Verify = Annotated[
     bool,
@@ -107,6 +114,7 @@ def farm(
     codec: _Codec = "lz4",
     unit: _Unit = None,
     sheet: _Sheet = None,
+    to: _To = None,
     scheduler: _Scheduler = "none",
     dashboard: _Dashboard = None,
     verify: _Verify = False,
@@ -127,6 +135,8 @@ def farm(
     _require_use(context, output, verify, shown, dry_run, scheduler)
     if verify or shown:
         return _verified(output, sample, say) if verify else _answer(output, sheet)
+    if to is not None:
+        return _exported(rig, output, to, say)
     if rig is None:
         raise ParameterError("name the rig whose faces are made, or 'built-in' for ours")
     from elastomorph.farm.making.run import make_faces
@@ -172,6 +182,8 @@ def _require_use(
             raise ParameterError(f"--verify makes nothing, so {said} has no meaning beside it")
         if not verify and shown and name not in always | {"sheet"}:
             raise ParameterError(f"--sheet shows what is there: for {said}, name a rig too")
+        if context.params["to"] is not None and name not in always | {"to", "rig"}:
+            raise ParameterError(f"--to writes a data set there is, so {said} has no meaning here")
         if name == "sample" and not verify:
             raise ParameterError("--sample is how many units --verify makes again: add --verify")
         if name == "prices" and not dry_run:
@@ -196,6 +208,19 @@ def _answer(output: str, sheet: Path | None) -> Answer:
         "written": output,
     }
     return Answer(facts, lambda: print_facts(facts, 10))
+
+
+def _exported(source: str | None, output: str, to: str, say: Say) -> Answer:
+    from elastomorph.farm.reading.export import export_faces
+    from elastomorph.farm.reading.faces import open_faces
+
+    if source is None:
+        raise ParameterError("name the data set, as 'farm faces.zarr --to coco -o faces'")
+    faces = open_faces(source)
+    written = export_faces(faces, output, to, progress=say)
+    facts = {"faces": len(faces), "files": [str(file) for file in written], "written": output}
+    shown = {"faces": len(faces), "format": to, "written": output}
+    return Answer(facts | shown, lambda: print_facts(shown, 10))
 
 
 def _verified(output: str, sample: int, say: Say) -> Answer:
@@ -234,15 +259,17 @@ def _estimated(
 
 
 def _landmarks(
-    path: Path | None, recipe: RecipeTables, place: str, rig: Rig
-) -> Mapping[str, int] | None:
-    """Those of the file named; for pictures without any, those that come with the rig."""
-    from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
+    path: str | None, recipe: RecipeTables, place: str, rig: Rig
+) -> Mapping[str, int] | str | None:
+    """Those of the file or set named; for pictures without any, those that come with the rig."""
+    from elastomorph.capturing.landmarks.known_landmarks import POINT_SETS, known_landmarks
     from elastomorph.capturing.landmarks.landmarks import read_landmarks
 
     if path is None:
         known = recipe.pictures is not None and not recipe.landmarks
         return (known_landmarks(place, rig.neutral) or None) if known else None
+    if path in POINT_SETS:
+        return path
     found = read_landmarks(path).vertices
     if not found:
         raise ParameterError(f"{path} names no vertices of a rig; place them with 'landmarks'")

@@ -31,7 +31,7 @@ def make_faces(
     vertices: str | None = None,
     tolerance: float | None = None,
     normals: bool = False,
-    landmarks: Mapping[str, int] | None = None,
+    landmarks: Mapping[str, int] | str | None = None,
     render: int | None = None,
     codec: str = "lz4",
     unit: int | None = None,
@@ -55,7 +55,8 @@ def make_faces(
         tolerance: Largest error of stored positions in units of D. By default that of the type;
             for int16 1e-4, or the least that the rig allows.
         normals: Store (V, 3) float32 normals.
-        landmarks: Store (L, 3) float32 positions of vertices, by name. Default: the recipe's.
+        landmarks: Store (L, 3) float32 positions of vertices, by name; ``clicks``, ``68`` or
+            ``mediapipe`` of a rig whose points are known. Default: the recipe's.
         render: Store pictures with labels, so many pixels a side. Default: the recipe's.
         codec: ``lz4``, ``zstd``, which is slower and a quarter smaller, or ``none``.
         unit: Faces made and written together, a power of two. Default: as many as make 32

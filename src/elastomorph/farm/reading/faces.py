@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property, lru_cache
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -131,6 +132,12 @@ class FaceSet:
         from elastomorph.farm.reading.picture_rows import PictureRows
 
         return PictureRows(self)
+
+    def export(self, path: str | Path, to: str) -> None:
+        """Write pictures and labels for training code; arguments are those of `export_faces`."""
+        from elastomorph.farm.reading.export import export_faces
+
+        export_faces(self, path, to)
 
     def as_torch(self, *names: str) -> FaceDataset:
         """Arrays as a PyTorch ``Dataset`` of dicts of tensors; its ``batches`` load fast.

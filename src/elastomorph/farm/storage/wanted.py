@@ -27,7 +27,7 @@ class Wanted:
     vertices: str | None = None
     tolerance: float | None = None
     normals: bool = False
-    landmarks: Mapping[str, int] | None = None
+    landmarks: Mapping[str, int] | str | None = None
     codec: str = "lz4"
     unit: int | None = None
 
@@ -89,8 +89,18 @@ def pictured(recipe: Any, render: int | None) -> Recipe:
     return own.pictured(int(render))
 
 
-def _landmarks(rig: Rig, given: Mapping[str, int]) -> dict[str, int]:
+def _landmarks(rig: Rig, given: Mapping[str, int] | str) -> dict[str, int]:
     count = len(rig.neutral.vertices)
+    if isinstance(given, str):
+        from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
+
+        known = known_landmarks(rig.neutral.name, rig.neutral, given)
+        if not known:
+            raise ParameterError(
+                f"the points {given!r} of this rig are not known: give vertices by name, as "
+                "'elastomorph landmarks' places them"
+            )
+        return known
     if not isinstance(given, Mapping) or not given:
         raise ParameterError(f"landmarks are vertices by name, found {given!r}")
     for name, vertex in given.items():
