@@ -46,6 +46,7 @@ VERBS = {
     "landmarks": "Place the points of a face in photographs and on meshes, in the browser.",
     "register": "Register scans of any topology.",
     "bench": "Time the paper's experiment.",
+    "samples": "Write files of the built-in head to try things with.",
 }
 """Each verb, a function in the file of its name, and what it is for: the start of its own words."""
 

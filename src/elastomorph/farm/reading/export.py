@@ -11,7 +11,7 @@ import json
 import tarfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 from elastomorph.draw.materials import parts_of
 from elastomorph.draw.pictures import as_png
 from elastomorph.errors import FileError, ParameterError
-from elastomorph.farm.reading.faces import FaceSet
 from elastomorph.io.atomic import made_folder, replacing
 from elastomorph.model.geometry import fit_rotation, moved_extent
 from elastomorph.rig.rig import Rig
+
+if TYPE_CHECKING:
+    from elastomorph.farm.reading.faces import FaceSet
 
 LAYOUTS = ("webdataset", "coco", "folder")
 """What `export_faces` writes."""
