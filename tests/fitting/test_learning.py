@@ -10,6 +10,7 @@ import pytest
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.movements import find_movements
+from elastomorph.fitting import recordings
 from elastomorph.fitting.path_fit import Observed, Splines, fitted
 from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.io.vertex_lists import read_curves
@@ -109,8 +110,6 @@ def test_dense_meshes_are_learned_from_a_sample(
     network: CurveNetwork, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Curves from some vertices, shapes for all: nearly as good as all at once."""
-    from elastomorph.fitting import recordings
-
     take = movement(network, 2, noise=0.02)
     whole = em.learn(take, 1, curves=network).errors.lme
     monkeypatch.setattr(recordings, "_LEAST_SAMPLE", 8)
@@ -324,3 +323,59 @@ def test_markers_that_are_missing_leave_the_path_as_it_is(
     np.testing.assert_allclose(found.at(TIMES)[:, others], take.frames[:, others], atol=1e-6)
     np.testing.assert_array_equal(found.target.vertices[11], take.frames[29, 11])
     assert found.errors.lme < 1e-6
+
+
+def wavering(network: CurveNetwork, waves: int, bends: int) -> em.MeshSequence:
+    """Shapes whose weights rise and fall so many times, a little noise, and no two alike."""
+    random = np.random.default_rng(5)
+    shapes = random.normal(size=(2 + bends, network.vertex_count, 3))
+    laws = [np.sin((waves - k) * np.pi * TIMES) for k in range(bends)]
+    frames = shapes[0] + np.tensordot(np.stack([TIMES, *(0.2 * b for b in laws)], 1), shapes[1:], 1)
+    frames[1:-1] += 1e-3 * random.normal(size=frames[1:-1].shape)
+    return em.MeshSequence(em.Mesh(shapes[0]), frames, TIMES)
+
+
+def test_knots_are_as_many_as_curves_need(network: CurveNetwork) -> None:
+    """Weights that swing eight times: seven knots are the limit, and by default there are more."""
+    take = wavering(network, 16, 2)
+    few = em.learn(take, 2, knots=7, curves=network)
+    own = em.learn(take, 2, curves=network)
+    assert (few.knots, few.knots_are_the_limit) == (7, True)
+    assert own.knots > 12
+    assert not own.knots_are_the_limit
+    assert own.errors.lme < few.errors.lme / 10
+    assert {"knots": own.knots, "knots_are_the_limit": False}.items() <= own.to_dict().items()
+    bends = em.learn(wavering(network, 3, 3), 1, curves=network)
+    assert (bends.knots, bends.knots_are_the_limit) == (7, False)
+
+
+@pytest.mark.parametrize(
+    ("timing", "seed", "most"), [("recorded", 0, 4), ("recorded", 1, 4), ("even", 0, 3)]
+)
+def test_a_bend_more_is_never_worse(
+    network: CurveNetwork, timing: str, seed: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On all vertices, the sample being a few; where curves are too stiff for what was recorded."""
+    monkeypatch.setattr(recordings, "_SAMPLE", 10 * len(TIMES))
+    monkeypatch.setattr(recordings, "_LEAST_SAMPLE", 10)
+    random = np.random.default_rng(seed)
+    take = wavering(network, 6, 4)
+    frames = take.frames.copy()
+    frames[1:-1] += 0.05 * random.normal(size=frames[1:-1].shape)
+    take = em.MeshSequence(take.mesh, frames, TIMES)
+    for knots in (2, None):
+        found = [
+            em.learn(take, k, knots=knots, timing=timing, curves=network).errors
+            for k in range(most + 1)
+        ]
+        for measure in ("lme", "lae"):
+            errors = [getattr(each, measure) for each in found]
+            assert sorted(errors, reverse=True) == errors
+
+
+def test_repetitions_with_more_bends_are_never_worse(network: CurveNetwork) -> None:
+    takes = [movement(network, 2, noise=noise) for noise in (0.02, 0.03)]
+    found = [em.learn(takes, k, curves=network).errors for k in range(3)]
+    for measure in ("lme", "lae"):
+        errors = [getattr(each, measure) for each in found]
+        assert sorted(errors, reverse=True) == errors

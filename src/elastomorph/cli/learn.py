@@ -43,7 +43,13 @@ TimingKind = Annotated[
         help="recorded: in the path; even: beside it, as the timing of the clip in a .glb."
     ),
 ]
-Knots = Annotated[int, typer.Option(help="Where the cubic pieces of weight curves meet: so often.")]
+Knots = Annotated[
+    int | None,
+    typer.Option(
+        help="Where the cubic pieces of weight curves meet: so often; by default as often as it "
+        "takes."
+    ),
+]
 Frames = Annotated[
     list[str] | None,
     typer.Option(
@@ -64,7 +70,7 @@ def learn(
     bends: Bends = 1,
     shapes: Shapes = "free",
     timing: TimingKind = "recorded",
-    knots: Knots = 7,
+    knots: Knots = None,
     frames: Frames = None,
     movements: Movements = False,
     name: Name = None,
@@ -192,6 +198,13 @@ def _tell(found: Learned, bends: int, output: Path | None) -> None:
     console = Console()
     _print(_table({"1 bend" if bends == 1 else f"{bends} bends": found}))
     console.print(found.conclusion, highlight=False)
+    if found.knots_are_the_limit:
+        console.print(
+            f"knots, not bends, are the limit: curves that meet {found.knots} times leave more "
+            "than so many bends do; raise --knots or leave it out",
+            highlight=False,
+            soft_wrap=True,
+        )
     if found.timing.name != "linear":
         console.print(f"timing  {found.timing.name}", highlight=False, soft_wrap=True)
     if output is not None:

@@ -93,12 +93,16 @@ class Learned(Morph):
         timing: When the recording, the first of several, is where on the path; even where the path
             has the timing in it.
         repetitions: The recordings, where there are several.
+        knots: How many its curves were given.
+        knots_are_the_limit: Whether more knots would help more than more bends.
     """
 
     errors: PathErrors = _NO_ERRORS
     straight: PathErrors = _NO_ERRORS
     timing: Timing = linear
     repetitions: tuple[Repetition, ...] = ()
+    knots: int = 0
+    knots_are_the_limit: bool = False
 
     @property
     def gain(self) -> float:
@@ -138,6 +142,8 @@ class Learned(Morph):
         return {
             "method": self.method,
             "bends": len(self.bends),
+            "knots": self.knots,
+            "knots_are_the_limit": self.knots_are_the_limit,
             "timing": self.timing.name,
             "errors": _facts(self.errors),
             "linear": _facts(self.straight),

@@ -15,22 +15,20 @@ from elastomorph.evaluation.confidence import LEAST, ConfidenceLike, counted_of,
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.evaluation import recorded_motion
 from elastomorph.fitting.learned import Learned, PathErrors, never_worse
-from elastomorph.fitting.path_fit import Splines
-from elastomorph.fitting.recordings import Recordings, path_through
+from elastomorph.fitting.path_fit import PathFit, Splines
+from elastomorph.fitting.recordings import MOST_KNOTS, Recordings, enough_knots, path_through
 from elastomorph.fitting.repetitions import Wanted, learned_evenly
 from elastomorph.fitting.takes import Take
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.numbers import is_whole
 
-__all__ = ["KNOTS", "SHAPES", "TIMINGS", "learn"]
+__all__ = ["SHAPES", "TIMINGS", "learn"]
 
 Recorded = MeshSequence | str | Path
 
-KNOTS = 7
 SHAPES = ("free", "scanned")
 TIMINGS = ("recorded", "even")
-_MOST_KNOTS = 64
 # What comes back by more than this part of its way holds several movements, or a part of one.
 _SEVERAL, _PART = 0.5, 0.25
 # Faces of which one is so many times as large as the other are not in the same unit.
@@ -43,7 +41,7 @@ def learn(
     *,
     shapes: str = "free",
     timing: str = "recorded",
-    knots: int = KNOTS,
+    knots: int | None = None,
     curves: CurveNetwork | None = None,
     confidence: ConfidenceLike | Sequence[ConfidenceLike | None] | None = None,
     least_confidence: float = LEAST,
@@ -59,6 +57,8 @@ def learn(
     of the straight line; neither is ever larger than that. a(t) - t is the curve of the last bend,
     Δ itself, which costs no further target where a format can play it on Δ.
 
+    Paths of fewer bends come first: a bend more leaves neither of the two larger, on all vertices.
+
     Several recordings are repetitions: they share the D_k and keep ends and timing of their own.
     Each is also left out once, to see if the path carries over.
 
@@ -70,7 +70,8 @@ def learn(
         timing: ``recorded``: the path has the timing of the recording in it. ``even``: it goes on
             at an even pace, a(t) = t, and the timing is beside it; so it is of several recordings.
         knots: How many times the pieces of the curves meet at, from 0 on, with equally many frames
-            between them; fewer where there are too few frames.
+            between them; fewer where there are too few frames. By default seven, or of a single
+            recording so many that they are not what limits the path.
         curves: The curves that errors are means over; found by `extract_curves` by default. All
             vertices together are one on a mesh without polygons.
         confidence: As of `evaluate`; of several recordings a list.
@@ -135,18 +136,28 @@ def _as_recorded(take: Take, wanted: Wanted, say: Callable[[str], None]) -> Lear
     """The path with the timing of the recording in it."""
     times = take.motion.times
     straight = take.errors(take.line, times)
-    say("fitting")
     recordings = Recordings([take.motion], [times], take.along, take.counted)
-    splines = Splines.at(times, wanted.knots)
-    fit = path_through(recordings, splines, wanted.bends, recorded=wanted.recorded)
-    say("measuring")
+    best = replace(take.line, errors=straight, straight=straight)
+    start: tuple[PathFit, Splines] | None = None
+    # From fewer bends to more: where fitted from nothing these come out worse on all vertices, they
+    # are fitted from the path of fewer, and else that one stays.
+    for count in range(wanted.bends + 1):
+        say(f"fitting {count} of {wanted.bends} bends")
+        knots, limited = enough_knots(recordings, count, wanted.knots)
+        splines = Splines.at(times, knots)
 
-    def measured(path: Learned) -> tuple[float, PathErrors]:
-        errors = take.errors(path, times)
-        return errors.part_of(straight), errors
+        def measured(path: Learned, fewer: PathErrors = best.errors) -> tuple[float, PathErrors]:
+            errors = take.errors(path, times)
+            return errors.part_of(fewer), errors
 
-    path, _, errors = never_worse(take.line, fit, splines, measured)
-    return replace(path, errors=errors, straight=straight)
+        for origin in (None,) if start is None or wanted.recorded else (None, start):
+            fit = path_through(recordings, splines, count, recorded=wanted.recorded, start=origin)
+            path, worst, errors = never_worse(take.line, fit, splines, measured)
+            if worst <= 1.0:
+                best = replace(path, errors=errors, straight=straight)
+                start = fit, splines
+                break
+    return replace(best, knots=knots, knots_are_the_limit=limited)
 
 
 def _along(recording: MeshSequence, curves: CurveNetwork | None) -> CurveVertices:
@@ -160,17 +171,18 @@ def _along(recording: MeshSequence, curves: CurveNetwork | None) -> CurveVertice
     return CurveVertices.of(network, count)
 
 
-def _require_settings(bends: int, shapes: str, timing: str, knots: int) -> None:
+def _require_settings(bends: int, shapes: str, timing: str, knots: int | None) -> None:
     for name, text, known in (("shapes", shapes, SHAPES), ("timing", timing, TIMINGS)):
         if text not in known:
             raise ParameterError(f"{name} must be {' or '.join(known)}, found {text!r}")
-    for name, value, most in (("bends", bends, np.inf), ("knots", knots, _MOST_KNOTS)):
+    for name, value, most in (("bends", bends, np.inf), ("knots", knots or 0, MOST_KNOTS)):
         if not is_whole(value) or not 0 <= value <= most:
             bound = "of 0 or more" if most == np.inf else f"from 0 to {most}"
             raise ParameterError(f"{name} must be a whole number {bound}, found {value!r}")
-    if bends > knots + 2:
+    most = MOST_KNOTS if knots is None else knots
+    if bends > most + 2:
         raise ParameterError(
-            f"curves with {knots} knots tell {knots + 2} bends apart, {bends} were asked for: "
+            f"curves with {most} knots tell {most + 2} bends apart, {bends} were asked for: "
             f"give {bends - 2} knots or more"
         )
 

@@ -14,7 +14,7 @@ each curve of the face in the mean.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,17 +24,19 @@ from numpy.typing import NDArray
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.model.bend_curve import BendCurve
 
-__all__ = ["Observed", "PathFit", "Splines", "fitted", "worst_mended"]
+__all__ = ["Observed", "PathFit", "Splines", "fitted", "unexplained", "worst_mended"]
 
 Floats = NDArray[np.float64]
 
-_ROUNDS = (
+_ROUNDS: tuple[tuple[int, int], ...] = (
     *((2, 2), (3, 3), (4, 4), (6, 6), (8, 6), (12, 8)),
     *((16, 8), (24, 8), (32, 8), (48, 8), (64, 8)),
 )
-_GOING_ON = ((32, 8), (64, 8))
+_FROM_FEWER = _ROUNDS[4:]
+_GOING_ON: tuple[tuple[int, int], ...] = ((32, 8), (64, 8))
 _MENDING = ((4, 3), (16, 4), (64, 5))
-"""Exponents p, and how many steps with each: of a path, of one that is close, of a vertex."""
+"""Exponents p, and how many steps with each: of a path, of one that starts with fewer shapes, of
+one that is close, of a vertex."""
 _LEAST = 1e-2  # Errors below this part of the largest weigh like it
 _RIDGE = 1e-10
 _NOTHING = 1e-12
@@ -175,20 +177,29 @@ def fitted(
     start: PathFit | None = None,
     shapes: Floats | None = None,
 ) -> PathFit:
-    """The path with so many free shapes, or with (S, 3, N) shapes given; goes on from another."""
+    """The path with so many free shapes, or with (S, 3, N) shapes given; goes on from another.
+
+    One with fewer shapes gets those that take the most from the squares that it leaves.
+    """
     basis, free = splines.values, shapes is None
+    rounds = _ROUNDS if start is None else _GOING_ON
     if start is not None:
         own, now = start.weights, start.shapes
+        if (more := count + int(start.paced) - len(now)) > 0:
+            rounds = _FROM_FEWER
+            offsets = seen.offsets - np.tensordot(basis @ own, now, 1)
+            left = replace(seen, offsets=offsets, fixed=None)
+            added = _least_squares(left, basis, more)
+            own = np.concatenate([own, added], axis=1)
+            now = np.concatenate([now, shapes_for(left, basis @ added)])
     elif shapes is None:
         own = _least_squares(seen, basis, count)
         now = shapes_for(seen, basis @ own)
     else:
-        own, now = (
-            _curves_for(seen, basis, shapes, seen.even * np.ones(seen.straight.shape)),
-            shapes,
-        )
+        own = _curves_for(seen, basis, shapes, seen.even * np.ones(seen.straight.shape))
+        now = shapes
     best = PathFit(own, now, np.inf, np.inf, seen.fixed is not None)
-    for power, steps in _ROUNDS if start is None else _GOING_ON:
+    for power, steps in rounds:
         part = 1.0 / (power - 1)  # Newton's step; all of the way diverges
         for _ in range(steps):
             errors = seen.errors(basis @ own, now)
@@ -203,6 +214,24 @@ def fitted(
                 now = now + part * (shapes_for(seen, basis @ found, weights) - now)
             own = own + part * (found - own)
     return best
+
+
+def unexplained(seen: Observed, basis: Floats | None, count: int) -> float:
+    """The largest error that least squares leave: of splines (T, M), or of so many free shapes.
+
+    Of vertices that count in every frame: what is missing would look like a shape of its own.
+    """
+    every = slice(None) if seen.counted is None else (seen.counted > 0).all(axis=0)
+    rows = (seen.offsets[:, :, every] / seen.unit[:, None]).reshape(len(seen.offsets), -1)
+    if basis is not None:
+        span = np.linalg.qr(basis)[0]
+    else:
+        if seen.fixed is not None and seen.fixed[:, every].any():
+            unit = seen.fixed[:, every].ravel() / np.linalg.norm(seen.fixed[:, every])
+            rows = rows - np.outer(rows @ unit, unit)
+        span = np.linalg.eigh(rows @ rows.T)[1][:, ::-1][:, :count]
+    left = (rows - span @ (span.T @ rows)).reshape(len(rows), 3, -1)
+    return float(np.linalg.norm(left, axis=1).max(initial=0.0))
 
 
 def _least_squares(seen: Observed, basis: Floats, count: int) -> Floats:

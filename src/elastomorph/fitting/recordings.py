@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,13 @@ from elastomorph.fitting.path_fit import (
     PathFit,
     Splines,
     fitted,
+    unexplained,
     worst_mended,
 )
 from elastomorph.fitting.recorded_shapes import best_recorded
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["Recordings", "path_through"]
+__all__ = ["KNOTS", "MOST_KNOTS", "Recordings", "enough_knots", "path_through"]
 
 Floats = NDArray[np.float64]
 Vertices = NDArray[np.int64] | slice
@@ -34,6 +36,8 @@ Vertices = NDArray[np.int64] | slice
 # So many vertices times frames are fitted at once, and looked at at once.
 _SAMPLE, _BLOCK = 150_000, 600_000
 _LEAST_SAMPLE = 256
+KNOTS, MOST_KNOTS = 7, 64
+_NOTHING = 1e-9  # Of D: curves that leave no more are not what limits a path
 # Vertices that turn out worse than the sample by this join it, so often at most.
 _WORSE, _MORE_ROUNDS = 1.02, 2
 
@@ -88,6 +92,12 @@ class Recordings:
         for start in range(0, self.vertex_count, step):
             yield np.arange(start, min(start + step, self.vertex_count))
 
+    @cached_property
+    def sampled(self) -> Observed:
+        """What the sample does."""
+        return self.observed(self.sample)
+
+    @cached_property
     def sample(self) -> NDArray[np.int64]:
         """Vertices of curves to fit to: all, or those farthest from straight and some others."""
         known = np.unique(self.along.indices)
@@ -101,19 +111,47 @@ class Recordings:
         return np.union1d(farthest, others[evenly])
 
 
+def enough_knots(recordings: Recordings, count: int, knots: int | None) -> tuple[int, bool]:
+    """How many knots the curves of so many shapes have, and whether they are the limit.
+
+    They are where curves on them leave more of the squares, with any number of shapes, than so many
+    shapes leave with any curves. By default there are as many as it takes for that not to be so.
+    """
+    seen = recordings.sampled
+    bar = unexplained(seen, None, count)
+    least = max(KNOTS, count - 2)
+    for number in range(least, MOST_KNOTS + 1) if knots is None else (knots,):
+        basis = Splines.at(recordings.times, number).values
+        if within := not basis.shape[1] or unexplained(seen, basis, count) <= bar + _NOTHING:
+            break
+    return number, not within
+
+
 def path_through(
-    recordings: Recordings, splines: Splines, count: int, *, recorded: bool = False
+    recordings: Recordings,
+    splines: Splines,
+    count: int,
+    *,
+    recorded: bool = False,
+    start: tuple[PathFit, Splines] | None = None,
 ) -> PathFit:
-    """The path of so many shapes, over all vertices, that follows all recordings best."""
+    """The path of so many shapes, over all vertices, that follows all recordings best.
+
+    It starts at one of fewer shapes, on other splines of the same frames, where that is given.
+    """
     # Nothing was recorded between the ends, or nothing is asked for.
     if not splines.values.shape[1] or not (count or recordings.paced):
         none = np.zeros((0, 3, recordings.vertex_count))
         return PathFit(np.zeros((0, 0)), none, 0.0, 0.0, paced=False)
-    sample = recordings.sample()
-    seen = recordings.observed(sample)
+    sample, seen = recordings.sample, recordings.sampled
     if recorded:
         return _of_frames(recordings, splines, seen, best_recorded(seen, splines, count))
-    fit = fitted(seen, splines, count)
+    first = None
+    if start is not None and len(start[0].weights):
+        fewer, other = start
+        own: Floats = np.linalg.pinv(splines.values) @ other.values @ fewer.weights
+        first = replace(fewer, weights=own, shapes=fewer.shapes[:, :, sample])
+    fit = fitted(seen, splines, count, first)
     for more in range(_MORE_ROUNDS + 1):
         if len(sample) == recordings.vertex_count:
             return _less_of_delta(fit)
@@ -124,8 +162,8 @@ def path_through(
             break
         worst_first = unseen[np.argsort(-worst[unseen], kind="stable")]
         sample = np.union1d(sample, worst_first[:_LEAST_SAMPLE])
-        start = replace(whole, shapes=whole.shapes[:, :, sample])
-        fit = fitted(recordings.observed(sample), splines, count, start)
+        first = replace(whole, shapes=whole.shapes[:, :, sample])
+        fit = fitted(recordings.observed(sample), splines, count, first)
     return _less_of_delta(whole)
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.fitting.learned import Learned, PathErrors, Repetition, never_worse
-from elastomorph.fitting.path_fit import Splines
-from elastomorph.fitting.recordings import Recordings, path_through
+from elastomorph.fitting.path_fit import PathFit, Splines
+from elastomorph.fitting.recordings import KNOTS, Recordings, enough_knots, path_through
 from elastomorph.fitting.takes import Take, counted_together
 from elastomorph.rig.timing import Timing, from_keys
 
@@ -37,7 +37,7 @@ class Wanted:
     """What paths are made of."""
 
     bends: int
-    knots: int
+    knots: int | None  # None: as many as it takes
     recorded: bool  # Whether bends are recorded frames
 
 
@@ -71,26 +71,38 @@ def learned_evenly(takes: Sequence[Take], wanted: Wanted, say: Callable[[str], N
 
 def _path(takes: Sequence[Take], wanted: Wanted, limits: Sequence[PathErrors]) -> Learned:
     """The path for all recordings, on none worse than the straight line."""
-    moments = [take.nearest for take in takes]
-    best, least = takes[0].line, 1.0
+    motions, counted = [take.motion for take in takes], counted_together(takes)
+    best = replace(takes[0].line, errors=PathErrors.joined(limits))
+    nearest, start = [take.nearest for take in takes], None
     # Each recording counts alike, however large its movement is.
     units = [limit.lme or 1.0 for limit in limits]
+    for count in range(1, wanted.bends + 1):
+        moments, fewer = nearest, best
+        origins: list[tuple[PathFit, Splines] | None] = [None] * _ROUNDS
+        origins += [] if wanted.recorded or start is None else [start]
+        for origin in origins:
+            if origin is not None and best is not fewer:
+                break
+            together = Recordings(motions, moments, takes[0].along, counted, False, units)
+            several = KNOTS if wanted.knots is None and len(takes) > 1 else wanted.knots
+            knots, limited = enough_knots(together, count, several)
+            splines = Splines.at(together.times, knots)
+            own = min(count, splines.values.shape[1])
+            fit = path_through(together, splines, own, recorded=wanted.recorded, start=origin)
 
-    def measured(path: Learned) -> tuple[float, list[Floats]]:
-        found = [take.closest(path) for take in takes]
-        pairs = zip(found, limits, strict=True)
-        worst = max(errors.part_of(limit) for (errors, _), limit in pairs)
-        return worst, [own for _, own in found]
+            def measured(
+                path: Learned, least: PathErrors = best.errors
+            ) -> tuple[float, tuple[PathErrors, list[Floats]]]:
+                found = [take.closest(path) for take in takes]
+                pairs = zip(found, limits, strict=True)
+                worst = max(errors.part_of(limit) for (errors, _), limit in pairs)
+                together = PathErrors.joined([errors for errors, _ in found])
+                return max(worst, together.part_of(least)), (together, [own for _, own in found])
 
-    for _ in range(_ROUNDS):
-        motions, counted = [take.motion for take in takes], counted_together(takes)
-        together = Recordings(motions, moments, takes[0].along, counted, False, units)
-        splines = Splines.at(together.times, wanted.knots)
-        count = min(wanted.bends, splines.values.shape[1])
-        fit = path_through(together, splines, count, recorded=wanted.recorded)
-        path, worst, moments = never_worse(takes[0].line, fit, splines, measured)
-        if worst < least:
-            best, least = path, worst
+            path, worst, (errors, moments) = never_worse(takes[0].line, fit, splines, measured)
+            if worst <= 1.0:
+                best, nearest, start = replace(path, errors=errors), moments, (fit, splines)
+        best = replace(best, knots=knots, knots_are_the_limit=limited and len(takes) == 1)
     return best
 
 
