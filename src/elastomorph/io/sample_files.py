@@ -43,7 +43,7 @@ def write_samples(path: str | Path) -> list[Path]:
     chosen = {name: targets[name] for name in _NAMES}
     meshes = {"neutral": motion.neutral, "jawOpen": targets["jawOpen"]}
     meshes["smile"] = expressions()["grinning"]
-    names = [*(f"{name}.obj" for name in meshes), "scan.0000.obj", "mouth.json", "head.glb"]
+    names = [*(f"{name}.obj" for name in meshes), "scan.0001.obj", "mouth.json", "head.glb"]
     names += ["avatar.glb", "take.csv", "face", "ada"]
     for name in names:
         if (folder / name).exists():
