@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.model.mesh import Mesh
+from elastomorph.model.polygons import Polygons
 
-__all__ = ["grid"]
+__all__ = ["cut_open", "grid"]
 
 
 def grid(
@@ -25,3 +26,17 @@ def grid(
     corner = np.arange(rows * columns).reshape(rows, columns)[:-1, :-1].reshape(-1, 1)
     z = 0.0 * x if height is None else height(x, y)
     return Mesh(np.stack([x, y, z], axis=1), corner + [0, 1, columns + 1, columns])
+
+
+def cut_open(mesh: Mesh, far: np.ndarray) -> tuple[Mesh, np.ndarray]:
+    """A mesh whose (F,) bool far polygons have vertices of their own where they meet the others.
+
+    And (W,) the vertex of the whole mesh that each of its vertices is.
+    """
+    faces, corner_far = mesh.faces, far[mesh.faces.corner_faces]
+    shared = np.intersect1d(faces.indices[corner_far], faces.indices[~corner_far])
+    copies = np.arange(len(mesh.vertices))
+    copies[shared] = len(copies) + np.arange(len(shared))
+    indices = np.where(corner_far, copies[faces.indices], faces.indices)
+    origin = np.concatenate([np.arange(len(copies)), shared])
+    return Mesh(mesh.vertices[origin], Polygons(indices, faces.offsets)), origin

@@ -11,7 +11,7 @@ import numpy as np
 
 import elastomorph as em
 from foreign_files import write_foreign_glb
-from small_meshes import grid
+from small_meshes import cut_open, grid
 
 SIDE = 7
 LEFT = [SIDE * row + column for row in range(SIDE) for column in range(4)]
@@ -54,6 +54,10 @@ def write_character(folder: Path) -> None:
     rig = em.Rig(neutral, {"smile": em.interpolate(neutral, targets["smile"])})
     em.write(folder / "head.npz", rig)
     write_foreign_glb(folder / "heads.glb", rig, nodes=("left", "right"))
+    cut, origin = cut_open(neutral, np.arange(len(neutral.faces)) % 6 > 2)
+    ends = {name: cut.with_vertices(mesh.vertices[origin]) for name, mesh in targets.items()}
+    (folder / "cut").mkdir()
+    em.write(folder / "cut" / "cut.npz", em.Rig(cut, ends, method="linear"))
 
 
 TABLES: dict[str, Any] = {

@@ -60,6 +60,10 @@ RIG: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         changed(TABLES, character__targets=["shapes/jawOpen.obj", "shapes/s*.obj"]),
     ),
     "character.curves": (BASE, changed(BASE, character__curves="curves.json")),
+    "character.weld": (
+        {"character": {"rig": "cut/cut.npz"}, "method": {"default": "rotation"}},
+        {"character": {"rig": "cut/cut.npz", "weld": False}, "method": {"default": "rotation"}},
+    ),
     "method.default": (BASE, changed(BASE, method__default="arc")),
     "methods.*.method": (BASE, changed(BASE, methods__smile__method="beam:2")),
     "regions.*.method": (BASE, changed(BASE, regions__left__method="cosine")),

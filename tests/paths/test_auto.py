@@ -293,3 +293,15 @@ def test_a_part_that_ends_inside_the_others_goes_straight() -> None:
     assert morph.choice is not None
     assert morph.choice.hidden == 0
     assert morph.bends[:, first:].any()
+
+
+def test_markers_are_compared_halfway() -> None:
+    """Where an arc is farthest from its chord: r(1 - cos θ/2) at the longest radius."""
+    angle = np.radians([-40, -20, 0, 20, 40])
+    chin = em.Mesh(np.stack([np.sin(angle), -np.cos(angle), 0 * angle + 1], axis=1))
+    turned_chin = chin.with_vertices(Rotation.from_rotvec([0.6, 0, 0]).apply(chin.vertices.copy()))
+    curves = CurveNetwork([Curve([0, 1, 2, 3, 4], False)], 5)
+    morph = em.interpolate(chin, turned_chin, "auto", curves=curves)
+    assert morph.choice is not None
+    farthest = np.sqrt(2.0) * (1 - np.cos(0.3)) / chin.diameter
+    assert morph.choice.distance == pytest.approx(farthest, rel=1e-9)

@@ -241,3 +241,25 @@ def test_least_sums_at_the_end_of_a_curved_way_are_found_in_few_looks() -> None:
     found = nearest(residuals, box, np.array([0.05, 0.9]))
     np.testing.assert_allclose(found, [0.5, 0.25], atol=2e-3)
     assert looks <= 12
+
+
+def test_damping_is_raised_ever_more_while_steps_fail() -> None:
+    """Tenfold, then by ten times more each time: from far out on an arc tangent, where they do.
+
+    With damping λ of the one diagonal element a step is that of Gauss and Newton over 1 + λ.
+    """
+    start, tried = 20.0, list[float]()
+
+    def residuals(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        tried.append(float(x[0]))
+        return np.arctan(x), np.diag(1 / (1 + x**2)), np.zeros((1, 1))
+
+    wide = np.array([1e6])
+    found = nearest(residuals, Box(-wide, wide, np.zeros(1), 0.0, 0.0), np.array([start]))
+    assert abs(found[0]) < 1e-6
+    full = -np.arctan(start) * (1 + start**2)
+    # After a step that fails, its correction is tried.
+    steps = np.array(tried[1::2][:5]) - start
+    damping = full / steps - 1
+    expected = 1e-8 * 10.0 ** np.cumsum(range(5))
+    np.testing.assert_allclose(damping[2:], expected[2:], rtol=1e-3)

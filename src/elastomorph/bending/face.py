@@ -29,9 +29,9 @@ from elastomorph.io.gltf.reader import (
 from elastomorph.io.gltf.rig_extras import described_meshes
 from elastomorph.io.untrusted import naming_file, shortened
 from elastomorph.model.mesh import Mesh
+from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig
-from elastomorph.rig.welding import Welding
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,9 +25,9 @@ from elastomorph.io.gltf.reader import (
 )
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.morph import Morph
+from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import Sliders
-from elastomorph.rig.welding import Welding
 
 __all__ = ["OpenedCharacter"]
 

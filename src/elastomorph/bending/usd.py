@@ -30,9 +30,9 @@ from elastomorph.io.usd.original import (
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
+from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig
-from elastomorph.rig.welding import Welding
 
 __all__ = ["UsdBendReport", "UsdBentTarget", "bend_usd", "unbend_usd"]
 

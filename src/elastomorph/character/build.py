@@ -77,7 +77,7 @@ def _built(
         own = settings.character.mesh or None
         rig = rig_as_stored(sources.rig, mesh=own) if stored is None else stored
         settings.require_names(rig.morphs)
-    maker = PathMaker(settings, rig.neutral, extent_of(rig))
+    maker = PathMaker(settings, rig.neutral, rig)
     morphs: dict[str, Morph] = {}
     for name, morph in rig.morphs.items():
         what = name if sources.rig else f"the path to {name}"
@@ -113,8 +113,8 @@ class PathMaker:
     Args:
         settings: The settings.
         neutral: The face at rest.
-        extent: D of the rig, see `elastomorph.rig.build.extent_of`; that of the neutral by
-            default.
+        rig: All targets, whose D counts, and which say what is one; else every target by itself
+            and D of the neutral.
         part: Where paths follow the settings; everywhere by default.
 
     Raises:
@@ -126,12 +126,13 @@ class PathMaker:
         self,
         settings: Settings,
         neutral: Mesh,
-        extent: float | None = None,
+        rig: Rig | None = None,
         part: Part | None = None,
     ) -> None:
         self._settings = settings
         self._neutral = neutral
-        self._extent = extent
+        self._extent = None if rig is None else extent_of(rig)
+        self._targets = None if rig is None else [own.target for own in rig.morphs.values()]
         self._part = part
         self._prepared: dict[tuple[Method, str], Callable[[Mesh], Morph]] = {}
         self._regions = {
@@ -194,8 +195,9 @@ class PathMaker:
     def _made(self, method: Method, region: str) -> Callable[[Mesh], Morph]:
         """A method on the whole face, or on the curves inside a region."""
         if (method, region) not in self._prepared:
-            curves = None
-            if method.on_curves or not len(self._neutral.faces):
+            curves, character = None, self._settings.character
+            limited = bool(region) or self._part is not None or character.curves is not None
+            if (method.on_curves and limited) or not len(self._neutral.faces):
                 curves = self.network
                 if region:
                     curves = curves.restricted(self._regions[region][0])
@@ -203,7 +205,12 @@ class PathMaker:
                     curves = curves.restricted(self._part.vertices)
             extent = self._extent if "extent" in method.inputs() else None
             self._prepared[method, region] = prepare(
-                self._neutral, method, curves=curves, extent=extent
+                self._neutral,
+                method,
+                curves=curves,
+                extent=extent,
+                weld=character.weld,
+                targets=self._targets,
             )
         return self._prepared[method, region]
 

@@ -26,6 +26,7 @@ class Character:
     neutral: str | None = None  # found by its name where it is left out
     targets: tuple[str, ...] = ()  # files and patterns; every other mesh where they are left out
     curves: str | None = None  # of artists
+    weld: bool = True  # whether vertices at one place move as one
 
 
 @dataclass(frozen=True)

@@ -213,7 +213,7 @@ class NamedRig:
     def expressions(self, say: Say, names: str | None) -> Rig:
         """A rig of the expressions named, or of the paper's five, composed where it has none."""
         from elastomorph.rig import Rig
-        from elastomorph.rig.build import bare_rig, extent_of, with_paths
+        from elastomorph.rig.build import bare_rig, with_paths
         from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
         settings = self.settings
@@ -229,7 +229,7 @@ class NamedRig:
             if composed and settings is not None:
                 from elastomorph.character import PathMaker
 
-                maker = PathMaker(settings, rig.neutral, extent_of(rig))
+                maker = PathMaker(settings, rig.neutral, rig)
                 return Rig(rig.neutral, {name: maker.path(name, composed[name]) for name in five})
         return with_paths(rig, None if settings else self.method, names=five, say=say).only(five)
 

@@ -116,7 +116,7 @@ def target_paths(
         BakeError: A turn is too sharp to be stored.
     """
     extent = moved_extent(neutral.vertices, (target.vertices for target in targets.values()))
-    to = prepare(neutral, "auto", extent=extent or None)
+    to = prepare(neutral, "auto", extent=extent or None, targets=list(targets.values()))
     found = []
     for number, (name, target) in enumerate(targets.items(), start=1):
         progress(f"choosing a path for {name}, {number} of {len(targets)}")

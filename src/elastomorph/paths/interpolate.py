@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
+from threading import Lock
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -13,6 +15,7 @@ from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.region import blend_into_rest, weights_inside
+from elastomorph.paths.welding import Welding
 
 __all__ = ["interpolate", "prepare"]
 
@@ -29,6 +32,7 @@ def interpolate(
     rigidity: ArrayLike | None = None,
     pinned: ArrayLike | None = None,
     extent: float | None = None,
+    weld: bool = True,
     **settings: object,
 ) -> Morph:
     """The path from a neutral to a target.
@@ -49,6 +53,9 @@ def interpolate(
         extent: The length D that ``straight_within`` of ``auto`` is a fraction of, in the unit of
             the vertices: for a rig the size of what its targets move, see
             `moved_extent`. ``neutral.diameter`` by default. Only for ``auto``.
+        weld: Whether vertices at one place in the neutral and in the target move as one, whatever
+            file they come from. Curves, rigidity and pinned vertices that are given are of the
+            mesh as it is, and so is the path.
         **settings: What the method named has, its fields: ``order``, ``material``,
             ``closure``, ``load``, ``basis``, ``stiffness``, ``harmonics``, ``tolerance``,
             ``straight_within``.
@@ -72,6 +79,8 @@ def interpolate(
         rigidity=rigidity,
         pinned=pinned,
         extent=extent,
+        weld=weld,
+        targets=[target],
         **settings,
     )
     return prepared(target)
@@ -89,12 +98,17 @@ def prepare(
     rigidity: ArrayLike | None = None,
     pinned: ArrayLike | None = None,
     extent: float | None = None,
+    weld: bool = True,
+    targets: Collection[Mesh] | None = None,
     **settings: object,
 ) -> Prepared:
     """A function from target to path, for many targets of one neutral.
 
     Curves and time laws are found once, and the function may be called from several threads: each
     uses one thread of BLAS. Arguments and errors as in `interpolate`.
+
+    With all `targets` of a rig, vertices move as one that are at one place in the neutral and in
+    every one of them; without, those that are in the neutral and in the target of the call.
     """
     require_mesh(neutral, "the neutral")
     count = len(neutral.vertices)
@@ -115,13 +129,64 @@ def prepare(
     border = _given(falloff=falloff, rest=rest)
     if region is None and border:
         raise ParameterError(f"{' and '.join(border)} without a region: name one as region=…")
-    if region is None:
-        return one_blas_thread()(chosen.prepare(neutral, curves, **own))
-    network = extract_curves(neutral) if curves is None else curves
-    region = region_of(neutral, region)
-    weights = weights_inside(neutral, network, region, border.get("falloff", 3))
-    prepared = chosen.prepare(neutral, network.restricted(region), **own)
-    return one_blas_thread()(blend_into_rest(prepared, weights, border.get("rest", "linear")))
+    if region is not None:
+        region = region_of(neutral, region)
+
+    def made(welding: Welding | None = None) -> Prepared:
+        start, network, inside = neutral, curves, region
+        if welding is not None:
+            start, network = welding.neutral, None
+            inside = None if region is None else welding.vertices(region)
+        weights = None
+        if inside is not None:
+            network = extract_curves(start) if network is None else network
+            weights = weights_inside(start, network, inside, border.get("falloff", 3))
+            network = network.restricted(inside)
+        to = chosen.prepare(start, network, **own)
+        if welding is not None:
+            to = welding.around(neutral, to)
+            weights = None if weights is None else welding.fields(weights[:, None])[:, 0]
+        return to if weights is None else blend_into_rest(to, weights, border.get("rest", "linear"))
+
+    # Curves and what is painted are of the vertices as they are.
+    painted = (curves is not None and chosen.on_curves) or {"rigidity", "pinned"}.intersection(own)
+    if not weld or chosen.pointwise or painted or not len(neutral.faces):
+        return one_blas_thread()(made())
+    if "extent" in chosen.inputs():
+        own.setdefault("extent", neutral.diameter)
+    return one_blas_thread()(_welded(neutral, targets, made))
+
+
+def _welded(
+    neutral: Mesh, targets: Collection[Mesh] | None, made: Callable[[Welding | None], Prepared]
+) -> Prepared:
+    """Prepare for the vertices that are one, for all targets together or for each by itself."""
+    split = neutral.source is not None and neutral.source.split
+
+    def welding_of(ends: Collection[Mesh], still: bool) -> Welding | None:
+        found = Welding.of(neutral, [end.vertices for end in ends], weld=True, still=still)
+        return found if found.joins else None
+
+    if targets is not None:
+        # Files that split vertices are of whole characters: what hangs on no part that moves is
+        # left out of what is solved.
+        return made(welding_of(targets, still=len(targets) < 2 or not split))
+    common = welding_of([], still=True)
+    if common is None:
+        return made(None)
+    known = {common.first.tobytes(): made(common)}
+    lock = Lock()
+
+    def to(target: Mesh) -> Morph:
+        require_same_topology(neutral, target)
+        welding = welding_of([target], still=True)
+        key = b"" if welding is None else welding.first.tobytes()
+        with lock:
+            if key not in known:
+                known[key] = made(welding)
+        return known[key](target)
+
+    return to
 
 
 def _given(**options: Any) -> dict[str, Any]:

@@ -52,6 +52,7 @@ class Method(OldAttributes, metaclass=_ByName):
         known: The classes that names stand for, in the order in which lists show them.
         on_surfaces: Whether it needs polygons.
         on_curves: Whether it needs curves, of a surface too.
+        pointwise: Whether the path of a vertex depends on its own ends only.
 
     Raises:
         ParameterError: The name or an option is unknown, or a value is out of its range.
@@ -62,6 +63,7 @@ class Method(OldAttributes, metaclass=_ByName):
     known: ClassVar[tuple[type[Method], ...]] = ()
     on_surfaces: ClassVar[bool] = False
     on_curves: ClassVar[bool] = False
+    pointwise: ClassVar[bool] = False
 
     if TYPE_CHECKING:
 

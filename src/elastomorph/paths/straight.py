@@ -26,6 +26,7 @@ class Linear(Method):
 
     name = "linear"
     path = "straight line at an even pace (Eq. 34)"
+    pointwise = True
 
     def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path."""
@@ -39,6 +40,7 @@ class Cosine(Method):
 
     name = "cosine"
     path = "straight line, slow start and slow stop, (1 − cos πt)/2"
+    pointwise = True
 
     def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path."""
@@ -51,6 +53,7 @@ class Ease(Loaded):
 
     name = "ease"
     path = "straight line at the pace p(t)/p(1): the timing of the beam without its physics"
+    pointwise = True
 
     def prepare(self, neutral: Mesh, curves: CurveNetwork | None = None) -> Prepared:
         """A function from target to path."""

@@ -218,7 +218,7 @@ def _lid_on_its_eye(
 
 def _expressions(subject: Subject, place: _Folder, say: Callable[[str], None]) -> list[Picture]:
     say("drawing expressions")
-    to = prepare(subject.neutral, "auto")
+    to = prepare(subject.neutral, "auto", targets=list(subject.expressions.values()))
     morphs = {name: to(mesh) for name, mesh in subject.expressions.items()}
     growing = expressions_picture(morphs, place.file("expressions.png"))
     time_law_graph(place.file("time-laws.png"))

@@ -12,7 +12,6 @@ from elastomorph.errors import ParameterError
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
-from elastomorph.rig.welding import seams_of
 
 if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
@@ -32,8 +31,7 @@ def paths_to(
     """A path from the neutral by each name, in their order: those given, and made to targets.
 
     They are made on all cores, by ``auto`` where no method is named, with D of what all move.
-    Where vertices are split at seams, the paths are those without (`elastomorph.rig.welding`);
-    curves, where they are given, are of the mesh as it is, and so are the paths.
+    Vertices at one place in the neutral and at the end of every path move as one, as for `prepare`.
     """
     require_mesh(neutral, "the neutral of a rig")
     if not isinstance(morphs, Mapping):
@@ -53,19 +51,20 @@ def paths_to(
     ends = {name: m.target if isinstance(m, Morph) else m for name, m in morphs.items()}
     if extent is None and "extent" in Method.of(chosen).inputs():
         extent = moved_extent(neutral.vertices, [end.vertices for end in ends.values()])
-    seams = seams_of(neutral, ends) if curves is None else None
-    start = neutral if seams is None else seams.neutral
-    to = prepare(start, chosen, curves=curves, extent=extent, **settings)  # type: ignore[arg-type]
+    to = prepare(
+        neutral,
+        chosen,
+        curves=curves,
+        extent=extent,
+        targets=list(ends.values()),
+        **settings,  # type: ignore[arg-type]
+    )
     whole = dict(morphs)
 
     def make(task: tuple[int, str]) -> None:
         number, name = task
         say(f"the path to {name}, {number} of {len(targets)}")
-        end = targets[name]
-        if seams is None:
-            whole[name] = to(end)
-        else:
-            whole[name] = seams.morph(neutral, end, to(seams.mesh(end)))
+        whole[name] = to(targets[name])
 
     in_own_threads(make, enumerate(targets, start=1))
     return whole  # type: ignore[return-value]

@@ -161,8 +161,7 @@ class MethodBench:
                 return own
             chosen = Method.of(method) if method else Method()
             extent = extent_of(rig) if "extent" in chosen.inputs() else None
-            alone = rig.only([target])
-            return with_paths(alone, chosen, extent=extent).morphs[target]
+            return with_paths(rig, chosen, names=[target], extent=extent).morphs[target]
         path = settings.path
         raw = read_bytes(path) if is_file(path) else b""
         if target in settings.inbetweens and method and method not in LAWS:
@@ -180,7 +179,7 @@ class MethodBench:
         key = (target, choice, repr((settings.regions, settings.character)))
         if key not in self._made:
             if self._maker is None:
-                self._maker = PathMaker(settings, rig.neutral, extent_of(rig))
+                self._maker = PathMaker(settings, rig.neutral, rig)
             own = self._as_stored(say).morphs[target] if settings.character.rig else None
             maker = self._maker.with_settings(settings)
             self._made[key] = maker.path(target, rig.morphs[target].target, own=own)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
-from elastomorph.paths.rotations import Neighbourhoods, vertex_rotations
+from elastomorph.paths.rotations import Neighbourhoods, VertexRotations, vertex_rotations
 from elastomorph.paths.rotations.quaternions import nearest_quaternions, rotation_vectors
 
 
@@ -95,3 +96,18 @@ def test_loose_and_still_vertices_do_not_turn(sheet: Callable[[int, int], em.Mes
     mesh = sheet(4, 3)
     loose = em.Mesh(np.concatenate([mesh.vertices, [[9.0, 9, 9]]]), mesh.faces)
     assert not rotations(loose, loose.vertices + np.eye(21)[-1][:, None]).any()
+
+
+@pytest.mark.parametrize(("part", "turns"), [(0.24, True), (0.26, False)])
+def test_a_turn_that_leaves_a_quarter_unexplained_is_none(part: float, turns: bool) -> None:
+    """Of an edge that turns by θ and grows s-fold: (s - 1)² = part · (1 + s² - 2 s cos θ)."""
+    angle = 0.6
+    linear = 1.0 - part * np.cos(angle)
+    longer = (linear + np.sqrt(linear**2 - (1.0 - part) ** 2)) / (1.0 - part)
+    around = Neighbourhoods.of(2, np.array([[0, 1]]))
+    half = np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
+    own = VertexRotations(np.tile(half, (2, 1)), (), np.zeros(2, bool))
+    start = np.array([[0.0, 0, 0], [1.0, 0, 0]])
+    end = longer * Rotation.from_rotvec([0, 0, angle]).apply(start)
+    found = own.where_edges_turn(start, end, around).vectors
+    np.testing.assert_allclose(found[:, 2], angle if turns else 0.0, atol=1e-12)

@@ -18,8 +18,8 @@ from elastomorph.errors import CaptureError, FormatError
 from elastomorph.model.geometry import component_of, moved_extent, sides_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.surface import triangulate
+from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
-from elastomorph.rig.welding import Welding
 
 Points = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from elastomorph.io.npz.members import open_npz
 from elastomorph.io.registry import BUILT_IN, MESH_FORMATS, RIG_FORMATS, known_suffixes, read
 from elastomorph.io.rig_folder import find_neutral, rig_as_stored
 from elastomorph.model.mesh import Mesh
+from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
-from elastomorph.rig.welding import Welding
 
 __all__ = ["KNOWN", "Template", "mesh_or_rig", "read_template"]
 

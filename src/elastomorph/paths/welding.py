@@ -1,24 +1,25 @@
-"""Vertices that exporters split at seams, as one again while paths are made.
+"""Vertices at one place, as one while paths are made.
 
 A vertex has one texture coordinate and one normal in glTF, so where a texture or a smooth surface
-ends, there are two at the same place. To a surface that is a cut: on both sides of it everything
-turns by itself, and what hangs on the surface by such a seam only is torn loose. Vertices that are
-at the same place in the neutral and in every target are one here. The mesh of the rig is never
-changed.
+ends, there are two at the same place; other files have them where lashes grow out of lids. To a
+surface that is a cut: on both sides of it everything turns by itself, and what hangs on the surface
+there only is torn loose. Vertices that are at the same place in the neutral and in every target are
+one here. The mesh of the rig is never changed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.model.geometry import component_of, moved_extent
-from elastomorph.model.mesh import FaceLabels, Mesh
+from elastomorph.model.mesh import FaceLabels, Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
+from elastomorph.paths.method import Prepared
 
 # Single precision and products of matrices round; in two of a million million cases this is also
 # the border of a cell, and a seam stays: it is no fraction that anyone would model with.
@@ -40,31 +41,46 @@ class Welding:
     place: NDArray[np.int64]
 
     @classmethod
-    def of(cls, neutral: Mesh, targets: Sequence[NDArray[np.float64]]) -> Welding:
-        """The connected parts of a neutral that (V, 3) targets move, welded if it is split."""
+    def of(
+        cls,
+        neutral: Mesh,
+        targets: Sequence[NDArray[np.float64]],
+        *,
+        weld: bool | None = None,
+        still: bool = False,
+    ) -> Welding:
+        """The connected parts of a neutral that (V, 3) targets move.
+
+        Args:
+            neutral: The whole.
+            targets: All shapes.
+            weld: Whether vertices at one place in all of them become one; by default where the
+                format of the file splits vertices.
+            still: Whether the parts that stay are kept too.
+        """
+        if weld is None:
+            weld = neutral.source is not None and neutral.source.split
         vertices = neutral.vertices
-        moves = np.zeros(len(vertices), dtype=bool)
+        moves = np.full(len(vertices), still)
         for target in targets:
             moves |= (target != vertices).any(axis=1)
-        everywhere = np.arange(len(vertices))
-        if neutral.source is None or not neutral.source.split:
-            kept = _hanging_on(neutral, everywhere, everywhere, moves)
-            number = np.arange(len(kept))
-        else:
-            # A surface goes on across its seams. What is at one place is soon found, and among
-            # that what is one: parts that only touch the others are not kept.
-            touching = _hanging_on(neutral, everywhere, _same(vertices, [], everywhere), moves)
-            first = touching[_same(vertices, targets, touching)]
-            kept = _hanging_on(neutral, touching, first, moves)
-            number = np.searchsorted(kept, first[np.isin(touching, kept)])
-        first, at = np.unique(number, return_inverse=True)
+        first = everywhere = np.arange(len(vertices))
+        if weld:
+            # What is at one place is soon found, and among that what is one.
+            touching = _same(vertices, [], everywhere)
+            several = np.bincount(touching)[touching] > 1
+            first = everywhere.copy()
+            first[several] = first[several][_same(vertices, targets, everywhere[several])]
+        # A surface goes on across its seams.
+        kept = _hanging_on(neutral, everywhere, first, moves)
+        first, at = np.unique(first[kept], return_inverse=True)
         place = np.full(len(vertices), -1, dtype=np.int64)
         place[kept] = at
-        return cls(_restricted(neutral, kept[first], place), kept[first], place)
+        return cls(_restricted(neutral, first, place), first, place)
 
     @property
     def joins(self) -> bool:
-        """Whether there were seams."""
+        """Whether there were several at one place."""
         return len(self.first) < int((self.place >= 0).sum())
 
     def mesh(self, whole: Mesh) -> Mesh:
@@ -76,6 +92,21 @@ class Welding:
         padded = np.concatenate([welded, np.zeros_like(welded[..., :1, :])], axis=-2)
         return np.asarray(padded[..., self.place, :])
 
+    def vertices(self, whole: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(W,) those that are one of (V,) vertices of the whole."""
+        found = np.zeros(len(self.first), dtype=bool)
+        found[self.place[whole & (self.place >= 0)]] = True
+        return found
+
+    def around(self, neutral: Mesh, to: Prepared) -> Prepared:
+        """From a target of the whole to its path, by what makes that of the welded one."""
+
+        def path(target: Mesh) -> Morph:
+            require_same_topology(neutral, target)
+            return self.morph(neutral, target, to(self.mesh(target)))
+
+        return path
+
     def morph(self, neutral: Mesh, target: Mesh, path: Morph) -> Morph:
         """The path of the whole that is this one where vertices are welded."""
         scale = self.neutral.diameter / (neutral.diameter or 1.0)
@@ -86,18 +117,6 @@ class Welding:
             bends=self.fields(path.bends),
             bake_error=path.bake_error * scale,
         )
-
-
-def seams_of(neutral: Mesh, ends: Mapping[str, Mesh]) -> Welding | None:
-    """How to weld a neutral for paths to these ends; None where it has no seams.
-
-    Two vertices at one place are a seam only where the format of the file splits vertices: in
-    others an artist keeps them apart.
-    """
-    if neutral.source is None or not neutral.source.split or not len(neutral.faces):
-        return None
-    welding = Welding.of(neutral, [end.vertices for end in ends.values()])
-    return welding if welding.joins else None
 
 
 def _hanging_on(
