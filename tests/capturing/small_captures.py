@@ -18,6 +18,7 @@ from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks
 from elastomorph.capturing.landmarks.typical_face import _TYPICAL
+from elastomorph.capturing.neutral.texture import Painted
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.makers import Makers, Placed, Posed
@@ -128,6 +129,17 @@ class Counted(Makers):
         self.note("neutral")
         found = self._found(shape.work.vertices, numbers(solved, where, shape.work.vertices))
         return replace(found, figures={"remarks": ["the chin lacks"]})
+
+    def texture(
+        self, shape: Any, neutral: Any, cameras: Any, photographs: Any, say: Any
+    ) -> dict[str, Painted]:
+        self.note("texture")
+        assert sorted(photographs) == sorted(camera.name for camera in cameras)
+        random = numbers(neutral, list(cameras), shape.mesh.uv.coordinates)
+        names = ("",) if shape.mesh.materials is None else shape.mesh.materials.names[:1]
+        image = random.integers(255, size=(16, 16, 3)).astype(np.uint8)
+        seen = np.arange(256).reshape(16, 16) < 64
+        return {name: Painted(image, seen, np.ones((16, 16), dtype=bool)) for name in names}
 
     def framed(
         self,

@@ -19,6 +19,8 @@ from elastomorph.capturing.cameras.models import write_colmap
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.work.request import requested
 from elastomorph.io.npz.members import open_npz
+from elastomorph.io.obj.looks import with_looks
+from elastomorph.model.mesh import FaceLabels, UVMap
 
 EXAMINED = [f"photographs/{pose}" for pose in sorted(POSES, key="nabc".find)]
 OTHERS = ["cameras/a", "cameras/b", "cameras/c"]
@@ -310,3 +312,63 @@ def test_cameras_are_written_for_others_and_read_again(photos: Path, tmp_path: P
         run(photos, tmp_path / "poses", given, cameras=place / "neutral", to="cameras")
     with pytest.raises(em.FileError, match="there is no such folder or file of cameras"):
         run(photos, tmp_path / "poses", given, cameras=tmp_path / "nowhere", to="cameras")
+
+
+def with_coordinates(materials: FaceLabels | None = None) -> em.Mesh:
+    mesh = template()
+    uv = (mesh.vertices[:, :2] - mesh.vertices[:, :2].min(axis=0)) / 40
+    return em.Mesh(mesh.vertices, mesh.faces, UVMap(uv, mesh.faces.indices), materials)
+
+
+@pytest.mark.parametrize("materials", [False, True])
+def test_the_texture_is_written_beside_the_poses_and_into_the_glb(
+    photos: Path, tmp_path: Path, materials: bool
+) -> None:
+    """Whatever reads an OBJ with its library, or a GLB, shows it; other materials stay."""
+    count = len(template().faces)
+    labels = FaceLabels(("M face", "teeth"), (np.arange(count) > 50).astype(np.int32))
+    shape = with_coordinates(labels if materials else None)
+    counted = Counted([])
+    captured = run(photos, tmp_path / "poses", counted, template=shape)
+    assert counted.calls.count("texture") == 1
+    name, key = ("M face", "M face") if materials else ("skin", "")
+    image = "neutral_M_face.png" if materials else "neutral.png"
+    painted = captured.textures[key]
+    assert captured.figures["texture"] == {key: {"side": 16, "seen": 0.25}}
+    with Image.open(tmp_path / "poses" / image) as found:
+        np.testing.assert_array_equal(np.asarray(found), painted.image)
+    with Image.open(tmp_path / "poses" / image.replace(".png", "_seen.png")) as found:
+        np.testing.assert_array_equal(np.asarray(found) > 0, painted.seen)
+    for pose in POSES:
+        read = with_looks(em.read(tmp_path / "poses" / f"{pose}.obj"))
+        assert read.appearance is not None
+        texture = read.appearance[name].texture
+        assert texture is not None
+        assert texture.image == (tmp_path / "poses" / image).read_bytes()
+        assert read.materials is not None
+        assert read.materials.names == (("M face", "teeth") if materials else ("skin",))
+        assert captured.poses[pose].faces == shape.faces
+    glb = em.read_rig(tmp_path / "poses" / "neutral.glb").neutral
+    assert glb.appearance is not None
+    texture = glb.appearance[name].texture
+    assert texture is not None
+    assert texture.image == (tmp_path / "poses" / image).read_bytes()
+    before = files_of(tmp_path / "poses")
+    run(photos, tmp_path / "poses", again := Counted([]), template=shape)
+    assert again.calls == []
+    assert apart_from_seconds(files_of(tmp_path / "poses")) == apart_from_seconds(before)
+
+
+def test_a_template_without_texture_coordinates_gets_a_sentence(
+    photos: Path, tmp_path: Path
+) -> None:
+    captured = run(photos, tmp_path / "poses", Counted([]))
+    assert "has no texture coordinates" in captured.figures["texture"]
+    assert not list((tmp_path / "poses").glob("*.png"))
+
+
+def test_a_template_is_not_written_over_by_its_texture(photos: Path, tmp_path: Path) -> None:
+    (tmp_path / "poses").mkdir()
+    (tmp_path / "poses" / "neutral.glb").write_text("somebody's")
+    with pytest.raises(em.FileError, match="already there and not from a capture"):
+        run(photos, tmp_path / "poses", Counted([]), template=with_coordinates())

@@ -151,6 +151,7 @@ def _facts(captured: Captured, output: Path, report: bool) -> dict[str, Any]:
     from elastomorph.capturing.work.captured import CAMERAS, as_json
 
     written = [str(output / f"{pose}.obj") for pose in captured.poses]
+    written += [str(output / f"{captured.neutral}.glb")] * bool(captured.textures)
     written += [str(output / CAMERAS / pose) for pose in captured.cameras]
     written += [str(output / _REPORT)] * report
     return {"neutral": captured.neutral, **as_json(captured.figures), "written": written}
@@ -176,5 +177,7 @@ def _tell(captured: Captured, output: Path) -> None:
         sentences += [f"{pose}: {remark}" for remark in own["remarks"]]
         sentences += [f"{pose}: {name} is not used: {why}" for name, why in own["rejected"].items()]
     console.print(table)
+    texture = captured.figures.get("texture")
+    sentences += [texture] if isinstance(texture, str) else []
     for sentence in [*sentences, f"written to {output}/"]:
         console.print(sentence, markup=False, highlight=False, soft_wrap=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -16,17 +17,22 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.models import write_bundler, write_colmap
 from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.neutral.texture import Painted
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.errors import CaptureError
 from elastomorph.io.atomic import made_folder, replacing
 from elastomorph.io.npz.confidence import NAME as CONFIDENCE
 from elastomorph.io.npz.confidence import write_confidence
 from elastomorph.io.registry import write
+from elastomorph.model.appearance import Material, Texture
+from elastomorph.model.mesh import FaceLabels
+from elastomorph.rig import Rig
 
 __all__ = ["CAMERAS", "CONFIDENCE", "FIGURES", "Captured", "write_captured"]
 
 FIGURES = "capture.json"
 CAMERAS = "cameras"
+_SKIN = "skin"
 _VERSION = 1
 
 
@@ -43,6 +49,8 @@ class Captured:
         neutral: Name of the pose that is the neutral.
         figures: What was measured, as in ``capture.json``.
         points: Pose → (N, 3) of the surface that its photographs show, in the frame of the cameras.
+        textures: Material → what the photographs of the neutral show in the texture coordinates of
+            the template; '' where it has no materials.
     """
 
     poses: Mapping[str, Registered]
@@ -51,6 +59,7 @@ class Captured:
     neutral: str
     figures: Mapping[str, Any] = field(default_factory=dict)
     points: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    textures: Mapping[str, Painted] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         count = sum(map(len, self.cameras.values()))
@@ -70,6 +79,7 @@ def write_captured(folder: Path, captured: Captured) -> list[Path]:
     if captured.poses:
         files.append(folder / CONFIDENCE)
         write_confidence(files[-1], {name: p.confidence for name, p in captured.poses.items()})
+    files += _write_textures(folder, captured)
     for name, cameras in captured.cameras.items():
         _write_cameras(folder / CAMERAS, name, cameras, captured.points.get(name, np.zeros((0, 3))))
         files.append(folder / CAMERAS / name)
@@ -93,6 +103,62 @@ def write_captured(folder: Path, captured: Captured) -> list[Path]:
         text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
         file.write(text.encode() + b"\n")
     return files
+
+
+def textured(mesh: Registered, name: str, textures: Mapping[str, Painted]) -> Registered:
+    """A pose whose materials show textures, if there are any, by the library of a name."""
+    if not textures:
+        return mesh
+    none = FaceLabels((_SKIN,), np.zeros(len(mesh.faces), dtype=np.int32))
+    images = {
+        own or _SKIN: Material(texture=Texture(_png(painted.image), _file(name, own)))
+        for own, painted in textures.items()
+    }
+    found = object.__new__(Registered)
+    vars(found).update(
+        vars(mesh),
+        materials=mesh.materials or none,
+        material_library=f"{name}.mtl",
+        appearance={**(mesh.appearance or {}), **images},
+    )
+    return found
+
+
+def _write_textures(folder: Path, captured: Captured) -> list[Path]:
+    """Images, masks of what was seen, their library, and the neutral with all of it as GLB."""
+    if not captured.textures:
+        return []
+    name, pose = captured.neutral, captured.poses[captured.neutral]
+    contents = {}
+    for own, painted in captured.textures.items():
+        contents[_file(name, own)] = _png(painted.image)
+        contents[_file(name, own, "_seen")] = _png(painted.seen * np.uint8(255))
+    lines = []
+    for own in pose.materials.names if pose.materials is not None else ():
+        lines += [f"newmtl {own}", "Kd 1 1 1"]
+        key = own if own in captured.textures else ""
+        lines += [f"map_Kd {_file(name, key)}"] if key in captured.textures else []
+    contents[f"{name}.mtl"] = "".join(f"{line}\n" for line in lines).encode()
+    for file, content in contents.items():
+        with replacing(folder / file) as opened:
+            opened.write(content)
+    write(folder / f"{name}.glb", Rig(pose, {}))
+    return [folder / file for file in (*contents, f"{name}.glb")]
+
+
+def _file(name: str, material: str, what: str = "") -> str:
+    """The name of the image of a material."""
+    plain = re.sub(r"[^\w.-]+", "_", material)
+    return f"{name}_{plain}{what}.png" if plain else f"{name}{what}.png"
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    import cv2
+
+    good, content = cv2.imencode(".png", pixels[..., ::-1] if pixels.ndim == 3 else pixels)
+    if not good:
+        raise CaptureError("OpenCV could not write a PNG")
+    return content.tobytes()
 
 
 def _write_cameras(

@@ -15,11 +15,13 @@ from elastomorph.capturing.cameras.frames import Frame, brought, near_still, sti
 from elastomorph.capturing.cameras.models import Given
 from elastomorph.capturing.cameras.names import same_cameras
 from elastomorph.capturing.cameras.solved import SolvedPose
+from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.landmarks import Landmarks, triangulated
 from elastomorph.capturing.landmarks.metric import fit_to_scale
 from elastomorph.capturing.neutral.neutral import neutral_surface
+from elastomorph.capturing.neutral.texture import Painted, paint
 from elastomorph.capturing.photographs.examining import examine
 from elastomorph.capturing.photographs.photographs import Photographs
 from elastomorph.capturing.photographs.views import Views
@@ -45,6 +47,7 @@ _ROOMS = {
     "rig": "cameras",
     "placed": "landmarks",
     "neutral": "neutral",
+    "texture": "neutral",
     "frames": "cameras",
     "poses": "tracking",
 }
@@ -185,6 +188,18 @@ class Makers:
         lacking = missing_cameras(surface, views.cameras, places)
         remarks = [] if lacking is None else [lacking]
         return Posed(found.vertices, confidence, measured, {"remarks": remarks})
+
+    def texture(
+        self,
+        template: Template,
+        neutral: Posed,
+        cameras: Sequence[Camera],
+        photographs: Mapping[str, Path],
+        say: StageSay,
+    ) -> Mapping[str, Painted]:
+        """Material → what photographs show of the neutral in its texture coordinates."""
+        surface = Surface(neutral.vertices, template.triangles)
+        return paint(template.mesh, surface, template.place, cameras, photographs, say=say)
 
     def framed(
         self,

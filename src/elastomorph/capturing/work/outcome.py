@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from elastomorph.capturing.geometry.surface import Surface
+from elastomorph.capturing.neutral.texture import Painted
 from elastomorph.capturing.photographs.comparing import compared
 from elastomorph.capturing.tracking.checks import skin_agreement, surface_agreement
-from elastomorph.capturing.work.captured import Captured, write_captured
+from elastomorph.capturing.work.captured import Captured, textured, write_captured
 from elastomorph.capturing.work.makers import Makers
 from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.capturing.work.request import Request
@@ -45,21 +46,42 @@ def _captured_by(work: Work) -> Captured:
     for pose in work.solved:
         work.cameras(pose)
     poses: dict[str, Registered] = {}
+    textures: Mapping[str, Painted] = {}
     if request.to != "cameras":
         others = request.chain if request.to == "poses" else {}
         work.neutral()
         for pose in others:
             work.framed(pose)
         poses = {pose: _registered(work, pose) for pose in (request.neutral, *others)}
-        poses = {pose: poses[pose] for pose in request.poses if pose in poses}
+        textures = work.texture()
+        poses = {
+            pose: textured(poses[pose], request.neutral, textures)
+            for pose in request.poses
+            if pose in poses
+        }
     return Captured(
         poses,
         {pose: work.in_frame(pose).cameras for pose in work.solved},
         {pose: {file.name: file for file in files} for pose, files in request.poses.items()},
         request.neutral,
-        _figures(work, poses, remarks),
+        _figures(work, poses, remarks) | _of_textures(work, textures),
         {pose: work.in_frame(pose).points for pose in work.solved},
+        textures,
     )
+
+
+def _of_textures(work: Work, textures: Mapping[str, Painted]) -> dict[str, Any]:
+    """How much of the skin is seen; a sentence where there is no texture."""
+    if work.request.to == "cameras":
+        return {}
+    if work.template.mesh.uv is None:
+        return {"texture": "the template has no texture coordinates, so there is no texture"}
+    return {
+        "texture": {
+            name: {"side": len(own.image), "seen": float(own.seen[own.shown].mean())}
+            for name, own in textures.items()
+        }
+    }
 
 
 def _registered(work: Work, pose: str) -> Registered:

@@ -84,4 +84,4 @@ def _require_own(output: Path, working: Path, poses: Mapping[str, object]) -> No
 
 
 def _meshes(output: Path, poses: Mapping[str, object]) -> list[Path]:
-    return [output / f"{pose}.obj" for pose in poses]
+    return [output / f"{pose}{suffix}" for suffix in (".obj", ".glb", ".mtl") for pose in poses]

@@ -11,6 +11,7 @@ from typing import Any
 from elastomorph.capturing.cameras.frames import Frame
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.similarity import Similarity
+from elastomorph.capturing.neutral.texture import Painted
 from elastomorph.capturing.photographs.photographs import Photographs
 from elastomorph.capturing.photographs.views import Views
 from elastomorph.capturing.tracking.matches import Matches
@@ -175,6 +176,31 @@ class Work:
             ),
         )
 
+    def texture(self) -> Mapping[str, Painted]:
+        """Material → its image by the photographs of the neutral; none without coordinates."""
+        pose, mesh, neutral = self.request.neutral, self.template.mesh, self.neutral()
+        if mesh.uv is None:
+            return {}
+        depends = {
+            "neutral": neutral.digest,
+            "photographs": self._digest_of_photographs(pose),
+            "cameras": self.cameras(pose).digest,
+            "placed": self.placed().digest,
+            "template": _digest(self.template),
+            "faces": [mesh.faces.indices, mesh.faces.offsets],
+            "coordinates": [mesh.uv.coordinates, mesh.uv.corners],
+            "materials": mesh.materials and [list(mesh.materials.names), mesh.materials.of_face],
+        }
+        files = {p.name: p.path for p in self.photographs(pose).taken}
+        made: Made[Mapping[str, Painted]] = self._stage(
+            "texture",
+            depends,
+            lambda say: self.makers.texture(
+                self.template, neutral.read(), self.in_frame(pose).cameras, files, say
+            ),
+        )
+        return made.read()
+
     def framed(self, pose: str) -> Made[Frame]:
         """How a pose is brought to the neutral in the frame of the template."""
         request = self.request
@@ -323,6 +349,8 @@ def _expected(request: Request) -> dict[str, float]:
     expected |= {f"cameras/{pose}": each * counts[pose] for pose in solved}
     if request.to != "cameras":
         expected |= {"placed": 0.1, "neutral": 3.3 * counts[request.neutral]}
+        if request.template is not None and request.template.mesh.uv is not None:
+            expected["texture"] = 1.0 * counts[request.neutral]
     if request.to == "poses":
         expected |= {f"frames/{pose}": 5.0 for pose in request.chain}
         expected |= {f"poses/{pose}": 3.5 * counts[pose] for pose in request.chain}
