@@ -199,7 +199,8 @@ def take(rig: Rig, frames: int) -> None:
         start = time.process_time()
         found = rig.track(taken, vertices)
         seconds = time.process_time() - start
-        off = np.sqrt(np.square(found.weights - weights).mean())
+        shown = [rig.names.index(name) for name in found.names]
+        off = np.sqrt(np.square(found.weights - weights[:, shown]).mean())
         print(
             f"{MARKERS} markers, {words}: {seconds:.1f} s, weights off by {off:.3f} (RMS); {found}"
         )

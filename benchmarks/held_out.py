@@ -141,7 +141,8 @@ def tracked(rig: Rig, frames: Floats, seen: Floats, settings: Settings) -> float
     frames, seen = frames[::3], seen[::3]
     prior, smooth = settings
     found = rig.track(seen[:, given], given.tolist(), prior=prior, smooth=smooth)
-    faces = np.stack([rig.pose(row)[kept] for row in found.weights])
+    rows = [dict(zip(found.names, row, strict=True)) for row in found.weights]
+    faces = np.stack([rig.pose(row)[kept] for row in rows])
     placed = found.scale * np.einsum("fij,fmj->fmi", found.rotations, faces)
     off = placed + found.offsets[:, None] - frames[:, kept]
     return float(np.sqrt(np.square(off).sum(axis=2).mean()))

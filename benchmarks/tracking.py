@@ -65,7 +65,8 @@ def main() -> None:
             print(told(name, prior, found, moved, seconds))
         for frame in shown if options.picture else ():
             goals = dict(zip(vertices, rig.neutral.vertices[vertices] + moves[frame], strict=True))
-            faces = {"rest": rig.neutral.vertices, name: rig.pose(found.weights[frame])}
+            weights = dict(zip(found.names, found.weights[frame], strict=True))
+            faces = {"rest": rig.neutral.vertices, name: rig.pose(weights)}
             views = ("front", (50.0, 0.0))
             size = (240, 300)
             pictures.append(drag_picture(rig.neutral, goals, faces, views=views, face=size))

@@ -64,6 +64,19 @@ def test_places_by_name_and_frames_a_second(weights: np.ndarray) -> None:
     assert "farthest: m" in printed
 
 
+def test_sliders_that_no_marker_shows_are_named(weights: np.ndarray) -> None:
+    """In text and JSON, and not written as zeros."""
+    rig = em.read_rig("rig.npz")
+    lids = rig.neutral.vertices.copy()
+    lids[11] += 1.0
+    blink = em.interpolate(rig.neutral, rig.neutral.with_vertices(lids), "linear")
+    em.Rig(rig.neutral, {**rig.morphs, "eyeBlink": blink}).save("lids.npz")
+    words = ("track", "lids.npz", "bare.npz", "--landmarks", "markers.json", "-o", "take.csv")
+    assert json.loads(printed_by(*words, "--json"))["unseen"] == ["eyeBlink"]
+    assert read_performance("take.csv").names == ("jawOpen", "smile")
+    assert "left out: eyeBlink" in printed_by(*words, "--overwrite")
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -170,6 +170,65 @@ def test_places_of_other_markers_are_told(
             wide.track(wrong, range(30), rest=rest)
 
 
+def with_blink(wide: Rig, vertices: slice, size: float) -> Rig:
+    """A seventh slider, that lifts some vertices only."""
+    lifted = wide.neutral.vertices.copy()
+    lifted[vertices, 2] += size
+    blink = em.interpolate(wide.neutral, wide.neutral.with_vertices(lifted), "linear")
+    return Rig(wide.neutral, {"blink": blink, **wide.morphs})
+
+
+def test_sliders_that_no_marker_shows_are_named_and_left_out(
+    wide: Rig, weights: np.ndarray, head: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """A blink of 0.92 with no marker on the lids is not known, and not 0."""
+    rig = with_blink(wide, slice(3), 1.0)
+    blinking = np.insert(weights, 0, 0.92, axis=1)
+    faces = rig.batch(blinking, dtype=np.float64)
+    taken = SCALE * np.einsum("fij,fmj->fmi", head[0], faces) + head[1][:, None]
+    found = rig.track(taken[:, 3:], range(3, 30), smooth=0, prior=1e-8)
+    assert (found.names, found.unseen) == (wide.names, ("blink",))
+    np.testing.assert_allclose(found.weights, weights, atol=1e-4)
+    assert "1 slider that no marker shows" in str(found)
+    gone = taken.copy()
+    gone[:, :3] = np.nan  # markers there are, but never seen
+    assert rig.track(gone, range(30)).unseen == ("blink",)
+    whole = rig.track(taken, range(30), smooth=0, prior=1e-8)
+    assert (whole.names, whole.unseen) == (rig.names, ())
+    np.testing.assert_allclose(whole.weights[:, 0], 0.92, atol=1e-3)
+
+
+def test_what_the_head_could_do_too_shows_no_slider(wide: Rig, markers: np.ndarray) -> None:
+    """All vertices lifted alike: a slider, or a head that rises."""
+    assert with_blink(wide, slice(None), 1.0).track(markers[:3], range(30)).unseen == ("blink",)
+
+
+def test_a_slider_is_shown_where_the_prior_leaves_more_than_half_of_it(
+    wide: Rig, markers: np.ndarray
+) -> None:
+    """One marker lifted by h: w - λ/s with s about (h/reach)²."""
+    reach = max(np.linalg.norm(m.delta, axis=1).max() for m in wide.morphs.values())
+    for part, shown in ((0.5, False), (4.0, True)):
+        lift = reach * np.sqrt(2e-4 * part)
+        found = with_blink(wide, slice(1), lift).track(markers[:2], range(30), prior=1e-4)
+        assert ("blink" in found.names) == shown
+
+
+def test_a_slider_that_only_drives_a_corrective_is_shown_by_it(wide: Rig) -> None:
+    own = with_blink(wide, slice(3), 1.0)
+    names = [name for name in wide.names if name != "blink"]
+    rig = Rig(own.neutral, own.morphs, correctives={names[0]: ("blink", names[0])})
+    weights = np.full((2, len(rig.names)), 0.1)
+    found = rig.track(rig.batch(weights, dtype=np.float64)[:, 3:], range(3, 30))
+    assert found.unseen == ()
+
+
+def test_markers_that_show_no_slider_are_refused(wide: Rig, markers: np.ndarray) -> None:
+    rig = with_blink(wide, slice(3), 1.0).only(["blink"])
+    with pytest.raises(em.ParameterError):
+        rig.track(markers[:2, 3:], range(3, 30))
+
+
 @pytest.mark.parametrize(
     ("markers", "places", "settings", "message"),
     [

@@ -120,6 +120,7 @@ def track(
         "left_out": left_out,
         "left": {name: each for name, each in left.items() if each == each},
         "never_seen": [name for name, each in left.items() if each != each],
+        "unseen": list(found.unseen),
         "frames_between": found.between.tolist(),
         "scale": found.scale,
         "unit": taken.unit,
@@ -218,6 +219,7 @@ def _tell(found: Tracked, facts: Mapping[str, Any]) -> None:
         "farthest": ", ".join(f"{name} {each:.3g}" for name, each in far),
         "never seen": ", ".join(facts["never_seen"]),
         "without a place on the rig": first_few(facts["left_out"], _SHOWN),
+        "sliders that no marker shows, left out": first_few(facts["unseen"], _SHOWN),
     }
     for what, names in told.items():
         if names:

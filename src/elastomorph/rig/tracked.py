@@ -33,13 +33,15 @@ class Tracked:
     """The weights of a take, and where the head was.
 
     Attributes:
-        names: J sliders.
+        names: J sliders, those that the markers show.
         weights: (T, J) weights; of frames with too few markers those between their neighbours.
         scale: Size of the recorded face over that of the rig.
         rotations: (T, 3, 3) of the head, NaN for frames with too few markers.
         offsets: (T, 3) of the head, in the unit of the markers: y = scale·R·p + offset.
         distances: (T, M) of each marker from the face, in the unit of the rig; NaN where missing.
         trust: (T, M) how much each marker counts, from 0, missing or far off, to 1.
+        unseen: Sliders that no marker shows, and that are left out: their weights would be the
+            prior's, and 0 whatever the face does.
     """
 
     names: tuple[str, ...]
@@ -49,6 +51,7 @@ class Tracked:
     offsets: Floats
     distances: Floats
     trust: Floats
+    unseen: tuple[str, ...] = ()
 
     @property
     def left(self) -> Floats:
@@ -76,5 +79,7 @@ class Tracked:
             f"{count:,} frame{'s' * (count != 1)}, scale {self.scale:.4g}, {rms:.3g} left (RMS); "
             f"{(~seen).mean():.1%} of the markers missing, {off.mean():.1%} far off and left out"
         )
+        if count := len(self.unseen):
+            said += f"; {count} slider{'s' * (count != 1)} that no marker shows left out"
         few = len(self.between)
         return said + (f"; {few:,} frames with too few are between their neighbours" if few else "")

@@ -87,9 +87,12 @@ def track(
     with one_blas_thread():
         points = HandledPoints.of(rig, mix)
         _require_spread(points.rest)
+        ever = np.asarray(np.isfinite(taken).all(axis=2).any(axis=0))
         whole = np.flatnonzero(np.isfinite(taken).all(axis=2).sum(axis=1) >= _LEAST_MARKERS)
         if not len(whole):
             raise ParameterError(f"no frame has {_LEAST_MARKERS} markers; a face needs as many")
+        unseen = _unseen(points, ever, cost) & (box.start == 0)
+        box = box._replace(low=np.where(unseen, 0.0, low), high=np.where(unseen, 0.0, high))
         if rest is not None:
             points = _worn(points, taken, rest, places)
         scale = _scale(points, taken[whole if rest is None else [rest]])
@@ -103,7 +106,7 @@ def track(
         solver = _Frames(ways[0], taken / scale, box, near)
         _solve_all(solver, ways, whole, progress)
     warn_unlike(solver.distances, points.rest)
-    return _tracked(rig.names, solver, whole, scale)
+    return _tracked(rig.names, unseen, solver, whole, scale)
 
 
 def _solve_all(
@@ -238,10 +241,8 @@ class _Frames:
         root = np.repeat(np.sqrt(trust) / self.reach, 3)
         left = root * (face - back).ravel()
         # What moves as the head could is no error: derivatives without their rigid part.
-        arms = face - face.mean(axis=0)
-        turns = np.cross(np.eye(3)[:, None], arms[None]).reshape(3, -1)
-        free = [np.tile(np.eye(3), len(face)), turns, arms.reshape(1, -1)[: int(self.sized)]]
-        basis = np.linalg.qr((np.concatenate(free) * root).T)[0]
+        free = _rigid(face)[: 6 + int(self.sized)]
+        basis = np.linalg.qr((free * root).T)[0]
         rates = root[:, None] * moving.rates
         rates -= basis @ (basis.T @ rates)
         curved = moving.curved(root * left)
@@ -252,8 +253,43 @@ class _Frames:
         )
 
 
+def _rigid(face: Floats) -> Floats:
+    """(7, 3M) how points move with a head that moves, turns and grows."""
+    arms = face - face.mean(axis=0)
+    turns = np.cross(np.eye(3)[:, None], arms[None]).reshape(3, -1)
+    return np.concatenate([np.tile(np.eye(3), len(face)), turns, arms.reshape(1, -1)])
+
+
+def _unseen(points: HandledPoints, ever: NDArray[np.bool_], prior: float) -> NDArray[np.bool_]:
+    """(sliders,) those of which the markers say so little that the prior would halve each weight.
+
+    A slider alone moves markers so that the sum is least at w - λ/s, s the sum of their squares
+    over that of the reach, without what the head could do too.
+    """
+    basis = np.linalg.qr(_rigid(points.rest[ever])[:6].T)[0]
+    moved = points.fields.reshape(len(points.fields), -1, 3)[:, ever].reshape(
+        len(points.fields), -1
+    )
+    left = np.square(moved - moved @ basis @ basis.T).sum(axis=1) / (points.reach or 1.0) ** 2
+    told = dict.fromkeys(points.sliders.morphs, 0.0)
+    for name, own in zip(told, np.maximum.reduceat(left, points.deltas), strict=True):
+        for driver in points.sliders.correctives.get(name, (name,)):
+            told[driver] = max(told[driver], float(own))
+    unseen = np.array([told[name] <= max(2 * prior, 1e-12) for name in points.sliders.names])
+    if unseen.all():
+        raise ParameterError(
+            "no marker is on a part of the face that a slider moves, so there is nothing to track; "
+            "check the places of the markers, or give a smaller prior"
+        )
+    return unseen
+
+
 def _tracked(
-    names: tuple[str, ...], solver: _Frames, whole: NDArray[np.intp], scale: float
+    names: tuple[str, ...],
+    unseen: NDArray[np.bool_],
+    solver: _Frames,
+    whole: NDArray[np.intp],
+    scale: float,
 ) -> Tracked:
     """The result, weights of frames without enough markers between those of their neighbours."""
     frames = np.arange(len(solver.weights))
@@ -261,13 +297,14 @@ def _tracked(
     for column, own in zip(weights.T, solver.weights.T, strict=True):
         column[:] = np.interp(frames, whole, own[whole])
     return Tracked(
-        names,
-        weights,
+        tuple(name for name, out in zip(names, unseen, strict=True) if not out),
+        weights[:, ~unseen],
         scale,
         solver.rotations,
         scale * solver.offsets,
         solver.distances,
         solver.trust,
+        tuple(name for name, out in zip(names, unseen, strict=True) if out),
     )
 
 
