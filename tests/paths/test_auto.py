@@ -10,15 +10,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
+from elastomorph.evaluation.movements import evaluate_movements
 from elastomorph.evaluation.shape import ShapeProbe
+from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.model.geometry import connected_parts
 from elastomorph.model.morph import Choice
+from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import rotation
 from elastomorph.samples import head, shapes
+from small_meshes import grid
 
 
 def off_straight(mesh: em.Mesh, target: em.Mesh) -> float:
@@ -305,3 +310,38 @@ def test_markers_are_compared_halfway() -> None:
     assert morph.choice is not None
     farthest = np.sqrt(2.0) * (1 - np.cos(0.3)) / chin.diameter
     assert morph.choice.distance == pytest.approx(farthest, rel=1e-9)
+
+
+def test_triangles_between_markers_are_no_skin() -> None:
+    """Markers that move alone turn long edges around them, and no cheek; all as one do turn."""
+    points = np.random.default_rng(4).uniform(-1, 1, (41, 2))
+    bowl = np.column_stack([points, 0.5 - 0.5 * (points**2).sum(axis=1)])
+    mesh = em.Mesh(bowl, Delaunay(points).simplices)
+    moved = bowl.copy()
+    moved[np.argsort(np.abs(points).sum(axis=1))[:6]] += [0.0, 0.15, 0.1]
+    target = mesh.with_vertices(moved)
+    assert em.interpolate(mesh, target).method == "linear"
+    assert len(em.interpolate(mesh, target, "rotation").bends)  # by name, as on any surface
+    whole = em.interpolate(mesh, mesh.with_vertices(turned(bowl, 60)))
+    assert whole.method == "arc"
+    np.testing.assert_allclose(whole.at(0.5), turned(bowl, 30), atol=2e-3)
+    finer = grid(10, 10, lambda x, y: 0.1 * x * y)
+    skin = em.Mesh(finer.vertices, finer.faces.triangles())
+    end = skin.vertices.copy()
+    end[44:46, 2] += 2.0
+    assert em.interpolate(skin, skin.with_vertices(end)).method == "rotation"
+
+
+@pytest.mark.realdata
+def test_markers_with_triangles_are_no_worse_than_straight(data_dir: Path) -> None:
+    """On all movements of two takes, with the best time for each frame."""
+    for name in ("jaw", "eyebrows"):
+        motion = read_recording(data_dir / "animface" / f"{name}.npz").motion
+        rest = motion.mesh.vertices - motion.mesh.vertices.mean(axis=0)
+        flat = rest @ np.linalg.svd(rest, full_matrices=False)[2][:2].T
+        mesh = em.Mesh(motion.mesh.vertices, Delaunay(flat).simplices)
+        frames = MeshSequence(mesh, motion.frames, motion.times)
+        curves = CurveNetwork([Curve(range(len(rest)), False)], len(rest))
+        for one in evaluate_movements(frames, curves, lambda _: ("linear", "auto")):
+            errors = {each: one.evaluation[each].path_lme for each in ("linear", "auto")}
+            assert errors["auto"] <= errors["linear"] + 1e-9

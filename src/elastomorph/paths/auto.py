@@ -29,6 +29,11 @@ INBETWEEN_PAYS = 2.5e-3
 """Where the straight and the turning path part by more halfway, as a fraction of D, only a scanned
 or sculpted in-between can say which of them is right."""
 
+# Triangles that span so few points in one sheet, as those of Delaunay do between markers, are no
+# skin: an edge across a cheek turns by what its two ends do, which is no turn of the cheek. Sheets
+# of still fewer points are no faces.
+_MARKERS = range(24, 100)
+
 
 @dataclass(frozen=True)
 class Auto(Method):
@@ -67,6 +72,7 @@ class Auto(Method):
         The path of ``rotation`` is compared with the straight line halfway: by a bound where that
         is enough, else by the one solve that the moment takes. A neutral without a surface, of
         markers, has no such path: those of its curves that turn, such as a chin, follow ``arc``.
+        Nor has a sheet of triangles between two dozen to a hundred points: it stands for markers.
 
         Args:
             neutral: The mesh at t = 0.
@@ -118,6 +124,10 @@ def _choice(turning: Turning, allowed: float, scale: float) -> Choice:
 
 
 def _surface(neutral: Mesh) -> SurfaceEdges | None:
+    faces = neutral.faces
+    disc = len(neutral.vertices) - len(neutral.edges) + len(faces) == 1
+    if len(neutral.vertices) in _MARKERS and disc and (faces.sizes == 3).all():
+        return None  # a triangulation of markers
     try:
         return SurfaceEdges.of(neutral)
     except MeshError:  # no polygon has an area
