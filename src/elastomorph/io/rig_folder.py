@@ -55,8 +55,9 @@ def read_rig(path: str | Path, *, method: str | Method | None = None, **options:
             files, one of them with ``neutral`` in its name, or ``built-in``.
         method: Makes all paths anew, as for `elastomorph.interpolate`. Without it, paths that the
             file holds stay as they are, and targets without get the method ``auto``.
-        **options: ``mesh`` of the reader, for a file with several meshes; ``neutral``, ``cache``
-            and ``say`` of `elastomorph.io.rig_folder.read_rig_folder`, for a folder, the last two
+        **options: ``mesh`` of the reader, for a file with several meshes; ``root``, the folder in
+            which all layers of a USD file must lie; ``neutral``, ``cache`` and ``say`` of
+            `elastomorph.io.rig_folder.read_rig_folder`, for a folder, the last two
             for our own head too; ``curves``, and fields of `elastomorph.paths.Method`.
 
     Raises:
@@ -75,8 +76,8 @@ def read_rig(path: str | Path, *, method: str | Method | None = None, **options:
         _refuse_options(path, options, ("mesh",), "our own head")
         return _built_in(method, **options)
     _refuse_options(path, options, ("cache",), "no folder")
-    mesh = options.pop("mesh", None)
-    return with_paths(rig_as_stored(path, mesh=mesh, still=False), method, **options)
+    beside = {name: options.pop(name, None) for name in ("mesh", "root")}
+    return with_paths(rig_as_stored(path, **beside, still=False), method, **options)
 
 
 def _built_in(
@@ -108,7 +109,11 @@ def _built_in(
 
 
 def rig_as_stored(
-    path: str | Path, *, mesh: str | Sequence[str] | None = None, still: bool = True
+    path: str | Path,
+    *,
+    mesh: str | Sequence[str] | None = None,
+    root: str | Path | None = None,
+    still: bool = True,
 ) -> Rig:
     """The rig in a file or a folder, or our own head, without a path where the source has none.
 
@@ -117,6 +122,10 @@ def rig_as_stored(
     without morphs.
     """
     beside: dict[str, Any] = {} if mesh is None else {"mesh": mesh}
+    if root is not None:
+        if not str(path).lower().endswith((".usd", ".usda", ".usdc", ".usdz")):
+            raise ParameterError(f"{path} is no USD file: leave out 'root'")
+        beside["root"] = root
     if str(path) == BUILT_IN:
         from elastomorph.samples import expressions, head, shapes
 

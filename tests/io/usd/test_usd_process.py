@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from usd_rigs import grid, read_in_this_process, sample_rig
 
-from elastomorph.errors import FileError, FormatError, MissingExtraError
+import elastomorph as em
+from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import read_usd, write_usd
+from elastomorph.io.usd.composed import _is_shared as is_shared
 from elastomorph.rig import Rig
 from needs import extra
 
@@ -122,28 +124,94 @@ def test_files_in_the_same_folder_are_followed(
 
 
 @pytest.mark.parametrize("arc", ARCS)
-def test_files_outside_the_folder_are_not(inside_and_outside: tuple[Path, Path], arc: str) -> None:
-    path = composed(inside_and_outside[0], ARCS[arc].format("../outside.usda"))
+def test_files_beside_the_folder_are_followed(
+    inside_and_outside: tuple[Path, Path], arc: str
+) -> None:
+    """As studios lay out assets: what a layer names relative to itself is of its project."""
+    inside, outside = inside_and_outside
+    path = composed(inside, ARCS[arc].format("../outside.usda"))
+    assert read_in_this_process(path, inside).names == sample_rig().names
+    (inside / "parts" / "second.usda").write_text(
+        '#usda 1.0\n(defaultPrim = "A")\n' + ARCS["reference"].format("../../outside.usda")
+    )
+    path = composed(inside, ARCS[arc].format("./parts/second.usda"))
+    assert read_in_this_process(path, inside).names == sample_rig().names
+    outside.unlink()
+    assert refused(path)
+
+
+@pytest.mark.parametrize("arc", ARCS)
+def test_files_outside_the_root_are_not(inside_and_outside: tuple[Path, Path], arc: str) -> None:
+    inside, outside = inside_and_outside
+    path = composed(inside, ARCS[arc].format("../outside.usda"))
     with pytest.raises(FormatError, match=r"composed of '\.\./outside\.usda', which is no file in"):
-        read_in_this_process(path, path.parent)
+        read_in_this_process(path, inside, f"--root={inside}")
+    with pytest.raises(FormatError, match="does not lie in the folder"):
+        read_in_this_process(path, inside, f"--root={inside / 'parts'}")
+    assert read_in_this_process(path, inside, f"--root={outside.parent}").names
+
+
+def test_the_root_is_named_in_python(inside_and_outside: tuple[Path, Path]) -> None:
+    inside, outside = inside_and_outside
+    path = composed(inside, ARCS["reference"].format("../outside.usda"))
+    assert em.read_rig(path, root=outside.parent).names == sample_rig().names
+    with pytest.raises(FormatError, match="composed of"):
+        em.read_rig(path, root=inside)
+    with pytest.raises(ParameterError, match="root"):
+        em.read_rig("built-in.glb", root=inside)
+
+
+@pytest.mark.parametrize("shared", ["home", "above home", "temporary"])
+def test_what_all_share_is_no_project(
+    inside_and_outside: tuple[Path, Path], shared: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file that came by mail does not reach the other folders of a home."""
+    inside, outside = inside_and_outside
+    path = composed(inside, ARCS["reference"].format("../outside.usda"))
+    if shared == "temporary":
+        monkeypatch.setattr("elastomorph.io.usd.composed.gettempdir", lambda: str(outside.parent))
+    else:
+        home = outside.parent / "someone" if shared == "above home" else outside.parent
+        monkeypatch.setattr(Path, "home", lambda: home)
+    with pytest.raises(FormatError, match="composed of"):
+        read_in_this_process(path, inside)
+    assert read_in_this_process(path, inside, f"--root={outside.parent}").names
+
+
+def test_nothing_on_top_of_the_disk_is_a_project() -> None:
+    for folder in ("/", "/mnt", str(Path.home()), str(Path.home().parent)):
+        assert is_shared(Path(folder))
+    assert not is_shared(Path("/mnt/show"))
 
 
 def test_no_detour_leads_outside(inside_and_outside: tuple[Path, Path]) -> None:
-    """Not an absolute path, a link, a second file, a working folder, a URL or an expression."""
+    """Not an absolute path, a link, a working folder, a URL or an expression."""
     inside, outside = inside_and_outside
     names = [str(outside), "https://example.org/face.usda", "gone.usda", "`'../outside.usda'`"]
     if os.name == "posix":
         (inside / "link.usda").symlink_to(outside)
-        names.append("./link.usda")
-    (inside / "parts" / "second.usda").write_text(
-        "#usda 1.0\n" + ARCS["reference"].format("../../outside.usda")
-    )
-    names.append("./parts/second.usda")
+        (inside / "folder").symlink_to(outside.parent, target_is_directory=True)
+        names += ["./link.usda", "./folder/outside.usda"]
     for name in names:
-        path = composed(inside, ARCS["reference"].format(name))
-        with pytest.raises(FormatError, match="it is composed of"):
-            read_in_this_process(path, inside.parent)
+        for options in ((), (f"--root={inside}",)):
+            path = composed(inside, ARCS["reference"].format(name))
+            with pytest.raises(FormatError, match="it is composed of"):
+                read_in_this_process(path, inside.parent, *options)
     assert refused(path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs links")
+def test_dots_behind_a_link_are_those_of_usd(inside_and_outside: tuple[Path, Path]) -> None:
+    """USD takes ``link/..`` for the folder of the link, the disk for that of its target."""
+    inside, outside = inside_and_outside
+    (outside.parent / "far" / "deep").mkdir(parents=True)
+    (outside.parent / "far" / "face.usda").write_bytes(outside.read_bytes())
+    (inside / "link").symlink_to(outside.parent / "far" / "deep", target_is_directory=True)
+    path = composed(inside, ARCS["reference"].format("./link/../face.usda"))
+    with pytest.raises(FormatError, match="composed of"):
+        read_in_this_process(path, inside, f"--root={inside}")
+    write_usd(inside / "face.usda", sample_rig())
+    assert read_in_this_process(path, inside, f"--root={inside}").names == sample_rig().names
 
 
 def test_value_clips_are_refused(inside_and_outside: tuple[Path, Path]) -> None:

@@ -36,8 +36,10 @@ BENDS = "elastomorph:bends"
 POINTS = "elastomorph:points"
 SLIDERS = "elastomorph:sliders"
 SETTINGS = "elastomorph:settings"
+ROOT = "--root="
 STILL = "--still"
-"""In place of the name of a mesh, which it cannot be: those without blend shapes are read too."""
+"""In place of names of meshes, which these cannot be: the folder in which all files must lie, and
+that meshes without blend shapes are read too."""
 GROUP_FAMILY = "elastomorph:group"
 LAYER = "elastomorph"
 LAYER_VERSION = 1

@@ -28,7 +28,7 @@ from elastomorph.io.joined_rig import RigPart, joined_rig, placings
 from elastomorph.io.npz.members import NpzMembers
 from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json, prim_names
-from elastomorph.io.usd.library import STILL
+from elastomorph.io.usd.library import ROOT, STILL
 from elastomorph.io.usd.scene import FoundMesh, FoundShape, found_meshes
 from elastomorph.io.usd.writer import SUFFIXES
 from elastomorph.model.mesh import Mesh
@@ -44,7 +44,11 @@ _CLOSE = 1e-6  # UsdSkel passes over in-betweens nearer than this to 0 and 1
 
 
 def read_usd(
-    path: str | Path, *, mesh: str | Sequence[str] | None = None, still: bool = False
+    path: str | Path,
+    *,
+    mesh: str | Sequence[str] | None = None,
+    still: bool = False,
+    root: str | Path | None = None,
 ) -> Rig:
     """The rig in a USD file.
 
@@ -59,19 +63,22 @@ def read_usd(
 
     Args:
         path: A .usd, .usda, .usdc or .usdz file. References, payloads and sublayers are followed
-            within its own folder, or package, only; the file under a layer of `elastomorph.bend`
+            within ``root``, or its package, only; the file under a layer of `elastomorph.bend`
             wherever it is.
         mesh: Name or path of the mesh to read, or of several; with or without blend shapes.
         still: Read meshes without any blend shapes too, as a rig without morphs.
+        root: The folder in which all files must lie; the common parent of those named relative to
+            each other by default, unless that is a home, a folder on top of the disk or the like.
 
     Raises:
         MissingExtraError: usd-core is not installed.
         FileError: The file is missing or cannot be read.
         FormatError: It is not USD or damaged, no mesh has blend shapes or there is none of a name,
-            or it is composed of files outside its folder.
+            or it is composed of files outside the root.
         ParameterError: An empty list of names.
     """
-    with members_of(path, [STILL] * still + [*wanted_names(mesh)]) as members:
+    options = [STILL] * still + ([] if root is None else [f"{ROOT}{Path(root).absolute()}"])
+    with members_of(path, [*options, *wanted_names(mesh)]) as members:
         found = found_meshes(path, members)
         return rig_of(path, found, parts_of(path, found, members.budget), members.budget)
 

@@ -21,6 +21,7 @@ from elastomorph.io.usd.library import (
     NAME,
     PATH,
     POINTS,
+    ROOT,
     SETTINGS,
     SLIDERS,
     STILL,
@@ -58,7 +59,9 @@ def prepare() -> None:
 
 
 def _content(source: str, wanted: Sequence[str]) -> dict[str, NDArray[Any]]:
-    opened = open_composed(source)
+    root = next((own.removeprefix(ROOT) for own in wanted if own.startswith(ROOT)), None)
+    wanted = [name for name in wanted if not name.startswith(ROOT)]
+    opened = open_composed(source, root)
     return scene_of(opened, chosen_prims(opened.stage, wanted))
 
 
