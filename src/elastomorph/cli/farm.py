@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -79,6 +80,15 @@ _Sample = Annotated[int, typer.Option(help="Units that --verify makes again.")]
 _DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Say what it would take, from a second's trial here.")
 ]
+_Storage = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--storage-option",
+        metavar="KEY=VALUE",
+        help="What reaches the store at an address, as endpoint_url=http://host:9000; again for "
+        "more.",
+    ),
+]
 _Prices = Annotated[
     str,
     typer.Option(help="For --dry-run: of a core-hour, and of a GB kept for a month, as 0.05,0.02."),
@@ -115,6 +125,7 @@ def farm(
     unit: _Unit = None,
     sheet: _Sheet = None,
     to: _To = None,
+    storage_option: _Storage = None,
     scheduler: _Scheduler = "none",
     dashboard: _Dashboard = None,
     verify: _Verify = False,
@@ -133,10 +144,13 @@ def farm(
     """
     shown = rig is None and sheet is not None
     _require_use(context, output, verify, shown, dry_run, scheduler)
+    storage = _storage_options(storage_option or [])
     if verify or shown:
-        return _verified(output, sample, say) if verify else _answer(output, sheet)
+        return (
+            _verified(output, sample, storage, say) if verify else _answer(output, sheet, storage)
+        )
     if to is not None:
-        return _exported(rig, output, to, say)
+        return _exported(rig, output, to, storage, say)
     if rig is None:
         raise ParameterError("name the rig whose faces are made, or 'built-in' for ours")
     from elastomorph.farm.making.run import make_faces
@@ -157,11 +171,12 @@ def farm(
         recipe=own,
         seed=seed,
         progress=lambda state: say(str(state)),
+        storage_options=storage,
         scheduler=scheduler,
         dashboard=dashboard,
         **vars(wanted),
     )
-    return _answer(output, sheet)
+    return _answer(output, sheet, storage)
 
 
 def _require_use(
@@ -174,7 +189,7 @@ def _require_use(
         from elastomorph.draw.pictures import picture_suffix
 
         picture_suffix(sheet)  # before the faces are made
-    always = {"output", "as_json", "overwrite"}
+    always = {"output", "as_json", "overwrite", "storage_option"}
     for own in given_parameters(context):
         name = own.name or ""
         said = own.opts[-1] if name != "rig" else "the name of a rig"
@@ -192,11 +207,11 @@ def _require_use(
             raise ParameterError("--dashboard is Dask's page: name a --scheduler, as local")
 
 
-def _answer(output: str, sheet: Path | None) -> Answer:
+def _answer(output: str, sheet: Path | None, storage: Mapping[str, Any]) -> Answer:
     """What is there now, and a picture of it."""
     from elastomorph.farm.reading.faces import open_faces
 
-    found = open_faces(output)
+    found = open_faces(output, storage_options=storage)
     if sheet is not None:
         from elastomorph.farm.reading.sheets import sheet_of
 
@@ -210,23 +225,25 @@ def _answer(output: str, sheet: Path | None) -> Answer:
     return Answer(facts, lambda: print_facts(facts, 10))
 
 
-def _exported(source: str | None, output: str, to: str, say: Say) -> Answer:
+def _exported(
+    source: str | None, output: str, to: str, storage: Mapping[str, Any], say: Say
+) -> Answer:
     from elastomorph.farm.reading.export import export_faces
     from elastomorph.farm.reading.faces import open_faces
 
     if source is None:
         raise ParameterError("name the data set, as 'farm faces.zarr --to coco -o faces'")
-    faces = open_faces(source)
+    faces = open_faces(source, storage_options=storage)
     written = export_faces(faces, output, to, progress=say)
     facts = {"faces": len(faces), "files": [str(file) for file in written], "written": output}
     shown = {"faces": len(faces), "format": to, "written": output}
     return Answer(facts | shown, lambda: print_facts(shown, 10))
 
 
-def _verified(output: str, sample: int, say: Say) -> Answer:
+def _verified(output: str, sample: int, storage: Mapping[str, Any], say: Say) -> Answer:
     from elastomorph.farm.making.verify import verify_faces
 
-    found = verify_faces(output, sample, progress=say)
+    found = verify_faces(output, sample, storage_options=storage, progress=say)
     facts = {
         "finished": found.finished,
         "units": found.units,
@@ -273,6 +290,22 @@ def _landmarks(
     found = read_landmarks(path).vertices
     if not found:
         raise ParameterError(f"{path} names no vertices of a rig; place them with 'landmarks'")
+    return found
+
+
+def _storage_options(words: list[str]) -> dict[str, Any]:
+    """Options by name; values are JSON where they can be, such as true, and text elsewhere."""
+    found: dict[str, Any] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not name or not equals:
+            raise ParameterError(
+                f"--storage-option is a name and a value, as anon=true, not {word!r}"
+            )
+        try:
+            found[name] = json.loads(value)
+        except ValueError:
+            found[name] = value
     return found
 
 

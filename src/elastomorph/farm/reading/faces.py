@@ -198,8 +198,8 @@ class FaceSet:
         chunks = Chunks(array, self.data.require_in_place)
 
         def read(rows: Selection) -> NDArray[Any]:
-            keep = self._require_finished(name, rows)
-            with naming_store(self.data.order), naming_damage(self.data.order, name):
+            with naming_damage(self.data.order, name):
+                keep = self._require_finished(name, rows)
                 return chunks.read(rows, keep=keep)
 
         return Rows(array.shape, np.dtype(array.dtype), read, dict(array.attrs))

@@ -233,26 +233,62 @@ def _store(order: Order, read_only: bool) -> Store:
         raise MissingExtraError("zarr", "farm") from None
     if order.folder is not None:
         return LocalStore(order.folder, read_only=read_only)
+    # Others write too, so what a listing said once is true no more.
+    options = {"use_listings_cache": False, **order.storage_options}
     try:
-        return FsspecStore.from_url(
-            order.url, storage_options=dict(order.storage_options), read_only=read_only
-        )
-    except (ImportError, ValueError, TypeError) as error:
+        store = FsspecStore.from_url(order.url, storage_options=options, read_only=read_only)
+    except ImportError as error:
+        if order.url.startswith("s3"):
+            raise MissingExtraError("s3fs", "s3") from None
         raise FileError(order.url, f"this address cannot be reached: {error}") from None
+    except (ValueError, TypeError) as error:
+        raise FileError(order.url, f"this address cannot be reached: {error}") from None
+    store.fs = _Answering(store.fs)
+    return store
+
+
+class _Answering:
+    """A file system of fsspec whose failures, of a dozen libraries, are all an `OSError`."""
+
+    def __init__(self, fs: Any) -> None:
+        self._fs = fs
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._fs, name)
+        if not asyncio.iscoroutinefunction(found):
+            return found
+
+        async def asked(*arguments: Any, **options: Any) -> Any:
+            try:
+                answer = await found(*arguments, **options)
+            except Exception as error:
+                if not isinstance(error, FileNotFoundError):
+                    self._fs.clear_instance_cache()  # Credentials may be mended before the next try
+                raise _of_store(error) from error
+            if name == "_cat_ranges":  # Hands on errors among its answers
+                return [_of_store(a) if isinstance(a, Exception) else a for a in answer]
+            return answer
+
+        return asked
+
+
+def _of_store(error: Exception) -> OSError:
+    return error if isinstance(error, OSError) else OSError(str(error) or type(error).__name__)
 
 
 @contextmanager
 def naming_damage(order: Order, what: str, advice: str = _MAKE_AGAIN) -> Iterator[None]:
-    """Errors of codecs and of metadata as one sentence: they are of a dozen kinds."""
-    try:
-        yield
-    except (OSError, ElastomorphError):
-        raise
-    except Exception as error:
-        raise FormatError(
-            order.url,
-            f"{what} cannot be read ({str(error)[:100]}), what is stored is damaged: {advice}",
-        ) from error
+    """Errors of codecs and of metadata as one sentence, and those of the store as another."""
+    with naming_store(order):
+        try:
+            yield
+        except (OSError, ElastomorphError):
+            raise
+        except Exception as error:  # They are of a dozen kinds
+            raise FormatError(
+                order.url,
+                f"{what} cannot be read ({str(error)[:100]}), what is stored is damaged: {advice}",
+            ) from error
 
 
 @contextmanager
@@ -261,7 +297,7 @@ def naming_store(order: Order) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        said = error.strerror or str(error)
+        said = " ".join((error.strerror or str(error)).split())[:300]
         raise FileError(
             order.url,
             f"this could not be read or written ({said}); what is finished is kept: when that is "
