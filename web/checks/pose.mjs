@@ -3,8 +3,8 @@
 //   node checks/pose.mjs FILE OUT name=t …        weights of sliders, bent by the package for engines
 //   node checks/pose.mjs FILE OUT --clip NAME --time SECONDS    plays an animation of the file
 //
-// OUT receives the positions of all vertices as little-endian float32 triples, in the order of the
-// file and in the units of the scene. Prints the number of vertices, morph targets and triangles as
+// OUT receives the positions of all vertices as little-endian float32 triples, mesh by mesh in the
+// order of the file, in the units of the scene. Prints the number of vertices, morph targets and triangles as
 // JSON.
 import { readFile, writeFile } from 'node:fs/promises';
 import { AnimationMixer, Vector3 } from 'three';
@@ -42,7 +42,6 @@ function play(gltf, name, seconds) {
   mixer.setTime(seconds);
 }
 
-// All primitives share the vertices of the file, so any of them gives all positions.
 function positions(mesh) {
   const count = mesh.geometry.attributes.position.count;
   const found = new Float32Array(3 * count);
@@ -58,22 +57,29 @@ if (!out || rest.length === 0) usage();
 const gltf = await load(path);
 const meshes = [];
 gltf.scene.traverse((object) => {
-  if (object.morphTargetInfluences) meshes.push(object);
+  if (object.isMesh) meshes.push(object);
 });
-if (meshes.length === 0) throw new Error(`${path} has no mesh with morph targets`);
+const moving = meshes.filter((mesh) => mesh.morphTargetInfluences);
+if (moving.length === 0) throw new Error(`${path} has no mesh with morph targets`);
 if (rest[0] === '--clip') {
   if (rest[2] !== '--time') usage();
   play(gltf, rest[1], Number(rest[3]));
 } else {
   const weights = rest.map((text) => text.match(/^(.*)=([^=]+)$/)?.slice(1) ?? usage());
-  setWeights(meshes, new Map(weights.map(([name, t]) => [name, Number(t)])));
+  setWeights(moving, new Map(weights.map(([name, t]) => [name, Number(t)])));
 }
-const found = positions(meshes[0]);
-await writeFile(out, found);
+// Primitives of one mesh share the vertices of the file, so any of them gives all its positions.
+const shown = meshes.filter(
+  ({ geometry }, i) =>
+    meshes.findIndex((mesh) => mesh.geometry.attributes.position === geometry.attributes.position) ===
+    i,
+);
+const counts = shown.map((mesh) => mesh.geometry.attributes.position.count);
+await writeFile(out, Buffer.concat(shown.map((mesh) => Buffer.from(positions(mesh).buffer))));
 console.log(
   JSON.stringify({
-    vertices: found.length / 3,
-    targets: meshes[0].morphTargetInfluences.length,
+    vertices: counts.reduce((sum, count) => sum + count, 0),
+    targets: Math.max(...moving.map((mesh) => mesh.morphTargetInfluences.length)),
     triangles: meshes.reduce((sum, mesh) => sum + (mesh.geometry.index?.count ?? 0) / 3, 0),
   }),
 );

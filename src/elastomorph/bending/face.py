@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.io.gltf.container import GltfFile
-from elastomorph.io.gltf.mesh_extras import unpacked
+from elastomorph.io.gltf.mesh_extras import is_part
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
 from elastomorph.io.gltf.primitives import Attributes
 from elastomorph.io.gltf.reader import (
     ReadMesh,
+    Sheet,
     named_bends,
     read_meshes,
     require_known_extensions,
@@ -72,15 +73,17 @@ class Face:
         """The face in a file."""
         require_known_extensions(file)
         with naming_file(file.path):
-            wanted = _with_targets(file, placed_meshes(file))
+            placed, described = placed_meshes(file), described_meshes(file)
+            wanted = _with_targets(file, placed)
             if not wanted:
                 file.refuse(
                     "none of its meshes has morph targets (blend shapes, shape keys), so there is "
                     "nothing to bend; export it with them"
                 )
-            meshes = read_meshes(file, wanted)
+            shown = [own for own in placed if own in wanted or is_part(described.get(own.number))]
+            meshes = read_meshes(file, shown)
             _require_curves(file, meshes)
-            return cls._of(file, meshes, rig_of(file, meshes), wanted)
+            return cls._of(file, meshes, rig_of(file, meshes))
 
     @classmethod
     def of(cls, file: GltfFile, meshes: Sequence[ReadMesh], rig: Rig) -> Face:
@@ -89,17 +92,21 @@ class Face:
         Those without targets are a part of the rig, as of `elastomorph.io.gltf.read_glb`.
         """
         with naming_file(file.path):
-            return cls._of(file, meshes, rig, _with_targets(file, [own.placed for own in meshes]))
+            return cls._of(file, meshes, rig)
 
     @classmethod
-    def _of(
-        cls, file: GltfFile, meshes: Sequence[ReadMesh], rig: Rig, wanted: Sequence[PlacedMesh]
-    ) -> Face:
+    def _of(cls, file: GltfFile, meshes: Sequence[ReadMesh], rig: Rig) -> Face:
         starts = np.cumsum([0, *(len(own.part.mesh.vertices) for own in meshes)])
-        found = [
-            _face_mesh(file, own, start)
+        sheets = [
+            (own, sheet, start)
             for own, start in zip(meshes, starts, strict=False)
-            if any(own.placed is one for one in wanted)
+            for sheet in own.sheets
+        ]
+        wanted = _with_targets(file, [sheet.placed for _, sheet, _ in sheets])
+        found = [
+            _face_mesh(file, own, sheet, start)
+            for own, sheet, start in sheets
+            if any(sheet.placed is one for one in wanted)
         ]
         return cls(file, rig, tuple(found))
 
@@ -156,7 +163,7 @@ def _target_count(file: GltfFile, number: int) -> int:
 
 def _require_curves(file: GltfFile, meshes: Sequence[ReadMesh]) -> None:
     """Refuse bends of which another program has left out the curves: they are no sliders."""
-    names = (named_bends(own.primitives.targets) for own in meshes if own.gone)
+    names = (named_bends(s.primitives.targets) for own in meshes if own.gone for s in own.sheets)
     for bends in filter(None, names):
         file.refuse(
             f"it has the targets of {len(bends)} bends, such as {shortened(bends[0])!r}, without "
@@ -166,31 +173,25 @@ def _require_curves(file: GltfFile, meshes: Sequence[ReadMesh]) -> None:
         )
 
 
-def _face_mesh(file: GltfFile, own: ReadMesh, start: int) -> FaceMesh:
-    mesh = file.item("meshes", own.placed.number, "a node")
-    of = f"mesh {own.placed.number}"
-    extras = mesh.get("extras", {})
-    if not isinstance(extras, dict):
+def _face_mesh(file: GltfFile, own: ReadMesh, sheet: Sheet, start: int) -> FaceMesh:
+    placed, primitives = sheet.placed, sheet.primitives
+    if not isinstance(file.item("meshes", placed.number, "a node").get("extras", {}), dict):
+        of = f"mesh {placed.number}"
         file.refuse(f"'extras' of {of} are no object, so bend curves cannot be kept in them")
-    stored = described_meshes(file).get(own.placed.number)
-    stored = stored if isinstance(stored, dict) else {}
     morphs = own.stored.morphs
     if any(morph.bends or morph.fold is not None for morph in morphs):
         file.refuse(
             "its paths are bent already, and not by 'elastomorph bend', or its original is lost; "
             "bend the character it was made from, or export that with --method linear"
         )
-    count = len(own.part.mesh.vertices)
-    vertices = np.arange(own.primitives.count)
-    if count < len(vertices):  # our own file: copies along texture seams follow
-        vertices[count:] = unpacked(stored["surface"]["copies"], len(vertices) - count)
+    names = tuple(primitives.targets)
     return FaceMesh(
-        number=own.placed.number,
-        names=tuple(own.primitives.targets),
-        morph_of={morph.target: morph.name for morph in morphs},
-        blocks=tuple(own.primitives.attributes),
-        block_of=own.primitives.block_of,
-        rig_vertices=start + vertices,
-        stored=stored,
+        number=placed.number,
+        names=names,
+        morph_of={morph.target: morph.name for morph in morphs if morph.target in names},
+        blocks=tuple(primitives.attributes),
+        block_of=primitives.block_of,
+        rig_vertices=start + sheet.rows.astype(np.int64),
+        stored=sheet.said,
         diameter=own.part.mesh.diameter,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -150,6 +151,10 @@ def _with_sliders(document: dict[str, Any], face: Face, sliders: Sliders) -> dic
     for kind, (inner, lists) in wanted.items():
         for entry in holders.values():
             entry[kind] = []
+        wholes = [entry["whole"] for entry in holders.values() if "whole" in entry]
+        if kind == "groups" and wholes:  # one surface, of which each mesh has some sliders
+            wholes[0][kind] = [{"name": name, inner: [*own]} for name, own in lists.items()]
+            continue
         for name, members in lists.items():
             _holder(face, holders, {name, *members} if kind == "correctives" else {*members})[
                 kind
@@ -164,7 +169,7 @@ def _described(entry: Mapping[str, Any], mesh: FaceMesh) -> dict[str, Any]:
     """What a mesh says of its paths; that they are straight where it says nothing."""
     stored = entry.get("extras", {}).get("elastomorph")
     if isinstance(stored, dict):
-        return dict(stored)
+        return copy.deepcopy(stored)
     straight = {"method": "linear", "bake_error": 0.0, "choice": None, "bends": []}
     named = [{"name": mesh.morph_of.get(name, name), "target": name} for name in mesh.names]
     return {"version": 1, "morphs": [own | straight for own in named]}

@@ -130,6 +130,11 @@ def seamed_mesh() -> Mesh:
     )
 
 
+# Two sliders "a", which bends, and "b" on the mesh above, as written before each material had a
+# mesh of its own: three primitives that share the vertices.
+SHARED_VERTICES = Path(__file__).with_name("shared_vertices.glb")
+
+
 COORDINATES = st.floats(-100, 100, allow_nan=False, width=32)
 NAMES = st.text("abcÄ漢 ._", min_size=0, max_size=6)
 

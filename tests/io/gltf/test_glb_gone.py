@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from elastomorph.rig import Rig
 
 def bent_rig() -> Rig:
     """Two targets of one bend each."""
-    mesh = seamed_mesh()
+    mesh = replace(seamed_mesh(), materials=None)
     up = mesh.with_vertices(mesh.vertices + [0, 0, 0.3])
     side = np.zeros((1, *mesh.vertices.shape))
     side[0, :, 0] = 0.1

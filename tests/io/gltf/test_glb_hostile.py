@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from glb_samples import SQUARE, HandMade, chunks_of, glb, seamed_mesh, square
+from glb_samples import SHARED_VERTICES, SQUARE, HandMade, chunks_of, glb, seamed_mesh, square
 
 from elastomorph.errors import ElastomorphWarning, FileError, FormatError
 from elastomorph.io.gltf import read_glb, write_glb
@@ -194,9 +195,13 @@ def test_a_link_to_itself_beside_it_is_no_file(tmp_path: Path) -> None:
         read_glb(path)
 
 
-@pytest.fixture(scope="module")
-def own(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], bytes]:
-    """The parts of a file that elastomorph wrote."""
+@pytest.fixture(scope="module", params=["a mesh a material", "shared vertices"])
+def own(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[dict[str, Any], bytes]:
+    """The parts of a file that elastomorph wrote, now or before."""
+    if request.param == "shared vertices":
+        return chunks_of(SHARED_VERTICES)
     mesh = seamed_mesh()
     up = mesh.with_vertices(mesh.vertices + [0, 0, 1])
     morph = Morph(mesh, up, np.zeros((0, *mesh.vertices.shape)), ())
@@ -209,6 +214,8 @@ def changed(own: tuple[dict[str, Any], bytes], path: Path, *keys: Any, value: An
     """The file with one thing replaced that elastomorph left in it."""
     document = copy.deepcopy(own[0])
     holder = document["meshes"][0]["extras"]["elastomorph"]
+    if "whole" in holder and keys[0] in ("surface", "groups"):
+        holder = holder["whole"]
     for key in keys[:-1]:
         holder = holder[key]
     holder[keys[-1]] = value
@@ -240,9 +247,41 @@ def test_what_no_longer_fits_the_mesh_is_passed_over_with_a_warning(
     path = changed(own, tmp_path / "a.glb", *keys, value=value)
     with soon(), pytest.warns(ElastomorphWarning, match="no longer fits it") as warned:
         rig = read_glb(path)
-    assert rig.names == ("a", "b")
+    assert tuple(name for name in rig.names if name != "a.bend1") == ("a", "b")
     assert len(rig.neutral.vertices) >= 7
     assert all(len(str(one.message)) < 1000 + len(str(path)) for one in warned)
+
+
+@pytest.mark.parametrize(
+    ("keys", "value"),
+    [
+        (("part", "vertices"), packed([0, 1, 2**31 - 1, 3])),
+        (("part", "vertices"), packed([0, 1, 4, 2])),
+        (("part", "vertices"), packed([1] * 2**16)),
+        (("part", "number"), "1"),
+        (("part", "number"), 1),
+        (("whole", "vertices"), 2**60),
+        (("whole", "vertices"), -1),
+        (("whole", "parts"), 2),
+        (("whole", "targets"), [[]]),
+        (("whole", "targets"), {}),
+        (("whole", "groups"), 7),
+        (("whole",), []),
+    ],
+)
+def test_meshes_that_do_not_make_one_face_are_read_one_by_one(
+    tmp_path: Path, keys: tuple[Any, ...], value: Any
+) -> None:
+    mesh = seamed_mesh()
+    up = mesh.with_vertices(mesh.vertices + [0, 0, 1])
+    rig = Rig(mesh, {"a": Morph(mesh, up, np.zeros((0, *mesh.vertices.shape)), ())})
+    write_glb(tmp_path / "a.glb", rig)
+    path = changed(chunks_of(tmp_path / "a.glb"), tmp_path / "b.glb", *keys, value=value)
+    with soon(), warnings.catch_warnings(record=True):
+        warnings.simplefilter("always")
+        found = read_glb(path)
+    assert found.names == ("a",)
+    np.testing.assert_allclose(found.morphs["a"].delta, [[0, 0, 1]] * len(found.neutral.vertices))
 
 
 def test_polygons_of_many_parts_are_restored_as_of_few(
@@ -382,8 +421,9 @@ def test_texture_coordinates_that_another_program_has_dropped(
     tmp_path: Path, own: tuple[dict[str, Any], bytes]
 ) -> None:
     document = copy.deepcopy(own[0])
-    for primitive in document["meshes"][0]["primitives"]:
-        del primitive["attributes"]["TEXCOORD_0"]
+    for mesh in document["meshes"]:
+        for primitive in mesh["primitives"]:
+            del primitive["attributes"]["TEXCOORD_0"]
     path = tmp_path / "a.glb"
     path.write_bytes(glb(document, own[1]))
     with pytest.warns(ElastomorphWarning, match="no texture coordinates in the file"):

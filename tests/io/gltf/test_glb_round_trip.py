@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import warnings
 from pathlib import Path
+from shutil import copyfile
 from typing import Any
 
 import numpy as np
 import pytest
-from glb_samples import chunks_of, glb, rigs, seamed_mesh, triangle_rig
+from glb_samples import SHARED_VERTICES, chunks_of, glb, rigs, seamed_mesh, triangle_rig
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -134,7 +135,7 @@ def rewritten(path: Path, change: Any) -> Path:
 
 
 def test_a_file_whose_triangles_were_reordered_is_read_as_triangles(tmp_path: Path) -> None:
-    write_glb(tmp_path / "a.glb", rig_on(seamed_mesh()))
+    copyfile(SHARED_VERTICES, tmp_path / "a.glb")
 
     def reorder(document: dict[str, Any]) -> None:
         document["meshes"][0]["primitives"].reverse()
@@ -145,12 +146,12 @@ def test_a_file_whose_triangles_were_reordered_is_read_as_triangles(tmp_path: Pa
     assert set(rig.neutral.faces.sizes.tolist()) == {3}
     assert rig.neutral.materials is not None
     assert rig.neutral.materials.names == ("unnamed", "teeth", "skin")
-    assert rig.names == ("m",)
+    assert rig.names == ("a", "b")
 
 
 def test_a_file_whose_vertices_were_split_says_that_its_polygons_are_lost(tmp_path: Path) -> None:
     """As gltf-transform's weld does: each primitive gets vertices of its own."""
-    write_glb(tmp_path / "a.glb", rig_on(seamed_mesh()))
+    copyfile(SHARED_VERTICES, tmp_path / "a.glb")
 
     def split(document: dict[str, Any]) -> None:
         for primitive in document["meshes"][0]["primitives"]:
@@ -162,7 +163,116 @@ def test_a_file_whose_vertices_were_split_says_that_its_polygons_are_lost(tmp_pa
         rig = read_glb(rewritten(tmp_path / "a.glb", split))
     assert len(said) == 1
     assert set(rig.neutral.faces.sizes.tolist()) == {3}
-    assert rig.names == ("m",)
+    assert rig.names == ("a", "b")
+
+
+def test_a_file_whose_materials_share_all_vertices_is_read_as_ever() -> None:
+    rig, mesh = read_glb(SHARED_VERTICES), seamed_mesh()
+    assert rig.neutral.faces == mesh.faces
+    assert rig.neutral.vertices.tolist() == mesh.vertices.tolist()
+    assert rig.names == ("a", "b")
+    assert rig.sliders.groups == {"g": ("a", "b")}
+    moved = np.array([0.1 * (0.3 - 0.3**2), 0, 0.3])
+    np.testing.assert_allclose(rig.pose({"a": 0.3}) - mesh.vertices, [moved] * 7, atol=1e-7)
+
+
+def parted_rig() -> Rig:
+    """Three meshes in the file; "teeth" moves the last polygon alone, its bend comes first."""
+    mesh = seamed_mesh()
+    up = np.zeros((7, 3))
+    up[6] = [0, 1, 0]
+    side = np.zeros((2, 7, 3))
+    side[0, 6, 0], side[1, :, 2] = 0.3, 0.1
+    curves = (BendCurve.polynomial([0, 1, -1]), BendCurve.polynomial([0, 1, 0, -1]))
+    none = np.zeros((0, 7, 3))
+
+    def to(moved: np.ndarray) -> Mesh:
+        return mesh.with_vertices(mesh.vertices + moved)
+
+    first = np.eye(7)[:, :1] * [0, 0, 1.0]
+    return Rig(
+        mesh,
+        {
+            "nothing": Morph(mesh, mesh, none, ()),
+            "teeth": Morph(mesh, to(up), side[:1], curves[:1]),
+            "corner": Morph(mesh, to(first), side[1:], curves[1:]),
+            "both": Morph(mesh, to(0.5 * up), none, ()),
+            "all": Morph(mesh, to(np.ones((7, 3))), side, curves),
+        },
+        correctives={"both": ["teeth", "corner"]},
+        groups={"g": ["all", "teeth"], "h": ["corner"]},
+    )
+
+
+@pytest.mark.parametrize("compress", [False, True])
+def test_each_material_is_a_mesh_that_has_what_moves_it_and_all_come_back_as_one(
+    tmp_path: Path, compress: bool
+) -> None:
+    rig = parted_rig()
+    report = write_glb(tmp_path / "a.glb", rig, compress=compress)
+    document = chunks_of(tmp_path / "a.glb")[0]
+    assert [len(mesh["primitives"]) for mesh in document["meshes"]] == [1, 1, 1]
+    shown = {
+        document["nodes"][number]["name"]: document["nodes"][number]["mesh"]
+        for number in document["nodes"][0]["children"]
+    }
+    assert list(shown) == ["skin", "teeth", "unnamed"]
+    held = [mesh["extras"].get("targetNames", []) for mesh in document["meshes"]]
+    # "skin" is the second polygon: its normals turn with the last, which it touches, and the first.
+    everything = [
+        *("nothing", "teeth", "teeth.bend1", "corner", "corner.bend1"),
+        *("both", "all", "all.bend1", "all.bend2"),
+    ]
+    assert held[0] == everything
+    assert held[1] == [
+        n for n in everything if n not in ("nothing", "teeth", "teeth.bend1", "both", "all.bend1")
+    ]
+    assert [name for name in held[2] if name.startswith("teeth")] == ["teeth", "teeth.bend1"]
+    assert "nothing" not in held[2]
+    back = read_glb(tmp_path / "a.glb")
+    assert list(back.morphs) == list(rig.morphs)
+    assert back.sliders == rig.sliders
+    assert back.neutral.faces == rig.neutral.faces
+    allowed = 1.01 * (report.rounding_error + report.dropped_error) * rig.neutral.diameter + 1e-7
+    for name in rig.names:
+        for t in (0.4, 1.0):
+            away = np.linalg.norm(back.pose({name: t}) - rig.pose({name: t}), axis=1)
+            assert away.max() <= 3 * allowed
+    for name, morph in rig.morphs.items():
+        curves = [(one.breaks.tolist(), one.coefficients.tolist()) for one in morph.bend_curves]
+        found = back.morphs[name].bend_curves
+        assert [(one.breaks.tolist(), one.coefficients.tolist()) for one in found] == curves
+
+
+def test_the_meshes_of_a_face_come_back_in_whatever_order_they_are_shown(tmp_path: Path) -> None:
+    write_glb(tmp_path / "a.glb", parted_rig())
+    expected = read_glb(tmp_path / "a.glb")
+
+    def reverse(document: dict[str, Any]) -> None:
+        document["nodes"][0]["children"].reverse()
+
+    assert_same_rig(read_glb(rewritten(tmp_path / "a.glb", reverse)), expected)
+
+
+def test_one_material_of_a_face_can_be_read_alone(tmp_path: Path) -> None:
+    write_glb(tmp_path / "a.glb", parted_rig())
+    teeth = read_glb(tmp_path / "a.glb", mesh="teeth")
+    assert len(teeth.neutral.vertices) == 4
+    assert list(teeth.morphs) == ["corner", "all"]
+    assert len(teeth.morphs["corner"].bends) == 1
+    assert_same_rig(read_glb(tmp_path / "a.glb"), read_glb(tmp_path / "a.glb", mesh="face"))
+
+
+def test_a_face_that_has_lost_a_material_is_read_as_the_meshes_it_has(tmp_path: Path) -> None:
+    write_glb(tmp_path / "a.glb", parted_rig())
+
+    def lose(document: dict[str, Any]) -> None:
+        document["nodes"][0]["children"].pop()
+
+    with pytest.warns(ElastomorphWarning, match="meshes are missing"):
+        rig = read_glb(rewritten(tmp_path / "a.glb", lose))
+    assert set(rig.neutral.faces.sizes.tolist()) == {3}
+    assert set(rig.names) == {"nothing", "teeth", "corner", "all"}
 
 
 def test_a_mesh_of_ours_beside_another_keeps_its_polygons_and_bends(tmp_path: Path) -> None:
@@ -175,7 +285,7 @@ def test_a_mesh_of_ours_beside_another_keeps_its_polygons_and_bends(tmp_path: Pa
         first = document["meshes"][0]["primitives"][0]
         kept = {"attributes": {"POSITION": first["attributes"]["POSITION"]}}
         document["meshes"].append({"primitives": [{**kept, "indices": first["indices"]}]})
-        document["nodes"].append({"mesh": 1, "name": "hair"})
+        document["nodes"].append({"mesh": len(document["meshes"]) - 1, "name": "hair"})
         document["scenes"][0]["nodes"].append(len(document["nodes"]) - 1)
 
     both = read_glb(rewritten(tmp_path / "a.glb", add))

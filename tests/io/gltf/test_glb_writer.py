@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -200,13 +201,34 @@ def test_equal_numbers_of_another_use_are_stored_apart(tmp_path: Path) -> None:
 
 
 def test_both_sides_of_a_seam_are_lit_alike(tmp_path: Path) -> None:
-    mesh = seamed_mesh()
-    write_glb(tmp_path / "a.glb", Rig(mesh, {}))
+    write_glb(tmp_path / "a.glb", Rig(replace(seamed_mesh(), materials=None), {}))
     document, blob = chunks_of(tmp_path / "a.glb")
     normals = floats_of(
         document, blob, document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"]
     )
     np.testing.assert_array_equal(normals[[7, 8]], normals[[1, 2]])
+
+
+def test_both_sides_of_two_materials_are_lit_alike(tmp_path: Path) -> None:
+    """At rest and as the target turns what only one of them is moved by."""
+    mesh = replace(seamed_mesh(), uv=None)
+    up = mesh.with_vertices(mesh.vertices + np.eye(7)[:, :1] * [0, 0, 1.0])
+    write_glb(tmp_path / "a.glb", Rig(mesh, {"up": Morph(mesh, up, np.zeros((0, 7, 3)), ())}))
+    document, blob = chunks_of(tmp_path / "a.glb")
+    found = []
+    for own in document["meshes"][:2]:
+        (primitive,) = own["primitives"]
+        places = [v["attributes"]["POSITION"] for v in (primitive,)]
+        at = floats_of(document, blob, places[0])
+        rest = floats_of(document, blob, primitive["attributes"]["NORMAL"])
+        turned = floats_of(document, blob, primitive["targets"][0]["NORMAL"])
+        found.append(
+            {tuple(p): (*n, *d) for p, n, d in zip(at.tolist(), rest, turned, strict=True)}
+        )
+    shared = set(found[0]) & set(found[1])
+    assert len(shared) == 2
+    assert all(found[0][place] == found[1][place] for place in shared)
+    assert any(any(found[0][place][3:]) for place in shared)
 
 
 def test_a_performance_takes_the_place_of_the_sliders(tmp_path: Path) -> None:

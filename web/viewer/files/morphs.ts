@@ -7,6 +7,8 @@ import { type Entry, isEntry } from './document';
 type Described = Pick<Model, 'morphs' | 'correctives' | 'groups' | 'bender' | 'sliders'>;
 type Stored = NonNullable<MeshExtras['elastomorph']> & {
   readonly groups?: Model['groups'];
+  /** Of the first of the meshes that one surface is stored as. */
+  readonly whole?: { readonly targets?: readonly string[]; readonly groups?: Model['groups'] };
 };
 
 /** The paths of a file; `stored` is `extras.elastomorph` of each mesh that has it. */
@@ -63,11 +65,18 @@ function joined(stored: readonly Stored[]): Stored {
       morphs.set(morph.name, { ...morph, bends: [...bends.values()] });
     }
   }
+  const { targets = [], groups = [] } = first.whole ?? {};
+  const order = new Map(targets.map((target, i) => [target, i]));
+  const place = ({ target }: { readonly target: string }) => order.get(target) ?? Infinity;
+  const rises = (a: { readonly target: string }, b: { readonly target: string }) =>
+    place(a) - place(b) || 0;
   return {
     version: Math.max(...stored.map(({ version }) => version)),
-    morphs: [...morphs.values()],
+    morphs: [...morphs.values()]
+      .sort(rises)
+      .map((morph) => ({ ...morph, bends: [...(morph.bends ?? [])].sort(rises) })),
     correctives: byName(stored.flatMap(({ correctives = [] }) => correctives)),
-    groups: byName(stored.flatMap(({ groups = [] }) => groups)),
+    groups: byName([...groups, ...stored.flatMap((own) => own.groups ?? [])]),
   };
 }
 

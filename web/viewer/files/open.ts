@@ -4,12 +4,12 @@ import type { Model } from '../types/model';
 import { readClips } from './clips';
 import { openContainer } from './container';
 import { diameterOf } from './diameter';
-import { GltfDocument, listed, objectIn } from './document';
+import { GltfDocument, listed, objectIn, type Entry } from './document';
 import { headOf } from './head';
 import { readMorphs, storedIn } from './morphs';
 import { placedMeshes } from './nodes';
 import { dressedParts, sortedParts } from './parts';
-import { readPolygons, plainEdges } from './polygons';
+import { inOne, readPolygons, plainEdges } from './polygons';
 import { seamsOf } from './seams';
 import { readSkins } from './skins';
 import { readSurface, type Surface, targetNamesOf } from './surface';
@@ -44,7 +44,7 @@ export async function openFile(
 ): Promise<Model> {
   const file = new GltfDocument(await unpackedContent(await openContainer(name, bytes)));
   const meshes = placedMeshes(file);
-  const surface = readSurface(file, meshes);
+  const read = readSurface(file, meshes);
   const numbers = [...new Set(meshes.map(({ mesh }) => mesh))];
   const stored = storedIn(
     numbers.map((number) => {
@@ -54,7 +54,10 @@ export async function openFile(
     }),
     (mesh) => targetNamesOf(file, mesh),
   );
-  const written = meshes.length === 1 ? stored[0]?.['surface'] : undefined;
+  const surface = stored.length === meshes.length ? await inOne(read, stored) : read;
+  const whole = surface === read ? stored[0] : (stored[0]?.['whole'] as Entry);
+  const one = surface !== read || meshes.length === 1;
+  const written = one ? whole?.['surface'] : undefined;
   const polygons = await readPolygons(written, surface);
   const skins = await readSkins(file, surface.colours !== null);
   const seams = skins ? seamsOf(surface, SEAM_OF_SKINS) : (polygons?.seams ?? seamsOf(surface));

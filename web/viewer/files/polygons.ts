@@ -1,5 +1,6 @@
 // The polygons that the triangles of a file were, as elastomorph describes them in its extras: fans
 // of triangles, one after another within each part.
+import { shapesInOne } from '../rig/layout';
 import { isEntry, type Entry } from './document';
 import { unpacked } from './packed';
 import type { Piece, Surface } from './surface';
@@ -14,9 +15,53 @@ export interface Polygons {
   readonly edges: Uint32Array;
 }
 
+/**
+ * A surface whose materials are meshes of their own, with its vertices in the order it was written
+ * in; as it is, where its meshes are not those that the first of them describes.
+ */
+export async function inOne(surface: Surface, stored: readonly Entry[]): Promise<Surface> {
+  const whole = stored[0]?.['whole'];
+  const { sheets, neutral } = surface;
+  if (!isEntry(whole) || whole['parts'] !== stored.length || sheets.length !== stored.length)
+    return surface;
+  const total = whole['vertices'];
+  const parts = stored.map(({ part }) => (isEntry(part) ? part : {}));
+  const rows = await Promise.all(parts.map((part, i) => unpacked(part['vertices'], sheets[i]!)));
+  const places = rows.flatMap((own) => [...(own ?? [])]);
+  const fits =
+    isCount(total, neutral.length / 3) &&
+    parts.every((part, i) => part['number'] === i) &&
+    rows.every((own) => own) &&
+    places.every((v) => v >= 0 && v < total) &&
+    new Set(places).size === total;
+  if (!fits) return surface;
+  const arranged = (from: Float32Array, width: number, filled?: Float32Array): Float32Array => {
+    const into = filled ?? new Float32Array(width * total);
+    places.forEach((place, v) => {
+      for (let i = 0; i < width; i += 1) into[width * place + i] ||= from[width * v + i]!;
+    });
+    return into;
+  };
+  const targets = shapesInOne(surface.targets.length, total);
+  surface.targets.forEach((target, i) => arranged(target, 3, targets[i]));
+  return {
+    ...surface,
+    neutral: arranged(neutral, 3),
+    normals: surface.normals && arranged(surface.normals, 3),
+    uv: surface.uv.map((own) => arranged(own, 2)),
+    colours: null,
+    pieces: surface.pieces.map((piece) => ({
+      ...piece,
+      triangles: piece.triangles.map((v) => places[v]!),
+    })),
+    targets,
+    sheets: [total],
+  };
+}
+
 /** The polygons described in `extras.elastomorph.model.surface`, or null where they do not fit. */
 export async function readPolygons(stored: unknown, surface: Surface): Promise<Polygons | null> {
-  if (!isEntry(stored) || surface.sheets !== 1) return null;
+  if (!isEntry(stored) || surface.sheets.length !== 1) return null;
   const { vertices, polygons } = stored;
   const total = surface.neutral.length / 3;
   const triangles = surface.pieces.reduce((sum, piece) => sum + piece.triangles.length / 3, 0);

@@ -23,7 +23,7 @@ export interface Surface {
   readonly pieces: readonly Piece[];
   readonly targetNames: readonly string[];
   readonly targets: readonly Float32Array[]; // (V, 3) each, in one stretch of memory
-  readonly sheets: number; // sets of vertices that were put together
+  readonly sheets: readonly number[]; // vertices in each of the sets that were put together
 }
 
 /** Vertices that one or several primitives share. */
@@ -74,7 +74,8 @@ export function readSurface(file: GltfDocument, meshes: readonly PlacedMesh[]): 
   targets.forEach((target, i) => requireFinite(file, target, `the morph target '${names[i]}'`));
   const uv = textureCoordinates(file, sheets, vertices);
   const colours = coloursOf(file, sheets, vertices);
-  return { neutral, normals, uv, colours, pieces, targetNames: names, targets, sheets: sheets.length };
+  const counts = sheets.map(({ count }) => count);
+  return { neutral, normals, uv, colours, pieces, targetNames: names, targets, sheets: counts };
 }
 
 function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], pieces: Piece[]): void {

@@ -100,14 +100,18 @@ def performance_clip(
     return Clip(name, seconds, found, 0.0)
 
 
-def weight_animation(accessors: AccessorWriter, clip: Clip) -> dict[str, Any]:
-    """An animation of the weights of node 0."""
-    times, weights = accessors.keys(clip.times, clip.weights)
-    return {
-        "name": clip.name,
-        "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}],
-        "samplers": [{"input": times, "interpolation": "LINEAR", "output": weights}],
-    }
+def weight_animation(
+    accessors: AccessorWriter, clip: Clip, moved: Sequence[tuple[int, NDArray[np.int64]]]
+) -> dict[str, Any]:
+    """An animation of the weights of some nodes, by the numbers of the targets of each."""
+    found: dict[str, Any] = {"name": clip.name, "channels": [], "samplers": []}
+    for node, numbers in moved:
+        times, weights = accessors.keys(clip.times, clip.weights[:, numbers])
+        target = {"node": node, "path": "weights"}
+        found["channels"].append({"sampler": len(found["samplers"]), "target": target})
+        sampler = {"input": times, "interpolation": "LINEAR", "output": weights}
+        found["samplers"].append(sampler)
+    return found
 
 
 def _fill(weights: NDArray[np.float32], kept: KeptMorph, t: NDArray[np.float64]) -> None:

@@ -4,6 +4,9 @@ glTF has one texture coordinate a vertex, so a vertex whose corners have several
 first V vertices of the file are those of the mesh in their order; the copies follow. Each polygon
 becomes a fan of triangles from its first corner, in the order of the polygons within a material,
 so the polygons can be read back from the triangles and their sizes.
+
+Where there are several materials, the triangles of each are a mesh with vertices of its own:
+players keep the morph targets of all vertices that a primitive names, once a primitive.
 """
 
 from __future__ import annotations
@@ -20,10 +23,16 @@ from elastomorph.model.polygons import Polygons
 
 @dataclass(frozen=True, eq=False)
 class MaterialTriangles:
-    """The triangles of one material."""
+    """The triangles of one material, a mesh of the file."""
 
     label: int  # Index into the names of the materials, or -1 for none
-    triangles: NDArray[np.int32]  # (T, 3) int32 vertices of the file
+    triangles: NDArray[np.int32]  # (T, 3) int32 vertices of the layout
+    rows: NDArray[np.int32]  # (N,) the vertices of the layout that it has, rising
+
+    @property
+    def local(self) -> NDArray[np.int32]:
+        """(T, 3) its triangles, by the numbers of vertices that it has."""
+        return np.searchsorted(self.rows, self.triangles).astype(np.int32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +42,7 @@ class Layout:
     vertex_of: NDArray[np.int32]  # (N,) mesh vertex of each of the file; 0 … V - 1 first
     uv_of: NDArray[np.int32]  # (N,) texture coordinate of each vertex of the file, or -1
     corners: NDArray[np.int32]  # (C,) int32 vertex of the file at each polygon corner
-    primitives: tuple[MaterialTriangles, ...]  # One a material, by label; none comes last
+    primitives: tuple[MaterialTriangles, ...]  # One a material, by label; unlabelled ones last
     texture: NDArray[np.float32] | None  # (N, 2) u and 1 - v, as glTF counts from the top
 
     def rows(self, vectors: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -60,7 +69,8 @@ def lay_out(mesh: Mesh) -> Layout:
         vertex_of, uv_of, corners = _split(mesh.faces, mesh.uv, flipped, count)
         texture = np.where(uv_of[:, None] >= 0, flipped[uv_of], np.float32(0))
     triangles = Polygons(corners, mesh.faces.offsets).triangles()
-    return Layout(vertex_of, uv_of, corners, _primitives(mesh, triangles), texture)
+    primitives = _primitives(mesh, triangles, np.arange(len(vertex_of), dtype=np.int32))
+    return Layout(vertex_of, uv_of, corners, primitives, texture)
 
 
 def _flipped(uv: UVMap) -> NDArray[np.float32]:
@@ -93,12 +103,18 @@ def _split(
     return vertex_of, uv_of, number[of_corner.reshape(-1)]
 
 
-def _primitives(mesh: Mesh, triangles: NDArray[np.int32]) -> tuple[MaterialTriangles, ...]:
-    if not len(mesh.faces):
-        return ()
-    if mesh.materials is None:
-        return (MaterialTriangles(-1, triangles),)
+def _primitives(
+    mesh: Mesh, triangles: NDArray[np.int32], every: NDArray[np.int32]
+) -> tuple[MaterialTriangles, ...]:
+    if mesh.materials is None or not len(mesh.faces):
+        return (MaterialTriangles(-1, triangles, every),)
     labels = np.repeat(mesh.materials.of_face, mesh.faces.sizes - 2)
     found = np.unique(labels)
     order = [*found[found >= 0].tolist(), *found[found < 0].tolist()]
-    return tuple(MaterialTriangles(label, triangles[labels == label]) for label in order)
+    if len(order) == 1:
+        return (MaterialTriangles(order[0], triangles, every),)
+    parts = [triangles[labels == label] for label in order]
+    rows = [np.unique(own) for own in parts]
+    # Vertices without polygons go with the first.
+    rows[0] = np.union1d(rows[0], np.setdiff1d(every, triangles))
+    return tuple(map(MaterialTriangles, order, parts, rows))

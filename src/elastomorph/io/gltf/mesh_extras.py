@@ -36,7 +36,7 @@ def surface_extras(mesh: Mesh, layout: Layout) -> dict[str, Any]:
         "copies": packed(layout.vertex_of[count:]),
         "polygons": len(mesh.faces),
         "sizes": packed(mesh.faces.sizes),
-        "parts": [own.label for own in layout.primitives],
+        "parts": [own.label for own in layout.primitives if len(own.triangles)],
         "corners": _checksums([own.triangles for own in layout.primitives]),
     }
     for kind, labels in (("materials", mesh.materials), ("groups", mesh.groups)):
@@ -47,6 +47,33 @@ def surface_extras(mesh: Mesh, layout: Layout) -> dict[str, Any]:
     if mesh.uv is not None:
         found["uv"] = _uv_extras(mesh.uv, layout)
     return found
+
+
+def is_part(stored: Any) -> bool:
+    """Whether a mesh says that it is one of several that show one surface."""
+    return isinstance(stored, dict) and isinstance(stored.get("part"), dict)
+
+
+def rows_of_parts(
+    stored: Sequence[Mapping[str, Any]], counts: Sequence[int]
+) -> tuple[list[NDArray[np.int32]], int]:
+    """The vertices of a surface that each of its meshes, of so many vertices, has; how many it has.
+
+    ``stored`` is what `elastomorph.io.gltf.write_glb` says of each. A ValueError where they are not
+    the meshes of one surface, in order.
+    """
+    whole = stored[0].get("whole")
+    if not isinstance(whole, dict):
+        raise ValueError("the first of its meshes is missing")
+    parts = [own["part"] for own in stored]
+    numbers = [part.get("number") for part in parts]
+    in_order = numbers == list(range(len(parts))) and whole.get("parts") == len(parts)
+    _require(in_order, "meshes are missing")
+    total = _whole(whole, "vertices", 1, sum(counts))
+    pairs = zip(parts, counts, strict=True)
+    rows = [unpacked(own.get("vertices"), n) for own, n in pairs]
+    _require(_within(np.concatenate(rows), 0, total - 1), "a vertex that does not exist")
+    return rows, total
 
 
 def restored_surface(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.io.gltf.layout import Layout
 from elastomorph.io.gltf.quantize import Grid, largest_move
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Morph
@@ -25,10 +26,15 @@ class KeptMorph:
     bends: tuple[int, ...]  # The bends k that became targets
     # (V, 3) float64 of each of these bends, zero where it hardly moves
     displacements: tuple[NDArray[np.float64], ...]
-    dropped_error: float  # How far what was left out can move a vertex, fraction of D
+    dropped: NDArray[np.float64]  # (V,) how far what was left out can move each, fraction of D
     rounding_error: float  # How far storing the numbers can move a vertex, fraction of D
     curves: tuple[BendCurve, ...]  # Of these bends
     folded: tuple[int, BendCurve] | None  # The bend that Δ plays, and what it adds to its weight
+
+    @property
+    def dropped_error(self) -> float:
+        """How far what was left out can move a vertex, fraction of D."""
+        return float(self.dropped.max(initial=0.0))
 
     @property
     def fold(self) -> BendCurve | None:
@@ -40,7 +46,7 @@ class KeptMorph:
         """The targets of a morph from number ``first`` on; the tolerance is a fraction of D."""
         scale = morph.neutral.diameter or 1.0
         kept: dict[int, NDArray[np.float64]] = {}
-        dropped = 0.0
+        dropped = np.zeros(len(morph.delta))
         rounded = [
             _rounding(morph.neutral.vertices, grid, placed=True),
             _rounding(morph.delta, grid),
@@ -52,7 +58,7 @@ class KeptMorph:
             peak = curve.height
             moves = peak / scale * np.linalg.norm(bend, axis=1)
             small = (moves < tolerance) | (moves == 0)
-            dropped += float(moves[small].max(initial=0.0))
+            dropped += np.where(small, moves, 0.0)
             if not small.all():
                 kept[k] = np.where(small[:, None], 0.0, bend)
                 rounded.append(peak * _rounding(kept[k], grid))
@@ -111,6 +117,44 @@ class MorphTargets:
                 taken.add(title)
                 (names if k in own.bends else dropped).append(title)
         return cls(tuple(names), tuple(morphs), tuple(dropped))
+
+
+def targets_of_parts(
+    rig: Rig, targets: MorphTargets, layout: Layout, tolerance: float
+) -> tuple[NDArray[np.bool_], float]:
+    """(P, T) which targets each mesh of a file has, and how far what is left out moves a vertex.
+
+    A mesh has those that move a vertex of it, or of polygons around it, by more than a fraction of
+    D; with a bend it has Δ, and with a corrective what drives that. What moves nothing is in the
+    first.
+    """
+    count, faces = len(layout.primitives), rig.neutral.faces
+    if count == 1 or not targets.names:
+        dropped = max((kept.dropped_error for kept in targets.morphs), default=0.0)
+        return np.ones((count, len(targets.names)), dtype=bool), dropped
+    lengths = np.array(
+        [
+            np.linalg.norm(shape, axis=1) / (rig.neutral.diameter or 1.0)
+            for morph, kept in zip(rig.morphs.values(), targets.morphs, strict=True)
+            for shape in (morph.delta, *kept.displacements)
+        ]
+    )
+    has = np.zeros((count, lengths.shape[1]), dtype=bool)
+    for own, part in zip(has, layout.primitives, strict=True):
+        own[layout.vertex_of[part.rows]] = True
+    touched = np.logical_or.reduceat(has[:, faces.indices], faces.offsets[:-1], axis=1)
+    lit = has.copy()
+    mesh, corner = np.nonzero(np.repeat(touched, faces.sizes, axis=1))
+    lit[mesh, faces.indices[corner]] = True
+    found: NDArray[np.bool_] = lit @ (lengths > tolerance).T
+    found[0] |= ~found.any(axis=0)
+    first = {name: kept.first for name, kept in zip(rig.morphs, targets.morphs, strict=True)}
+    starts = list(first.values())
+    found[:, starts] = np.logical_or.reduceat(found, starts, axis=1)
+    for name, drivers in rig.sliders.correctives.items():
+        found[:, [first[driver] for driver in drivers]] |= found[:, [first[name]]]
+    missed = np.add.reduceat(lengths * (~found.T @ has), starts, axis=0)
+    return found, float((missed + [kept.dropped for kept in targets.morphs]).max())
 
 
 def _rounding(

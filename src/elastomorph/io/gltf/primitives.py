@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import ParameterError
 from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.gltf.accessors import read_floats, read_indices
 from elastomorph.io.gltf.appearance import material_names, shown_coordinates
@@ -72,6 +73,38 @@ class Primitives:
             if target in own.displacements:
                 found[own.start : own.start + len(own.vertices)] = own.displacements[target]
         return found
+
+
+def joined_primitives(
+    parts: Sequence[Primitives], rows: Sequence[NDArray[np.int32]], count: int
+) -> Primitives:
+    """The meshes of one surface of so many vertices, of which each has some rows, as one.
+
+    A ValueError where they do not fit.
+    """
+    place = np.concatenate(rows)
+    apart = np.concatenate([part.vertices() for part in parts])
+    vertices = np.full((count, 3), np.nan)
+    vertices[place] = apart
+    if not np.array_equal(vertices[place], apart) or np.isnan(vertices).any():
+        raise ParameterError("its meshes do not lie on each other as they did")
+    textures = [part.texture() for part in parts]
+    texture = None
+    if any(own is not None for own in textures):
+        texture = np.full((count, 2), np.nan)
+    displacements: dict[str, NDArray[np.float64]] = {}
+    for part, own, shown in zip(parts, rows, textures, strict=True):
+        if texture is not None and shown is not None:
+            texture[own] = shown
+        for name, moved in part.attributes[0].displacements.items():
+            displacements.setdefault(name, np.zeros((count, 3)))[own] = moved
+    placement = parts[0].attributes[0].placement
+    return Primitives(
+        list(dict.fromkeys(name for part in parts for name in part.targets)),
+        [Attributes(0, vertices, texture, displacements, placement)],
+        [own[t] for part, own in zip(parts, rows, strict=True) for t in part.triangles],
+        [name for part in parts for name in part.materials],
+    )
 
 
 def read_primitives(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[Primitives | None]:

@@ -4,22 +4,34 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError, warn
 from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.gltf.appearance import read_appearance
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.gltf.draco import EXTENSION as DRACO
-from elastomorph.io.gltf.mesh_extras import restored_surface
+from elastomorph.io.gltf.mesh_extras import is_part, restored_surface, rows_of_parts, unpacked
 from elastomorph.io.gltf.meshopt import EXTENSIONS as MESHOPT
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
-from elastomorph.io.gltf.primitives import Primitives, read_primitives, target_count
-from elastomorph.io.gltf.rig_extras import StoredMorph, StoredRig, described_meshes, stored_rig
+from elastomorph.io.gltf.primitives import (
+    Primitives,
+    joined_primitives,
+    read_primitives,
+    target_count,
+)
+from elastomorph.io.gltf.rig_extras import (
+    StoredMorph,
+    StoredRig,
+    described_meshes,
+    joined_rigs,
+    stored_rig,
+)
 from elastomorph.io.joined_rig import Placing, RigPart, joined_rig
 from elastomorph.io.untrusted import naming_file, shortened
 from elastomorph.model.appearance import Material
@@ -85,13 +97,27 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
 
 @dataclass(frozen=True, eq=False)
 class ReadMesh:
-    """A mesh of a scene, and what the file says of its morphs."""
+    """A surface of a scene, and what the file says of its morphs."""
 
-    placed: PlacedMesh
-    primitives: Primitives
     part: RigPart
     stored: StoredRig
     gone: str  # What another program has left out of what elastomorph stored, if anything
+    sheets: tuple[Sheet, ...]  # The meshes of the scene that show it: one, but in files of ours
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A mesh of a scene that shows a surface, or one material of it."""
+
+    placed: PlacedMesh
+    primitives: Primitives
+    stored: Any  # ``extras.elastomorph``, None where there is none
+    rows: NDArray[np.int32]  # (N,) the vertex of the surface that each of its vertices is
+
+    @property
+    def said(self) -> dict[str, Any]:
+        """What is stored with it."""
+        return self.stored if isinstance(self.stored, dict) else {}
 
 
 def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
@@ -99,11 +125,12 @@ def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
     read = list(zip(placed, read_primitives(file, placed), strict=True))
     used = {name for _, own in read if own is not None for name in own.materials if name}
     looks, described = read_appearance(file, used), described_meshes(file)
-    return [
-        ReadMesh(own, primitives, *_part(file, own, primitives, looks, described.get(own.number)))
-        for own, primitives in read
-        if primitives is not None
+    sheets = [
+        Sheet(own, shown, described.get(own.number), np.arange(shown.count, dtype=np.int32))
+        for own, shown in read
+        if shown is not None
     ]
+    return [_read(file, own, looks) for own in _surfaces(file, sheets)]
 
 
 def rig_of(file: GltfFile, meshes: Sequence[ReadMesh]) -> Rig:
@@ -133,29 +160,60 @@ def wanted_meshes(file: GltfFile, wanted: Sequence[str]) -> list[PlacedMesh]:
         file.refuse(str(problem))
 
 
-def _part(
-    file: GltfFile,
-    placed: PlacedMesh,
-    primitives: Primitives,
-    looks: dict[str, Material] | None,
-    own: Any,
-) -> tuple[RigPart, StoredRig, str]:
-    """A mesh with its morphs, as described or as the file shows them; and what is gone."""
-    surface = own.get("surface") if isinstance(own, dict) else None
+def _surfaces(file: GltfFile, sheets: Sequence[Sheet]) -> list[tuple[list[Sheet], Primitives]]:
+    """The meshes that show each surface, and the surface; one each, but in files of ours."""
+    parts = [own for own in sheets if is_part(own.stored)]
+    apart = [([own], own.primitives) for own in sheets]
+    if not any("whole" in own.said for own in parts):  # some of them alone
+        return apart
+    parts.sort(key=lambda own: str(own.said["part"].get("number")).zfill(9))
+    try:
+        if any(len(own.primitives.attributes) != 1 for own in parts):
+            raise ParameterError("another program has split or changed its vertices")
+        counts = [own.primitives.count for own in parts]
+        rows, count = rows_of_parts([own.said for own in parts], counts)
+        placed = [replace(own, rows=each) for own, each in zip(parts, rows, strict=True)]
+        whole = (placed, joined_primitives([own.primitives for own in parts], rows, count))
+    except ValueError as problem:
+        lost = _unfit("its materials are read as meshes of their own", problem)
+        warn(f"{file.path}: {lost}")
+        return apart
+    first = min(n for n, own in enumerate(sheets) if own in parts)
+    others = [own if n != first else whole for n, own in enumerate(apart)]
+    return [own for n, own in enumerate(others) if n == first or sheets[n] not in parts]
+
+
+def _read(
+    file: GltfFile, shown: tuple[list[Sheet], Primitives], looks: dict[str, Material] | None
+) -> ReadMesh:
+    """A surface with its morphs, as described or as the file shows them; and what is gone."""
+    sheets, primitives = shown
+    first: dict[str, Any] = sheets[0].said
+    whole = first["whole"] if len(sheets) > 1 else first
+    surface: Any = whole.get("surface")
     neutral = _restored(file, primitives, surface, looks) if isinstance(surface, dict) else None
+    vertex_of = np.arange(primitives.count, dtype=np.int32)
     if neutral is None:
         neutral = _neutral(file, primitives, looks)
+    elif (count := len(neutral.vertices)) < len(vertex_of):  # copies along texture seams follow
+        vertex_of[count:] = unpacked(surface["copies"], len(vertex_of) - count)
     stored = StoredRig(tuple(StoredMorph.straight(name) for name in primitives.targets), {}, {})
     gone = _undescribed(primitives.targets)
-    if own is not None:
+    if any(own.stored is not None for own in sheets):
         try:
-            stored = stored_rig(own, primitives.targets, file.budget, primitives.given)
-            gone = ""
+            each = [
+                stored_rig(own.stored, own.primitives.targets, file.budget, own.primitives.given)
+                for own in sheets
+            ]
+            stored, gone = (each[0] if len(each) == 1 else joined_rigs(each, whole)), ""
         except ValueError as problem:
             gone = _unfit("each morph target read as a slider of its own", problem)
     morphs = {morph.name: _morph(neutral, primitives, morph) for morph in stored.morphs}
-    part = RigPart(placed.names[0], neutral, morphs, Placing(np.eye(3), np.zeros(3)))
-    return part, stored, gone or _emptied(primitives, stored)
+    name = sheets[0].placed.names[-1 if len(sheets) > 1 else 0]  # that of the mesh, of all
+    part = RigPart(name, neutral, morphs, Placing(np.eye(3), np.zeros(3)))
+    own = tuple(replace(sheet, rows=vertex_of[sheet.rows]) for sheet in sheets)
+    alone = len(sheets) == 1 and is_part(first)  # normals may turn where nothing of it moves
+    return ReadMesh(part, stored, gone or ("" if alone else _emptied(primitives, stored)), own)
 
 
 def named_bends(targets: Sequence[str]) -> list[str]:

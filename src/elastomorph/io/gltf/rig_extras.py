@@ -12,6 +12,10 @@
      "groups": [{"name": "jaw", "members": ["jawOpen"]}],
      "surface": {…}}
 
+Where a surface is stored as several meshes, each of them describes the targets that it has, and its
+``part`` says which vertices of the surface are its own. The first has the rest under ``whole``: the
+surface, groups, and the names of all targets in order.
+
 Targets are named as in ``targetNames``. A weight t of a morph is the weight t of its target and
 the weight b_k(t) of the target of each bend. ``choice`` says why ``auto`` took the path, and is
 null where the method was named. The curves are piecewise polynomials: between breaks
@@ -27,8 +31,8 @@ number of the one that is meant.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from elastomorph.errors import ParameterError
@@ -86,9 +90,11 @@ def described_meshes(file: GltfFile) -> dict[int, Any]:
     return found
 
 
-def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
-    """The description of a rig whose Δ and bends are the given targets."""
+def rig_extras(rig: Rig, targets: MorphTargets, held: Collection[int]) -> dict[str, Any]:
+    """The description of a rig by a mesh that holds its targets of these numbers."""
     sliders = rig.sliders
+    known = {n for n, kept in zip(rig.morphs, targets.morphs, strict=True) if kept.first in held}
+    correctives = {name: own for name, own in sliders.correctives.items() if name in known}
     return {
         "version": FOLDS if any(kept.fold for kept in targets.morphs) else WITHOUT_FOLDS,
         "morphs": [
@@ -100,14 +106,16 @@ def rig_extras(rig: Rig, targets: MorphTargets) -> dict[str, Any]:
                 "choice": choice_to_json(morph.choice),
                 "limit_law": curve_to_json(morph.limit_law),
                 "bends": [
-                    {"target": target, "curve": curve_to_json(morph.bend_curves[k])}
-                    for target, k in zip(targets.names[kept.first + 1 :], kept.bends, strict=False)
+                    {"target": targets.names[number], "curve": curve_to_json(morph.bend_curves[k])}
+                    for number, k in enumerate(kept.bends, start=kept.first + 1)
+                    if number in held
                 ],
                 **({} if kept.fold is None else {"fold": curve_to_json(kept.fold)}),
             }
             for (name, morph), kept in zip(rig.morphs.items(), targets.morphs, strict=True)
+            if name in known
         ],
-        "correctives": [{"name": n, "drivers": [*own]} for n, own in sliders.correctives.items()],
+        "correctives": [{"name": n, "drivers": [*own]} for n, own in correctives.items()],
         "groups": [{"name": n, "members": [*own]} for n, own in sliders.groups.items()],
     }
 
@@ -139,6 +147,29 @@ def stored_rig(
     correctives = {name: tuple(drivers) for name, drivers in found.correctives.items()}
     Sliders(tuple(names), correctives, {name: tuple(own) for name, own in found.groups.items()})
     return found
+
+
+def joined_rigs(parts: Sequence[StoredRig], whole: Mapping[str, Any]) -> StoredRig:
+    """What the meshes of one surface say together, or a ValueError."""
+    names = (name if isinstance(name, str) else "" for name in _list(dict(whole), "targets"))
+    order = {name: number for number, name in enumerate(names)}
+    last = len(order)
+    morphs: dict[str, StoredMorph] = {}
+    for morph in (own for part in parts for own in part.morphs):
+        known = morphs.get(morph.name, morph)
+        if (known.target, known.fold is None) != (morph.target, morph.fold is None):
+            raise ParameterError(f"two meshes say different things of {morph.name!r}")
+        bends = {**dict(known.bends), **dict(morph.bends)}.items()
+        in_order = tuple(sorted(bends, key=lambda bend: order.get(bend[0], last)))
+        said = known if known.bends else morph
+        morphs[morph.name] = replace(said, bends=in_order)
+    found = sorted(morphs.values(), key=lambda morph: order.get(morph.target, last))
+    correctives = {name: own for part in parts for name, own in part.correctives.items()}
+    groups = _lists(dict(whole), "groups", "members")
+    sliders = {morph.name for morph in found}
+    if not sliders.issuperset(member for own in groups.values() for member in own):
+        raise ParameterError("a group has a member that does not exist")
+    return StoredRig(tuple(found), correctives, groups)
 
 
 def _version(stored: Any) -> int:

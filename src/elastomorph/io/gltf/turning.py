@@ -7,6 +7,7 @@ bone that VRM calls the head is read, or else a node that is called so, such as 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,15 +25,19 @@ _NAMED = re.compile(r"(.*[^a-z])?head", re.IGNORECASE)
 _SAME = 1e-6
 
 
-def turned_nodes(face: dict[str, Any], turn: HeadTurn) -> tuple[list[dict[str, Any]], int]:
+def turned_nodes(
+    nodes: Sequence[dict[str, Any]], turn: HeadTurn
+) -> tuple[list[dict[str, Any]], int]:
     """The nodes of a scene in which a face hangs in its neck, and the number of the root.
 
     The face stays node 0, and where it was while the neck is at rest.
     """
+    face, *others = nodes
     neck = turn.pivot
     place = np.array(face.get("translation", [0.0, 0.0, 0.0])) - neck
     held = face | {"translation": place.tolist()}
-    return [held, {"name": _HEAD, "translation": neck.tolist(), "children": [0]}], 1
+    head = {"name": _HEAD, "translation": neck.tolist(), "children": [0]}
+    return [held, *others, head], len(nodes)
 
 
 def turn_channels(

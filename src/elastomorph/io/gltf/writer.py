@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import replacing
@@ -25,9 +26,14 @@ from elastomorph.io.gltf.animations import (
 from elastomorph.io.gltf.container import glb_chunks, without_empty
 from elastomorph.io.gltf.layout import Layout, lay_out
 from elastomorph.io.gltf.looks import Looks
-from elastomorph.io.gltf.mesh_extras import surface_extras
+from elastomorph.io.gltf.mesh_extras import packed, surface_extras
 from elastomorph.io.gltf.meshopt import require_meshopt
-from elastomorph.io.gltf.morph_targets import MorphTargets, NormalField, normal_deltas
+from elastomorph.io.gltf.morph_targets import (
+    MorphTargets,
+    NormalField,
+    normal_deltas,
+    targets_of_parts,
+)
 from elastomorph.io.gltf.quantize import Grid, byte_normals, within_reach
 from elastomorph.io.gltf.rig_extras import rig_extras
 from elastomorph.io.gltf.turning import turn_channels, turned_nodes
@@ -66,7 +72,8 @@ class GlbReport:
     """What `write_glb` wrote. Errors are upper bounds for one slider between 0 and 1.
 
     Attributes:
-        vertices: Vertices in the file: those of the mesh, and copies along texture seams.
+        vertices: Vertices in the file: those of the mesh, and copies along seams of textures and
+            between materials, each of which is a mesh of its own.
         triangles: Triangles that the polygons were cut into.
         targets: Morph targets, Δ and bends together.
         bends: How many of them are bends.
@@ -74,7 +81,8 @@ class GlbReport:
         bytes: Size of the file.
         parts: Bytes of its parts: ``json``, ``surface`` (indices, neutral, texture coordinates),
             ``positions`` and ``normals`` of the morph targets, and ``animations``.
-        dropped_error: Largest distance by which a dropped bend moves a vertex, fraction of D.
+        dropped_error: Largest distance by which a dropped bend, or a target that a mesh does not
+            have, moves a vertex, fraction of D.
         rounding_error: Largest error of storing in single precision, or in whole steps where it
             is compressed, fraction of D.
         key_error: Largest error of an animation between its keys, fraction of D.
@@ -120,12 +128,17 @@ def write_glb(
     the bends b_k(t): their curves are in ``extras.elastomorph`` of the mesh. Bends with curves
     below 0 are stored the other way round, as some programs hold weights between 0 and 1.
 
+    Each material becomes a mesh with a node of its own, with the vertices it shows and the targets
+    that move them: players hold every target of a mesh for all of its vertices. `read_glb` gives
+    them back as one, with the vertices in their order.
+
     Args:
         path: The file, replaced at once; or a binary file that is open for writing.
         rig: The rig.
         normals: ``"delta"``: morph targets turn the normals too, for half as many bytes again;
             ``"none"``: the normals stay those of the neutral.
-        tolerance: Where a bend moves vertices no farther than this fraction of D, it is left out.
+        tolerance: Where a bend moves vertices no farther than this fraction of D, it is left out;
+            so is a target of a mesh that it moves no farther.
         keys_tolerance: How far the animation of a path may be from it between keys, likewise.
         fps: Frames per second, rounded to a whole number; keys lie on frames where they can.
         sparse: Store only the vertices that a morph target moves, where that is smaller.
@@ -149,10 +162,11 @@ def write_glb(
     require_glb_settings(normals, tolerance, keys_tolerance, fps)
     _require_storable(name := path if isinstance(path, str | Path) else "the GLB file", rig)
     rig = with_positive_weights(rig)
-    targets = MorphTargets.of(rig, tolerance, grid := _grid(rig) if compress else None)
-    clips = recorded_clips(rig, targets, animation or (), turn)
-    clips = clips if animation else slider_clips(rig, targets, keys_tolerance, fps, timing)
-    chunks, report = _file(rig, targets, clips, normals == "delta", sparse, settings, grid, turn)
+    content = _Content.of(rig, tolerance, _grid(rig) if compress else None)
+    clips = recorded_clips(rig, content.targets, animation or (), turn)
+    if not animation:
+        clips = slider_clips(rig, content.targets, keys_tolerance, fps, timing)
+    chunks, report = content.file(clips, normals == "delta", sparse, settings, turn)
     _require_countable(name, report.bytes)
     with replacing(path) if isinstance(path, str | Path) else nullcontext(path) as file:
         file.writelines(chunks)
@@ -165,140 +179,162 @@ def _grid(rig: Rig) -> Grid:
     return Grid.of(rig, _COMPRESSED_ERROR)
 
 
-def _file(
-    rig: Rig,
-    targets: MorphTargets,
-    clips: Sequence[Clip],
-    with_normals: bool,
-    sparse: bool,
-    settings: Mapping[str, Any] | None,
-    grid: Grid | None,
-    turn: HeadTurn | None,
-) -> tuple[list[bytes], GlbReport]:
-    """The bytes of the file, and what they hold."""
-    neutral = rig.neutral
-    layout = lay_out(neutral)
-    accessors = AccessorWriter(compress=grid is not None)
-    primitives = _primitives(accessors, rig, targets, layout, with_normals, sparse, grid)
-    stored = {**rig_extras(rig, targets), "surface": surface_extras(neutral, layout)}
-    mesh = {
-        "extras": {"targetNames": list(targets.names), "elastomorph": stored},
-        "primitives": primitives,
-        "weights": [0.0] * len(targets.names),
-        "name": "face",
-    }
-    animations = [weight_animation(accessors, clip) for clip in clips] if targets.names else []
-    nodes, root = [{"mesh": 0, "name": "face"} | ({} if grid is None else grid.placing())], 0
-    if turn is not None and animations:
-        nodes, root = turned_nodes(nodes[0], turn)
-        turn_channels(accessors, animations, [len(clip.times) for clip in clips], turn, root)
-    names = neutral.materials.names if neutral.materials is not None else ()
-    labels = [own.label for own in layout.primitives]
-    views, buffers, blob = accessors.finish()
-    needed = [] if grid is None else ["EXT_meshopt_compression", "KHR_mesh_quantization"]
-    looks = Looks(neutral.appearance)
-    document = without_empty(
-        {
-            "accessors": accessors.accessors,
-            "animations": animations,
-            "asset": {"generator": "elastomorph", "version": "2.0"},
-            "bufferViews": views,
-            "buffers": buffers,
-            "extensionsRequired": needed,
-            "extensionsUsed": needed,
-            "meshes": [mesh],
-            "nodes": nodes,
-            "scene": 0,
-            "scenes": [{"nodes": [root]}],
-        }
-    )
-    # What is empty says something here: a material without light has an extension without content.
-    if labels:
-        document["materials"] = [
-            looks.material(names[label] if label >= 0 else "unnamed", _MATERIAL) for label in labels
-        ]
-    blob = looks.add_to(document, blob)
-    sizes = {"images": looks.size} if looks.size else {}
-    if settings is not None:
-        document["meshes"][0]["extras"]["elastomorph"]["settings"] = dict(settings)
-    chunks = glb_chunks(json.dumps(document, separators=(",", ":")).encode(), blob)
-    size = sum(map(len, chunks))
-    parts = {"json": size - len(blob), **accessors.sizes, **sizes}
-    return chunks, _report(rig, targets, clips, layout, size, parts)
+@dataclass(frozen=True, eq=False)
+class _Content:
+    """What a file holds of a rig."""
 
+    rig: Rig
+    targets: MorphTargets
+    layout: Layout
+    held: NDArray[np.bool_]  # (P, T) the targets that each mesh has
+    dropped_error: float
+    grid: Grid | None
 
-def _report(
-    rig: Rig,
-    targets: MorphTargets,
-    clips: Sequence[Clip],
-    layout: Layout,
-    size: int,
-    parts: dict[str, int],
-) -> GlbReport:
-    """What a file of so many bytes holds."""
-    return GlbReport(
-        vertices=len(layout.vertex_of),
-        triangles=sum(len(own.triangles) for own in layout.primitives),
-        targets=len(targets.names),
-        bends=len(targets.names) - len(rig.morphs),
-        dropped_bends=targets.dropped,
-        bytes=size,
-        dropped_error=max((kept.dropped_error for kept in targets.morphs), default=0.0),
-        rounding_error=max((kept.rounding_error for kept in targets.morphs), default=0.0),
-        key_error=max((clip.key_error for clip in clips), default=0.0),
-        parts=parts,
-    )
+    @classmethod
+    def of(cls, rig: Rig, tolerance: float, grid: Grid | None) -> _Content:
+        targets, layout = MorphTargets.of(rig, tolerance, grid), lay_out(rig.neutral)
+        return cls(rig, targets, layout, *targets_of_parts(rig, targets, layout, tolerance), grid)
 
+    def file(
+        self,
+        clips: Sequence[Clip],
+        with_normals: bool,
+        sparse: bool,
+        settings: Mapping[str, Any] | None,
+        turn: HeadTurn | None,
+    ) -> tuple[list[bytes], GlbReport]:
+        """The bytes of the file, and what they hold."""
+        neutral, grid = self.rig.neutral, self.grid
+        accessors = AccessorWriter(compress=grid is not None)
+        primitives = self._primitives(accessors, with_normals, sparse)
+        meshes = self._meshes(primitives)
+        names = [*(neutral.materials.names if neutral.materials is not None else ()), "unnamed"]
+        shown = [names[own.label] for own in self.layout.primitives]
+        nodes: list[dict[str, Any]] = [{"name": "face"} | ({} if grid is None else grid.placing())]
+        if len(meshes) == 1:
+            nodes[0]["mesh"] = 0
+        else:
+            nodes += [{"mesh": number, "name": name} for number, name in enumerate(shown)]
+            nodes[0]["children"] = list(range(1, len(nodes)))
+        first = len(nodes) - len(meshes)
+        moved = [(n, np.flatnonzero(own)) for n, own in enumerate(self.held, first) if own.any()]
+        animations = [weight_animation(accessors, clip, moved) for clip in clips] if moved else []
+        root = 0
+        if turn is not None and animations:
+            nodes, root = turned_nodes(nodes, turn)
+            turn_channels(accessors, animations, [len(clip.times) for clip in clips], turn, root)
+        views, buffers, blob = accessors.finish()
+        needed = [] if grid is None else ["EXT_meshopt_compression", "KHR_mesh_quantization"]
+        looks = Looks(neutral.appearance)
+        document = without_empty(
+            {
+                "accessors": accessors.accessors,
+                "animations": animations,
+                "asset": {"generator": "elastomorph", "version": "2.0"},
+                "bufferViews": views,
+                "buffers": buffers,
+                "extensionsRequired": needed,
+                "extensionsUsed": needed,
+                "meshes": meshes,
+                "nodes": nodes,
+                "scene": 0,
+                "scenes": [{"nodes": [root]}],
+            }
+        )
+        # What is empty says something here: a material without light has an empty extension.
+        if len(neutral.faces):
+            document["materials"] = [looks.material(name, _MATERIAL) for name in shown]
+        blob = looks.add_to(document, blob)
+        if settings is not None:
+            document["meshes"][0]["extras"]["elastomorph"]["settings"] = dict(settings)
+        chunks = glb_chunks(json.dumps(document, separators=(",", ":")).encode(), blob)
+        size = sum(map(len, chunks))
+        sizes = {"json": size - len(blob), **accessors.sizes}
+        sizes |= {"images": looks.size} if looks.size else {}
+        return chunks, self._report(clips, size, sizes)
 
-def _primitives(
-    accessors: AccessorWriter,
-    rig: Rig,
-    targets: MorphTargets,
-    layout: Layout,
-    with_normals: bool,
-    sparse: bool,
-    grid: Grid | None,
-) -> list[dict[str, Any]]:
-    """One primitive a material, all on the same vertices and morph targets."""
-    vertices, faces = rig.neutral.vertices, rig.neutral.faces
-    corners = NormalField.of(faces)
-    at_rest = corners.normals(vertices)
-    placed = layout.rows(vertices) if grid is None else layout.copies(grid.positions(vertices))
-    shown = {"POSITION": accessors.vertices(placed, "surface", bounds=True)}
-    if len(faces):
-        rows = layout.rows(at_rest) if grid is None else layout.copies(byte_normals(at_rest))
-        shown["NORMAL"] = accessors.vertices(rows, "surface")
-    if layout.texture is not None:
-        shown["TEXCOORD_0"] = accessors.vertices(layout.texture, "surface")
-    displaced: list[dict[str, int]] = []
-    for morph, kept in zip(rig.morphs.values(), targets.morphs, strict=True):
-        group = []
-        for moved in (morph.delta, *kept.displacements):
-            rows = layout.rows(moved) if grid is None else layout.copies(grid.displacements(moved))
-            number = accessors.vertices(rows, "positions", bounds=True, sparse=sparse)
-            group.append({"POSITION": number})
-        if with_normals and len(faces):
-            turned = normal_deltas(corners, morph, kept.bends, at_rest, kept.fold)
-            turned[np.linalg.norm(turned, axis=2) < _LEAST_TURN] = 0.0
-            for target, each in zip(group, turned, strict=True):
-                if grid is None:
-                    rows = layout.rows(each)
-                else:
-                    rows = layout.copies(byte_normals(within_reach(each, at_rest)))
-                target["NORMAL"] = accessors.vertices(rows, "normals", sparse=sparse)
-        displaced += group
-    if not layout.primitives:  # markers without a surface
-        return [{"attributes": shown, "mode": _POINTS, "targets": displaced}]
-    return [
-        {
-            "attributes": shown,
-            "indices": accessors.indices(own.triangles, len(layout.vertex_of)),
-            "mode": _TRIANGLES,
-            "material": number,
-            "targets": displaced,
-        }
-        for number, own in enumerate(layout.primitives)
-    ]
+    def _report(self, clips: Sequence[Clip], size: int, parts: dict[str, int]) -> GlbReport:
+        """What a file of so many bytes holds."""
+        targets = self.targets
+        return GlbReport(
+            vertices=sum(len(own.rows) for own in self.layout.primitives),
+            triangles=sum(len(own.triangles) for own in self.layout.primitives),
+            targets=len(targets.names),
+            bends=len(targets.names) - len(self.rig.morphs),
+            dropped_bends=targets.dropped,
+            bytes=size,
+            dropped_error=self.dropped_error,
+            rounding_error=max((kept.rounding_error for kept in targets.morphs), default=0.0),
+            key_error=max((clip.key_error for clip in clips), default=0.0),
+            parts=parts,
+        )
+
+    def _meshes(self, primitives: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+        """A mesh a material, with what the triangles do not tell."""
+        targets, layout = self.targets, self.layout
+        surface = surface_extras(self.rig.neutral, layout)
+        meshes = []
+        for number, primitive in enumerate(primitives):
+            held = np.flatnonzero(self.held[number]).tolist()
+            stored = rig_extras(self.rig, targets, held)
+            if len(primitives) == 1:
+                stored["surface"] = surface
+            else:
+                rows, groups = layout.primitives[number].rows, stored.pop("groups")
+                stored["part"] = {"number": number, "vertices": packed(rows)}
+                if number == 0:
+                    count = {"parts": len(primitives), "vertices": len(layout.vertex_of)}
+                    whole = {"targets": list(targets.names), "groups": groups, "surface": surface}
+                    stored["whole"] = count | whole
+            extras = {"targetNames": [targets.names[n] for n in held], "elastomorph": stored}
+            mesh = {"extras": extras, "primitives": [primitive], "weights": [0.0] * len(held)}
+            meshes.append(mesh | {"name": "face"})
+        return meshes
+
+    def _primitives(
+        self, accessors: AccessorWriter, with_normals: bool, sparse: bool
+    ) -> list[dict[str, Any]]:
+        """One primitive a material, each with its own vertices and the morph targets it has."""
+        rig, layout, grid = self.rig, self.layout, self.grid
+        vertices, faces = rig.neutral.vertices, rig.neutral.faces
+        corners = NormalField.of(faces)
+        at_rest = corners.normals(vertices)
+        placed = layout.rows(vertices) if grid is None else layout.copies(grid.positions(vertices))
+        shaded = layout.rows(at_rest) if grid is None else layout.copies(byte_normals(at_rest))
+        found: list[dict[str, Any]] = []
+        for number, own in enumerate(layout.primitives):
+            shown = {"POSITION": accessors.vertices(placed[own.rows], "surface", bounds=True)}
+            primitive: dict[str, Any] = {"attributes": shown, "mode": _POINTS, "targets": []}
+            if len(faces):  # markers have no surface
+                shown["NORMAL"] = accessors.vertices(shaded[own.rows], "surface")
+                primitive["indices"] = accessors.indices(own.local, len(own.rows))
+                primitive |= {"mode": _TRIANGLES, "material": number}
+            if layout.texture is not None:
+                shown["TEXCOORD_0"] = accessors.vertices(layout.texture[own.rows], "surface")
+            found.append(primitive)
+
+        def add(kind: str, part: str, column: int, rows: NDArray[Any]) -> None:
+            """A displacement (V, 3) of the target of this number, in the meshes that have it."""
+            for own, primitive, held in zip(layout.primitives, found, self.held, strict=True):
+                if held[column]:
+                    moved, bounds = layout.copies(rows)[own.rows], kind == "POSITION"
+                    number = accessors.vertices(moved, part, bounds=bounds, sparse=sparse)
+                    if bounds:
+                        primitive["targets"].append({})
+                    primitive["targets"][held[:column].sum()][kind] = number
+
+        for morph, kept in zip(rig.morphs.values(), self.targets.morphs, strict=True):
+            for column, moved in enumerate((morph.delta, *kept.displacements), start=kept.first):
+                rows = moved.astype(np.float32) if grid is None else grid.displacements(moved)
+                add("POSITION", "positions", column, rows)
+            if with_normals and len(faces):
+                turned = normal_deltas(corners, morph, kept.bends, at_rest, kept.fold)
+                turned[np.linalg.norm(turned, axis=2) < _LEAST_TURN] = 0.0
+                for column, each in enumerate(turned, start=kept.first):
+                    fits = each.astype(np.float32)
+                    rows = fits if grid is None else byte_normals(within_reach(each, at_rest))
+                    add("NORMAL", "normals", column, rows)
+        return found
 
 
 def require_glb_settings(
