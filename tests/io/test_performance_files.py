@@ -76,3 +76,34 @@ def test_a_clip_of_a_rig_file(tmp_path: Path) -> None:
     with pytest.raises(em.ParameterError, match="3 clips, say which one is meant: jawOpen, smile"):
         em.read_performance(tmp_path / "rig.glb")
     assert em.read_performance(tmp_path / "rig.glb", clip="smile").names == ("smile",)
+
+
+def test_a_take_among_the_clips_of_sliders(tmp_path: Path) -> None:
+    """As the page saves it: a clip a slider, which plays it alone, and the take."""
+    neutral = em.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    raised = [neutral.with_vertices(neutral.vertices + [0, 0, h]) for h in (1, 2)]
+    rig = em.Rig(neutral, dict(zip(("jawOpen", "smile"), raised, strict=True)))
+    alone = [
+        (TIMES, np.outer(np.linspace(0, 1, 7), row), n)
+        for n, row in zip(rig.names, np.eye(2), strict=True)
+    ]
+    walk, run = (TIMES, WEIGHTS, "walk"), (TIMES, WEIGHTS / 2, "run")
+    path = tmp_path / "saved.glb"
+    em.write(path, rig, animation=[*alone, walk])
+    np.testing.assert_allclose(em.read_performance(path).weights, WEIGHTS, atol=1e-6)
+    em.write(path, rig, animation=[*alone, walk, run])
+    with pytest.warns(em.ElastomorphWarning, match="run"):
+        found = em.read_performance(path)
+    np.testing.assert_allclose(found.weights, WEIGHTS, atol=1e-6)
+    for named in (path.with_name("run.glb"), path):
+        em.write(named, rig, animation=[*alone, walk, run])
+    found = em.read_performance(tmp_path / "run.glb")
+    np.testing.assert_allclose(found.weights, WEIGHTS / 2, atol=1e-6)
+    for name, expected in (("walk", WEIGHTS), ("run", WEIGHTS / 2)):
+        found = em.read_performance(f"{path}#{name}")
+        np.testing.assert_allclose(found.weights, expected, atol=1e-6)
+    assert em.read_performance(f"{path}#smile").names == ("smile",)
+    with pytest.raises(em.ParameterError):
+        em.read_performance(f"{path}#hop")
+    (tmp_path / "a#b.glb").write_bytes(path.read_bytes())
+    assert em.read_performance(tmp_path / "a#b.glb", clip="run").names == ("jawOpen", "smile")
