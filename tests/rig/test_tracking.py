@@ -170,6 +170,21 @@ def test_places_of_other_markers_are_told(
             wide.track(wrong, range(30), rest=rest)
 
 
+def test_markers_fade_by_how_far_they_are_beside_the_middle_one(
+    wide: Rig, weights: np.ndarray, markers: np.ndarray
+) -> None:
+    """1 / (1 + x²)² (Geman and McClure), x the distance over four times the middle one."""
+    random = np.random.default_rng(8)
+    off = random.normal(size=markers.shape)
+    off *= (0.3 * SCALE * random.uniform(0.2, 1, size=(len(off), 30)) ** 2)[:, :, None]
+    off[:, [4, 17]] *= 4.0
+    found = wide.track(markers + off, range(30), rest=None)
+    middle = np.median(found.distances, axis=1, keepdims=True)
+    expected = (1 + (found.distances / (4 * middle)) ** 2) ** -2.0
+    assert (expected < 0.5).sum() > 10
+    np.testing.assert_allclose(found.trust, expected, atol=0.05)
+
+
 def with_blink(wide: Rig, vertices: slice, size: float) -> Rig:
     """A seventh slider, that lifts some vertices only."""
     lifted = wide.neutral.vertices.copy()

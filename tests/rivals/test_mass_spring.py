@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from scipy.spatial.distance import pdist
-from sheets import between, turn
+from sheets import between, plate_of, turn
 
 import elastomorph as em
 from elastomorph.rivals import MassSpring
@@ -87,3 +88,49 @@ def test_nothing_or_everything_held(sheet: em.Mesh, moved: float) -> None:
     end = sheet.vertices + [0.0, 0.0, moved]
     found = MassSpring().poses(between(sheet, end), [0.5])
     np.testing.assert_allclose(found[0], sheet.vertices + [0.0, 0.0, moved / 2], atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [2.0, 4.0, 5.5])
+def test_a_sheet_that_is_rolled_up_reaches_its_target(angle: float) -> None:
+    """Held by one row; no lengths are wrong at the target, whatever faces were asked for before."""
+    flat = plate_of(7)
+    x, y = flat.vertices[:, 0], flat.vertices[:, 1]
+    start = flat.with_vertices(np.stack([x, y, 0 * x], axis=1))
+    around = (x + 1) * angle / 2
+    end = np.stack([2 / angle * np.sin(around) - 1, y, 2 / angle * (1 - np.cos(around))], axis=1)
+    recording = between(start, end)
+    found = MassSpring().poses(recording, TIMES)
+    np.testing.assert_allclose(found[[0, -1]], recording.frames, atol=1e-6)
+    np.testing.assert_array_equal(MassSpring().poses(recording, [0.5])[0], found[2])
+
+
+def test_springs_across_are_half_as_stiff_as_edges() -> None:
+    """A strip held at both ends, its middle lifted: two unknowns, minimised by themselves."""
+    x, y = np.meshgrid([0.0, 1.0, 2.0], [0.0, 1.0], indexing="ij")
+    rest = np.stack([x, y, 0 * x], axis=2).reshape(-1, 3)
+    strip = em.Mesh(rest, [[0, 2, 3, 1], [2, 4, 5, 3]])
+    lift = np.zeros_like(rest)
+    lift[2:4, 2] = 2.0
+    found = MassSpring().poses(between(strip, rest + lift), [0.5])[0]
+
+    def lengths(unknown: np.ndarray) -> np.ndarray:
+        height, half = unknown
+        return np.array(
+            [np.hypot(np.hypot(1, height), 0.5 - half), np.hypot(np.hypot(1, height), 0.5 + half)]
+        )
+
+    wanted = (lengths(np.array([0.0, 0.5])) + lengths(np.array([2.0, 0.5]))) / 2
+
+    def energy(unknown: np.ndarray, across: float) -> float:
+        off = (lengths(unknown) - wanted) ** 2
+        return float(4 * off[0] + 4 * across * off[1] + (2 * unknown[1] - 1) ** 2)
+
+    def least(across: float) -> np.ndarray:
+        return minimize(
+            energy, [1.0, 0.5], (across,), "Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-16}
+        ).x
+
+    own = np.array([found[2, 2], (found[3, 1] - found[2, 1]) / 2])
+    np.testing.assert_allclose(own, least(0.5), atol=1e-5)
+    for other in (0.25, 0.4, 0.6, 1.0):
+        assert np.abs(least(other) - own).max() > 1e-3

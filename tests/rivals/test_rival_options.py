@@ -8,7 +8,7 @@ import pytest
 from sheets import between
 
 import elastomorph as em
-from elastomorph.rivals import RIVALS, ElasticSolid, FiniteDifference, Rival
+from elastomorph.rivals import RIVALS, ElasticSolid, FiniteDifference, FiniteElement, Rival
 
 
 def test_labels_tell_what_is_not_usual() -> None:
@@ -37,3 +37,16 @@ def test_an_unknown_elasticity(sheet: em.Mesh) -> None:
 def test_what_is_no_recording_is_refused(rival: Rival) -> None:
     with pytest.raises(em.ParameterError, match="must be a MeshSequence"):
         rival.poses("scan.####.obj", [0.5])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("kind", "points"),
+    [
+        *((FiniteDifference, n) for n in (0, 2, 4, -1, 5.5)),
+        *((FiniteElement, n) for n in (0, 1, 3)),
+    ],
+)
+def test_points_among_which_vertices_are_not_are_refused(kind: type[Rival], points: int) -> None:
+    """They would converge to first order only."""
+    with pytest.raises(em.ParameterError):
+        kind(points=points)  # type: ignore[call-arg]

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import ParameterError
+from elastomorph.numbers import is_whole
 from elastomorph.rivals.curve_problem import CurveProblem, Discrete, SteppedBeams, newmark
 
 
@@ -32,6 +34,11 @@ class FiniteDifference(SteppedBeams):
     source = "the paper, Sec. 3; Newmark 1959"
 
     points: int = 5
+
+    def __post_init__(self) -> None:
+        # Otherwise no vertex of an open curve is a point, and half a point off is first order.
+        if not is_whole(self.points) or self.points < 1 or self.points % 2 != 1:
+            raise ParameterError(f"points must be an odd number from 1, found {self.points!r}")
 
     def discrete(self, problem: CurveProblem) -> Discrete:
         """The problem with so many points for each vertex."""

@@ -22,6 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import ParameterError
+from elastomorph.numbers import is_whole
 from elastomorph.rivals.curve_problem import CurveProblem, Discrete, SteppedBeams
 
 
@@ -38,6 +40,11 @@ class FiniteElement(SteppedBeams):
     package = "skfem"
 
     points: int = 2
+
+    def __post_init__(self) -> None:
+        # Otherwise no vertex of an open curve is a point, and half a point off is first order.
+        if not is_whole(self.points) or self.points < 1 or self.points % 2 != 0:
+            raise ParameterError(f"points must be an even number from 2, found {self.points!r}")
 
     def discrete(self, problem: CurveProblem) -> Discrete:
         """The problem with a value and a slope at each vertex, and between them."""

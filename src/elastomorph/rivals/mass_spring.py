@@ -14,7 +14,9 @@ Ours, where the source leaves it open: springs across have half the stiffness of
 that both ends have at the same place are held, in place of anchors inside the body; a connected
 part without any is tied to a few of those that are, far from each other, by springs from all its
 vertices, together as stiff as one edge a vertex; where nothing is held, the whole is placed nearest
-to the even screw between its ends. Each face starts from the one before.
+to the even screw between its ends. Each face starts from the straight line, and not from the face
+before: lengths alone leave a bent sheet many ways, of which one taken early may not lead to the
+target.
 """
 
 from __future__ import annotations
@@ -64,12 +66,10 @@ class MassSpring(Rival):
         free, smallest = ~held, self.tolerance * recording.mesh.diameter
         screw, _ = fit_rigid(start, end)
         left_over = end - screw.at(1.0, start)
-        face, line = start, start
         for time in times:
-            there = straight(recording, float(time))
-            face, line = face + (there - line), there
+            face = straight(recording, float(time))
+            wanted = (1.0 - time) * lengths[0] + time * lengths[1]
             if free.any():
-                wanted = (1.0 - time) * lengths[0] + time * lengths[1]
                 face = springs.settled(face, wanted, free, smallest)
             if not held.any():
                 turned = screw.at(float(time), start) + time * left_over
