@@ -100,12 +100,12 @@ class Case:
     painted: Painted
 
 
-def mesh(materials: FaceLabels | None = None) -> Mesh:
+def mesh(materials: FaceLabels | None = None, tile: float = 0.0) -> Mesh:
     """The ball, with texture coordinates, and the moon, without."""
     vertices, quads = ball(np.zeros(3), 1.0)
     others, more = ball(MOON, MOON_SIZE)
     u, v = np.meshgrid(np.linspace(0, 1, ACROSS + 1), np.linspace(0, 1, UP + 1))
-    uv = np.stack([u.ravel(), v.ravel()], axis=1)
+    uv = np.stack([u.ravel() + tile, v.ravel()], axis=1)
     corners = np.concatenate([quads.ravel(), np.full(more.size, -1)]).astype(np.int32)
     faces = np.concatenate([quads, more + len(vertices)])
     return Mesh(np.concatenate([vertices, others]), faces, UVMap(uv, corners), materials)
@@ -177,6 +177,8 @@ def test_each_material_has_its_image_and_those_unseen_have_none(tmp_path: Path) 
     labels = FaceLabels(("front", "back"), of_face)
     found = paint_it(mesh(labels), tmp_path)
     assert list(found) == ["front"]
+    elsewhere = paint_it(mesh(labels, tile=3.0), tmp_path)["front"]  # as tiles of UDIM are
+    assert (elsewhere.image != found["front"].image).mean() < 0.01
     assert 0.6 < found["front"].shown.mean() < 0.95
 
 

@@ -12,7 +12,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
 
@@ -48,7 +48,11 @@ _HELD, _AT_SIZE = 0.5, 2000
 _ROUNDED = 1e-3  # that a rotation in a file may be from one
 _TURN = np.array([1.0, -1.0, -1.0])  # from Bundler's axes of a camera to ours
 # From pixels as they are stored to those of the photograph upright, by EXIF orientation.
-_TURNS = {3: ((-1, 0), (0, -1)), 6: ((0, -1), (1, 0)), 8: ((0, 1), (-1, 0))}
+_TURNS: Mapping[int, Sequence[Sequence[int]]] = {
+    3: ((-1, 0), (0, -1)),
+    6: ((0, -1), (1, 0)),
+    8: ((0, 1), (-1, 0)),
+}
 _LISTED = re.compile(r"^(?P<name>.+?\.\w+)(\s+0\s+[-+.\deE]+)?$")
 
 
@@ -267,44 +271,42 @@ def _cameras(stored: Mapping[str, Stored], files: Mapping[str, Path]) -> Given:
     Other programs mostly solve the pixels as they are stored, whatever EXIF says of how they were
     turned. Where sizes do not tell, the photographs will.
     """
-    upright: list[Camera | CaptureError] = []
-    turned: list[Camera | CaptureError] = []
+    sizes = {}
     for name in (name for name in files if name in stored):
+        with suppress(FormatError):  # left out by its name when photographs are looked at
+            sizes[name] = upright_size(files[name])
+    ways: list[tuple[Camera, ...]] = []
+    problems: list[CaptureError] = []
+    turned = any(orientation in _TURNS for _, orientation in sizes.values())
+    for turns in ([_TURNS] if turned else []) + [{}]:
         try:
-            size, orientation = upright_size(files[name])
-        except FormatError:
-            continue  # it is left out by its name when photographs are looked at
-        turn = _TURNS.get(orientation)
-        sizes = [size] if turn is None else [size, size if turn[0][0] else size[::-1]]
-        for each, found in zip(sizes, (upright, turned), strict=False):
-            try:
-                found.append(stored[name].camera(name, each))
-            except CaptureError as error:
-                found.append(error)
-        if turn is None:
-            turned.append(upright[-1])
-        elif isinstance(turned[-1], Camera):
-            turned[-1] = _turned(turned[-1], np.array(turn), size)
-    same = all(one is other for one, other in zip(upright, turned, strict=True))
-    ways = [
-        tuple(camera for camera in found if isinstance(camera, Camera))
-        for found in ([upright] if same else [turned, upright])
-    ]
-    whole = tuple(way for way in ways if len(way) == len(upright))
-    if not whole:
-        raise next(error for error in (*upright, *turned) if isinstance(error, CaptureError))
-    return whole
+            ways.append(
+                tuple(
+                    _turned(stored[name], name, size, turns.get(orientation))
+                    for name, (size, orientation) in sizes.items()
+                )
+            )
+        except CaptureError as error:
+            problems.append(error)
+    if not ways:
+        raise problems[-1]
+    return tuple(ways)
 
 
-def _turned(camera: Camera, turn: Points, size: tuple[int, int]) -> Camera:
-    """The camera of a photograph turned by (2, 2) to a size."""
+def _turned(
+    stored: Stored, name: str, size: tuple[int, int], turn: Sequence[Sequence[int]] | None
+) -> Camera:
+    """The camera of a photograph upright, from that of pixels that are turned by (2, 2) to it."""
+    if turn is None:
+        return stored.camera(name, size)
+    camera = stored.camera(name, size if turn[0][0] else size[::-1])
     middle, goal = ((np.array(each) - 1) / 2 for each in (camera.size, size))
     whole = np.eye(3)
     whole[:2, :2] = turn
     return replace(
         camera,
         size=size,
-        centre=turn @ (camera.centre - middle) + goal,
+        centre=whole[:2, :2] @ (camera.centre - middle) + goal,
         rotation=whole @ camera.rotation,
         translation=whole @ camera.translation,
     )

@@ -71,29 +71,27 @@ def paint(
         photographs: Camera → its file.
         say: Told what is being done and the part of it that is done.
     """
+    if mesh.uv is None:
+        return {}
     corners = mesh.faces.triangle_corners()
-    painted = {}
+    corners = corners[(mesh.uv.corners[corners] >= 0).all(axis=1)]
     label = np.zeros(len(corners), dtype=np.int64)
     names: Sequence[str] = ("",)
     if mesh.materials is not None:
         label = mesh.materials.of_face[mesh.faces.corner_faces[corners[:, 0]]].astype(np.int64)
         names = mesh.materials.names
-    if mesh.uv is None:
-        return {}
-    with_uv = (mesh.uv.corners[corners] >= 0).all(axis=1)
-    charts = []
+    painted = {}
+    # One after the other: the texels of all materials of a production head fill gigabytes.
     for number, name in enumerate(names):
-        own = corners[(label == number) & with_uv]
-        if len(own):
-            uv = mesh.uv.coordinates[mesh.uv.corners[own]][..., :2]
-            charts.append((name, _Chart(uv, place[mesh.faces.indices[own]], surface, cameras)))
-    for k, camera in enumerate(cameras):
-        say("colours of the neutral", k / len(cameras))
-        scale = min(1.0, _LONGEST / max(camera.size))
-        flat, colours = open_colours(camera, photographs[camera.name], scale=scale)
-        for _, chart in charts:
-            chart.add(flat, colours)
-    for name, chart in charts:
+        own = corners[label == number]
+        if not len(own):
+            continue
+        uv = mesh.uv.coordinates[mesh.uv.corners[own]][..., :2]
+        uv = uv - np.floor(uv.mean(axis=1, keepdims=True))  # images repeat: tiles are one
+        chart = _Chart(uv, place[mesh.faces.indices[own]], surface, cameras)
+        for k, camera in enumerate(cameras):
+            say(f"colours of {name or 'the neutral'}", (number + k / len(cameras)) / len(names))
+            chart.add(camera, photographs[camera.name])
         if chart.seen.any():
             painted[name] = chart.painted()
     return painted
@@ -120,19 +118,23 @@ class _Chart:
         starts = np.concatenate([centres, np.full((*centres.shape[:2], 1), -1.0)], axis=-1)
         hits = sheet.cast(starts, np.broadcast_to([0.0, 0.0, 1.0], starts.shape))
         self.shown = hits.met
-        corners = triangles[hits.triangles[self.shown]]
-        weights = hits.weights[self.shown]
-        self.points = np.einsum("ni,nij->nj", weights, surface.vertices[corners])
-        normals = np.einsum("ni,nij->nj", weights, surface.normals[corners])
+        corners = triangles[hits.triangles[self.shown]].T
+        weights = hits.weights[self.shown].T[..., None]
+        self.points, normals = (
+            sum(weight * values[own] for weight, own in zip(weights, corners, strict=True))
+            for values in (surface.vertices, surface.normals)
+        )
         self.normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
         self.seen = np.zeros(len(self.points), dtype=bool)
-        self.samples: list[tuple[NDArray[np.intp], NDArray[np.float32], NDArray[np.float32]]] = []
+        self.samples: list[tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.float32]]] = []
         self.before = _BEFORE * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
 
-    def add(self, camera: Camera, colours: NDArray[np.uint8]) -> None:
-        """What a photograph without distortion shows."""
+    def add(self, camera: Camera, photograph: Path) -> None:
+        """What a photograph shows."""
         import cv2
 
+        original, scale = camera, min(1.0, _LONGEST / max(camera.size))
+        camera = original.without_distortion(scale)
         visible, cosines = self.surface.visible(
             camera,
             self.points,
@@ -147,6 +149,7 @@ class _Chart:
         which = np.flatnonzero(away > 0)
         if not len(which):
             return
+        _, colours = open_colours(original, photograph, scale=scale)
         pixels, depths = camera.project(self.points[which])
         x, y = pixels.astype(np.float32).T
         # OpenCV takes rows of fewer than 2^15: texels are looked up 4,096 at a time.
@@ -156,23 +159,14 @@ class _Chart:
         ]
         fine = cosines[which] * (camera.focal / depths) ** 2
         weights = fine**_SHARPER * np.minimum(away[which] / _FEATHER, 1.0)
-        rgb = np.concatenate(found).astype(np.float32)
-        self.samples.append((which, rgb, weights.astype(np.float32)))
+        rgb = np.concatenate(found)
+        self.samples.append((which.astype(np.int32), rgb, weights.astype(np.float32)))
         self.seen[which] = True
 
     def painted(self) -> Painted:
         """The photographs blended."""
-        one = [
-            (which, colours * gain, weights)
-            for gain, (which, colours, weights) in zip(self._gains(), self.samples, strict=True)
-        ]
-        mean = self._mean(one)
-        colours = self._mean(
-            [
-                (which, own, weights / (1 + ((own - mean[which]) ** 2).sum(axis=1) / _UNLIKE**2))
-                for which, own, weights in one
-            ]
-        )
+        gains = self._gains()
+        colours = self._mean(gains, self._mean(gains))
         image = np.zeros((self.side, self.side, 3), dtype=np.float32)
         image[self.shown] = colours
         seen = np.zeros((self.side, self.side), dtype=bool)
@@ -200,10 +194,16 @@ class _Chart:
         gains = np.exp(np.linalg.lstsq(np.array(rows), np.array(ratios), rcond=None)[0])
         return np.asarray(gains, dtype=np.float32)
 
-    def _mean(self, samples: Sequence[tuple[Any, Any, Any]]) -> NDArray[np.float32]:
-        total = np.zeros((len(self.points), 4))
-        for which, colours, weights in samples:
-            total[which, :3] += weights[:, None] * colours
+    def _mean(
+        self, gains: NDArray[np.float32], rough: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float32]:
+        """(N, 3) colours of the texels; what is unlike a rough mean counts less."""
+        total = np.zeros((len(self.points), 4), dtype=np.float32)
+        for gain, (which, colours, weights) in zip(gains, self.samples, strict=True):
+            own = colours * gain
+            if rough is not None:
+                weights = weights / (1 + ((own - rough[which]) ** 2).sum(axis=1) / _UNLIKE**2)
+            total[which, :3] += weights[:, None] * own
             total[which, 3] += weights
         return np.asarray(total[:, :3] / np.maximum(total[:, 3:], 1e-30), dtype=np.float32)
 
