@@ -155,3 +155,26 @@ def test_figures_of_an_independent_judge_are_within_twice_those_measured(
     seen = judge.front & (judge.neutral_views >= 2)
     assert trusted[seen].mean() > 0.85
     assert trusted[judge.skin & (judge.neutral_views == 0)].mean() < 0.25
+
+
+def test_cameras_that_are_given_lead_to_the_same_surface(case: Path, poses: Path) -> None:
+    """Those that were found, as COLMAP would have them: within the error of either."""
+    output = case / "given"
+    given = ["--cameras", str(poses / "cameras"), "--to", "neutral", "--no-report"]
+    done = subprocess.run(
+        [sys.executable, *MAIN, *words(case, output), *given], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    figures = {
+        folder: json.loads((folder / "capture.json").read_text()) for folder in (poses, output)
+    }
+    first, second = (own["cameras"]["p00"] for own in figures.values())
+    assert list(first) == list(second)
+    for name, camera in first.items():
+        for key in ("focal", "radial", "centre", "rotation", "translation"):
+            np.testing.assert_allclose(second[name][key], camera[key], atol=1e-6)
+    with np.load(poses / "confidence.npz") as confidence:
+        trusted = confidence["p00"] >= 0.5
+    found, again = (em.read(folder / "p00.obj") for folder in (poses, output))
+    off = np.linalg.norm(found.vertices - again.vertices, axis=1) / found.diameter
+    assert off[trusted].mean() < 0.001
