@@ -3,7 +3,8 @@ import { element, setText } from './element';
 import { icon } from './icons';
 
 const MANY = 3; // messages at once
-const MOMENT = 3000; // milliseconds
+const MOMENT = 3000; // milliseconds, or
+const LETTER = 70; // for each letter, where that is longer
 
 export interface Messages {
   readonly element: HTMLElement;
@@ -40,7 +41,7 @@ export function createMessages(): Messages {
     say(words) {
       setText(said, words);
       clearTimeout(moment);
-      moment = setTimeout(() => setText(said, ''), MOMENT);
+      moment = setTimeout(() => setText(said, ''), Math.max(MOMENT, LETTER * words.length));
     },
     busy: (words) => setText(status, words ?? ''),
   };

@@ -29,6 +29,12 @@ _DIGITS = 20
 """Of the length of what is sent: Python reads no number of thousands of them."""
 
 
+_ANEW = (
+    "this address is of a command that has ended, or of nothing. Where the command was started "
+    "anew, open the address that it prints now"
+)
+
+
 class Listener(ThreadingHTTPServer):
     """Takes connections; what it hands out, and to whom, is set by whoever made it."""
 
@@ -156,7 +162,8 @@ class Handler(BaseHTTPRequestHandler):
             status = HTTPStatus.METHOD_NOT_ALLOWED
         # The body of a request that was refused is not read, so nothing can follow it.
         self.close_connection = True
-        self._send(status, text(status.phrase))
+        lost = f": {_ANEW}" if status is HTTPStatus.NOT_FOUND else ""
+        self._send(status, text(f"{status.phrase}{lost}"))
 
     def _name(self) -> str | None:
         """What is asked for, by who knows the address; None where somebody does not."""

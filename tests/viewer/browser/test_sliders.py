@@ -8,6 +8,10 @@ import pytest
 from faces import Faces, distances
 from visiting import COARSE, Visit, positions, settled, state, update
 
+import elastomorph as em
+from elastomorph.viewer.rig_scenes import rig_scene
+from small_meshes import grid
+
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 
@@ -176,3 +180,52 @@ def _visible(page: Page) -> list[str]:
     settled(page)
     rows = page.locator(".slider:visible")
     return [row.get_attribute("data-slider") or "" for row in rows.all()]
+
+
+EVERY_OBJECT_HAS = ("constructor", "toString", "__proto__", "hasOwnProperty", "valueOf")
+
+
+def test_names_that_every_object_has(visit: Visit) -> None:
+    """Sliders are called as their authors like, also as what JavaScript calls its own."""
+    neutral = grid(6, 5)
+    raised = {
+        name: em.interpolate(neutral, neutral.with_vertices(neutral.vertices + [0, 0, h]), "beam:2")
+        for h, name in enumerate((*EVERY_OBJECT_HAS, "smile"), start=1)
+    }
+    rig = em.Rig(neutral, raised)
+    page = visit(rig_scene(rig, name="own", title="Own", unit="cm"), **COARSE)
+    assert sorted(_visible(page)) == sorted(rig.names)
+    for name in rig.names:
+        assert slider(page, name).input_value() == "0"
+    for number, name in enumerate(rig.names, start=1):
+        page.get_by_role("spinbutton", name=f"{name}, value", exact=True).fill(f"0.{number}")
+        settled(page)
+        assert slider(page, name).input_value() == f"0.{number}"
+    weights = {name: number / 10 for number, name in enumerate(rig.names, start=1)}
+    found = positions(page, 0, len(neutral.vertices))
+    assert distances(found, rig.pose(weights)).max() < WITHIN * neutral.diameter
+    page.get_by_role("button", name="Reset all").click()
+    settled(page)
+    assert distances(positions(page, 0, len(neutral.vertices)), neutral.vertices).max() == 0
+
+
+def test_a_comma_is_a_point(visit: Visit, faces: Faces) -> None:
+    page = visit(faces.alone, **COARSE)
+    number = page.get_by_role("spinbutton", name="jawOpen, value")
+    number.focus()
+    page.keyboard.press("Control+A")
+    page.keyboard.type("0,5")
+    settled(page)
+    assert state(page)["weights"] == {"jawOpen": 0.5}
+    assert slider(page, "jawOpen").input_value() == "0.5"
+
+
+def test_the_thumb_goes_back_with_the_face(visit: Visit, faces: Faces) -> None:
+    """Where something else holds the weight, the thumb does not stay where it was let go."""
+    page = visit(faces.alone, **COARSE)
+    update(page, weights={"jawOpen": 0.5})
+    settled(page)
+    slider(page, "jawOpen").evaluate("range => { range.value = '0.9' }")  # as a browser restores it
+    update(page, weights={"jawOpen": 0.5, "mouthSmile_L": 0.1})
+    settled(page)
+    assert slider(page, "jawOpen").input_value() == "0.5"

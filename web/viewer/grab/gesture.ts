@@ -1,4 +1,5 @@
 // One pull at a vertex of the face, from where it was taken to where it is let go.
+import { numberOf } from '../../shared/named';
 import type { Weights } from '../rig/pose';
 import type { Model } from '../types/model';
 import type { Position } from '../types/stage';
@@ -100,7 +101,7 @@ export class Gesture {
 
   /** The sliders that are elsewhere than when the vertex was taken. */
   moved(weights: Weights): string[] {
-    const away = (name: string) => Math.abs((weights[name] ?? 0) - (this.start[name] ?? 0));
+    const away = (name: string) => Math.abs(numberOf(weights, name) - numberOf(this.start, name));
     return this.model.sliders.filter((name) => away(name) > MOVED);
   }
 

@@ -1,4 +1,5 @@
 // The other side of a face: the vertex across its plane of symmetry, and the halves of expressions.
+import { numberOf, numbersByName } from '../../shared/named';
 import { twins } from '../interface/names/pairs';
 import type { Weights } from '../rig/pose';
 import { movedVertices } from '../rig/surface';
@@ -58,9 +59,9 @@ function vertexAcross(model: Model, vertex: number, middle: number): number | nu
 
 /** The same weights, where of each pair both halves are where the one is that moved farther. */
 export function evened({ sliders }: Model, weights: Weights, start: Weights): Weights {
-  const both: Record<string, number> = { ...weights };
-  const moved = (name: string) => Math.abs((weights[name] ?? 0) - (start[name] ?? 0));
+  const both = numbersByName(weights);
+  const moved = (name: string) => Math.abs(numberOf(weights, name) - numberOf(start, name));
   for (const [name, twin] of twins(sliders))
-    if (moved(name) > moved(twin)) both[twin] = weights[name] ?? 0;
+    if (moved(name) > moved(twin)) both[twin] = numberOf(weights, name);
   return both;
 }

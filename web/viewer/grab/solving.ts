@@ -1,5 +1,6 @@
 // Slider weights that bring points of a face to positions, after Lewis and Anjyo, Direct
 // Manipulation Blendshapes (2010), on bent paths: what `Rig.solve` of the package finds.
+import { numberOf, numbersByName } from '../../shared/named';
 import type { Weights } from '../rig/pose';
 import type { Model } from '../types/model';
 import { nearest } from './nearest';
@@ -69,7 +70,7 @@ export class Search {
     const { columns, model } = this;
     const { start, near = start } = ask;
     const at = (weights: Weights) =>
-      Float64Array.from(columns, (column) => weights[model.sliders[column]!] ?? 0);
+      Float64Array.from(columns, (column) => numberOf(weights, model.sliders[column]!));
     const first = at(start);
     const low = first.map((weight) => Math.min(0, weight));
     const high = first.map((weight) => Math.max(1, weight));
@@ -117,7 +118,7 @@ export class Search {
     const { goals, start } = ask;
     const { columns, model, points, scale } = this;
     const { positions } = points.at(this.values(start, x), []);
-    const weights: Record<string, number> = { ...start };
+    const weights = numbersByName(start);
     columns.forEach((column, i) => (weights[model.sliders[column]!] = x[i]!));
     const apart = counted(ask, positions.map((own, i) => own - goals[i]!));
     const distances = points.vertices.map((_, p) => Math.hypot(...apart.subarray(3 * p, 3 * p + 3)));

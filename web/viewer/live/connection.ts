@@ -1,5 +1,6 @@
 // The WebSocket of "elastomorph live": poses and how the stream stands, and what people press back.
 
+import { numbersByName } from '../../shared/named';
 import type { Head } from '../types/model';
 
 /** How the stream stands. */
@@ -56,7 +57,7 @@ export function connect(address: string, hearer: Hearer): Connection {
     if (message.sliders) sliders = message.sliders;
     if (message.status) hearer.standing(message.status);
     if (message.pose === undefined || !message.weights || !message.head) return;
-    const weights: Record<string, number> = {};
+    const weights = numbersByName();
     message.weights.forEach((weight, slider) => {
       const name = sliders[slider];
       if (name !== undefined && weight !== 0) weights[name] = weight;

@@ -1,4 +1,5 @@
 // Methods: the path of each target, another one beside it, and settings that keep the choice.
+import { numberOf, ownOf } from '../../shared/named';
 import type { Model, Scene } from '../types/model';
 import type { ViewState } from '../types/state';
 import { element, freshId, setText } from '../../shared/element';
@@ -83,7 +84,7 @@ export function createMethods(
       const listed = await mine.list(says);
       if (bench !== mine) return;
       rows = listed.rows;
-      target = rows.find(({ name }) => store.get().weights[name])?.name ?? rows[0]?.name ?? '';
+      target = rows.find(({ name }) => numberOf(store.get().weights, name))?.name ?? rows[0]?.name ?? '';
       picker.offer(listed.methods);
       setText(status, rows.length > 0 ? '' : 'This rig has no targets.');
       body.hidden = rows.length === 0;
@@ -96,7 +97,7 @@ export function createMethods(
 
   /** Puts what is chosen for the target beside the rig; what was under way for others ends. */
   const compare = async (maker: Bench) => {
-    const method = store.get().methods[target];
+    const method = ownOf(store.get().methods, target);
     const key = JSON.stringify([target, method ?? null, straight.checked]);
     if (key === asked) return;
     asked = key;
@@ -162,8 +163,8 @@ export function createMethods(
     const now = [rows, target, state.methods, tried, bench, subject];
     if (now.every((one, i) => one === drawn[i])) return;
     drawn = now;
-    picker.show(row, state.methods[target] ?? null);
-    const made = (name: string) => bench?.known(name, state.methods[name]!);
+    picker.show(row, ownOf(state.methods, target) ?? null);
+    const made = (name: string) => bench?.known(name, ownOf(state.methods, name)!);
     table.show(rows, state.methods, made, target);
     const found = scene();
     const diameter = found?.models[0]?.diameter ?? 0;
@@ -192,7 +193,7 @@ export function createMethods(
 
 /** The target alone, half way, where paths differ most: unless it is in sight already. */
 function posed({ weights, clip }: ViewState, target: string): Partial<ViewState> {
-  if (clip === null && weights[target]) return {};
+  if (clip === null && numberOf(weights, target)) return {};
   return { weights: { [target]: 1 }, t: 0.5, clip: null, playing: false };
 }
 

@@ -1,4 +1,5 @@
 // Recorded performances, between their keys.
+import { numbersByName } from '../../shared/named';
 import type { Clip, Model } from '../types/model';
 import type { ViewState } from '../types/state';
 
@@ -69,7 +70,7 @@ export function frameAt({ times }: Clip, seconds: number): number {
 export function clipWeights(clip: Clip, seconds: number): Record<string, number> {
   const { times, tracks } = clip;
   const [before, end, share] = around(times, seconds);
-  const weights: Record<string, number> = {};
+  const weights = numbersByName();
   for (const [slider, track] of tracks) {
     const start = track[before] ?? 0;
     weights[slider] = start + share * ((track[end] ?? 0) - start);

@@ -53,7 +53,7 @@ export interface Takes extends Opener {
 
 /** @param poses opens a table of poses, which has the suffix of a take */
 export function takesOpener(
-  { store, scene, tell }: Context,
+  { store, scene, tell, say }: Context,
   speaker: Speaker,
   poses?: (file: File) => Promise<void>,
 ): Takes {
@@ -87,7 +87,7 @@ export function takesOpener(
     const sound = speaker.lend(clip.name, first, file, buffer);
     store.update({ soundOffsets: { ...store.get().soundOffsets, [clip.name]: 0 } });
     if (Math.abs(sound.seconds - (last - first)) > ALIKE)
-      tell(
+      say(
         `${file.name} is ${sound.seconds.toFixed(2)} s long and ${clip.name} ` +
           `${(last - first).toFixed(2)} s: both begin together, and the sound ends with the take at the latest.`,
       );

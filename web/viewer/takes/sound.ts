@@ -1,4 +1,5 @@
 // Sound beside takes: while it plays, its clock leads and the picture follows.
+import { numberOf } from '../../shared/named';
 import { grouped, refuse } from '../files/container';
 import type { ViewState } from '../types/state';
 
@@ -42,7 +43,7 @@ export interface Speaker {
 
 /** Seconds that the sound of the present take begins after it. */
 export function offsetOf({ clip, soundOffsets }: Pick<ViewState, 'clip' | 'soundOffsets'>): number {
-  return soundOffsets[clip ?? ''] ?? 0;
+  return numberOf(soundOffsets, clip ?? '');
 }
 
 export function createSpeaker(): Speaker {

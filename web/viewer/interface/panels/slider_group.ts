@@ -1,4 +1,5 @@
 // Sliders of one part of the face below a heading that folds them away.
+import { numberOf } from '../../../shared/named';
 import { element, setAttribute, setText } from '../../../shared/element';
 import { icon } from '../../../shared/icons';
 import type { ViewState } from '../../types/state';
@@ -34,7 +35,7 @@ export function sliderGroup(
     element: whole,
     rows,
     show(state, fits, folded) {
-      const active = rows.filter((row) => (state.weights[row.name] ?? 0) !== 0).length;
+      const active = rows.filter((row) => numberOf(state.weights, row.name) !== 0).length;
       setText(count, active > 0 ? `${active} of ${rows.length}` : '');
       setAttribute(whole, 'data-active', active > 0);
       setAttribute(opener, 'aria-expanded', String(!folded));

@@ -66,6 +66,11 @@ export function sliderRow(
     if (!Number.isFinite(typed)) return;
     change(Math.min(Number(number.max), Math.max(Number(number.min), typed)));
   });
+  number.addEventListener('beforeinput', (event) => {
+    if (event.data !== ',' || (0.5).toLocaleString().includes(',')) return;
+    event.preventDefault(); // browsers would leave the comma out, and 0,5 would be 05
+    document.execCommand('insertText', false, '.');
+  });
   number.addEventListener('blur', () => write(shown));
   zero.addEventListener('click', () => {
     change(0);
@@ -84,9 +89,10 @@ export function sliderRow(
     element: whole,
     show(weight, paired, favourite) {
       setAttribute(starred, 'aria-pressed', String(favourite));
-      if (weight !== shown) {
+      // Moved by hand to where the face did not follow, the thumb goes back too.
+      if (weight !== shown || Math.abs(range.valueAsNumber - weight) > 0.005) {
         shown = weight;
-        if (range.valueAsNumber !== weight) range.valueAsNumber = weight;
+        range.valueAsNumber = weight;
         write(weight);
         fill(range, 0, weight);
         setAttribute(whole, 'data-active', weight !== 0);

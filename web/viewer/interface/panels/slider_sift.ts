@@ -1,4 +1,5 @@
 // Which sliders are shown: by words of their names, the active ones, the favourites.
+import { numberOf } from '../../../shared/named';
 import { element, setAttribute, setText } from '../../../shared/element';
 import { icon } from '../../../shared/icons';
 import type { ViewState } from '../../types/state';
@@ -58,7 +59,7 @@ export function createSift(changed: () => void) {
       const wanted = words();
       return ({ name }) =>
         wanted.every((word) => name.toLowerCase().includes(word)) &&
-        (!active.checked || (state.weights[name] ?? 0) !== 0) &&
+        (!active.checked || numberOf(state.weights, name) !== 0) &&
         (!starred || state.favourites.includes(name));
     },
     /** Says why of so many sliders none is shown. */

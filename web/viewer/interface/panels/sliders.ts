@@ -1,4 +1,5 @@
 // The sliders of the face: found by name, in groups, alone or in symmetric pairs.
+import { numberOf } from '../../../shared/named';
 import type { Model } from '../../types/model';
 import type { ViewState } from '../../types/state';
 import { sliderGroups } from '../names/order';
@@ -114,7 +115,7 @@ export function createSliders({ store, scene }: Context): Sliders {
     let [all, shown] = [0, 0];
     for (const group of groups) {
       for (const row of group.rows) {
-        const weight = state.weights[row.name] ?? 0;
+        const weight = numberOf(state.weights, row.name);
         row.show(weight, state.mirror && pairs.has(row.name), favourites.has(row.name));
         if (weight !== 0) all += 1;
       }

@@ -1,4 +1,5 @@
 // Poses on this rig: which of its sliders their names mean, and a sentence about the rest.
+import { numberOf } from '../../../shared/named';
 import { matched } from '../../takes/matching';
 import { isRotation } from '../../takes/names';
 import type { NamedPose } from '../../types/state';
@@ -43,7 +44,7 @@ export function listed(names: readonly string[]): string {
 }
 
 function mean(names: readonly string[], weights: NamedPose['weights']): number {
-  return names.reduce((sum, name) => sum + (weights[name] ?? 0), 0) / names.length;
+  return names.reduce((sum, name) => sum + numberOf(weights, name), 0) / names.length;
 }
 
 function nonZero(weights: NamedPose['weights']): Record<string, number> {

@@ -1,4 +1,5 @@
 // From the weights of a face to others: blended with a pose, mirrored, drawn by lot.
+import { numberOf, numbersByName } from '../../../shared/named';
 import type { NamedPose } from '../../types/state';
 
 type Weights = NamedPose['weights'];
@@ -16,7 +17,7 @@ export function mixed(
 ): Weights {
   const names = new Set([...Object.keys(present), ...Object.keys(pose)]);
   const weight = (name: string) => {
-    const [from, to] = [present[name] ?? 0, pose[name] ?? 0];
+    const [from, to] = [numberOf(present, name), numberOf(pose, name)];
     if (strength === 1 && !onTop) return to;
     // What was beyond the limits before is no business of this.
     const limit = (value: number) =>
@@ -46,7 +47,7 @@ export function drawn(
   lot: () => number,
 ): Weights {
   const left = new Set(sliders);
-  const found = { ...weights };
+  const found = numbersByName(weights);
   const units: string[][] = [];
   for (const slider of sliders) {
     if (!left.delete(slider)) continue;

@@ -1,4 +1,5 @@
 // Poses as text: as files and the clipboard hold them, and as `elastomorph.read_poses` reads them.
+import { numberOf } from '../../../shared/named';
 import type { NamedPose } from '../../types/state';
 import { numbers, readTable } from '../../takes/csv/table';
 import { cleanName, type Poses } from './list';
@@ -17,10 +18,10 @@ export function asJson(poses: Poses): string {
 
 /** A table with a row for each pose and a column for each slider that one of them moves. */
 export function asTable(poses: Poses, sliders: readonly string[]): string {
-  const moved = sliders.filter((slider) => poses.some(({ weights }) => weights[slider]));
+  const moved = sliders.filter((slider) => poses.some(({ weights }) => numberOf(weights, slider)));
   const rows = poses.map(({ name, weights }) => [
     name,
-    ...moved.map((slider) => String(weights[slider] ?? 0)),
+    ...moved.map((slider) => String(numberOf(weights, slider))),
   ]);
   return [['pose', ...moved], ...rows].map((row) => `${row.map(cell).join(',')}\n`).join('');
 }

@@ -1,4 +1,5 @@
 // Takes with their edits and sounds are there again when a page with the same rig is loaded.
+import { numberOf, numbersByName } from '../../../shared/named';
 import { grouped } from '../../files/container';
 import { freshName } from '../../interface/poses/list';
 import { keyOf } from '../../interface/state/kept';
@@ -63,7 +64,7 @@ export function createKeeper(store: Store, speaker: Speaker, tell: (words: strin
     }
     for (const take of takes) {
       const { name } = take;
-      const label = { name, filed: isInFile(take), offset: soundOffsets[name] ?? 0, sliders: on };
+      const label = { name, filed: isInFile(take), offset: numberOf(soundOffsets, name), sliders: on };
       const sound = speaker.of(name)?.file ?? own.get(name)?.sound ?? null; // it may be on its way
       await keepOne(key, own, take, label, sound, tell).catch(failed);
     }
@@ -93,7 +94,7 @@ export function createKeeper(store: Store, speaker: Speaker, tell: (words: strin
     const own: Shelf = known ?? new Map<string, Entry>();
     const given = start.takes ?? [];
     const names = models[start.shown?.[0] ?? 0]?.sliders ?? [];
-    const offsets: Record<string, number> = {};
+    const offsets = numbersByName();
     let takes = [...given];
     // What this page has shown of the rig before goes on with it, or is closed.
     const [entries, damaged] = known ? [[], 0] : await inTime(takesOf(key));
