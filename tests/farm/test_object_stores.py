@@ -6,6 +6,7 @@ import json
 import os
 import socket
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -185,8 +186,15 @@ def test_options_and_variables_reach_a_store(
     words = [str(tmp_path / "rig.npz"), "--faces", "9", "-o", "s3://faces/faces.zarr"]
     chosen = [f"--storage-option={name}={value}" for name, value in store.options.items()]
     runner = CliRunner()
-    refused_run = runner.invoke(app, ["farm", *words])
-    assert isinstance(refused_run.exception, em.ElastomorphError | SystemExit)
+    for nowhere in ([], ["--storage-option", "endpoint_url=http://127.0.0.1:9", *chosen[:2]]):
+        said = subprocess.run(
+            [sys.executable, "-m", "elastomorph", "farm", *words, *nowhere],
+            capture_output=True,
+            text=True,
+        )
+        assert said.returncode == 1
+        assert said.stderr.startswith("error: s3://faces/faces.zarr: ")
+        assert said.stderr.count("\n") == 1
     assert runner.invoke(app, ["farm", *words, *chosen]).exit_code == 0
     verified = runner.invoke(app, ["farm", "--verify", *words[3:], *chosen])
     assert verified.exit_code == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -145,6 +146,8 @@ def farm(
     shown = rig is None and sheet is not None
     _require_use(context, output, verify, shown, dry_run, scheduler)
     storage = _storage_options(storage_option or [])
+    # Sessions with a store that failed are told of by aiohttp when they are thrown away.
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL)
     if verify or shown:
         return (
             _verified(output, sample, storage, say) if verify else _answer(output, sheet, storage)
