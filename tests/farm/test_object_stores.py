@@ -200,6 +200,7 @@ def test_options_and_variables_reach_a_store(
     assert verified.exit_code == 0
     assert "bit for bit" in verified.stdout
     assert runner.invoke(app, ["farm", *words, "--storage-option=key"]).exit_code != 0
+    refused(lambda own: em.open_faces(words[-1], storage_options=own), {})
     monkeypatch.setenv("AWS_ACCESS_KEY_ID", "anybody")
     monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "anything")
     monkeypatch.setenv("AWS_ENDPOINT_URL", store.url)

@@ -260,20 +260,15 @@ class _Answering:
 
         async def asked(*arguments: Any, **options: Any) -> Any:
             try:
-                answer = await found(*arguments, **options)
+                return await found(*arguments, **options)
             except Exception as error:
                 if not isinstance(error, FileNotFoundError):
                     self._fs.clear_instance_cache()  # Credentials may be mended before the next try
-                raise _of_store(error) from error
-            if name == "_cat_ranges":  # Hands on errors among its answers
-                return [_of_store(a) if isinstance(a, Exception) else a for a in answer]
-            return answer
+                if isinstance(error, OSError):
+                    raise
+                raise OSError(str(error) or type(error).__name__) from error
 
         return asked
-
-
-def _of_store(error: Exception) -> OSError:
-    return error if isinstance(error, OSError) else OSError(str(error) or type(error).__name__)
 
 
 @contextmanager
