@@ -4,12 +4,16 @@ Run:  python benchmarks/file_sizes.py [RIG …] [--data FOLDER]
 
 A RIG is a file or a folder; by default the rig of the real data. Each is written with straight
 paths and with the paths of ``auto``, with and without normals. Prints MiB, the error of storing as
-a fraction of D, and bytes beside those of the straight plain file.
+a fraction of D, bytes beside those of the straight plain file, and, where Node.js with the packages
+of ``web`` is there, what three.js puts on a graphics card for the morph targets.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -18,6 +22,7 @@ import elastomorph as em
 from elastomorph.io.gltf import GlbReport, write_glb
 from measuring import data_folder
 
+WEB = Path(__file__).resolve().parents[1] / "web"
 PARTS = ("json", "surface", "positions", "normals", "animations")
 
 
@@ -40,25 +45,30 @@ def table(path: str | Path) -> None:
     print(
         f"{Path(path).name}: MiB in all and of parts, targets, error of D, times the plain straight"
     )
-    titles = ("all", *PARTS, "targets", "error", "times")
+    titles = ("all", *PARTS, "targets", "error", "times", "card")
     print(f"{'':<34}" + "".join(f"{title:>11}" for title in titles))
     for normals in ("delta", "none"):
         plain = 0
         for method in ("linear", "auto"):
             rig = em.read_rig(path, method=method)
             for compress in (False, True):
-                report = written(rig, normals, compress)
+                report, card = written(rig, normals, compress)
                 plain = plain or report.bytes
                 words = [method, "normals" if normals == "delta" else "no normals"]
                 words += ["compressed"] if compress else []
-                print(f"  {', '.join(words):<32}" + row(report, plain))
+                print(f"  {', '.join(words):<32}" + row(report, plain) + card)
 
 
-def written(rig: em.Rig, normals: str, compress: bool) -> GlbReport:
-    """What writing the rig reports."""
+def written(rig: em.Rig, normals: str, compress: bool) -> tuple[GlbReport, str]:
+    """What writing the rig reports, and MiB that three.js puts on a graphics card."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "rig.glb"
-        return write_glb(path, rig, normals=normals, compress=compress)  # type: ignore[arg-type]
+        report = write_glb(path, rig, normals=normals, compress=compress)  # type: ignore[arg-type]
+        if shutil.which("node") is None or not (WEB / "node_modules").exists():
+            return report, ""
+        command = ["node", str(WEB / "checks" / "morph_textures.mjs"), str(path)]
+        told = subprocess.run(command, capture_output=True, check=True)
+        return report, f"{json.loads(told.stdout)[str(path)] / 2**20:>11.1f}"
 
 
 def row(report: GlbReport, plain: int) -> str:

@@ -97,6 +97,19 @@ def test_options_override_and_outputs_say_so(folder: Path) -> None:
     assert tables["timing"] == {"default": "linear"}
     assert tables["export"]["glb"] == {"normals": "delta"}
     assert tables["made_with"]["command_line"] == ["method", "normals", "timing", "only"]
+    assert clips_of("out.glb") == ["smile"]  # a timing is one of clips
+
+
+def clips_of(path: str) -> list[str]:
+    from elastomorph.io.gltf.container import open_gltf
+
+    return [clip["name"] for clip in open_gltf(path).items("animations")]
+
+
+def test_clips_are_written_where_they_are_asked_for(folder: Path) -> None:
+    assert run("export", "face", "--only", "smile", "-o", "plain.glb") == 0
+    assert run("export", "face", "--only", "smile", "--clips", "-o", "moving.glb") == 0
+    assert (clips_of("plain.glb"), clips_of("moving.glb")) == ([], ["smile"])
 
 
 def test_what_settings_say_of_a_format_reaches_it(folder: Path) -> None:

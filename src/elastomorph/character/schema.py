@@ -72,6 +72,7 @@ def tables() -> dict[str, dict[str, Key]]:
             "keys_tolerance": Key("number", "1e-3"),
             "fps": Key("number", "60"),
             "sparse": Key("flag", "false"),
+            "clips": Key("flag", "true"),
             "compress": Key("flag", "true"),
         },
         "export.usd": {

@@ -36,6 +36,10 @@ def export(
     tolerance: Annotated[
         float | None, typer.Option(help="Largest error allowed, as a fraction of D.")
     ] = None,
+    clips: Annotated[
+        bool,
+        typer.Option("--clips", help=".glb: an animation a slider, of its name, of one second."),
+    ] = False,
     timing: options.TimingText = None,
     compress: Annotated[
         bool,
@@ -52,6 +56,7 @@ def export(
 
     given = {"normals": normals, "tolerance": tolerance, "timing": options.timing(timing)}
     given["compress"] = compress or None
+    given["clips"] = clips or None
     said: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     _require_format(output, list(said))
     source = options.NamedRig.of(rig, settings, method, mesh)
@@ -59,6 +64,8 @@ def export(
     say(f"writing {output}")
     if source.settings is not None:
         said = _overriding(source.settings, output, said, timing, only)
+    if timing is not None:  # that of clips
+        said["clips"] = True
     report = write(output, face_rig, **said)
     size = output.stat().st_size
     facts: dict[str, Any] = {"morphs": len(face_rig.morphs), "bytes": size, "written": str(output)}
@@ -79,7 +86,7 @@ def _require_format(output: Path, names: list[str]) -> None:
     writer_of(output, RIG_FORMATS)
     suffix = output.suffix.lower()
     known: dict[str, list[str]] = {
-        ".glb": ["normals", "tolerance", "timing", "compress"],
+        ".glb": ["normals", "tolerance", "timing", "compress", "clips"],
         ".npz": [],
     }
     known |= {usd: ["tolerance"] for usd in (".usd", ".usda", ".usdc")}

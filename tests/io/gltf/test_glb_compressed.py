@@ -163,7 +163,7 @@ def test_three_draws_what_the_rig_poses(tmp_path: Path, node: str, t: float) -> 
 
 def test_a_clip_plays_the_same_in_three(tmp_path: Path, node: str) -> None:
     rig = sheet(24, 6)
-    report = write_glb(tmp_path / "a.glb", rig, compress=True)
+    report = write_glb(tmp_path / "a.glb", rig, compress=True, clips=True)
     found = drawn(node, tmp_path / "a.glb", "--clip", "lift 1", "--time", "0.5")
     away = np.linalg.norm(found - rig.pose({"lift 1": 0.5}), axis=1).max()
     assert away <= report.largest_error * rig.neutral.diameter

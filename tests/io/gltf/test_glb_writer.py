@@ -51,9 +51,18 @@ def test_an_open_file_gets_the_same_bytes(tmp_path: Path) -> None:
     assert report.bytes == len(file.getvalue())
 
 
+def test_a_file_has_a_clip_a_slider_where_they_are_asked_for(tmp_path: Path) -> None:
+    rig = triangle_rig()
+    assert write_glb(tmp_path / "a.glb", rig).parts.get("animations") is None
+    write_glb(tmp_path / "b.glb", rig, clips=True)
+    assert "animations" not in chunks_of(tmp_path / "a.glb")[0]
+    clips = chunks_of(tmp_path / "b.glb")[0]["animations"]
+    assert [clip["name"] for clip in clips] == list(rig.morphs)
+
+
 def test_a_triangle_worked_out_by_hand(tmp_path: Path) -> None:
     """Vertex 2 goes from (0, 1, 0) to (0, 0, 1), bent by (0, -½, -½); its normal from z to -y."""
-    report = write_glb(tmp_path / "a.glb", triangle_rig())
+    report = write_glb(tmp_path / "a.glb", triangle_rig(), clips=True)
     document, blob = chunks_of(tmp_path / "a.glb")
     mesh = document["meshes"][0]
     assert mesh["extras"]["targetNames"] == ["lift", "lift.bend1"]
@@ -190,7 +199,9 @@ def test_equal_numbers_of_another_use_are_stored_apart(tmp_path: Path) -> None:
     """Times 0, 1 and weights 0, 1; and a target whose displacements are the normals."""
     flat = triangle()
     up = flat.with_vertices(flat.vertices + [0, 0, 1])
-    write_glb(tmp_path / "a.glb", Rig(flat, {"up": Morph(flat, up, np.zeros((0, 3, 3)), ())}))
+    write_glb(
+        tmp_path / "a.glb", Rig(flat, {"up": Morph(flat, up, np.zeros((0, 3, 3)), ())}), clips=True
+    )
     document = chunks_of(tmp_path / "a.glb")[0]
     (sampler,) = document["animations"][0]["samplers"]
     assert sampler["input"] != sampler["output"]

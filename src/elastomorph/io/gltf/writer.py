@@ -114,6 +114,7 @@ def write_glb(
     keys_tolerance: float = 1e-4,
     fps: float = 30,
     sparse: bool = True,
+    clips: bool = False,
     timing: Timing = linear,
     animation: Performance | Sequence[Performance] | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -123,10 +124,10 @@ def write_glb(
     """Write a rig as a binary glTF 2.0 file.
 
     Δ of a morph becomes the morph target of its name, each of its bends another one
-    (``jawOpen.bend1``), but for Δ itself, whose curve adds to the weight of Δ. An animation a morph
-    plays it from 0 to 1 in one second. Software that sets weights itself gives Δ the weight t and
-    the bends b_k(t): their curves are in ``extras.elastomorph`` of the mesh. Bends with curves
-    below 0 are stored the other way round, as some programs hold weights between 0 and 1.
+    (``jawOpen.bend1``), but for Δ itself, whose curve adds to the weight of Δ. Software that sets
+    weights itself gives Δ the weight t and the bends b_k(t): their curves are in
+    ``extras.elastomorph`` of the mesh. Bends with curves below 0 are stored the other way round, as
+    some programs hold weights between 0 and 1.
 
     Each material becomes a mesh with a node of its own, with the vertices it shows and the targets
     that move them: players hold every target of a mesh for all of its vertices. `read_glb` gives
@@ -142,9 +143,10 @@ def write_glb(
         keys_tolerance: How far the animation of a path may be from it between keys, likewise.
         fps: Frames per second, rounded to a whole number; keys lie on frames where they can.
         sparse: Store only the vertices that a morph target moves, where that is smaller.
+        clips: Write an animation a morph, of its name, that plays it from 0 to 1 in one second.
         timing: The t of a path at each moment of its animation; see `elastomorph.rig.timing`.
-        animation: A recorded performance, in place of an animation a morph: times (T,) in
-            seconds from 0, weights (T, J) of the sliders of ``rig.names``, a name; or several.
+        animation: A recorded performance, in place of those: times (T,) in seconds from 0, weights
+            (T, J) of the sliders of ``rig.names``, a name; or several.
         settings: How the rig was made, as JSON; `elastomorph.io.registry` gives it back.
         compress: Store positions in whole steps, at most 1e-4 of D away, normals in 8 bits, packed
             by meshoptimizer: a fifth of the size, for players that know these extensions.
@@ -163,10 +165,10 @@ def write_glb(
     _require_storable(name := path if isinstance(path, str | Path) else "the GLB file", rig)
     rig = with_positive_weights(rig)
     content = _Content.of(rig, tolerance, _grid(rig) if compress else None)
-    clips = recorded_clips(rig, content.targets, animation or (), turn)
-    if not animation:
-        clips = slider_clips(rig, content.targets, keys_tolerance, fps, timing)
-    chunks, report = content.file(clips, normals == "delta", sparse, settings, turn)
+    played = recorded_clips(rig, content.targets, animation or (), turn)
+    if clips and not animation:
+        played = slider_clips(rig, content.targets, keys_tolerance, fps, timing)
+    chunks, report = content.file(played, normals == "delta", sparse, settings, turn)
     _require_countable(name, report.bytes)
     with replacing(path) if isinstance(path, str | Path) else nullcontext(path) as file:
         file.writelines(chunks)
@@ -343,6 +345,7 @@ def require_glb_settings(
     keys_tolerance: float = 0.0,
     fps: float = 30.0,
     sparse: bool = True,
+    clips: bool = False,
     compress: bool = False,
 ) -> None:
     """Check options of `write_glb`."""
