@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay
+from scipy.spatial import ConvexHull, Delaunay
 from scipy.spatial.transform import Rotation
 
 import elastomorph as em
@@ -330,6 +330,12 @@ def test_triangles_between_markers_are_no_skin() -> None:
     end = skin.vertices.copy()
     end[44:46, 2] += 2.0
     assert em.interpolate(skin, skin.with_vertices(end)).method == "rotation"
+    ball = np.random.default_rng(6).normal(size=(60, 3))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    closed = em.Mesh(ball, ConvexHull(ball).simplices)
+    end = ball.copy()
+    end[:3] *= 2.0
+    assert em.interpolate(closed, closed.with_vertices(end)).method == "rotation"
 
 
 @pytest.mark.realdata

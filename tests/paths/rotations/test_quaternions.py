@@ -200,3 +200,15 @@ def test_a_part_that_shrinks_to_a_line_turns_as_little_as_the_line(noise: float)
     turns, as_one = common_turns(before, after, [np.arange(40)], 1e3)
     assert as_one.all()
     np.testing.assert_allclose(rotation_vectors(turns)[0], [0, 0, 0.7], atol=1e-5)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize("grows", [False, True])
+def test_a_part_that_shrinks_to_a_point_does_not_turn(noise: float, grows: bool) -> None:
+    """Even where the noise that is left of it is as large as its edges are short."""
+    rng = np.random.default_rng(3)
+    whole, point = rng.normal(size=(40, 3)), noise * rng.normal(size=(40, 3))
+    ends = (point, whole) if grows else (whole, point)
+    turns, as_one = common_turns(*ends, [np.arange(40)], 1e3)
+    assert as_one.all()
+    np.testing.assert_array_equal(turns, [[1, 0, 0, 0]])
