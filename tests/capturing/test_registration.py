@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import elastomorph as em
 from elastomorph.errors import CaptureError, ElastomorphWarning, ParameterError
@@ -14,13 +15,17 @@ from needs import extra
 extra("embreex", "capture")
 extra("cv2", "capture")
 
-from small_scans import marked, moved, posed, rig, scanned  # noqa: E402
+from small_scans import in_single_steps, marked, moved, posed, rig, scanned  # noqa: E402
 
+from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
 from elastomorph.capturing.geometry.surface import Surface  # noqa: E402
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks  # noqa: E402
+from elastomorph.capturing.landmarks.landmarks import Landmarks  # noqa: E402
+from elastomorph.capturing.scans import registration  # noqa: E402
 from elastomorph.capturing.scans.correspondence import ScanPoints  # noqa: E402
 from elastomorph.capturing.scans.face import Face, read_face  # noqa: E402
 from elastomorph.capturing.scans.nonrigid import Elastic, Held  # noqa: E402
+from elastomorph.capturing.scans.placing import Marks, placed_next, stillness  # noqa: E402
 from elastomorph.capturing.scans.recognition import require_alike  # noqa: E402
 from elastomorph.capturing.scans.scans import read_scan  # noqa: E402
 from elastomorph.capturing.scans.trust import trusted  # noqa: E402
@@ -111,7 +116,89 @@ def test_weights_end_where_an_expression_is_another_one() -> None:
     nothing = Held(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
     for before in ({}, {"jawOpen": 1.0}):
         found = face.expressions.fitted(face.vertices, elastic, scan, nothing, before)
-        assert 1.3 < found["jawOpen"] <= 1.5
+        assert 1.3 < found.weights["jawOpen"] <= 1.5
+
+
+def test_clicks_never_make_a_scan_worse(tmp_path) -> None:
+    """On a head of the template's own shape the surface says more than what people click."""
+    smile = posed(**SMILE)
+    for name, face, seed in (("neutral", posed(), 0), ("smile", smile, 1)):
+        em.write(tmp_path / f"{name}.ply", scanned(face, seed=seed, rows=90))
+    clicks = {
+        name: marked(face, name, off=0.1, seed=seed).points[name]
+        for name, face, seed in (("neutral", posed(), 2), ("smile", smile, 3))
+    }
+    marks = Landmarks(marked(posed()).vertices, points=clicks)
+    off = []
+    for landmarks in (None, marks):
+        with pytest.warns(ElastomorphWarning):
+            found = em.register_all(
+                [tmp_path / "neutral.ply", tmp_path / "smile.ply"], rig(), landmarks=landmarks
+            )
+        sure = found["neutral"].confidence > 0.5
+        off += [
+            errors(found["neutral"], posed())[sure].mean(),
+            errors(found["smile"], smile)[sure].mean(),
+        ]
+    assert off[2] < 1.1 * off[0]
+    assert off[3] < 1.1 * off[1]
+
+
+@pytest.fixture(scope="module")
+def nodding() -> tuple[Elastic, Face, em.Mesh, Similarity]:
+    """The front of a head that opens its jaw, turned by three degrees."""
+    face = read_face(rig())
+    elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
+    turn = Rotation.from_rotvec(np.radians([3.0, 0, 0])).as_matrix()
+    scan = scanned(posed(jawOpen=1.0), rows=90)
+    nose = face.vertices[:, 2].max()
+    front = (scan.vertices[scan.faces.triangles()][:, :, 2] > nose - 8).all(axis=1)
+    used, triangles = np.unique(scan.faces.triangles()[front], return_inverse=True)
+    mask = em.Mesh(scan.vertices[used] @ turn.T + [0.5, 0, 0], triangles.reshape(-1, 3))
+    return elastic, face, mask, Similarity(1.0, turn, np.array([0.5, 0, 0]))
+
+
+def turned(found: Similarity, true: Similarity) -> float:
+    """Degrees that a scan brought back to its head is turned by."""
+    return float(np.degrees(Rotation.from_matrix(found.then(true).rotation).magnitude()))
+
+
+@pytest.mark.parametrize("known", ["rig", "landmarks"])
+def test_an_open_jaw_does_not_drag_the_head(nodding, known: str) -> None:
+    """By what a rig never moves, or by the landmarks that stay, the head is where it was."""
+    elastic, face, mask, moved_by = nodding
+    marks = Marks(known_landmarks("built-in", rig().neutral), {}, "")
+    still = stillness(elastic, face.expressions if known == "rig" else None, marks)
+    jaw = face.vertices[marks.vertices["chin"]]
+    below = np.linalg.norm(face.vertices - jaw, axis=1) < 3
+    brow = np.linalg.norm(face.vertices - face.vertices[marks.vertices["nose_bridge"]], axis=1) < 2
+    assert still[below & face.skin].max() < 0.5 * still[brow & face.skin].mean()
+    before = Similarity.identity()
+    found = placed_next(read_scan(mask), marks, elastic, elastic.rest, before, still)
+    assert turned(found.similarity, moved_by) < (0.3 if known == "rig" else 0.5)
+
+
+def test_a_head_that_nothing_holds_is_doubted(nodding) -> None:
+    """A mask that fits two places about as well says so; one that has not moved is not doubted."""
+    elastic, face, mask, _ = nodding
+    marks = Marks({}, {}, "")
+    alike = placed_next(
+        read_scan(scanned(posed(), rows=90)), marks, elastic, elastic.rest, Similarity.identity()
+    )
+    doubted = placed_next(read_scan(mask), marks, elastic, elastic.rest, Similarity.identity())
+    assert alike.doubt < 0.05
+    assert doubted.doubt > 3 * alike.doubt
+    unsure = doubted.unsure(face.vertices)
+    assert unsure.shape == (len(face.vertices),)
+    np.testing.assert_allclose(alike.unsure(face.vertices).max() / face.size, 0, atol=1e-3)
+
+
+def test_landmarks_count_as_they_are_exact() -> None:
+    held = Held(np.arange(4), np.zeros((4, 3)))
+    assert held.sure(1.0, np.full((4, 3), 0.1)) == 1
+    assert held.sure(0.01, np.full((4, 3), 1.0)) < 1e-3
+    assert Held(np.arange(0), np.zeros((0, 3))).sure(1.0, np.zeros((0, 3))) == 0
+    np.testing.assert_array_equal(held.without([np.ones(3)] * 4).places, -np.ones((4, 3)))
 
 
 def test_what_was_not_followed_lies_as_the_rest_lets_it() -> None:
@@ -135,8 +222,6 @@ def test_landmarks_left_and_right_exchanged_are_told() -> None:
         name.replace("left", "*").replace("right", "left").replace("*", "right"): place
         for name, place in own.items()
     }
-    from elastomorph.capturing.landmarks.landmarks import Landmarks
-
     with pytest.raises(CaptureError, match="mirrored"):
         em.register(
             scanned(posed(), rows=60),
@@ -213,3 +298,56 @@ def test_the_files_are_written_together_or_not_at_all(poses, tmp_path, monkeypat
     with pytest.raises(em.FileError, match="No space left"):
         registered_files.write_registered(tmp_path / "other", poses)
     assert not (tmp_path / "other").exists()
+
+
+def test_a_run_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch) -> None:
+    """What is finished is kept, and is not made again while nothing that it is made of changes."""
+    in_single_steps(monkeypatch)
+    faces = {"neutral": posed(), "smile": posed(**SMILE), "wide": posed(jawOpen=0.8)}
+    scans = {name: scanned(face, seed=k, rows=50) for k, (name, face) in enumerate(faces.items())}
+    made, next_of = [], registration._next
+
+    def stopped(person, scan, *rest):
+        if len(made) == 1:
+            raise KeyboardInterrupt
+        made.append(scan)
+        return next_of(person, scan, *rest)
+
+    def run(**changed):
+        seen = []
+        with pytest.warns(ElastomorphWarning):
+            found = em.register_all(
+                scans | changed, rig(), output=tmp_path, done=lambda name, _: seen.append(name)
+            )
+        assert seen == list(scans)
+        return found
+
+    monkeypatch.setattr(registration, "_next", stopped)
+    with pytest.raises(KeyboardInterrupt, match="2 of 3 poses"):
+        em.register_all(scans, rig(), output=tmp_path)
+    assert {"neutral.obj", "smile.obj", "confidence.npz", "register.json"} == {
+        file.name for file in tmp_path.iterdir()
+    }
+
+    def counted(person, scan, *rest):
+        made.append(scan)
+        return next_of(person, scan, *rest)
+
+    monkeypatch.setattr(registration, "_next", counted)
+    made.clear()
+    again = run()
+    assert len(made) == 1
+    made.clear()
+    assert run()["wide"].figures == again["wide"].figures
+    assert not made
+    with pytest.warns(ElastomorphWarning):
+        whole = em.register_all(scans, rig())
+    for name in scans:
+        np.testing.assert_allclose(again[name].vertices, whole[name].vertices, atol=1e-9)
+    # Another scan of one pose is made anew, and of another neutral all of them.
+    made.clear()
+    run(smile=scanned(posed(jawOpen=0.3), rows=50))
+    assert len(made) == 1
+    made.clear()
+    run(neutral=scanned(posed(), seed=9, rows=50))
+    assert len(made) == 2

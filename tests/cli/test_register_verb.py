@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from calls import status_of as run
 
 import elastomorph as em
 from elastomorph.capturing.scans import registration
+from elastomorph.capturing.scans.registered_files import write_registered
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.io.npz.confidence import read_confidence, write_confidence
 from elastomorph.samples import head
@@ -24,15 +26,19 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in ("neutral", "smile"):
         em.write(f"{name}.ply", head())
 
-    def found(scans: list[Path], template: str, **options: object) -> dict[str, Registered]:
+    def found(scans: list[Path], template: str, **options: Any) -> dict[str, Registered]:
         assert template == "built-in"
         asked.append({"scans": [str(scan) for scan in scans], **options})
         figures = {"surface_mean": 0.01, "shown": 0.8, "flagged": 0.5, "correspondence": "by hand"}
         mesh = head()
-        return {
+        poses = {
             scan.stem: Registered.of(mesh, mesh.vertices, np.ones(len(mesh.vertices)), figures)
             for scan in scans
         }
+        for name, pose in poses.items():
+            write_registered(options["output"], {name: pose})
+            options["done"](name, pose)
+        return poses
 
     asked.clear()
     monkeypatch.setattr(registration, "register_all", found)
@@ -45,10 +51,13 @@ asked: list[dict[str, object]] = []
 def test_it_writes_a_mesh_of_each_scan(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ("register", "neutral.ply", "smile.ply", "--template", "built-in", "-o", "poses")
     assert run(*words, "--neutral", "smile", "--no-texture", "--landmarks", "marks.json") == 0
-    said = capsys.readouterr().out
+    said, log = capsys.readouterr()
     assert "written to poses/" in said
     assert "by hand" in said
-    names = {"neutral.obj", "smile.obj", "confidence.npz", "register.json"}
+    assert "neutral: " in log.splitlines()[0]
+    assert log.splitlines()[0].endswith("1 of 2")
+    assert log.splitlines()[1].endswith("2 of 2")
+    names = {"neutral.obj", "smile.obj", "confidence.npz", "register.json", "report.html"}
     assert {path.name for path in Path("poses").iterdir()} == names
     (options,) = asked
     assert options["scans"] == ["neutral.ply", "smile.ply"]
@@ -99,7 +108,8 @@ def test_machines_are_told_what_was_measured(
     said = json.loads(capsys.readouterr().out)
     assert said["poses"]["smile"]["correspondence"] == "by hand"
     assert said["written"] == [
-        str(Path("poses") / name) for name in ("smile.obj", "confidence.npz", "register.json")
+        str(Path("poses") / name)
+        for name in ("smile.obj", "confidence.npz", "register.json", "report.html")
     ]
 
 

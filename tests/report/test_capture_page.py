@@ -22,7 +22,11 @@ from needs import MODULES, extra
 extra("embreex", "capture")
 cv2 = extra("cv2", "capture")
 
-from elastomorph.report.capture import capture_page, write_capture_report  # noqa: E402
+from elastomorph.report.capture import (  # noqa: E402
+    capture_page,
+    write_capture_report,
+    write_register_report,
+)
 from elastomorph.report.capture_pictures import (  # noqa: E402
     beside,
     camera_picture,
@@ -337,3 +341,26 @@ def test_pictures_are_no_larger_than_they_are_shown(captured: Captured) -> None:
     image = pose_picture(mesh, own, captured.photographs["rest"][own.name])
     assert image.shape[0] <= SIZE[1]
     assert image.shape[0] <= 570
+
+
+def test_a_take_of_scans_has_a_page_with_every_pose_and_some_pictures(tmp_path: Path) -> None:
+    """Each of many poses has its row; what is doubted is told; a dozen pictures are enough."""
+    mesh = template()
+    figures = {"correspondence": "by landmarks", "surface_mean": 0.02, "shown": 0.9, "flagged": 0.5}
+    head = {"doubt_degrees": 1.5, "doubt_mean": 0.9}
+    confidence = np.linspace(0, 1, len(mesh.vertices))
+    poses = {
+        f"f{k:03}": Registered.of(
+            mesh, mesh.vertices, confidence, figures | ({"head": head} if k == 7 else {})
+        )
+        for k in range(30)
+    }
+    write_register_report(poses, tmp_path / "report.html", name="Ada", call="elastomorph register")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    root = parsed(text)
+    rows = table_of(root, "Each pose")
+    assert [row[0] for row in rows if row[0].startswith("f")] == list(poses)
+    assert "f007: the head may be turned by 1.5° otherwise." in text
+    assert text.count("data:image/webp") == 12
+    with pytest.raises(FormatError):
+        write_register_report(poses, tmp_path / "report.txt")

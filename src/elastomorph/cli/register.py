@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from elastomorph.cli.options import NeutralPose, PosesFolder
-from elastomorph.cli.output import Say, plain_table
+from elastomorph.cli.output import Say, command_line, plain_table
 from elastomorph.cli.verb import Answer, verb
 
 if TYPE_CHECKING:
@@ -42,6 +44,10 @@ Texture = Annotated[
     bool, typer.Option(help="Follow the skin by the colours of scans that have them.")
 ]
 
+Report = Annotated[
+    bool, typer.Option(help="Write report.html into the output: pose by pose, and how sure.")
+]
+
 
 @verb
 def register(
@@ -52,29 +58,52 @@ def register(
     landmarks: LandmarksFile = None,
     neutral: NeutralPose = None,
     texture: Texture = True,
+    report: Report = True,
     *,
     say: Say,
 ) -> Answer:
     """Register scans of any topology: meshes with the template's vertices.
 
+    Each pose is kept as it is finished; the same command goes on where it was stopped.
+
     Examples:
       elastomorph register scan_*.obj --template neutral.obj --landmarks landmarks.json -o poses
       elastomorph register neutral.ply smile.ply --template rig.glb -o poses
     """
-    from elastomorph.capturing.scans.registered_files import (
-        described,
-        require_place,
-        write_registered,
-    )
+    from elastomorph.capturing.scans.registered_files import described, require_place, written_to
     from elastomorph.capturing.scans.registration import register_all
 
     inputs = [] if context.params["overwrite"] else [*scans, Path(template)]
     require_place(output, [scan.stem for scan in scans], inputs, template)
+    start, finished = time.monotonic(), 0
+
+    def done(name: str, pose: Registered) -> None:
+        """A line for each pose, where the line of a terminal does not say it."""
+        nonlocal finished
+        finished += 1
+        if not sys.stderr.isatty() and not context.params.get("as_json"):
+            left = (time.monotonic() - start) / finished * (len(scans) - finished) / 60
+            more = f", about {left:.0f} min left" if left >= 1 else ""
+            sys.stderr.write(f"{name}: {pose!r}, {finished} of {len(scans)}{more}\n")
+
     poses = register_all(
-        scans, template, landmarks=landmarks, neutral=neutral, texture=texture, say=say
+        scans,
+        template,
+        landmarks=landmarks,
+        neutral=neutral,
+        texture=texture,
+        output=output,
+        done=done,
+        say=say,
     )
-    say(f"writing {output}")
-    written = write_registered(output, poses)
+    written = written_to(output, poses)
+    if report:
+        from elastomorph.report.capture import write_register_report
+
+        say("writing the report")
+        written.append(output / "report.html")
+        name, call = output.resolve().name, command_line(context)
+        write_register_report(poses, written[-1], name=name, call=call)
     facts = {**described(poses), "written": [str(file) for file in written]}
     return Answer(facts, lambda: _tell(poses, output))
 

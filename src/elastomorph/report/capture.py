@@ -6,9 +6,11 @@ from collections.abc import Callable, Mapping
 from colorsys import hsv_to_rgb
 from pathlib import Path
 
+import numpy as np
+
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.work.captured import Captured
-from elastomorph.capturing.work.registered import FLAGGED
+from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.errors import FileError
 from elastomorph.evaluation.words import SPACE, counted
 from elastomorph.model.mesh import Mesh
@@ -16,6 +18,7 @@ from elastomorph.report.capture_pictures import (
     Shown,
     beside,
     camera_picture,
+    front_picture,
     frontal,
     pose_picture,
 )
@@ -29,8 +32,12 @@ from elastomorph.report.capture_trust import Trust, findings, headline, trust_se
 from elastomorph.report.document import Section, document, require_page_path, write_page
 from elastomorph.report.facts import face_words
 
-__all__ = ["capture_page", "write_capture_report"]
+__all__ = ["capture_page", "write_capture_report", "write_register_report"]
 
+_MOST = 12
+"""Pictures of poses from scans; of a take of hundreds some, evenly chosen."""
+_LARGE_DOUBT = 0.25
+"""Of the place of a head, in % of D, that is told."""
 _FIRST, _LAST = 0.60, 0.05
 """Hues of the first pose and of the last."""
 
@@ -61,6 +68,73 @@ def write_capture_report(
     """
     require_page_path(path)
     write_page(path, capture_page(captured, name=name, unit=unit, call=call, say=say))
+
+
+def write_register_report(
+    poses: Mapping[str, Registered], path: str | Path, *, name: str = "register", call: str = ""
+) -> None:
+    """Write one self-contained HTML page about registered scans, the whole of it or nothing.
+
+    Args:
+        poses: As `register_all` gives them.
+        path: The page, ``.html``; its folder must exist.
+        name: What was scanned, for the title.
+        call: The command or the call that makes this again.
+
+    Raises:
+        FormatError: The suffix is not .html.
+        FileError: The page cannot be written.
+        MissingExtraError: The extra ``capture`` is not installed.
+    """
+    require_page_path(path)
+    first = next(iter(poses.values()))
+    doubted = {own: pose for own, pose in poses.items() if _doubt(pose) > _LARGE_DOUBT}
+    share = np.mean([pose.flagged.mean() for pose in poses.values()])
+    remarks = [
+        f"{own}: the head may be turned by {pose.figures['head']['doubt_degrees']:.1f}° otherwise."
+        for own, pose in doubted.items()
+    ]
+    facts = [
+        ("Poses", f"{len(poses):,}"),
+        ("Template", face_words(first)),
+        ("Correspondence", ", ".join({pose.figures["correspondence"] for pose in poses.values()})),
+    ]
+    words = f"{counted(len(poses), 'pose')}, {100 * share:.0f}{SPACE}% of vertices flagged."
+    shown = [list(poses)[round(k)] for k in np.linspace(0, len(poses) - 1, min(_MOST, len(poses)))]
+    pictures = [
+        Shown(
+            own,
+            front_picture(poses[own]),
+            f"{own} from the front and from the side, painted with its confidence.",
+            f"{own}: {100 * poses[own].flagged.mean():.0f}{SPACE}% of vertices flagged.",
+        )
+        for own in dict.fromkeys(shown)
+    ]
+    rows = [
+        (
+            own,
+            [
+                pose.figures["correspondence"],
+                f"{pose.figures['surface_mean']:.3f}",
+                f"{100 * pose.figures['shown']:.0f}",
+                f"{100 * pose.figures['flagged']:.1f}",
+                f"{_doubt(pose):.2f}",
+            ],
+        )
+        for own, pose in poses.items()
+    ]
+    content = {"headline": words, "remarks": remarks, "facts": facts, "call": call}
+    table = {"pictures": pictures, "rows": rows, "least": f"{FLAGGED:g}"}
+    sections = [
+        Section("captured", "What was registered", content),
+        Section("registered", "Pose by pose", table),
+    ]
+    write_page(path, document(name, f"{counted(len(poses), 'pose')} from scans", sections))
+
+
+def _doubt(pose: Registered) -> float:
+    """About the place of a pose's head, in % of D on average."""
+    return float(pose.figures.get("head", {}).get("doubt_mean", 0.0))
 
 
 def capture_page(

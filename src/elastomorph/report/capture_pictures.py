@@ -22,7 +22,15 @@ from elastomorph.draw.over_photographs import box_of, over_photograph
 from elastomorph.model.mesh import Mesh
 from elastomorph.report.images import Picture
 
-__all__ = ["Shown", "beside", "camera_picture", "confidence_colours", "frontal", "pose_picture"]
+__all__ = [
+    "Shown",
+    "beside",
+    "camera_picture",
+    "confidence_colours",
+    "front_picture",
+    "frontal",
+    "pose_picture",
+]
 
 Points = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
@@ -115,6 +123,17 @@ def pose_picture(mesh: Registered, camera: Camera, photograph: Path) -> Pixels:
     painted = _rendered(surface, own, confidence_colours(mesh.confidence))
     gap = np.full((len(painted), _GAP, 3), _PAPER, dtype=np.uint8)
     return np.concatenate([picture, gap, over, gap, painted], axis=1)
+
+
+def front_picture(mesh: Registered, size: tuple[int, int] = (420, 420)) -> Pixels:
+    """(H, W, 3) uint8 a pose from the front and from the side, painted with its confidence."""
+    surface = Surface(mesh.vertices, mesh.faces.triangles())
+    colours = confidence_colours(mesh.confidence)
+    views = [
+        _rendered(surface, _looking(Looking.framing(mesh.vertices, side, size=size), size), colours)
+        for side in (_SIDES["front"], _SIDES["side"])
+    ]
+    return np.concatenate(views, axis=1)
 
 
 def _around(surface: Surface, camera: Camera, photograph: Path) -> tuple[Camera, Pixels]:

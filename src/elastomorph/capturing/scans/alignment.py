@@ -19,7 +19,7 @@ from elastomorph.errors import CaptureError
 Points = NDArray[np.float64]
 
 # Reach in parts of the extent and steps at each, to lay a scan over a face.
-_NEARBY = ((0.06, 8), (0.03, 8), (0.012, 8), (0.006, 6))
+_NEARBY = ((0.06, 8), (0.03, 8), (0.012, 8), (0.006, 6), (0.003, 6))
 _FAR = ((0.25, 8), (0.12, 8), (0.06, 8))
 _FROM_FAR = ((0.1, 15), (0.06, 15), (0.03, 15), (0.015, 10), (0.008, 8))
 # Points of a face, and of a scan, that guesses are made with, and of a face for the last.
@@ -27,6 +27,11 @@ _FEW, _COARSE, _ENOUGH = 600, 12_000, 4000
 # A guess that moves by less than this part of the reach stays there, and the point that belongs
 # to one of its vertices may be this part farther away than the nearest.
 _AT_REST, _NEARLY = 0.05, 1.0
+# From guesses that are near, few points and all; how far these are turned, in radians; and the
+# noise of scans, in parts of the extent.
+_CLOSE = ((0.05, 6), (0.025, 6), (0.012, 6), (0.006, 6))
+_FINE = ((0.012, 6), (0.006, 6), (0.003, 8))
+_NODS, _NOISE = 0.07, 0.003
 # A vertex is covered where the scan is this part of the extent away and faces the same way.
 _COVERED, _SAME = 0.02, 0.8
 # Covered part of a face from which on it was found, and what others, turned otherwise, may cover
@@ -46,11 +51,13 @@ class Laid:
         similarity: brings the scan there.
         covered: part of the face's vertices that the scan covers.
         off: median distance of those, in parts of the extent.
+        explained: part of what is still that the scan has within its noise.
     """
 
     similarity: Similarity
     covered: float
     off: float
+    explained: float
 
 
 def laid_over(
@@ -61,7 +68,9 @@ def laid_over(
     first: Similarity,
     *,
     rigid: bool,
-    guess: tuple[tuple[float, int], ...] | None = None,
+    reaches: tuple[tuple[float, int], ...] = _NEARBY,
+    few: bool = False,
+    still: Points | None = None,
 ) -> Laid:
     """A scan laid over a face from a first guess, by points and planes (Chen and Medioni, 1991).
 
@@ -74,20 +83,22 @@ def laid_over(
         scan: in its own units and axes.
         first: brings the scan near the face.
         rigid: whether the scale stays.
-        guess: parts of the extent and how many steps of a guess, which few vertices are enough
-            for.
+        reaches: parts of the extent, and how many steps at each.
+        few: whether few vertices are enough, for a guess.
+        still: (N,) how much each vertex tells where the head is; all alike unless given.
     """
-    step = max(1, len(face) // (_ENOUGH if guess is None else _FEW))
-    points, facing = face[::step], normals[::step]
-    nearly, at_rest = (0.0, 0.0) if guess is None else (_NEARLY, _AT_REST)
+    still = np.ones(len(face)) if still is None else still
+    step = max(1, len(face) // (_FEW if few else _ENOUGH))
+    points, facing, own = face[::step], normals[::step], still[::step]
+    nearly, at_rest = (_NEARLY, _AT_REST) if few else (0.0, 0.0)
     # The face is moved, so that the scan is sorted once.
     back = first.inverse()
     unit = back.scale * size
-    for reach, steps in guess or _NEARBY:
+    for reach, steps in reaches:
         for _ in range(steps):
             here, there = back(points), facing @ back.rotation.T
             found = scan.matches(here, there, turn=reach * unit, nearly=nearly)
-            weights = found.weights(reach * unit)
+            weights = own * found.weights(reach * unit)
             if np.count_nonzero(weights) < 10:
                 break
             move = _step(here, found.points, found.normals, weights, rigid)
@@ -95,13 +106,66 @@ def laid_over(
             unit = back.scale * size
             if np.abs(back(points) - here).max() < at_rest * reach * unit:
                 break
-    if guess is not None:
-        face, normals = points, facing
+    if few:
+        face, normals, still = points, facing, own
     here, there = back(face), normals @ back.rotation.T
     found = scan.matches(here, there, turn=_COVERED * unit)
     near = (found.distances < _COVERED * unit) & (found.cosines > _SAME) & ~found.border
     off = float(np.median(found.distances[near]) / unit) if near.any() else np.inf
-    return Laid(back.inverse(), float(near.mean()), off)
+    explained = still @ found.weights(_NOISE * unit) / max(still.sum(), 1e-300)
+    return Laid(back.inverse(), float(near.mean()), off, float(explained))
+
+
+def found_near(
+    face: Points,
+    normals: Points,
+    size: float,
+    scan: ScanPoints,
+    firsts: list[Similarity],
+    still: Points,
+) -> tuple[Laid, Similarity]:
+    """A scan laid over a face from guesses and from such as are turned a little.
+
+    What is still lies on the scan within its noise once the head is in its place. A place between
+    that and one to which a jaw has dragged it has more of the face near, and less of it so close:
+    of all ends the one counts that explains most.
+
+    Args:
+        face: (N, 3) vertices that a scanner sees.
+        normals: (N, 3) of them.
+        size: extent of the face.
+        scan: in its own units and axes.
+        firsts: guesses, which keep their scale.
+        still: (N,) how much each vertex tells where the head is.
+
+    Returns:
+        How the scan lies, and what would bring it there were all of the face taken for still: where
+        both agree it does not matter what has moved.
+    """
+    from scipy.spatial.transform import Rotation
+
+    middle = np.average(face, axis=0, weights=still)
+    tried = []
+    for first in firsts:
+        for turn in (np.zeros(3), *_NODS * np.vstack([np.eye(3), -np.eye(3)])):
+            nod = np.asarray(Rotation.from_rotvec(turn).as_matrix())
+            own = first.then(Similarity(1.0, nod, middle - nod @ middle))
+            tried.append(
+                laid_over(
+                    *(face, normals, size, scan, own),
+                    rigid=True,
+                    reaches=_CLOSE,
+                    few=True,
+                    still=still,
+                )
+            )
+    best = max(tried, key=lambda each: each.explained).similarity
+    found = laid_over(face, normals, size, scan, best, rigid=True, reaches=_FINE, still=still)
+    # Where nothing says what is still, what moved is told by how far it is off, and counts again
+    # once that may be more.
+    reaches = _FINE if np.ptp(still) else _FINE[:1]
+    dragged = laid_over(face, normals, size, scan, found.similarity, rigid=True, reaches=reaches)
+    return found, dragged.similarity
 
 
 def found_anywhere(
@@ -127,10 +191,12 @@ def found_anywhere(
         own = ratio / factor if scale is None else scale
         for turn in _turns():
             first = Similarity(own, turn, middle - own * turn @ scan_middle)
-            tried.append(laid_over(face, normals, size, coarse, first, rigid=rigid, guess=_FAR))
+            tried.append(
+                laid_over(face, normals, size, coarse, first, rigid=rigid, reaches=_FAR, few=True)
+            )
     tried.sort(key=lambda each: -each.covered)
     best = [
-        laid_over(face, normals, size, coarse, own, rigid=rigid, guess=_FROM_FAR)
+        laid_over(face, normals, size, coarse, own, rigid=rigid, reaches=_FROM_FAR, few=True)
         for own in _different(tried)
     ]
     best.sort(key=lambda each: -each.covered)

@@ -16,13 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.capturing.geometry.closest_fit import robust
 from elastomorph.capturing.scans.correspondence import ScanPoints
 from elastomorph.capturing.scans.nonrigid import Elastic, Held
 
 Points = NDArray[np.float64]
 
 # Reach of the points in parts of the extent, and steps at each.
-_REACHES = ((0.05, 5), (0.028, 5), (0.014, 5))
+_REACHES = ((0.05, 5), (0.028, 5), (0.014, 8))
 # Vertices by which expressions are fitted.
 _ENOUGH, _FEW = 3000, 600
 # Of a landmark beside a vertex; of the squares of all weights beside what the largest target does;
@@ -32,8 +33,23 @@ _LANDMARK, _RIDGE, _SPARSE = 25.0, 1e-4, 0.005
 _TRIED, _EXPLAINED = (0.3, 0.6, 1.0), 0.02
 # A weight is no larger: what is so far beyond a target is another expression.
 _MOST = 1.5
+# Reach of landmarks, in parts of the extent.
+_AGREES = 0.03
 # Turns of averaging among neighbours, so that what is turned stays smooth.
 _SMOOTHING = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A face fitted to a scan.
+
+    Attributes:
+        weights: target → its weight.
+        sure: of landmarks beside the surface, from 0 to 1.
+    """
+
+    weights: dict[str, float]
+    sure: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +91,8 @@ class Expressions:
         scan: ScanPoints,
         held: Held,
         before: Mapping[str, float],
-    ) -> dict[str, float]:
+        shown: NDArray[np.bool_] | None = None,
+    ) -> Fit:
         """The weight of each target, from 0 to 1.5, at which the face is nearest to a scan.
 
         Args:
@@ -84,38 +101,41 @@ class Expressions:
             scan: in the place and size of the template.
             held: landmarks.
             before: weights of the pose before, which may explain most of this one.
+            shown: (V,) which vertices a scan may show; all of the skin unless given.
         """
-        moved = np.abs(self.deltas).max(axis=(0, 2)) > 1e-4 * elastic.size
-        asked = np.flatnonzero(elastic.outer & moved)
+        size, names = elastic.size, self.names
+        moved = np.abs(self.deltas).max(axis=(0, 2)) > 1e-4 * size
+        asked = np.flatnonzero(elastic.outer & moved & (True if shown is None else shown))
         asked = asked[:: max(1, len(asked) // _ENOUGH)]
-        weights = np.zeros(len(self.names))
+        weights, sure = np.zeros(len(names)), 1.0
         if not len(asked):
-            return dict(zip(self.names, weights.tolist(), strict=True))
-        own = self.deltas[:, asked]
-        known = np.array([before.get(name, 0.0) for name in self.names])
+            return Fit(dict(zip(names, weights.tolist(), strict=True)), sure)
+        own, marks = self.deltas[:, asked], self.deltas[:, held.vertices].transpose(1, 2, 0)
+        known = np.array([before.get(name, 0.0) for name in names])
         few = asked[:: max(1, len(asked) // _FEW)]
         weights = self._begun(neutral, elastic, scan, few, known)
         for reach, steps in _REACHES:
             for _ in range(steps):
                 face = self.posed(neutral, weights)
-                found = scan.matches(
-                    face[asked], elastic.normals(face)[asked], turn=reach * elastic.size
-                )
-                root = np.sqrt(found.weights(reach * elastic.size))[:, None]
-                across = np.einsum("kni,ni->nk", own, found.normals) * root
+                found = scan.matches(face[asked], elastic.normals(face)[asked], turn=reach * size)
+                trust = found.weights(reach * size)
+                across = np.einsum("kni,ni->nk", own, found.normals)
                 off = np.einsum("ni,ni->n", found.points - neutral[asked], found.normals)
-                marks = self.deltas[:, held.vertices].transpose(1, 2, 0)
-                marked = np.einsum("nik,nil->kl", marks, marks)
-                square = across.T @ across + _LANDMARK * marked
-                right = across.T @ (off * root[:, 0]) + _LANDMARK * np.einsum(
-                    "nik,ni->k", marks, held.places - neutral[held.vertices]
-                )
+                missed = held.places - face[held.vertices]
+                if reach == _REACHES[-1][0]:
+                    left = off - across @ weights
+                    sure = held.sure(float(np.sqrt(trust @ left**2 / trust.sum())), missed)
+                pull = sure * _LANDMARK * robust(np.linalg.norm(missed, axis=1), _AGREES * size)
+                goal = held.places - neutral[held.vertices]
+                square = (across.T * trust) @ across
+                square += np.einsum("nik,n,nil->kl", marks, pull, marks)
+                right = across.T @ (trust * off) + np.einsum("nik,n,ni->k", marks, pull, goal)
                 own_part = np.diagonal(square)
                 weights = _bounded(
                     square + _RIDGE * own_part.max() * np.eye(len(own)),
                     right - _SPARSE * np.sqrt(own_part * own_part.max()),
                 )
-        return dict(zip(self.names, weights.tolist(), strict=True))
+        return Fit(dict(zip(names, weights.tolist(), strict=True)), sure)
 
     def _begun(
         self,

@@ -6,6 +6,7 @@ planes there. Along the surface a scan says nothing, so nearly nothing pulls alo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,10 @@ Points = NDArray[np.float64]
 
 # How much a point of the scan pulls along the surface, beside across it.
 _ALONG = 0.02
+# Reach of a scan that explains a vertex, in parts of the extent.
+_EXPLAINED = 0.02
+# A landmark counts fully where its square is so many times that of the surface.
+_AS_EXACT = 3.0
 # The length of edges, in parts of the template's extent, that stiffness is given for.
 _EDGE = 0.011
 
@@ -74,6 +79,21 @@ class Held:
     vertices: NDArray[np.int64]
     places: Points
 
+    def without(self, off: Sequence[Points]) -> Held:
+        """The same, each brought back by how far beside its vertex it is."""
+        return Held(self.vertices, self.places - np.reshape(off, (-1, 3)))
+
+    def sure(self, off: float, missed: Points) -> float:
+        """From 0 to 1, how much landmarks may say beside a surface that fits.
+
+        The surface is off by a distance, landmarks are by (K, 3): by clicks that are worse than a
+        surface that fits nearly everywhere no scan is made better.
+        """
+        if not len(missed):
+            return 0.0
+        square = float((missed**2).sum(axis=1).mean()) + 1e-300
+        return min(1.0, _AS_EXACT * off**2 / square)
+
 
 class Elastic:
     """A template at rest, prepared to be drawn onto scans.
@@ -127,7 +147,7 @@ class Elastic:
         scan: ScanPoints,
         stages: tuple[Stage, ...],
         held: Held,
-        hold: float = 0.3,
+        hold: float,
     ) -> Points:
         """The template drawn onto a scan.
 
@@ -160,6 +180,11 @@ class Elastic:
             bending=_COMPLETED.bending * self._finer**4,
             rounds=_COMPLETED.steps,
         )
+
+    def explained(self, vertices: Points, scan: ScanPoints) -> float:
+        """How much of the skin a scan has near some vertices."""
+        weights = self.matches(vertices, scan, _EXPLAINED).weights(_EXPLAINED * self.size)
+        return float(weights[self.outer].sum())
 
     def matches(self, vertices: Points, scan: ScanPoints, reach: float) -> Matches:
         """The points of a scan that belong to the vertices; the reach is a part of the extent."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.scans.face import Face
 from elastomorph.capturing.scans.nonrigid import Elastic
+from elastomorph.capturing.scans.placing import Marks, stillness
 from elastomorph.capturing.scans.virtual import Shown
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
@@ -27,6 +29,8 @@ class Person:
         elastic: at rest at the person's own neutral.
         expressions: of the template's rig, on this person.
         placing: what brought the scan that it was made from to its place, if it is known.
+        still: (V,) how much each vertex tells where the head is; 0 where the scan shows nothing.
+        clicked: vertex of a landmark → how far beside it the landmark is on the neutral's scan.
         shown: what of it can be followed, if its scan has colours.
     """
 
@@ -34,10 +38,12 @@ class Person:
     elastic: Elastic
     expressions: Expressions | None
     placing: Similarity | None
+    still: Points
+    clicked: Mapping[int, Points]
     shown: Shown | None = None
 
 
-def known_person(face: Face, neutral: Mesh) -> Person:
+def known_person(face: Face, neutral: Mesh, marks: Marks) -> Person:
     """The person of a neutral that was registered before."""
     require_mesh(neutral, "the neutral")
     require_same_topology(face.mesh, neutral)
@@ -46,9 +52,19 @@ def known_person(face: Face, neutral: Mesh) -> Person:
     if expressions is not None:
         expressions = expressions.transferred(neutral.vertices[face.first], elastic)
     placing = None
-    if isinstance(neutral, Registered) and (known := neutral.figures.get("placing")):
-        placing = Similarity(known["scale"], np.array(known["rotation"]), np.array(known["shift"]))
-    return Person(face, elastic.with_rest(neutral.vertices[face.first]), expressions, placing)
+    if isinstance(neutral, Registered) and "placing" in neutral.figures:
+        placing = placing_of(neutral)
+    own = elastic.with_rest(neutral.vertices[face.first])
+    still = stillness(own, expressions, marks)
+    if isinstance(neutral, Registered):
+        still = still * ~neutral.flagged[face.first]
+    return Person(face, own, expressions, placing, still, {})
+
+
+def placing_of(pose: Registered) -> Similarity:
+    """What brought the scan of a pose to its place."""
+    known = pose.figures["placing"]
+    return Similarity(known["scale"], np.array(known["rotation"]), np.array(known["shift"]))
 
 
 def wanted_at(elastic: Elastic, expressions: Expressions | None) -> Points:

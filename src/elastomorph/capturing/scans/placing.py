@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.landmarks import fit_landmarks
-from elastomorph.capturing.scans.alignment import Laid, found_anywhere, laid_over
+from elastomorph.capturing.scans.alignment import Laid, found_anywhere, found_near, laid_over
 from elastomorph.capturing.scans.correspondence import ScanPoints
+from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.scans.nonrigid import Elastic, Held
 from elastomorph.capturing.scans.scans import Scan, require_one_head
 from elastomorph.errors import CaptureError
@@ -26,6 +27,12 @@ _STILL = (
     *("right_eye_outer", "right_eye_inner", "left_eye_inner", "left_eye_outer", "nose_bridge"),
     *("nose_tip", "right_nostril", "left_nostril"),
 )
+# A vertex that some target moves by this part of the extent says a quarter as much of the head.
+_MOVED = 0.005
+# A scan is of the template's own shape that covers this part of it and is this near.
+_SHAPED, _SAME_SHAPE = 0.3, 0.0025
+# The place of a head is off by this part of the way by which what moves would drag it.
+_DOUBT = 0.5
 # Points by which a scan is looked up, before its size is known.
 _LOOKED_UP = 60_000
 # How much of a face a scan must cover where it was expected, and how near it must be.
@@ -69,6 +76,8 @@ class Placed:
         surface: there.
         points: of it.
         held: landmarks, there.
+        sure: how much landmarks may say beside the surface, from 0 to 1.
+        dragged: brings it from there to where it would be were all of the face still.
     """
 
     scan: Scan
@@ -76,6 +85,37 @@ class Placed:
     surface: Surface
     points: ScanPoints
     held: Held
+    sure: float = 1.0
+    dragged: Similarity = field(default_factory=Similarity.identity)
+
+    @property
+    def doubt(self) -> float:
+        """Degrees by which the head may be turned otherwise."""
+        cosine = (np.trace(self.dragged.rotation) - 1) / 2
+        return _DOUBT * float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+    def unsure(self, vertices: Points) -> Points:
+        """(V,) distance by which vertices may be elsewhere with the head."""
+        return _DOUBT * np.asarray(np.linalg.norm(self.dragged(vertices) - vertices, axis=1))
+
+
+def stillness(elastic: Elastic, expressions: Expressions | None, marks: Marks) -> Points:
+    """(V,) how much each vertex tells where the head is, from 0 to 1.
+
+    By what no target of a rig moves; else by how near it is to landmarks of the upper face, beside
+    those of the mouth and the jaw.
+    """
+    if expressions is not None:
+        moved = np.linalg.norm(expressions.deltas, axis=2).max(axis=0, initial=0.0)
+        return np.asarray(1 / (1 + (moved / (_MOVED * elastic.size)) ** 2) ** 2)
+    parts = [
+        elastic.rest[[own for name, own in marks.vertices.items() if (name in _STILL) == still]]
+        for still in (True, False)
+    ]
+    if not all(map(len, parts)):
+        return np.ones(len(elastic.rest))
+    near, far = (np.linalg.norm(elastic.rest[:, None] - own, axis=2).min(axis=1) for own in parts)
+    return np.asarray(1 / (1 + (near / np.maximum(far, 1e-12)) ** 4))
 
 
 def placed_first(scan: Scan, marks: Marks, elastic: Elastic) -> Placed:
@@ -85,13 +125,19 @@ def placed_first(scan: Scan, marks: Marks, elastic: Elastic) -> Placed:
         CaptureError: There is no such face, or more than one, or it cannot be told where.
     """
     clicks = marks.on(scan.name)
+    face, normals = _seen(elastic, elastic.rest)
     if clicks:
         there = {name: np.array(place) for name, place in clicks.items()}
         own = {name: elastic.rest[vertex] for name, vertex in marks.vertices.items()}
         similarity = fit_landmarks(own, there, scan.name).inverse()
+        # A scan of the template's own shape is found more exactly by its surface than by clicks.
+        laid = laid_over(face, normals, elastic.size, looked_up(scan), similarity, rigid=False)
+        if laid.covered > _SHAPED and laid.off < _SAME_SHAPE:
+            placed = _placed(scan, laid.similarity, marks, elastic, elastic.rest)
+            missed = placed.held.places - elastic.rest[placed.held.vertices]
+            return replace(placed, sure=placed.held.sure(laid.off * elastic.size, missed))
     else:
         require_one_head(scan)
-        face, normals = _seen(elastic, elastic.rest)
         similarity = _named(
             scan.name,
             lambda: found_anywhere(face, normals, elastic.size, looked_up(scan), None),
@@ -105,8 +151,12 @@ def placed_next(
     elastic: Elastic,
     expected: Points,
     before: Similarity | None,
+    still: Points | None = None,
 ) -> Placed:
     """A further scan of a person, brought to where the head was.
+
+    Landmarks and the pose before are guesses; by what is still the place is found, and of all ends
+    that one counts which explains most of it.
 
     Args:
         scan: in the scanner's units.
@@ -114,41 +164,50 @@ def placed_next(
         elastic: the person's neutral.
         expected: (V, 3) the pose before.
         before: what brought the scan before to its place, if it is known.
+        still: (V,) how much each vertex tells where the head is, 0 where the neutral's scan shows
+            nothing; all alike unless given.
 
     Raises:
         CaptureError: The head is not in it, or it cannot be told where.
     """
-    points = looked_up(scan)
-    face, normals = _seen(elastic, expected)
-
-    def laid(first: Similarity, rigid: bool = True) -> Laid:
-        return laid_over(face, normals, elastic.size, points, first, rigid=rigid)
-
-    clicks = marks.on(scan.name)
-    found: Laid | None
+    points, size = looked_up(scan), elastic.size
+    still = np.ones(len(expected)) if still is None else still
+    shown = elastic.outer & (still > 0)
+    # What is still is where it was in the neutral: errors of the poses before do not add up.
+    known = elastic.rest if np.ptp(still[shown]) else expected
+    face, normals = known[shown], elastic.normals(known)[shown]
+    guesses = [] if before is None else [before]
+    every = marks.on(scan.name)
+    of_still = {name: place for name, place in every.items() if name in _STILL}
+    clicks = of_still if len(of_still) >= 4 else every
     if clicks:
-        still = [name for name in clicks if name in _STILL]
-        some = still if len(still) >= 4 else list(clicks)
-        own = {name: elastic.rest[marks.vertices[name]] for name in some}
-        there = {name: np.array(clicks[name]) for name in own}
-        found = laid(_kept(fit_landmarks(own, there, scan.name).inverse(), before))
-    else:
-        found = None if before is None else laid(before)
-        if found is None or found.covered < _EXPECTED or found.off > _NEAR:
-            require_one_head(scan)
-            size, reach = elastic.size, None if before is None else before.scale
-            found = laid(
-                _named(scan.name, lambda: found_anywhere(face, normals, size, points, reach)),
-                rigid=before is not None,
-            )
-        if scan.inside_out:
-            _require_not_mirrored(scan, points, face, normals, elastic.size, found)
+        own = {name: elastic.rest[marks.vertices[name]] for name in clicks}
+        there = {name: np.array(place) for name, place in clicks.items()}
+        guesses.append(_kept(fit_landmarks(own, there, scan.name).inverse(), before))
+    found, dragged = None, Similarity.identity()
+    if guesses:
+        found, dragged = found_near(face, normals, size, points, guesses, still[shown])
+    if found is None or not (clicks or (found.covered > _EXPECTED and found.off < _NEAR)):
+        require_one_head(scan)
+        scale = None if before is None else before.scale
+        first = _named(scan.name, lambda: found_anywhere(face, normals, size, points, scale))
+        if before is None:
+            first = laid_over(face, normals, size, points, first, rigid=False).similarity
+        found, dragged = found_near(face, normals, size, points, [first], still[shown])
+    if not clicks and scan.inside_out:
+        _require_not_mirrored(scan, points, face, normals, size, found)
     if found.covered < _EXPECTED / 2:
         raise CaptureError(
             f"{scan.name} covers {found.covered:.0%} of the face of the pose before: it shows"
             " something else, or its landmarks are not where the template has them"
         )
-    return _placed(scan, found.similarity, marks, elastic, expected)
+    placed = _placed(scan, found.similarity, marks, elastic, expected)
+    return replace(placed, dragged=found.similarity.inverse().then(dragged))
+
+
+def placed_again(scan: Scan, similarity: Similarity, marks: Marks, elastic: Elastic) -> Placed:
+    """The first scan where an earlier run has brought it."""
+    return _placed(scan, similarity, marks, elastic, elastic.rest)
 
 
 def looked_up(scan: Scan) -> ScanPoints:

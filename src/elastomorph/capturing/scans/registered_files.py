@@ -1,10 +1,11 @@
-"""The files of registered scans: all of them, or none.
+"""The files of registered scans: those of a pose are written together, or none.
 
 Poses that an earlier run left in the folder stay, with their confidence and what was measured.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, suppress
@@ -28,9 +29,18 @@ from elastomorph.io.atomic import (
     unnoted,
 )
 from elastomorph.io.npz.confidence import NAME, read_confidence, write_confidence
-from elastomorph.io.registry import write
+from elastomorph.io.registry import read, write
+from elastomorph.model.mesh import Mesh
 
-__all__ = ["FIGURES", "described", "require_place", "write_registered"]
+__all__ = [
+    "FIGURES",
+    "described",
+    "digest_of",
+    "read_registered",
+    "require_place",
+    "write_registered",
+    "written_to",
+]
 
 FIGURES = "register.json"
 _VERSION = 1
@@ -74,7 +84,7 @@ def write_registered(folder: str | Path, poses: Mapping[str, Registered]) -> lis
     """
     there = is_folder(folder)
     place = made_folder(folder)
-    files = [*(place / f"{name}.obj" for name in poses), place / NAME, place / FIGURES]
+    files = written_to(place, poses)
     try:
         with ExitStack() as stack:
             *meshes, confidence, figures = [
@@ -95,6 +105,40 @@ def write_registered(folder: str | Path, poses: Mapping[str, Registered]) -> lis
                 place.rmdir()
         raise
     return files
+
+
+def written_to(folder: str | Path, names: Iterable[str]) -> list[Path]:
+    """The files of poses in a folder."""
+    place = Path(folder)
+    return [*(place / f"{name}.obj" for name in names), place / NAME, place / FIGURES]
+
+
+def read_registered(folder: str | Path, template: Mesh) -> dict[str, Registered]:
+    """The poses that an earlier run left in a folder, with what was measured of them.
+
+    Raises:
+        FormatError: They are damaged, or of another template.
+    """
+    confidence, measured = _earlier(Path(folder), len(template.vertices))
+    found = {}
+    with unnoted():
+        for name, figures in measured.items():
+            mesh = read(Path(folder) / f"{name}.obj")
+            if len(mesh.vertices) == len(template.vertices):
+                own = confidence[name]
+                found[name] = Registered.of(template, mesh.vertices, own, figures)
+    return found
+
+
+def digest_of(*content: Any) -> str:
+    """What tells arrays, texts and numbers from any others."""
+    digest = hashlib.sha256()
+    for own in content:
+        if isinstance(own, np.ndarray):
+            digest.update(f"{own.shape} {own.dtype}".encode() + np.ascontiguousarray(own).tobytes())
+        else:
+            digest.update(repr(own).encode() + b"\0")
+    return digest.hexdigest()
 
 
 def described(poses: Mapping[str, Registered]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,21 @@ from elastomorph.capturing.geometry.similarity import Similarity, robust_rigid
 from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
 from elastomorph.capturing.scans.face import Face, read_face
 from elastomorph.capturing.scans.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
-from elastomorph.capturing.scans.person import Person, known_person, wanted_at
-from elastomorph.capturing.scans.placing import Marks, Placed, placed_first, placed_next
+from elastomorph.capturing.scans.person import Person, known_person, placing_of, wanted_at
+from elastomorph.capturing.scans.placing import (
+    Marks,
+    Placed,
+    placed_again,
+    placed_first,
+    placed_next,
+    stillness,
+)
 from elastomorph.capturing.scans.recognition import require_alike, require_shown
+from elastomorph.capturing.scans.registered_files import (
+    digest_of,
+    read_registered,
+    write_registered,
+)
 from elastomorph.capturing.scans.scans import Scan, mesh_in, read_scan
 from elastomorph.capturing.scans.trust import Trust, slide, trusted
 from elastomorph.capturing.scans.virtual import followed, shown_neutral
@@ -45,6 +58,10 @@ THE_TEMPLATE, BY_SURFACE, BY_LANDMARKS, BY_RIG, FOLLOWED = (
 _SURE, _ENOUGH, _STILL = 0.9, 100, (0.01, 0.003, 0.001)
 # Weight of a landmark beside a point of the scan where nothing else tells what moved along it.
 _HELD = 10.0
+# The same where the template becomes a person, and beside what the rig says.
+_ADAPTED, _KEPT = 0.3, 0.1
+# Doubt of the head's place that is said, in % of D on average.
+_MOVED = 0.25
 # Confidence from which on a vertex that was followed is known.
 _KNOWN = 0.5
 
@@ -89,9 +106,8 @@ def register(
         return _first(own, read_scan(scan, texture=texture), marks, say)[0]
     person = neutral_person(own, neutral, marks, texture, say)
     found = read_scan(scan, texture=texture)
-    pose = _next(person, found, marks, person.elastic.rest, person.placing, {}, say)[0]
-    if pose.figures["correspondence"] != FOLLOWED:
-        _warn_of_paths([str(scan) if not isinstance(scan, Mesh) else scan.name])
+    pose = _next(person, found, marks, None, say)
+    _warn({str(scan) if not isinstance(scan, Mesh) else scan.name: pose})
     return pose
 
 
@@ -102,9 +118,11 @@ def register_all(
     landmarks: str | Path | Landmarks | None = None,
     neutral: str | None = None,
     texture: bool = True,
+    output: str | Path | None = None,
+    done: Callable[[str, Registered], object] = lambda name, pose: None,
     say: Say = lambda _: None,
 ) -> dict[str, Registered]:
-    """The poses of one person from scans, each begun from the neutral, placed by the one before.
+    """The poses of one person from scans, each placed and begun by the one before.
 
     Args:
         scans: Files or meshes, in the order of the movement; poses are called by the names of the
@@ -114,6 +132,9 @@ def register_all(
         neutral: Which pose is the neutral; by default the one with "neutral" in its name, else the
             first.
         texture: Whether colours of the scans are used where they have them.
+        output: A folder in which each pose is kept as soon as it is finished. What an earlier call
+            left there of the same scans, template and landmarks is not made again.
+        done: Called with each pose as it is finished, also with one that was there.
         say: Told what is being done.
 
     Returns:
@@ -128,25 +149,42 @@ def register_all(
     named = _named(scans)
     first = _which(list(named), neutral)
     own, marks = _prepared(template, landmarks)
-    say(f"{first}: reading")
-    neutral_pose, person = _first(own, read_scan(named[first], texture=texture), marks, say)
-    found, known = {first: neutral_pose}, dict[str, float]()
-    expected, before = person.elastic.rest, person.placing
-    for name, scan in named.items():
-        if name == first:
-            continue
-        say(f"{name}: reading ({len(found) + 1} of {len(named)})")
-        read = read_scan(scan, texture=texture)
-        found[name], before = _next(person, read, marks, expected, before, known, say)
-        expected = found[name].vertices[own.first]
-        known = found[name].figures.get("expressions", {})
-    blind = [
-        name
-        for name in found
-        if name != first and found[name].figures["correspondence"] != FOLLOWED
-    ]
-    if blind:
-        _warn_of_paths(blind)
+    kept = {} if output is None else read_registered(output, own.mesh)
+    found: dict[str, Registered] = {}
+    order = [first, *(name for name in named if name != first)]
+    given = digest_of(own.vertices, own.triangles, marks.vertices, texture, version("elastomorph"))
+    if own.expressions is not None:
+        given = digest_of(given, own.expressions.names, own.expressions.deltas)
+    try:
+        for number, name in enumerate(order, 1):
+            say(f"{name}: reading ({number} of {len(order)})")
+            scan = read_scan(named[name], texture=texture)
+            made_of = digest_of(given, *scan.content(), marks.on(scan.name))
+            pose = kept.get(name)
+            if pose is not None and pose.figures.get("made_of") != made_of:
+                pose = None
+            if name == first:
+                # Poses are of this neutral, and of no other.
+                given, there = made_of, pose
+                pose, person = _first(own, scan, marks, say, there)
+                anew = there is None
+            elif anew := pose is None:
+                pose = _next(person, scan, marks, found[order[number - 2]], say)
+            assert pose is not None
+            if anew:
+                pose = pose.measured(made_of=made_of)
+                if output is not None:
+                    write_registered(output, {name: pose})
+            found[name] = pose
+            done(name, pose)
+    except KeyboardInterrupt:
+        if output is None:
+            raise
+        raise KeyboardInterrupt(
+            f"interrupted: {len(found)} of {len(order)} poses are in {output}; the same command"
+            " goes on from there"
+        ) from None
+    _warn({name: own for name, own in found.items() if name != first})
     return {name: found[name] for name in named}
 
 
@@ -157,19 +195,27 @@ def neutral_person(face: Face, neutral: Source, marks: Marks, texture: bool, say
     mesh = mesh_in(neutral)
     alike = len(mesh.vertices) == len(face.mesh.vertices) and mesh.faces == face.mesh.faces
     if alike or isinstance(mesh, Registered):
-        return known_person(face, mesh)
+        return known_person(face, mesh, marks)
     say(f"{mesh.name}: reading")
     return _first(face, read_scan(mesh, texture=texture), marks, say)[1]
 
 
-def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, Person]:
-    """The neutral, which makes the template a person."""
-    say(f"{scan.name}: finding the face")
+def _first(
+    face: Face, scan: Scan, marks: Marks, say: Say, kept: Registered | None = None
+) -> tuple[Registered, Person]:
+    """The neutral, which makes the template a person; or as an earlier run has left it."""
     elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
-    placed = placed_first(scan, marks, elastic)
-    say(f"{scan.name}: adapting the template")
-    start = elastic.at_landmarks(elastic.rest, placed.held)
-    vertices = elastic.drawn(start, placed.points, ADAPT, placed.held)
+    if kept is not None:
+        placed = placed_again(scan, placing_of(kept), marks, elastic)
+        vertices = kept.vertices[face.first]
+    else:
+        say(f"{scan.name}: finding the face")
+        placed = placed_first(scan, marks, elastic)
+        say(f"{scan.name}: adapting the template")
+        start = elastic.rest
+        if placed.sure == 1:
+            start = elastic.at_landmarks(start, placed.held)
+        vertices = elastic.drawn(start, placed.points, ADAPT, placed.held, _ADAPTED * placed.sure)
     trust = trusted(elastic, vertices, placed.points, np.zeros(len(vertices)))
     require_shown(trust, elastic, scan.name)
     require_alike(elastic, vertices, scan.name)
@@ -179,7 +225,9 @@ def _first(face: Face, scan: Scan, marks: Marks, say: Say) -> tuple[Registered, 
     own = elastic.with_rest(vertices)
     say(f"{scan.name}: looking at its colours")
     shown = shown_neutral(own, placed, wanted_at(own, expressions))
-    person = Person(face, own, expressions, placed.similarity, shown)
+    held, still = placed.held, stillness(own, expressions, marks) * trust.shown
+    clicked = dict(zip(held.vertices.tolist(), held.places - vertices[held.vertices], strict=True))
+    person = Person(face, own, expressions, placed.similarity, still, clicked, shown)
     return _registered(person, vertices, trust, placed, THE_TEMPLATE, {}), person
 
 
@@ -187,45 +235,56 @@ def _next(
     person: Person,
     scan: Scan,
     marks: Marks,
-    expected: Points,
-    before: Similarity | None,
-    known: Mapping[str, float],
+    pose: Registered | None,
     say: Say,
-) -> tuple[Registered, Similarity]:
-    """A further pose, and what brought its scan to its place.
-
-    Expected are the vertices of the pose before, what brought that to its place, and its weights of
-    expressions.
-    """
+) -> Registered:
+    """A further pose, begun from the one before if there is one."""
     elastic, neutral = person.elastic, person.elastic.rest
+    expected, before, known = neutral, person.placing, dict[str, float]()
+    if pose is not None:
+        expected, before = pose.vertices[person.face.first], placing_of(pose)
+        known = pose.figures.get("expressions", {})
     say(f"{scan.name}: finding the head")
-    placed = placed_next(scan, marks, elastic, expected, before)
+    placed = placed_next(scan, marks, elastic, expected, before, person.still)
+    off = [person.clicked.get(int(own), np.zeros(3)) for own in placed.held.vertices]
+    # Where the neutral was clicked beside a vertex, so is the pose.
+    placed = replace(placed, held=placed.held.without(off))
     figures: dict[str, Any] = {}
     by_rig = None
     if person.expressions is None:
         say(f"{scan.name}: drawing the neutral onto it")
-        start = elastic.at_landmarks(neutral, placed.held)
+        starts = elastic.at_landmarks(neutral, placed.held), expected
+        start = max(starts, key=lambda own: elastic.explained(own, placed.points))
         vertices = elastic.drawn(start, placed.points, FOLLOW, placed.held, _HELD)
     else:
         say(f"{scan.name}: fitting the rig's expressions")
-        weights = person.expressions.fitted(neutral, elastic, placed.points, placed.held, known)
-        by_rig = person.expressions.posed(neutral, np.array(list(weights.values())))
-        figures["expressions"] = {n: round(x, 4) for n, x in weights.items() if x > 1e-3}
-        vertices = elastic.with_rest(by_rig).drawn(by_rig, placed.points, FINISH, placed.held, 0.1)
-    along = slide(elastic, vertices, neutral, placed.held, by_rig)
+        fit = person.expressions.fitted(
+            neutral, elastic, placed.points, placed.held, known, person.still > 0
+        )
+        by_rig = person.expressions.posed(neutral, np.array(list(fit.weights.values())))
+        figures["expressions"] = {n: round(x, 4) for n, x in fit.weights.items() if x > 1e-3}
+        vertices = elastic.with_rest(by_rig).drawn(
+            by_rig, placed.points, FINISH, placed.held, _KEPT * fit.sure
+        )
+    unsure = placed.unsure(vertices) / elastic.size
+    along = np.hypot(slide(elastic, vertices, neutral, placed.held, by_rig), unsure)
+    figures["head"] = {
+        "doubt_degrees": placed.doubt,
+        "doubt_mean": 100 * float(unsure[elastic.outer].mean()),
+    }
     trust = trusted(elastic, vertices, placed.points, along)
     require_shown(trust, elastic, scan.name)
     if person.shown is not None and placed.scan.skin is not None:
         say(f"{scan.name}: following the skin")
         tracked = followed(person.shown, placed, placed.scan.skin, vertices)
-        return _tracked(person, tracked, placed, figures), placed.similarity
+        return _tracked(person, tracked, placed, figures)
     figures["slide_mean"] = 100 * float(along[elastic.outer].mean())
     by = (
         BY_RIG
         if by_rig is not None
         else (BY_LANDMARKS if len(placed.held.vertices) else BY_SURFACE)
     )
-    return _registered(person, vertices, trust, placed, by, figures), placed.similarity
+    return _registered(person, vertices, trust, placed, by, figures)
 
 
 def _tracked(
@@ -328,11 +387,21 @@ def _which(names: list[str], neutral: str | None) -> str:
     return own
 
 
-def _warn_of_paths(names: Sequence[str]) -> None:
-    """Say what scans without colours do not tell."""
-    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-    warn(
-        f"{names[0]}{more}: correspondence along the surface was not measured, for the scans have"
-        " no colours to follow; a surface distance says nothing about correspondence, so do not"
-        " compare paths of such poses with each other"
-    )
+def _warn(poses: Mapping[str, Registered]) -> None:
+    """Say what scans without colours do not tell, and where the head may have moved."""
+    blind = {n: own for n, own in poses.items() if own.figures["correspondence"] != FOLLOWED}
+    for name, pose in blind.items():
+        head = pose.figures["head"]
+        if head["doubt_mean"] > _MOVED:
+            warn(
+                f"{name}: its head may be turned by {head['doubt_degrees']:.1f}° otherwise, which"
+                f" moves skin by {head['doubt_mean']:.2f} % of D: too little of it is still, or is"
+                " known to be; a rig as the template, or landmarks of eyes and nose, say what is"
+            )
+    if blind:
+        more = f" and {len(blind) - 1} more" if len(blind) > 1 else ""
+        warn(
+            f"{next(iter(blind))}{more}: correspondence along the surface was not measured, for the"
+            " scans have no colours to follow; a surface distance says nothing about"
+            " correspondence, so do not compare paths of such poses with each other"
+        )

@@ -6,8 +6,10 @@ joined, triangles without area or there twice are left out, and so are crumbs.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +51,12 @@ class Scan:
     piece: NDArray[np.int64]
     skin: Skin | None
     inside_out: bool
+
+    def content(self) -> Iterator[Any]:
+        """The arrays that poses are made of: its surface and its colours."""
+        yield from (self.surface.vertices, self.surface.triangles)
+        if self.skin is not None:
+            yield from (*self.skin.images, self.skin.image, self.skin.places, self.skin.corners)
 
     def only(self, kept: NDArray[np.bool_]) -> Scan:
         """The triangles for which (T,) `kept` says so."""

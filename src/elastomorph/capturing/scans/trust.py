@@ -26,7 +26,7 @@ _NEAR, _SAME = 0.006, 0.7
 _UNSEEN = 0.12
 # Slide along the surface in parts of the movement: plain, beside a landmark, by a rig's
 # expressions, and of what these leave over.
-_SLIDE, _AT_LANDMARK, _BY_RIG, _LEFT = 0.9, 0.28, 0.15, 0.6
+_SLIDE, _AT_LANDMARK, _BY_RIG, _LEFT = 0.9, 0.28, 0.15, 1.0
 # How far a landmark helps, in parts of the extent.
 _HELPS = 0.06
 

@@ -71,6 +71,10 @@ class Registered(Mesh):
         vars(copy).update(vars(moved), confidence=own, figures=dict(figures or {}))
         return copy
 
+    def measured(self, **more: Any) -> Registered:
+        """The same with more figures."""
+        return Registered.of(self, self.vertices, self.confidence, {**self.figures, **more})
+
     @property
     def flagged(self) -> NDArray[np.bool_]:
         """(V,) which vertices are not to be trusted: those of a confidence below 0.5."""
