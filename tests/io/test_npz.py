@@ -76,9 +76,9 @@ def test_archives_that_numpy_wrote_are_read(tmp_path: Path) -> None:
 def test_a_mesh_and_a_motion_are_told_apart(tmp_path: Path) -> None:
     write_npz(tmp_path / "mesh.npz", house())
     write_npz_sequence(tmp_path / "motion.npz", motion())
-    with pytest.raises(FormatError, match="read it with read_sequence"):
+    with pytest.raises(FormatError, match="name it where a recording"):
         read_npz(tmp_path / "motion.npz")
-    with pytest.raises(FormatError, match="read it with read"):
+    with pytest.raises(FormatError, match="name it as a mesh"):
         read_npz_sequence(tmp_path / "mesh.npz")
 
 

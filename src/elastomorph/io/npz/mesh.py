@@ -29,7 +29,9 @@ def read_npz(path: str | Path) -> Mesh:
     with open_npz(path) as members:
         if "vertices" not in members.names and "frames" in members.names:
             raise FormatError(
-                path, "this holds a recorded motion, not one mesh; read it with read_sequence"
+                path,
+                "this holds a recorded motion, not one mesh; name it where a recording is "
+                "asked for",
             )
         vertices = members.array("vertices", "fiu", (None, 3))
         return mesh_of(members, vertices)
@@ -44,7 +46,7 @@ def read_npz_sequence(path: str | Path) -> MeshSequence:
     """The recorded motion in an archive."""
     with open_npz(path) as members:
         if "frames" not in members.names and "vertices" in members.names:
-            raise FormatError(path, "this holds one mesh, not a recorded motion; read it with read")
+            raise FormatError(path, "this holds one mesh, not a recorded motion; name it as a mesh")
         frames = members.array("frames", "fiu", (None, None, 3))
         count = len(frames)
         if count < 2:

@@ -127,8 +127,7 @@ def _refusal(layer: Any, asset: str) -> str:
     if original is None or original.asset != asset:
         return (
             f"it is composed of '{asset[:200]}', which is no file in the folder of its files; "
-            "name the folder that holds all of them (root=), or write it as one file "
-            "(usdcat --flatten)"
+            "put all of them into one folder, or write it as one file (usdcat --flatten)"
         )
     if is_file(_beside(layer, asset)):
         return (
