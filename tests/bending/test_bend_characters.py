@@ -383,6 +383,8 @@ def test_no_more_targets_than_there_is_room_for(tmp_path: Path) -> None:
     assert some.bent[0].error > whole.bent[0].error
     none = em.bend(path, None, max_targets=2)
     assert [own.name for own in none.left_out] == ["open"]
+    # What stays straight is off by all that it would have bent by.
+    assert none.largest_error == pytest.approx(whole.bent[0].gain, rel=1e-6)
 
 
 def test_a_report_without_an_output_is_that_of_the_file(tmp_path: Path) -> None:

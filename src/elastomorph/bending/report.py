@@ -77,6 +77,9 @@ class BendReport:
 
     @property
     def largest_error(self) -> float:
-        """How far a vertex may be from its path, one target at a time, fraction of D."""
-        paths = max((own.error for own in self.bent), default=0.0)
-        return paths + self.storage_error + self.key_error
+        """How far a vertex may be from its path, one target at a time, fraction of D.
+
+        Of a target for which there was no room that is all that its path bends by.
+        """
+        held = [own.error for own in self.bent] + [own.gain for own in self.left_out]
+        return max(held, default=0.0) + self.storage_error + self.key_error

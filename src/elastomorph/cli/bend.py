@@ -158,9 +158,10 @@ def _of_gltf(report: BendReport) -> tuple[Table, list[str]]:
             f"{report.clips} animations play bent, with {report.added_keys:,} keys more and within "
             f"{100 * report.key_error:.2g} % of D"
         )
+    rounded = f", {100 * report.storage_error:.2g} % by rounding to the numbers of the file"
     lines.append(
         f"D is {report.extent:.4g}; a vertex is within {100 * report.largest_error:.2g} % of D of "
-        "its path"
+        f"its path{rounded if report.storage_error > 1e-6 else ''}"
     )
     if report.was_bent:
         lines.append("the file was bent before: it was bent anew from its original")
