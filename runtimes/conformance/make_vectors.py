@@ -154,6 +154,9 @@ def all_vectors() -> dict[str, dict[str, Any]]:
                 rng,
             )
         ),
+        "beside": _beside(
+            _content(Vector("Curves in a file beside: those of a mesh.", three, _each("abc")), rng)
+        ),
     }
 
 
@@ -257,6 +260,14 @@ def _rewritten(vector: dict[str, Any]) -> dict[str, Any]:
     for pose in vector["poses"]:
         pose["weights"] = [pose["weights"][i] for i in order]
     return vector
+
+
+def _beside(vector: dict[str, Any]) -> dict[str, Any]:
+    """The same as one mesh of a file of curves, as ``bend --curves`` writes it."""
+    own = {"mesh": 3, "names": ["Face", "head"], **vector["extras"]}
+    other = {"mesh": 4, "names": ["Face", "1"], "targetNames": ["a"], "elastomorph": {"version": 1}}
+    curves = {"version": 1, "meshes": [other, own]}
+    return vector | {"curves": curves, "mesh": "head"}
 
 
 def _numbered(vector: dict[str, Any]) -> dict[str, Any]:

@@ -23,7 +23,10 @@ void print(const char* name, const Bender& bender, const Json& sliders) {
 }
 
 std::optional<Bender> read(const Json& holder, std::string& problem) {
-    const auto described = elastomorph::describe(*holder.get("extras"), problem);
+    const Json* curves = holder.get("curves");
+    const Json* extras =
+        curves ? elastomorph::curves_of(*curves, holder.get("mesh")->text) : holder.get("extras");
+    const auto described = elastomorph::describe(*extras, problem);
     return described ? Bender::from(*described, problem) : std::nullopt;
 }
 

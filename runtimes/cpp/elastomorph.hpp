@@ -87,16 +87,24 @@ struct Description {
 /// The description in the extras of a mesh: an object with `targetNames` and `elastomorph`.
 inline std::optional<Description> describe(const Json& extras, std::string& problem);
 
+/// The extras of a mesh in a file of curves; null where there is none, or several have the name.
+inline const Json* curves_of(const Json& curves, std::string_view mesh);
+
 /// The weights of one mesh: made once, asked in every frame.
 class Bender {
 public:
     /// Nothing, and a problem, where the description does not fit together.
     static std::optional<Bender> from(const Description& described, std::string& problem);
 
-    static std::optional<Bender> from_json(std::string_view extras, std::string& problem) {
-        const auto json = Json::read(extras);
+    /// From the extras of a mesh, or from a file of curves and the name of the mesh, of its node, or
+    /// its number; of one mesh without any.
+    static std::optional<Bender> from_json(std::string_view text, std::string& problem,
+                                           std::string_view mesh = {}) {
+        const auto json = Json::read(text);
         if (!json) return problem = "the extras are no JSON", std::nullopt;
-        const auto described = describe(*json, problem);
+        const Json* extras = json->get("meshes") ? curves_of(*json, mesh) : &*json;
+        if (!extras) return problem = "the file of curves has not one mesh of that name", std::nullopt;
+        const auto described = describe(*extras, problem);
         return described ? from(*described, problem) : std::nullopt;
     }
 
@@ -455,6 +463,24 @@ inline std::optional<Json> Json::read(std::string_view text) {
     Json found = reader.value(0);
     if (reader.failed || reader.peek() != '\0' || reader.at < text.size()) return std::nullopt;
     return found;
+}
+
+inline const Json* curves_of(const Json& curves, std::string_view mesh) {
+    const Json* version = curves.get("version");
+    std::vector<const Json*> meshes, found;
+    if (!detail::is(version, Json::Kind::number) || version->number != 1) return nullptr;
+    if (!detail::entries(curves, "meshes", meshes)) return nullptr;
+    for (const Json* own : meshes) {
+        std::vector<std::string> names;
+        const Json* number = own->get("mesh");
+        const bool numbered = detail::is(number, Json::Kind::number) && number->number >= 0 &&
+                              number->number < 1e9;
+        if (const Json* held = own->get("names")) detail::texts(held, names);
+        if (numbered) names.push_back(std::to_string(static_cast<std::int64_t>(number->number)));
+        if (mesh.empty() || std::find(names.begin(), names.end(), mesh) != names.end())
+            found.push_back(own);
+    }
+    return found.size() == 1 ? found[0] : nullptr;
 }
 
 inline std::optional<Description> describe(const Json& extras, std::string& problem) {

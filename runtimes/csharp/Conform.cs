@@ -33,7 +33,10 @@ internal static class Conform
 
     private static IEnumerable<string> Weights(Dictionary<string, object> vector)
     {
-        var bender = new Bender(Description.From(vector["extras"]));
+        var extras = vector.ContainsKey("curves")
+            ? Description.ExtrasOf(vector["curves"], (string)vector["mesh"])
+            : vector["extras"];
+        var bender = new Bender(Description.From(extras));
         foreach (Dictionary<string, object> pose in (List<object>)vector["poses"])
         {
             var named = (Dictionary<string, object>)pose["sliders"];

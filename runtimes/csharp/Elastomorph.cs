@@ -145,6 +145,19 @@ namespace Elastomorph
             return made;
         }
 
+        /// <summary>The extras of a mesh in a file of curves; extras themselves are given back.</summary>
+        public static object ExtrasOf(object json, string mesh)
+        {
+            if (!Has(json, "meshes")) return json;
+            ElastomorphException.Unless(Key(json, "version") as double? == 1, "a newer Elastomorph.cs is needed");
+            var found = List(Key(json, "meshes"))
+                .Where(own => string.IsNullOrEmpty(mesh) || Texts(Key(own, "names")).Contains(mesh)
+                    || string.Format(CultureInfo.InvariantCulture, "{0}", Key(own, "mesh")) == mesh)
+                .ToList();
+            ElastomorphException.Unless(found.Count == 1, "the file of curves has not one mesh of that name");
+            return found[0];
+        }
+
         private static Target ReadTarget(object json, double version, Curve curve)
         {
             var index = version > 2 ? Key(json, "index") as double? ?? -1 : -1;
@@ -248,10 +261,13 @@ namespace Elastomorph
             curves = morphs.Select(m => m.Targets.Select(target => target.Curve).ToArray()).ToArray();
         }
 
-        /// <summary>From the extras of a mesh, an object with targetNames and elastomorph.</summary>
-        public static Bender FromJson(string extras)
+        /// <summary>
+        /// From the extras of a mesh, an object with targetNames and elastomorph; or from a file of curves
+        /// and the name of the mesh, of its node, or its number: of one mesh without any.
+        /// </summary>
+        public static Bender FromJson(string text, string mesh = null)
         {
-            return new Bender(Description.From(Json.Read(extras)));
+            return new Bender(Description.From(Description.ExtrasOf(Json.Read(text), mesh)));
         }
 
         /// <summary>Names of the sliders, in the order of their values.</summary>

@@ -1,6 +1,6 @@
 // Answers a file of the conformance kit: `node conform.mjs ../conformance/vectors/folds.json`.
 import { readFileSync } from 'node:fs';
-import { Bender, bendWeights } from './index.js';
+import { Bender, bendWeights, curvesOf } from './index.js';
 
 function refusal({ extras }) {
   try {
@@ -11,7 +11,8 @@ function refusal({ extras }) {
   }
 }
 
-function weights({ extras, poses }) {
+function weights({ extras: own, curves, mesh, poses }) {
+  const extras = curves ? curvesOf(curves, mesh) : own;
   const bender = new Bender(extras);
   return poses.map(({ sliders }) => {
     const values = bender.sliders.map((name) => (Object.hasOwn(sliders, name) ? sliders[name] : NaN));

@@ -81,6 +81,25 @@ export class Bender {
   weights<Out extends Numbers>(values: ArrayLike<number>, out: Out): Out;
 }
 
+/** What `elastomorph bend --curves` writes beside a character: the extras of each mesh that bends. */
+export interface Curves {
+  readonly version: number;
+  readonly meshes: readonly (MeshExtras & {
+    readonly mesh: number;
+    readonly names: readonly string[];
+    readonly targetNames: readonly string[];
+  })[];
+}
+
+/**
+ * The extras of a mesh in a file of curves: by its name, that of its node, its number, or the names
+ * of its targets; of one mesh without any. Undefined where there is none, or several have the name.
+ */
+export function curvesOf(
+  curves: Curves,
+  mesh?: string | number | readonly string[],
+): Curves['meshes'][number] | undefined;
+
 /**
  * The weight of each morph target of a mesh, in the order of `targetNames`. The extras are read
  * once; where they do not fit, a warning says so once, and each target has the weight of the slider

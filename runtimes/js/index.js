@@ -71,6 +71,19 @@ export class Bender {
   }
 }
 
+/**
+ * The extras of a mesh in a file of curves: by its name, that of its node, its number, or the names
+ * of its targets. Undefined where there is none, or several have the name.
+ */
+export function curvesOf({ version, meshes }, mesh) {
+  const found = meshes.filter((own) =>
+    Array.isArray(mesh)
+      ? mesh.length === own.targetNames.length && mesh.every((n, i) => n === own.targetNames[i])
+      : mesh === undefined || own.names.includes(mesh) || String(own.mesh) === String(mesh),
+  );
+  return version === 1 && (found.length === 1 || Array.isArray(mesh)) ? found[0] : undefined;
+}
+
 const made = new WeakMap();
 
 /** What was made for a key before; null where it cannot be made, which is said the first time. */

@@ -5,3 +5,12 @@
  * One whose extras do not fit it is left alone too, with a warning the first time.
  */
 export function bendMesh(mesh: object): void;
+
+/**
+ * Gives the meshes of a scene the curves of a file beside it, where pipelines have dropped theirs:
+ * those of the mesh with targets of the same names.
+ */
+export function addCurves(
+  scene: { traverse(callback: (object: any) => void): void },
+  curves: import('./index.js').Curves,
+): void;

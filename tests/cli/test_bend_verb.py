@@ -10,6 +10,7 @@ from calls import status_of as run
 
 import elastomorph as em
 from elastomorph.io.gltf.container import open_gltf
+from foreign_files import chunks_of, glb
 
 
 @pytest.fixture
@@ -29,6 +30,29 @@ def test_it_bends_and_says_what_it_costs(head: Path, capsys: pytest.CaptureFixtu
         assert words in said
     assert run("unbend", "bent.glb", "-o", "back.glb") == 0
     assert open_gltf("back.glb").document == open_gltf(head).document
+
+
+def test_curves_are_given_back_and_written_beside(
+    head: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("bend", "head.glb", "-o", "bent.glb") == 0
+    document, blob = chunks_of(Path("bent.glb"))
+    document["meshes"][0]["extras"].pop("elastomorph")
+    Path("packed.glb").write_bytes(glb(document, blob))
+    capsys.readouterr()
+    assert run("bend", "packed.glb", "-o", "back.glb") == 1
+    assert "--from" in capsys.readouterr().err
+    words = ["bend", "packed.glb", "--from", "bent.glb", "--curves", "face.json"]
+    assert run(*words, "--json") == 0
+    assert not Path("back.glb").exists()
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["matched"] == {"name": facts["targets"], "index": 0, "shape": 0}
+    assert run("bend", "packed.glb", "--from", "face.json", "-o", "back.glb") == 0
+    assert "curves are given back" in capsys.readouterr().out
+    back, bent = (em.read_rig(path) for path in ("back.glb", "bent.glb"))
+    pose = {"jawOpen": 0.5, "eyeBlink_L": 0.3}
+    assert (back.pose(pose) == bent.pose(pose)).all()
+    assert run(*words[:4], "--method", "auto", "-o", "again.glb") == 1
 
 
 def test_a_dry_run_writes_nothing(head: Path, capsys: pytest.CaptureFixture[str]) -> None:

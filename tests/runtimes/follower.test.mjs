@@ -1,9 +1,9 @@
 // Run by test_js_runtime.py: what the adapters for engines rely on.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Bender, bendWeights, Follower } from '../../runtimes/js/index.js';
+import { Bender, bendWeights, curvesOf, Follower } from '../../runtimes/js/index.js';
 import { keepExtras, bendMesh as bendBabylon } from '../../runtimes/js/babylon.js';
-import { bendMesh } from '../../runtimes/js/three.js';
+import { addCurves, bendMesh } from '../../runtimes/js/three.js';
 
 const bump = { breaks: [0, 1], coefficients: [[0, 1, -1]] };
 const extras = {
@@ -150,4 +150,23 @@ test('targets that share a name are told by their numbers', () => {
   const twice = { ...userData, elastomorph: { version: 3, morphs: [morphs[0], morphs[0]] } };
   const two = { ...userData, elastomorph: { version: 2, morphs } };
   for (const refused of [twice, two]) assert.throws(() => new Bender(refused), /missing or used twice/);
+});
+
+test('curves in a file beside are those of a mesh by name, number or targets', () => {
+  const face = { mesh: 3, names: ['Face', 'head'], ...extras };
+  const other = { mesh: 4, names: ['Face', '9'], targetNames: ['a'], elastomorph: { version: 1 } };
+  const curves = { version: 1, meshes: [other, face] };
+  for (const mesh of ['head', 3, '3', extras.targetNames]) assert.equal(curvesOf(curves, mesh), face);
+  for (const mesh of ['Face', 'none', 5, undefined, ['a', 'b']])
+    assert.equal(curvesOf(curves, mesh), undefined);
+  assert.equal(curvesOf({ version: 1, meshes: [face] }), face);
+  assert.equal(curvesOf({ version: 2, meshes: [face] }), undefined);
+  const numbers = Object.fromEntries(extras.targetNames.map((name, i) => [name, i]));
+  const mesh = { userData: {}, morphTargetDictionary: numbers, morphTargetInfluences: [0.5, 0, 0, 0, 0] };
+  const light = { userData: {} };
+  const unknown = { userData: {}, morphTargetDictionary: { b: 0 }, morphTargetInfluences: [0.5] };
+  addCurves({ traverse: (visit) => [light, mesh, unknown].forEach(visit) }, curves);
+  [light, mesh, unknown].forEach(bendMesh);
+  assert.deepEqual(mesh.morphTargetInfluences, expected(0.5, 0));
+  assert.deepEqual(unknown, { ...unknown, userData: {}, morphTargetInfluences: [0.5] });
 });

@@ -1,14 +1,19 @@
 // Compiled, never run: programs with types that use the package for engines.
 import { registerGLTFExtension } from '@babylonjs/loaders/glTF/2.0/glTFLoaderExtensionRegistry';
 import type { Scene as BabylonScene } from '@babylonjs/core/scene';
-import { Bender, bendWeights, Follower, type MeshExtras } from 'elastomorph';
+import { Bender, bendWeights, type Curves, curvesOf, Follower, type MeshExtras } from 'elastomorph';
 import { bendMesh as bendBabylon, keepExtras } from 'elastomorph/babylon';
-import { bendMesh } from 'elastomorph/three';
+import { addCurves, bendMesh } from 'elastomorph/three';
 import { Mesh, type Scene } from 'three';
 
 export function withThree(scene: Scene): void {
   scene.traverse(bendMesh);
   bendMesh(new Mesh());
+}
+
+export function beside(scene: Scene, curves: Curves): Bender {
+  addCurves(scene, curves);
+  return new Bender(curvesOf(curves, 'face')!);
 }
 
 export function withBabylon(scene: BabylonScene): void {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from elastomorph.bending.report import BendReport
 from elastomorph.errors import FileError, FormatError, ParameterError
-from elastomorph.io.atomic import is_folder, require_name
+from elastomorph.io.atomic import is_folder, require_name, require_writable
 from elastomorph.io.registry import BUILT_IN, require_there
 from elastomorph.paths import Method
 
@@ -33,6 +33,8 @@ def bend(
     keys_tolerance: float | None = None,
     max_targets: int | None = None,
     fold: bool = False,
+    source: str | Path | None = None,
+    curves: str | Path | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> BendReport | UsdBendReport:
     """Bend the paths of a character in its own file, and keep all the rest of it.
@@ -61,6 +63,10 @@ def bend(
             first.
         fold: Whether a bend that is a multiple of its Δ becomes a curve of the weight of Δ, which
             costs no target, but needs a runtime or an animation to be seen.
+        source: A bent character, or a file of its curves (.json), that a pipeline has made this
+            file from. It gets the curves of that back, and no paths are made: its targets are
+            found by their names, then by their numbers, then by their shapes.
+        curves: A file to write the curves to as well (.json), for engines without access to extras.
         say: Told what is being done.
 
     Returns:
@@ -75,13 +81,47 @@ def bend(
     """
     _require_character(path, "bend", output)
     options: dict[str, Any] = {"method": method, "only": only, "say": say}
+    _require_curves(path, output, source, curves)
+    if source is not None:
+        made = (method, only, tolerance, keys_tolerance, max_targets, fold or None)
+        if any(given is not None for given in made):
+            raise ParameterError(
+                f"{path}: the curves of {source} are given back as they are; leave out what says "
+                "how paths are made"
+            )
+        from elastomorph.bending.curves import give_back
+
+        return give_back(path, output, source, curves, say)
     if Path(path).suffix.lower() in _USD:
         given = {"keys_tolerance": keys_tolerance, "max_targets": max_targets, "fold": fold or None}
         return _bend_usd(path, output, given, tolerance=tolerance, **options)
     from elastomorph.bending.gltf import bend_gltf
 
     options |= {"tolerance": tolerance, "keys_tolerance": keys_tolerance}
-    return bend_gltf(path, output, max_targets=max_targets, fold=fold, **options)
+    return bend_gltf(path, output, max_targets=max_targets, fold=fold, curves=curves, **options)
+
+
+def _require_curves(
+    path: str | Path,
+    output: str | Path | None,
+    source: str | Path | None,
+    curves: str | Path | None,
+) -> None:
+    """Refuse what curves are not given back to, or written of."""
+    if (source is not None or curves is not None) and Path(path).suffix.lower() in _USD:
+        raise ParameterError(f"{path}: curves apart from a file are for glTF; USD has in-betweens")
+    if source is not None:
+        require_there(source)
+        if Path(source).suffix.lower() not in (*_GLTF, ".json"):
+            raise FormatError(source, f"curves are in a file of {', '.join(_GLTF)}, or .json")
+    if curves is not None:
+        if output is None and source is None:
+            raise ParameterError(
+                f"{curves}: curves are of a bent file; name an output for that too"
+            )
+        if Path(curves).suffix.lower() != ".json":
+            raise FormatError(curves, "curves are written as JSON; name it with the suffix .json")
+        require_writable(curves)
 
 
 def _bend_usd(

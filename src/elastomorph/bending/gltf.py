@@ -13,6 +13,7 @@ import numpy as np
 
 from elastomorph.bending.additions import Additions, Packing, data_uri
 from elastomorph.bending.clips import ClipEdit
+from elastomorph.bending.curves import write_curves
 from elastomorph.bending.face import Face
 from elastomorph.bending.files import (
     Character,
@@ -29,7 +30,7 @@ from elastomorph.bending.report import BendReport, BentTarget
 from elastomorph.bending.undo import record
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import size_of
-from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.untrusted import naming_file
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
@@ -52,6 +53,7 @@ def bend_gltf(
     keys_tolerance: float | None = None,
     max_targets: int | None = None,
     fold: bool = False,
+    curves: str | Path | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> BendReport:
     """Bend a .glb, .vrm or .gltf file; without an output, only say what would come of it."""
@@ -80,7 +82,10 @@ def bend_gltf(
         edit = CharacterEdit(character, face, plan, fewest)
         edit.add_bends(say)
         edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
-        return edit.written(output, say)
+        report = edit.written(output, say)
+    if curves is not None:
+        write_curves(open_gltf(report.path if output is None else output), curves)
+    return report
 
 
 def unbend_gltf(path: str | Path, output: str | Path) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 __all__ = ["BendReport", "BentTarget"]
@@ -56,6 +57,8 @@ class BendReport:
             of D.
         key_error: How far a clip may be from its path between keys, fraction of D.
         was_bent: Whether the file was bent before, and has been bent anew from its original.
+        matched: Where curves were given back: how many targets were known by "name", "index" and
+            "shape".
     """
 
     path: Path
@@ -74,6 +77,7 @@ class BendReport:
     storage_error: float
     key_error: float
     was_bent: bool
+    matched: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def largest_error(self) -> float:

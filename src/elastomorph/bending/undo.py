@@ -147,5 +147,5 @@ def _plain(value: Any) -> Any:
 def _refuse(file: GltfFile) -> NoReturn:
     file.refuse(
         "another program has changed it since it was bent, so that the bends cannot be taken out; "
-        "bend the original instead"
+        "bend the original instead, or give lost curves back by 'elastomorph bend --from'"
     )

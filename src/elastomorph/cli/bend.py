@@ -59,6 +59,14 @@ def bend(
     fold: Annotated[
         bool, typer.Option("--fold", help="Bends along their target cost no target, but a runtime.")
     ] = False,
+    source: Annotated[
+        Path | None,
+        typer.Option("--from", help="The bent file this was made from: gives its curves back."),
+    ] = None,
+    curves: Annotated[
+        Path | None,
+        typer.Option(help="Write the curves here too (.json), for engines that read no extras."),
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what would bend, and write nothing.")
     ] = False,
@@ -71,7 +79,7 @@ def bend(
     """
     from elastomorph.bending import bend as bent
 
-    if output is None and not dry_run:
+    if output is None and not dry_run and (source is None or curves is None):
         raise ParameterError("say where to write the bent character: -o character.bent.glb")
     file, methods = _named(character, settings, method)
     report = bent(
@@ -83,6 +91,8 @@ def bend(
         keys_tolerance=keys_tolerance,
         max_targets=max_targets,
         fold=fold,
+        source=source,
+        curves=None if dry_run else curves,
         say=say,
     )
     return Answer(_facts(report), lambda: _tell(report))
@@ -163,6 +173,9 @@ def _of_gltf(report: BendReport) -> tuple[Table, list[str]]:
         f"D is {report.extent:.4g}; a vertex is within {100 * report.largest_error:.2g} % of D of "
         f"its path{rounded if report.storage_error > 1e-6 else ''}"
     )
+    if report.matched:
+        counts = ", ".join(f"{count} by {kind}" for kind, count in report.matched.items())
+        lines.append(f"curves are given back; targets were known: {counts}")
     if report.was_bent:
         lines.append("the file was bent before: it was bent anew from its original")
     return table, [*lines, _written(report.output)]

@@ -197,7 +197,8 @@ def _read(
         neutral = _neutral(file, primitives, looks)
     elif (count := len(neutral.vertices)) < len(vertex_of):  # copies along texture seams follow
         vertex_of[count:] = unpacked(surface["copies"], len(vertex_of) - count)
-    stored = StoredRig(tuple(StoredMorph.straight(name) for name in primitives.targets), {}, {})
+    straight = tuple(StoredMorph.straight(name) for name in primitives.targets)
+    stored = StoredRig(straight, {}, {}, described=False)
     gone = _undescribed(primitives.targets)
     if any(own.stored is not None for own in sheets):
         try:

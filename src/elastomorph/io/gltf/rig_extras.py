@@ -36,7 +36,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from elastomorph.errors import ParameterError
-from elastomorph.io.blend_shapes import curve_from_json, curve_to_json
+from elastomorph.io.blend_shapes import curve_from_json, curve_to_json, different_names
 from elastomorph.io.choices import choice_from_json, choice_to_json
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.lenient import object_of
@@ -73,6 +73,7 @@ class StoredRig:
     morphs: tuple[StoredMorph, ...]  # Its morphs in order
     correctives: dict[str, list[str]]  # Name and drivers of each combination shape
     groups: dict[str, list[str]]  # Name and members of each group
+    described: bool = True  # False where the file says nothing that fits
 
 
 def described_meshes(file: GltfFile) -> dict[int, Any]:
@@ -88,6 +89,12 @@ def described_meshes(file: GltfFile) -> dict[int, Any]:
         if "elastomorph" in extras and type(number) is int:
             found.setdefault(number, extras["elastomorph"])
     return found
+
+
+def numbered(entry: Mapping[str, Any], given: Sequence[str]) -> int:
+    """The number of the target of a morph or a bend, among targets as the file names them."""
+    names = different_names(given)
+    return names.index(_Targets(names, given).named(entry))
 
 
 def rig_extras(rig: Rig, targets: MorphTargets, held: Collection[int]) -> dict[str, Any]:
@@ -191,7 +198,7 @@ class _Targets:
     names: Sequence[str]
     given: Sequence[str]
 
-    def named(self, entry: dict[str, Any]) -> str:
+    def named(self, entry: Mapping[str, Any]) -> str:
         """The name of the target of a morph or a bend."""
         name, index = _text(entry, "target"), entry.get("index", -1)
         told = type(index) in (int, float) and index in range(len(self.given))
@@ -220,7 +227,7 @@ def _morph(entry: Any, version: int, targets: _Targets) -> StoredMorph:
     return StoredMorph(_text(entry, "name"), targets.named(entry), tuple(bends), more, fold)
 
 
-def _text(entry: dict[str, Any], key: str) -> str:
+def _text(entry: Mapping[str, Any], key: str) -> str:
     value = entry.get(key, "")
     if not isinstance(value, str):
         raise ParameterError(f"'{key}' of a morph is no text")
