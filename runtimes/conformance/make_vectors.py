@@ -212,7 +212,7 @@ def _content(vector: Vector, rng: np.random.Generator) -> dict[str, Any]:
     named = {"correctives": vector.correctives, "groups": vector.groups}
     rig, folded = em.Rig(neutral, stored, **named), em.Rig(neutral, whole, **named)
     targets = MorphTargets.of(rig, 0.0)
-    described = rig_extras(rig, targets)
+    described = rig_extras(rig, targets, range(len(targets.names)))
     for entry, bent in zip(described["morphs"], vector.morphs.values(), strict=True):
         if bent.fold is not None:
             described["version"] = 2
