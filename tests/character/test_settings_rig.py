@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from typing import Any
@@ -394,3 +395,42 @@ def test_a_choice_of_the_command_line_counts_everywhere(folder: Path) -> None:
         method = everywhere.choice_for(name).method()
         assert (method.closure, method.material.damping) == ("limit", 3.0)
     assert everywhere.overridden == ("method", "closure", "damping")
+
+
+def test_a_rig_file_is_built_anew_where_a_file_that_it_names_has_changed(
+    tmp_path: Path,
+) -> None:
+    """The target is in the buffer of a .gltf, a file of its own, which the cache does not know."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
+    views = [(0, 48), (48, 48), (96, 12)]
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "buffers": [{"uri": "face.bin", "byteLength": 108}],
+        "bufferViews": [{"buffer": 0, "byteOffset": a, "byteLength": b} for a, b in views],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}
+            | {"min": [0, 0, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+        "meshes": [
+            {
+                "extras": {"targetNames": ["puff"]},
+                "primitives": [
+                    {"attributes": {"POSITION": 0}, "indices": 2, "targets": [{"POSITION": 1}]}
+                ],
+            }
+        ],
+    }
+    (tmp_path / "face.gltf").write_text(json.dumps(document))
+    (tmp_path / "elastomorph.toml").write_text('[character]\nrig = "face.gltf"\n')
+    corners = np.array([0, 1, 2, 0, 2, 3], "<u2").tobytes()
+    for moved in (0.5, 0.25):
+        delta = np.zeros((4, 3), "<f4")
+        delta[2] = moved
+        (tmp_path / "face.bin").write_bytes(square.tobytes() + delta.tobytes() + corners)
+        settings = read_settings(tmp_path / "elastomorph.toml")
+        rig = rig_from_settings(settings, cache=tmp_path / "cache")
+        assert np.abs(rig.morphs["puff"].delta).max() == moved

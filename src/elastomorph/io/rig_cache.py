@@ -44,6 +44,8 @@ __all__ = [
 
 # No suffix of a mesh, so that a cache beside the meshes of a rig is never taken for one.
 CACHE_SUFFIX = ".rigcache"
+# Files of these formats may name others, buffers and layers, whose content no key would know.
+_NAMING_OTHERS = (".gltf", ".usd", ".usda", ".usdc")
 _MOST_BYTES = 2 << 30
 _MOST_THREADS = 8
 _BLOCK = 1 << 20
@@ -146,7 +148,7 @@ def read_or_build(
 
     ``files`` have the names that stand for them in the key; ``what`` is how the user named the rig.
     """
-    if place is None:
+    if place is None or any(file.suffix.lower() in _NAMING_OTHERS for file in files):
         return build()
     contents = _contents(files)
     known = place.read(contents, next(iter(files)))
