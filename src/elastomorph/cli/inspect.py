@@ -56,7 +56,7 @@ def inspect(
     if first.suffix.lower() != ".json" or first.is_dir():
         if not holds_mesh(first):
             named = options.NamedRig.of(str(first), mesh=mesh)
-            rig = named.full(say, stored=named.stored(say))
+            rig = named.full(say, stored=None if named.settings else named.stored(say))
         neutral = read(first) if rig is None else rig.neutral
         facts = mesh_facts(neutral)
         if rig is not None:
