@@ -72,7 +72,7 @@ def test_a_clip_of_a_rig_file(tmp_path: Path) -> None:
     assert em.read_performance(path, clip="walk").names == take.names
     with pytest.raises(em.ParameterError, match="no clip 'run'; it has walk"):
         em.read_performance(path, clip="run")
-    em.write(tmp_path / "rig.glb", rig)
+    em.write(tmp_path / "rig.glb", rig, clips=True)
     with pytest.raises(em.ParameterError, match="3 clips, say which one is meant: jawOpen, smile"):
         em.read_performance(tmp_path / "rig.glb")
     assert em.read_performance(tmp_path / "rig.glb", clip="smile").names == ("smile",)
