@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 import copy
+from collections import Counter
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pytest
+
+import elastomorph as em
 from elastomorph.bending.gaps import fill_gaps
+from elastomorph.io.gltf.container import open_gltf
+from gltf_builder import ARRAY, ELEMENT, GltfBuilder
+from validator import complaints
 
 
 def document() -> dict[str, Any]:
@@ -111,3 +120,64 @@ def test_numbers_in_extras_are_not_touched() -> None:
     fill_gaps(before, after)
     assert after["extras"] == {"bufferView": 2}
     assert "weights" not in [own["name"] for own in after["bufferViews"]]
+
+
+def test_a_buffer_of_which_nothing_is_left_gives_way_too() -> None:
+    """Bends are in buffer 2; the old keys were all that buffer 1 held."""
+    before, after = document(), bent(times=4)
+    for each, count in ((before, 2), (after, 3)):
+        each["buffers"] = [{"byteLength": 10 + number} for number in range(count)]
+        for number, view in enumerate(each["bufferViews"]):
+            view["buffer"] = 0 if number in (0, 3) else 1 if number < 3 else 2
+    fill_gaps(before, after)
+    assert after["buffers"] == [{"byteLength": 10}, {"byteLength": 12}]
+    assert {own["name"]: own["buffer"] for own in after["bufferViews"]} == {
+        "positions": 0,
+        "image": 0,
+        "bend": 1,
+        "more times": 1,
+        "more weights": 1,
+    }
+
+
+def triangle(path: Path, *, embedded: bool) -> Path:
+    """A triangle of two targets and a clip of their weights, which has a buffer of its own."""
+    file = GltfBuilder(2)
+    corners = file.accessor(np.arange(3, dtype="<u2"), target=ELEMENT)
+    places = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.5, 0]], "<f4")
+    moves = [places * 0 + np.array(top, "<f4") * [[0], [0], [1]] for top in ([-1, 1, 0], [1, 1, 0])]
+    primitive = {
+        "attributes": {"POSITION": file.accessor(places, target=ARRAY, bounds=True)},
+        "targets": [{"POSITION": file.target(own.astype("<f4"), "dense")} for own in moves],
+        "indices": corners,
+    }
+    keys = np.array([0, 0, 0, 1, 1, 1, 1, 0, 0, 0], "<f4")
+    times = file.accessor(np.arange(5, dtype="<f4"), buffer=1, bounds=True)
+    sampler = {"input": times, "output": file.accessor(keys, buffer=1)}
+    channel = {"sampler": 0, "target": {"node": 0, "path": "weights"}}
+    file.add("meshes", {"primitives": [primitive], "weights": [0.5, 0.5]})
+    file.add("nodes", {"mesh": 0})
+    file.json |= {"scene": 0, "scenes": [{"nodes": [0]}]}
+    file.add("animations", {"samplers": [sampler], "channels": [channel]})
+    return file.write(path, embedded=embedded)
+
+
+@pytest.mark.parametrize("embedded", [False, True])
+def test_the_validator_finds_nothing_unused(tmp_path: Path, embedded: bool) -> None:
+    path, out = triangle(tmp_path / "a.gltf", embedded=embedded), tmp_path / "bent.gltf"
+    assert em.bend(path, out).clips == 1
+    em.unbend(out, tmp_path / "back.gltf")
+    original, back = open_gltf(path), open_gltf(tmp_path / "back.gltf")
+    assert back.document == original.document
+    assert [back.buffer(n) for n in (0, 1)] == [original.buffer(n) for n in (0, 1)]
+    assert complaints(path) == complaints(out) == Counter()
+
+
+def test_unbend_needs_the_files_that_only_the_original_refers_to(tmp_path: Path) -> None:
+    path, out = triangle(tmp_path / "a.gltf", embedded=False), tmp_path / "bent.gltf"
+    em.bend(path, out)
+    (tmp_path / "a 1.bin").unlink()
+    em.read_rig(out)
+    with pytest.raises(em.FileError, match=r"a 1\.bin"):
+        em.unbend(out, tmp_path / "back.gltf")
+    assert not (tmp_path / "back.gltf").exists()

@@ -1,8 +1,9 @@
 """What bends made useless in a document gives its place to what they added.
 
 A clip that plays bent has other keys, and nothing uses those it had: a sampler, accessors of its
-keys, and views of these. Left where they are, every validator would remark on them. Their bytes
-stay, and the record that undoes a bend gives them their places back.
+keys, views of these, and a buffer that held nothing else. Left where they are, every validator
+would remark on them. Their bytes stay, and the record that undoes a bend gives them their places
+back.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ def fill_gaps(before: dict[str, Any], after: dict[str, Any]) -> None:
     for was, now in clips:
         _fill(was, now, "samplers", _samplers(was), _samplers(now))
     _fill(before, after, "accessors", _accessors(before), _accessors(after))
-    _fill(before, after, "bufferViews", _views(before), _views(after))
+    for key, place in (("bufferViews", "bufferView"), ("buffers", "buffer")):
+        _fill(before, after, key, _places(before, place), _places(after, place))
 
 
 def _fill(
@@ -63,10 +65,10 @@ def _accessors(document: dict[str, Any]) -> Places:
             yield from _numbers(attributes, *attributes)
 
 
-def _views(document: dict[str, Any]) -> Places:
-    """Where buffer views are named, by extensions too."""
+def _places(document: dict[str, Any], key: str) -> Places:
+    """Where buffer views or buffers are named, by extensions too."""
     for holder in _everywhere(document):
-        yield from _numbers(holder, "bufferView")
+        yield from _numbers(holder, key)
 
 
 def _numbers(holder: dict[str, Any], *keys: str) -> Places:

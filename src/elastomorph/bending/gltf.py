@@ -28,7 +28,7 @@ from elastomorph.bending.normals import NormalBends
 from elastomorph.bending.plan import BentMorph, Plan, make_plan
 from elastomorph.bending.report import BendReport, BentTarget
 from elastomorph.bending.undo import record
-from elastomorph.errors import FormatError
+from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import size_of
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.untrusted import naming_file
@@ -91,12 +91,19 @@ def bend_gltf(
 def unbend_gltf(path: str | Path, output: str | Path) -> None:
     """Write the original of a bent .glb, .vrm or .gltf file."""
     with of_bounded_depth(path):
-        character = Character.read(path)
+        bent = open_gltf(path)
+        character = Character.of(bent)
     if not character.was_bent:
         raise FormatError(
             path, "it was not made by 'elastomorph bend', so there is nothing to undo"
         )
     require_output(character, output)
+    for name in sorted({*referred(character.file)} - {*referred(bent)}):
+        place = Path(path).parent / name
+        if not place.is_file():
+            raise FileError(
+                place, f"there is no such file, which the original in {path} needs; put it back"
+            )
     write_character(character, output, character.file.document, character.chunk, {})
 
 
