@@ -396,12 +396,19 @@ def test_a_report_without_an_output_is_that_of_the_file(tmp_path: Path) -> None:
     assert planned.bent == done.bent
 
 
-def test_a_file_that_nothing_bends_is_the_same_but_for_the_record(tmp_path: Path) -> None:
-    path = flap_character().write(tmp_path / "a.glb")
-    em.bend(path, tmp_path / "b.glb", method="linear")
-    found = dict(open_gltf(tmp_path / "b.glb").document)
-    found["extras"] = {k: v for k, v in found["extras"].items() if k != "elastomorph"}
-    assert found == open_gltf(path).document
+@pytest.mark.parametrize("options", [{"method": "linear"}, {"max_targets": 2}], ids=repr)
+@pytest.mark.parametrize("name", ["a.glb", "a.gltf"])
+def test_a_file_in_which_nothing_bends_is_not_written(
+    tmp_path: Path, name: str, options: dict[str, Any]
+) -> None:
+    path = flap_character().write(tmp_path / name)
+    before = sorted(tmp_path.iterdir())
+    out = path.with_stem("b")
+    for output, curves in ((None, None), (out, None), (out, tmp_path / "curves.json")):
+        report = em.bend(path, output, curves=curves, **options)
+        assert (report.output, report.bent, report.targets) == (None, (), 2)
+        assert report.bytes == report.bytes_before
+        assert sorted(tmp_path.iterdir()) == before
 
 
 def test_our_own_head_keeps_its_polygons(tmp_path: Path) -> None:

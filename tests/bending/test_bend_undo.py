@@ -104,9 +104,13 @@ def test_a_bent_file_is_bent_anew_from_its_original(tmp_path: Path) -> None:
     report = em.bend(tmp_path / "b.glb", tmp_path / "c.glb")
     assert report.was_bent
     assert (tmp_path / "c.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
-    em.bend(tmp_path / "b.glb", tmp_path / "d.glb", method="linear")
-    em.bend(path, tmp_path / "e.glb", method="linear")
-    assert (tmp_path / "d.glb").read_bytes() == (tmp_path / "e.glb").read_bytes()
+    for source in ("a", "b"):
+        em.bend(tmp_path / f"{source}.glb", tmp_path / f"arc {source}.glb", method="arc")
+    assert (tmp_path / "arc a.glb").read_bytes() == (tmp_path / "arc b.glb").read_bytes()
+    before = (tmp_path / "b.glb").read_bytes()
+    straight = em.bend(tmp_path / "b.glb", tmp_path / "b.glb", method="linear")
+    assert (straight.output, straight.was_bent) == (None, True)
+    assert (tmp_path / "b.glb").read_bytes() == before
 
 
 EXTRAS: list[dict[str, Any]] = [

@@ -99,10 +99,10 @@ def test_it_is_refused(sound: bytes, tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", EITHER)
 def test_it_is_bent_or_refused(sound: bytes, tmp_path: Path, name: str) -> None:
-    """What can be bent is: then `unbend` gives back just what was there."""
+    """What can be bent is, if anything in it bends: then `unbend` gives back what was there."""
     path = changed(sound, EITHER[name], tmp_path)
     out, back = tmp_path / "out.glb", tmp_path / "back.glb"
-    if attempt(path, out):
+    if attempt(path, out) and out.exists():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ElastomorphWarning)
             em.unbend(out, back)

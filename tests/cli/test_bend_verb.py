@@ -63,6 +63,22 @@ def test_a_dry_run_writes_nothing(head: Path, capsys: pytest.CaptureFixture[str]
     assert list(head.parent.iterdir()) == [head]
 
 
+def test_where_nothing_bends_it_says_so_and_writes_nothing(
+    head: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ("bend", "head.glb", "-o", "bent.glb", "--method", "linear")
+    assert run(*words) == 0
+    assert capsys.readouterr().out == "0 of 2 targets bend\nnothing bends, so nothing was written\n"
+    assert run(*words, "--json") == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["written"] is facts["output"] is None
+    assert list(head.parent.iterdir()) == [head]
+    assert run("bend", "head.glb", "-o", "bent.glb", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["written"] == "bent.glb"
+    assert run("bend", "bent.glb", "-o", "bent.glb", "--overwrite", "--method", "linear") == 0
+    assert "'elastomorph unbend' writes the original" in capsys.readouterr().out
+
+
 def test_settings_state_the_method_of_each_target(
     head: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

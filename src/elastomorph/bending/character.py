@@ -43,7 +43,8 @@ def bend(
     each target that bends, its bends are added as further morph targets behind all others
     (``jawOpen.bend1``), with names, default weights, animations of weights and the curves that a
     runtime follows (``extras.elastomorph`` of each mesh). Nothing else is touched, and the source
-    is never written. A file that was bent before is bent anew from its original.
+    is never written. A file that was bent before is bent anew from its original. Where nothing
+    bends, nothing is written: the report's ``output`` is None.
 
     Of a USD file, the output is a layer over it: see `elastomorph.bending.usd.bend_usd`.
 

@@ -83,8 +83,8 @@ def bend_gltf(
         edit.add_bends(say)
         edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
         report = edit.written(output, say)
-    if curves is not None:
-        write_curves(open_gltf(report.path if output is None else output), curves)
+    if curves is not None and report.output is not None:
+        write_curves(open_gltf(report.output), curves)
     return report
 
 
@@ -194,7 +194,9 @@ class CharacterEdit:
         self._clips.extend()
 
     def written(self, output: str | Path | None, say: Callable[[str], None]) -> BendReport:
-        """Write the file, or only find out how large it would be."""
+        """Write the file if anything in it bends, or only find out how large it would be."""
+        if not self._bent:
+            return self._report(None, self._character.file.size + self._others())
         chunk, beside = self._with_buffers(output)
         character = self._character
         length = None if character.chunk is None else len(character.chunk)

@@ -40,7 +40,7 @@ class BendReport:
 
     Attributes:
         path: The character.
-        output: What was written; None where nothing was.
+        output: What was written; None where nothing was, as where nothing bends.
         extent: D, the largest distance between two vertices that targets move, in the unit of the
             file.
         bent: The targets that bend.

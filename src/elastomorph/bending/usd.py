@@ -74,7 +74,7 @@ class UsdBendReport:
     Attributes:
         path: The character.
         original: The file that the layer lies over: the same, unless that is a layer of bends.
-        output: The layer; None where nothing was written.
+        output: The layer; None where nothing was written, as where nothing bends.
         bytes: Size of the layer.
         tolerance: The error asked for, as a fraction of D.
         extent: D, the largest distance between two vertices that the targets move, in the unit of
@@ -142,8 +142,11 @@ def bend_usd(
         require_other_file(output, original.path, original.files)
     _require_reach(path, original)
     bends = _Bends.planned(original, method, only, allowed, say)
-    shapes = list(bends.shapes(path if output is None else output))
-    if output is None:
+    output = output if bends.plan.bent else None
+    shapes = list(bends.shapes(path if output is None else output)) if bends.plan.bent else []
+    if not shapes:
+        size = 0
+    elif output is None:
         with tempfile.TemporaryDirectory(prefix="elastomorph-") as folder:
             size = write_layer(Path(folder) / "bends.usdc", original, shapes)
     else:

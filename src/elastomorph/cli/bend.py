@@ -130,6 +130,7 @@ def _facts(report: BendReport | UsdBendReport) -> dict[str, Any]:
     found = asdict(report)
     if isinstance(report, BendReport):
         found["largest_error"] = report.largest_error
+    found["written"] = found["output"]
     return {name: str(own) if isinstance(own, Path) else own for name, own in found.items()}
 
 
@@ -158,6 +159,9 @@ def _of_gltf(report: BendReport) -> tuple[Table, list[str]]:
     if report.left_out:
         names = ", ".join(own.name for own in report.left_out)
         lines.append(f"no room for {names}: allow more targets, or leave out others")
+    if not report.bent:
+        original = "; 'elastomorph unbend' writes the original" if report.was_bent else ""
+        return table, [*lines, _written(report) + original]
     lines.append(
         f"morph targets of a mesh: {report.targets}, before {report.targets_before}; "
         f"bytes: {report.bytes:,}, before {report.bytes_before:,} "
@@ -178,7 +182,7 @@ def _of_gltf(report: BendReport) -> tuple[Table, list[str]]:
         lines.append(f"curves are given back; targets were known: {counts}")
     if report.was_bent:
         lines.append("the file was bent before: it was bent anew from its original")
-    return table, [*lines, _written(report.output)]
+    return table, [*lines, _written(report)]
 
 
 def _of_usd(report: UsdBendReport) -> tuple[Table, list[str]]:
@@ -189,12 +193,18 @@ def _of_usd(report: UsdBendReport) -> tuple[Table, list[str]]:
         table.add_row(own.name, gain, error, str(len(own.inbetweens)), f"{own.bytes:,}")
     lines = [
         f"{len(report.bent)} of {len(report.targets)} targets bend",
-        f"a layer of {report.bytes:,} bytes over {report.original}",
-        f"D is {report.extent:.4g}; a vertex is within {100 * report.error:.2g} % of D of its path",
         *report.notes,
     ]
-    return table, [*lines, _written(report.output)]
+    if not report.bent:
+        return table, [*lines, _written(report)]
+    lines[1:1] = [
+        f"a layer of {report.bytes:,} bytes over {report.original}",
+        f"D is {report.extent:.4g}; a vertex is within {100 * report.error:.2g} % of D of its path",
+    ]
+    return table, [*lines, _written(report)]
 
 
-def _written(output: Path | None) -> str:
-    return "nothing was written" if output is None else f"written: {output}"
+def _written(report: BendReport | UsdBendReport) -> str:
+    if not report.bent:
+        return "nothing bends, so nothing was written"
+    return "nothing was written" if report.output is None else f"written: {report.output}"
