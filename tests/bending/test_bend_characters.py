@@ -143,13 +143,36 @@ def test_new_targets_are_named_where_the_others_are(tmp_path: Path, place: str) 
     assert set(em.read_rig(tmp_path / "bent a.glb").names) == {"open", "slide"}
 
 
-def test_a_name_that_is_taken_is_not_given_again(tmp_path: Path) -> None:
+def test_a_target_named_like_a_bend_is_one_of_two_things(tmp_path: Path) -> None:
+    """A bend that lost its curve or a shape of an artist: what to do of either is said."""
     file = flap_character()
-    file.json["meshes"][0]["extras"]["targetNames"][1] = "open.bend1"
-    with pytest.warns(em.ElastomorphWarning, match=r"the targets of 1 bends, such as 'open.bend1'"):
-        bent = bent_file(file, tmp_path)
+    names = file.json["meshes"][0]["extras"]["targetNames"]
+    names[1] = "open.bend1"
+    path = file.write(tmp_path / "a.glb")
+    with pytest.warns(em.ElastomorphWarning, match="read as a slider of its own; if another") as by:
+        assert em.read_rig(path).names == ("open", "open.bend1")
+    assert len(by) == 1
+    with pytest.raises(em.FormatError, match=r"--from BENT.*rename them.*'open_bend1'"):
+        em.bend(path, tmp_path / "b.glb")
+    names[1] = "open_bend1"  # as it says
+    found = bent_file(file, tmp_path).document["meshes"][0]["extras"]["targetNames"]
+    assert found[:3] == ["open", "open_bend1", "open.bend1"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_target_named_like_a_bend_is_ordinary_where_the_file_says_so(tmp_path: Path) -> None:
+    """Its name is then not given again."""
+    file = flap_character(teeth=False)
+    extras = file.json["meshes"][0]["extras"]
+    extras["targetNames"][1] = "open.bend1"
+    morphs = [{"name": name, "target": name, "method": "linear"} for name in extras["targetNames"]]
+    extras["elastomorph"] = {"version": 1, "morphs": morphs}
+    bent = bent_file(file, tmp_path)
     names = bent.document["meshes"][0]["extras"]["targetNames"]
     assert names[:3] == ["open", "open.bend1", "open.bend1_"]
+    rig = em.read_rig(tmp_path / "bent a.glb")
+    assert rig.names == ("open", "open.bend1")
+    assert [len(morph.bends) > 0 for morph in rig.morphs.values()] == [True, False]
 
 
 def test_default_weights_are_extended_by_those_of_the_bends(tmp_path: Path) -> None:

@@ -162,15 +162,24 @@ def _target_count(file: GltfFile, number: int) -> int:
 
 
 def _require_curves(file: GltfFile, meshes: Sequence[ReadMesh]) -> None:
-    """Refuse bends of which another program has left out the curves: they are no sliders."""
+    """Refuse targets named as bends are and without curves: of whoever they are, only users know.
+
+    What gltfpack leaves of a bent file and what an artist called so are the same in the file.
+    """
     names = (named_bends(s.primitives.targets) for own in meshes if own.gone for s in own.sheets)
     for bends in filter(None, names):
         file.refuse(
-            f"it has the targets of {len(bends)} bends, such as {shortened(bends[0])!r}, without "
-            "their curves, and what is bent is not bent again: 'elastomorph bend FILE --from BENT' "
-            "gives back those of the file that it was made from; give targets that are shapes of "
-            "their own other names"
+            f"{len(bends)} of its morph targets have names of bends, such as "
+            f"{shortened(bends[0])!r}, and no curves: if another program has dropped the curves, "
+            "'elastomorph bend FILE --from BENT' gives them back from the bent file; if these are "
+            f"shapes of their own, rename them, such as to {shortened(_renamed(bends[0]))!r}, and "
+            "bend again"
         )
+
+
+def _renamed(bend: str) -> str:
+    """A name that is not one of a bend."""
+    return "_bend".join(bend.rsplit(".bend", 1))
 
 
 def _face_mesh(file: GltfFile, own: ReadMesh, sheet: Sheet, start: int) -> FaceMesh:

@@ -54,8 +54,8 @@ def test_bends_without_their_description_are_told_from_sliders(tmp_path: Path) -
     rig, said = read_changed(tmp_path, lambda own: own["meshes"][0]["extras"].pop("elastomorph"))
     assert rig.names == ("jaw", "jaw.bend1", "brow", "brow.bend1")
     (message,) = said
-    assert "the targets of 2 bends, such as 'jaw.bend1'" in message
-    assert "each morph target read as a slider of its own" in message
+    assert "2 of its morph targets have names of bends, such as 'jaw.bend1'" in message
+    assert "each is read as a slider of its own" in message
 
 
 def test_a_target_named_like_a_bend_of_none_is_a_slider(tmp_path: Path) -> None:

@@ -224,14 +224,15 @@ def named_bends(targets: Sequence[str]) -> list[str]:
 
 
 def _undescribed(targets: Sequence[str]) -> str:
-    """What is to be said of a mesh that has targets of bends, but no longer says so."""
+    """What is to be said of a mesh of targets named as bends are, of which it says nothing."""
     bends = named_bends(targets)
     if not bends:
         return ""
     return (
-        f"it has the targets of {len(bends)} bends, such as {shortened(bends[0])!r}, but another "
-        "program has left out what they follow ('elastomorph bend --from' a file that has it gives "
-        "it back); each morph target read as a slider of its own"
+        f"{len(bends)} of its morph targets have names of bends, such as "
+        f"{shortened(bends[0])!r}, and no curves that they follow: each is read as a slider of its "
+        "own; if another program has dropped the curves, 'elastomorph bend FILE --from BENT' gives "
+        "them back from the bent file"
     )
 
 
