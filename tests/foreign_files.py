@@ -51,7 +51,7 @@ def write_foreign_glb(
     to = em.prepare(rig.neutral, "linear")
     straight = em.Rig(rig.neutral, {name: to(own.target) for name, own in rig.morphs.items()})
     whole = path.with_name(f"{path.stem}-whole.glb")
-    write_glb(whole, straight, normals="none")
+    write_glb(whole, straight, normals="none", clips=clips)
     document, blob = chunks_of(whole)
     whole.unlink()
     for holder in (document["asset"], *document["meshes"]):

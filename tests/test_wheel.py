@@ -107,7 +107,7 @@ def test_the_core_needs_six_packages(wheel: Path) -> None:
     assert set(plain) == CORE
     extras = set(re.findall(r"^Provides-Extra: (\S+)", text, re.MULTILINE))
     named = {"demo", "gltf", "usd", "fbx", "torch", "notebook", "dev", "capture", "rivals", "farm"}
-    assert extras == {*named, "mocap", "live"}
+    assert extras == {*named, "mocap", "live", "s3"}
 
 
 def test_the_main_path_runs_on_the_core_alone(environment: dict[str, str], tmp_path: Path) -> None:

@@ -90,6 +90,7 @@ GLB = {
     "fps": 60,
     "sparse": False,
     "compress": True,
+    "clips": True,
 }
 USD = {"tolerance": 1e-4, "most_inbetweens": 5, "fps": 24}
 EXPORT: dict[str, tuple[dict[str, Any], str]] = {

@@ -114,7 +114,7 @@ def test_every_verb_of_recordings_plays_an_animation(verb: str, take: em.MeshSeq
     """The clip that is named, of two, as the frames that it was written from."""
     path = em.learn(take, 1)
     straight = em.interpolate(take.neutral, take.target, "linear")
-    em.write("two.glb", em.Rig(take.neutral, {"bent": path, "straight": straight}))
+    em.write("two.glb", em.Rig(take.neutral, {"bent": path, "straight": straight}), clips=True)
     words = ["suggest"] if verb == "inbetweens" else []
     words += ["two.glb", "--clip", "bent", "--json"]
     if verb == "evaluate":

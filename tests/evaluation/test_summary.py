@@ -135,17 +135,17 @@ def test_who_knows_frames_of_the_recording_wins_nothing() -> None:
 def test_means_are_of_the_methods_that_every_motion_has(
     neutral: Mesh, target: Mesh, rows: CurveNetwork
 ) -> None:
-    """A motion of two frames has no room for in-betweens; the others keep their numbers."""
+    """A motion of three frames has no room for two in-betweens; the others keep their numbers."""
     found = []
-    for count in (2, 5):
+    for count in (3, 5):
         times = np.linspace(0, 1, count)
         ends = neutral.vertices, target.vertices
         frames = np.stack([(1 - time**2) * ends[0] + time**2 * ends[1] for time in times])
         truth = MeshSequence(neutral, frames, times)
         found.append(evaluate(truth, every_method(truth, rows), rows))
-    assert "through 1" in [line.label for line in summaries(found[1])]
+    assert "through 2" in [line.label for line in summaries(found[1])]
     means = {line.label: line for line in mean_summaries(found)}
-    assert "through 1" not in means
+    assert "through 2" not in means
     assert list(means) == [line.label for line in summaries(found[0])]
     for label, mean in means.items():
         assert mean.lme == pytest.approx((found[0][label].lme + found[1][label].lme) / 2)

@@ -166,8 +166,11 @@ def _write(output: Path, name: str, found: Learned) -> None:
     from elastomorph.rig import Rig
     from elastomorph.rig.timing import linear
 
-    timed = output.suffix.lower() == ".glb" and found.timing is not linear
-    write(output, Rig(found.neutral, {name: found}), **({"timing": found.timing} if timed else {}))
+    # A GLB plays what was recorded, at its timing.
+    options: dict[str, object] = {"clips": True} if output.suffix.lower() == ".glb" else {}
+    if options and found.timing is not linear:
+        options["timing"] = found.timing
+    write(output, Rig(found.neutral, {name: found}), **options)
 
 
 def _each_movement(

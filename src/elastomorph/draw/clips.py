@@ -42,7 +42,7 @@ def check_clip(path: str | Path, size: tuple[int, int], count: int, fps: float) 
     """Refuse what `write_clip` cannot write, before the first frame (width, height) is drawn."""
     name, suffix = Path(path).name, Path(path).suffix.lower()
     if not 1 <= count <= _MOST:
-        raise ParameterError(f"a clip has 1 to {_MOST:,} frames, found {count:,}")
+        raise ParameterError(f"a clip has at least 1 frame, and at most {_MOST:,}, found {count:,}")
     if not 0 < fps <= FASTEST:
         raise ParameterError(f"a clip needs above 0 and at most {FASTEST:g} fps, found {fps:g}")
     if not Path(path).parent.is_dir():

@@ -136,8 +136,7 @@ class Sliders:
             raise ParameterError(
                 f"the weight of {self.names[place[-1]]!r}"
                 + (f" in row {place[0]}" if table.ndim == 2 else "")
-                + f" is {table[tuple(place)]:g}; weights and times are numbers about 0 to 1, at "
-                f"most {LARGEST_WEIGHT:g}"
+                + f" must be finite and at most {LARGEST_WEIGHT:g}, found {table[tuple(place)]:g}"
             )
         return table
 
