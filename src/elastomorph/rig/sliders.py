@@ -136,7 +136,7 @@ class Sliders:
             raise ParameterError(
                 f"the weight of {self.names[place[-1]]!r}"
                 + (f" in row {place[0]}" if table.ndim == 2 else "")
-                + f" must be finite and at most {LARGEST_WEIGHT:g}, found {table[tuple(place)]:g}"
+                + f" is {table[tuple(place)]:g}; it must be finite and at most {LARGEST_WEIGHT:g}"
             )
         return table
 
