@@ -67,7 +67,7 @@ coverage: $(DEV_READY) $(INSTALLED) $(WEB_READY)
 	$(BIN)/coverage report --include '*/elastomorph/io/*' --format=markdown
 	$(BIN)/coverage report --format=total
 
-# The extension for Blender, one .zip for all systems, into out/blender: Blender installs it from disk.
+# The extension for Blender, one .zip for all systems that build.py names, into out/blender: Blender installs it from disk.
 blender: $(DEMO_READY)
 	$(BIN)/python integrations/blender/build.py
 
