@@ -118,10 +118,11 @@ function polygonEdges(
   seams: Uint32Array,
 ): Uint32Array {
   const keys: number[] = [];
-  surface.pieces.forEach(({ triangles }, number) => {
+  surface.pieces.forEach(({ triangles, mirrored }, number) => {
     const polygon = ofTriangle[number]!;
+    const [second, third] = mirrored ? [2, 1] : [1, 2]; // as the file winds them
     for (let t = 0; t < polygon.length; t += 1) {
-      const [a, b, c] = [triangles[3 * t]!, triangles[3 * t + 1]!, triangles[3 * t + 2]!];
+      const [a, b, c] = [triangles[3 * t]!, triangles[3 * t + second]!, triangles[3 * t + third]!];
       keys.push(edgeKey(b, c, seams));
       if (polygon[t] !== polygon[t - 1]) keys.push(edgeKey(a, b, seams));
       if (polygon[t] !== polygon[t + 1]) keys.push(edgeKey(c, a, seams));
@@ -135,11 +136,19 @@ export function plainEdges(surface: Surface, seams: Uint32Array): Uint32Array {
   return polygonEdges(surface, surface.pieces.map(fansOf), seams);
 }
 
-/** FB_ngon_encoding: triangles of one polygon follow each other and have the same first corner. */
-function fansOf({ triangles, fans }: Piece): Uint32Array {
+/**
+ * FB_ngon_encoding: triangles of one polygon follow each other and have the same first corner. Those
+ * that do not lie on the one before begin another, as in the package.
+ */
+function fansOf({ triangles, fans, mirrored }: Piece): Uint32Array {
+  const [second, third] = mirrored ? [2, 1] : [1, 2];
   const polygon = new Uint32Array(triangles.length / 3);
   for (let t = 1; t < polygon.length; t += 1) {
-    const same = fans && triangles[3 * t] === triangles[3 * t - 3];
+    const [from, before] = [3 * t, 3 * t - 3];
+    const same =
+      fans &&
+      triangles[from] === triangles[before] &&
+      triangles[from + second] === triangles[before + third];
     polygon[t] = polygon[t - 1]! + (same ? 0 : 1);
   }
   return polygon;

@@ -13,6 +13,7 @@ export interface Piece {
   readonly material: number | null;
   readonly group: string; // name of its node
   readonly fans: boolean; // whether those of one polygon share their first corner
+  readonly mirrored: boolean; // whether they are wound against the file, as the mesh is mirrored
 }
 
 export interface Surface {
@@ -112,6 +113,7 @@ function readMesh(file: GltfDocument, placed: PlacedMesh, sheets: Sheet[], piece
       material,
       group: placed.name,
       fans: mode === TRIANGLES && 'FB_ngon_encoding' in objectIn(primitive, 'extensions'),
+      mirrored: isMirrored(sheet),
     });
   }
 }
@@ -209,9 +211,7 @@ function triangles(file: GltfDocument, primitive: Entry, sheet: Sheet, mode: num
     mode === TRIANGLES
       ? corners.subarray(0, corners.length - (corners.length % 3))
       : unrolled(corners, mode);
-  const flip = mirrors(
-    sheet.held instanceof Float32Array ? [...sheet.held.subarray(0, 12)] : sheet.held,
-  );
+  const flip = isMirrored(sheet);
   for (let i = 0; i < found.length; i += 1) {
     if (found[i]! >= sheet.count)
       file.damaged(`a triangle names vertex ${found[i]} of ${sheet.count}`);
@@ -219,6 +219,10 @@ function triangles(file: GltfDocument, primitive: Entry, sheet: Sheet, mode: num
     if (flip && i % 3 === 2) [found[i - 1], found[i]] = [found[i]!, found[i - 1]!];
   }
   return found;
+}
+
+function isMirrored({ held }: Sheet): boolean {
+  return mirrors(held instanceof Float32Array ? [...held.subarray(0, 12)] : held);
 }
 
 function unrolled(corners: Uint32Array, mode: number): Uint32Array {

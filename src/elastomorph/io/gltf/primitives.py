@@ -17,8 +17,10 @@ from elastomorph.io.gltf.appearance import material_names, shown_coordinates
 from elastomorph.io.gltf.container import GltfFile
 from elastomorph.io.gltf.nodes import PlacedMesh
 from elastomorph.io.gltf.skins import Placement
+from elastomorph.model.polygons import Polygons
 
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
+_FANS = "FB_ngon_encoding"  # Triangles of one polygon follow each other from its first corner
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +41,7 @@ class Primitives:
     given: list[str]  # Names of the morph targets in order, as the file has them
     attributes: list[Attributes] = field(default_factory=list)  # The vertices
     triangles: list[NDArray[np.int32]] = field(default_factory=list)  # (T, 3) a primitive
+    begins: list[NDArray[np.bool_]] = field(default_factory=list)  # (T,) which begin a polygon
     materials: list[str | None] = field(default_factory=list)  # A primitive
     block_of: dict[int, int] = field(default_factory=dict)  # By primitive: which attributes
 
@@ -65,6 +68,13 @@ class Primitives:
             if own.texture is not None:
                 found[own.start : own.start + len(own.vertices)] = own.texture
         return found
+
+    def polygons(self) -> Polygons:
+        """The polygons that the triangles are fans of, each from its first corner."""
+        begins = np.concatenate(self.begins)
+        corners = np.column_stack([begins, begins, np.ones_like(begins)])
+        offsets = np.append(0, np.cumsum(corners.sum(axis=1)))
+        return Polygons(np.concatenate(self.triangles)[corners], offsets[np.append(begins, True)])
 
     def displacement(self, target: str) -> NDArray[np.float64]:
         """(V, 3) what a morph target moves."""
@@ -103,6 +113,7 @@ def joined_primitives(
         list(dict.fromkeys(name for part in parts for name in part.targets)),
         [Attributes(0, vertices, texture, displacements, placement)],
         [own[t] for part, own in zip(parts, rows, strict=True) for t in part.triangles],
+        [begins for part in parts for begins in part.begins],
         [name for part in parts for name in part.materials],
     )
 
@@ -180,8 +191,12 @@ def _read_mesh(
             found.attributes.append(known[key])
         found.block_of[number] = found.attributes.index(known[key])
         triangles = _read_triangles(file, primitive, known[key], of)
-        mirrored = known[key].placement.mirrors
-        found.triangles.append(triangles[:, [0, 2, 1]] if mirrored else triangles)
+        begins = _begins(primitive, triangles)
+        if known[key].placement.mirrors:  # fans from the same corner, wound the other way
+            last = np.lexsort([-np.arange(len(begins)), np.cumsum(begins)])
+            triangles = triangles[last][:, [0, 2, 1]]
+        found.triangles.append(triangles)
+        found.begins.append(begins)
         found.materials.append(_material_name(file, primitive, of, materials))
     return found
 
@@ -235,6 +250,19 @@ def _read_triangles(
         same = triangles == np.roll(triangles, 1, axis=1)
         triangles = triangles[~same.any(axis=1)]  # strips are joined by triangles without area
     return (triangles + attributes.start).astype(np.int32)
+
+
+def _begins(primitive: dict[str, Any], triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """(T,) which triangles begin a polygon: all, unless the file says that they are fans.
+
+    Those that only begin with the corner of the one before, and do not lie on it, begin one too.
+    """
+    begins = np.ones(len(triangles), dtype=bool)
+    extensions = primitive.get("extensions")
+    fans = isinstance(extensions, dict) and _FANS in extensions
+    if fans and primitive.get("mode", _TRIANGLES) == _TRIANGLES:
+        begins[1:] = (triangles[1:, :2] != triangles[:-1, [0, 2]]).any(axis=1)
+    return begins
 
 
 def _material_name(

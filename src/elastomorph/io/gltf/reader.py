@@ -37,7 +37,6 @@ from elastomorph.io.untrusted import naming_file, shortened
 from elastomorph.model.appearance import Material
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
-from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
 
 __all__ = [
@@ -70,7 +69,8 @@ def read_glb(path: str | Path, *, mesh: str | Sequence[str] | None = None) -> Ri
 
     - All meshes of the scene become one, in the order of the scene and placed by their nodes; one
       with a skin by its joints, vertex by vertex, in the pose that the file shows at rest.
-      Vertices are neither merged nor reordered; triangles stay triangles.
+      Vertices are neither merged nor reordered; triangles stay triangles, unless
+      ``FB_ngon_encoding`` says which polygons they are of.
     - Morph targets of the same name in several meshes are one morph, on a straight path; a mesh
       without any is part of the neutral. Targets without names are called ``target_0`` and so on.
     - Materials become material labels, of those of one name with a number behind the second; nodes
@@ -286,10 +286,10 @@ def _restored(
 
 def _neutral(file: GltfFile, primitives: Primitives, looks: dict[str, Material] | None) -> Mesh:
     """The mesh as the file shows it."""
-    triangles, texture = np.concatenate(primitives.triangles), primitives.texture()
+    polygons, texture = primitives.polygons(), primitives.texture()
     uv = materials = None
     if texture is not None:
-        corners = triangles.reshape(-1)
+        corners = polygons.indices
         shown = np.asarray(np.isfinite(texture).all(axis=1))
         coordinates = np.where(shown[:, None], texture * [1, -1] + [0, 1], 0.0)
         uv = UVMap(coordinates, np.where(shown[corners], corners, -1).astype(np.int32))
@@ -297,11 +297,11 @@ def _neutral(file: GltfFile, primitives: Primitives, looks: dict[str, Material] 
     if names:
         label_of: dict[str | None, int] = {name: label for label, name in enumerate(names)}
         labels = [label_of.get(name, -1) for name in primitives.materials]
-        counts = [len(own) for own in primitives.triangles]
+        counts = [int(own.sum()) for own in primitives.begins]
         materials = FaceLabels(names, np.repeat(np.array(labels, dtype=np.int32), counts))
     return Mesh(
         primitives.vertices(),
-        Polygons.of(triangles),
+        polygons,
         uv=uv,
         materials=materials,
         source=Source(str(file.path), split=True),
