@@ -31,6 +31,8 @@ _STILL = (
 _MOVED = 0.005
 # A scan is of the template's own shape that covers this part of it and is this near.
 _SHAPED, _SAME_SHAPE = 0.3, 0.0025
+# Landmarks that say less than this beside such a surface are left to it.
+_UNSURE = 0.02
 # The place of a head is off by this part of the way by which what moves would drag it.
 _DOUBT = 0.5
 # Points by which a scan is looked up, before its size is known.
@@ -135,7 +137,9 @@ def placed_first(scan: Scan, marks: Marks, elastic: Elastic) -> Placed:
         if laid.covered > _SHAPED and laid.off < _SAME_SHAPE:
             placed = _placed(scan, laid.similarity, marks, elastic, elastic.rest)
             missed = placed.held.places - elastic.rest[placed.held.vertices]
-            return replace(placed, sure=placed.held.sure(laid.off * elastic.size, missed))
+            sure = placed.held.sure(laid.off * elastic.size, missed)
+            if sure < _UNSURE:
+                return replace(placed, sure=sure)
     else:
         require_one_head(scan)
         similarity = _named(

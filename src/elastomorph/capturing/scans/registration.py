@@ -253,8 +253,11 @@ def _next(
     by_rig = None
     if person.expressions is None:
         say(f"{scan.name}: drawing the neutral onto it")
-        starts = elastic.at_landmarks(neutral, placed.held), expected
-        start = max(starts, key=lambda own: elastic.explained(own, placed.points))
+        # Landmarks of this scan say more than where the pose before has been.
+        if len(placed.held.vertices):
+            start = elastic.at_landmarks(neutral, placed.held)
+        else:
+            start = max(neutral, expected, key=lambda own: elastic.explained(own, placed.points))
         vertices = elastic.drawn(start, placed.points, FOLLOW, placed.held, _HELD)
     else:
         say(f"{scan.name}: fitting the rig's expressions")
