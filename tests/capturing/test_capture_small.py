@@ -164,7 +164,7 @@ def test_cameras_that_are_given_lead_to_the_same_surface(case: Path, poses: Path
     done = subprocess.run(
         [sys.executable, *MAIN, *words(case, output), *given], capture_output=True, text=True
     )
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0, done.stderr
     figures = {
         folder: json.loads((folder / "capture.json").read_text()) for folder in (poses, output)
     }

@@ -140,7 +140,7 @@ class BendCurve:
 
     @property
     def height(self) -> float:
-        """The largest |b(t)| within [0, 1]."""
+        """The largest absolute value of b(t) within [0, 1]."""
         return abs(self.peak[1])
 
     @cached_property

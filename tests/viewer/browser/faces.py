@@ -96,11 +96,11 @@ def make_faces() -> Faces:
     return Faces(rigs)
 
 
-def glb(rig: Rig, take: Performance | None = None) -> bytes:
-    """The bytes of a GLB file of a rig, and of a take on it."""
+def glb(rig: Rig, take: Performance | None = None, *, clips: bool = False) -> bytes:
+    """The bytes of a GLB file of a rig, and of a take on it or a clip for each slider."""
     file = io.BytesIO()
     played = None if take is None else (take.times, slider_weights(rig, take), "a take")
-    write_glb(file, rig, normals="none", animation=played)
+    write_glb(file, rig, normals="none", animation=played, clips=clips)
     return file.getvalue()
 
 
