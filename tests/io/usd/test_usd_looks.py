@@ -155,7 +155,7 @@ def test_a_layer_of_bends_shows_the_images_of_its_original(tmp_path: Path, packe
         assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "card.usda"), str(original))
     (tmp_path / "bent").mkdir()
     for folder in (tmp_path, tmp_path / "bent"):
-        bend_usd(original, folder / "bent.usdc")
+        bend_usd(original, folder / "bent.usdc", method="ease:2")
         appearance = read_usd(folder / "bent.usdc").neutral.appearance
         assert appearance is not None
         texture = appearance["Skin"].texture
