@@ -16,6 +16,7 @@ from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.landmarks import read_landmarks, triangulated
 from photographs.sessions import Session, photograph
+from photographs.truth import Truth
 
 SESSION = Session(count=12, size=(450, 600), rings=(-8.0, 16.0), azimuth=50.0, poses=1)
 
@@ -55,6 +56,22 @@ class Head:
         )
 
 
+def cameras_of(truth: Truth, session: Session) -> list[Camera]:
+    """The cameras that took the photographs of the first pose."""
+    return [
+        Camera(
+            name,
+            session.size,
+            shot.lens.focal,
+            np.array(shot.lens.centre),
+            shot.lens.radial,
+            shot.rotation,
+            shot.translation,
+        )
+        for name, shot in zip(truth.files, truth.cameras["p00"], strict=True)
+    ]
+
+
 @cache
 def photographed_head() -> Head:
     """Rendered once; six seconds."""
@@ -62,18 +79,7 @@ def photographed_head() -> Head:
         truth = photograph(SESSION, folder)
         marks = read_landmarks(Path(folder) / "landmarks.json")
         template = em.read(Path(folder) / "template.obj")
-        cameras = [
-            Camera(
-                name,
-                SESSION.size,
-                shot.lens.focal,
-                np.array(shot.lens.centre),
-                shot.lens.radial,
-                shot.rotation,
-                shot.translation,
-            )
-            for name, shot in zip(truth.files, truth.cameras["p00"], strict=True)
-        ]
+        cameras = cameras_of(truth, SESSION)
         views = [open_view(camera, Path(folder) / "p00" / camera.name) for camera in cameras]
     surface = Surface(truth.vertices["p00"], truth.triangles)
     by_name = {camera.name: camera for camera in cameras}

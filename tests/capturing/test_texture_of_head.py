@@ -7,10 +7,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from photographed_head import SESSION
+from photographed_head import SESSION, cameras_of
 
 import elastomorph as em
-from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.neutral.texture import paint
 from elastomorph.model.mesh import Mesh, UVMap
@@ -56,18 +55,7 @@ def test_pores_and_freckles_are_where_they_are_and_of_their_colour() -> None:
         truth = photograph(SESSION, folder)
         shape = unrolled(em.read(folder / "template.obj"))
         surface = Surface(truth.vertices["p00"][truth.of_template], shape.faces.triangles())
-        cameras = [
-            Camera(
-                name,
-                SESSION.size,
-                shot.lens.focal,
-                np.array(shot.lens.centre),
-                shot.lens.radial,
-                shot.rotation,
-                shot.translation,
-            )
-            for name, shot in zip(truth.files, truth.cameras["p00"], strict=True)
-        ]
+        cameras = cameras_of(truth, SESSION)
         files = {name: folder / "p00" / name for name in truth.files}
         everywhere = np.arange(len(shape.vertices))
         (painted,) = paint(shape, surface, everywhere, cameras, files).values()

@@ -76,11 +76,14 @@ def hinge_section(jaw: Jaw, target: str, unit: str = "") -> Section:
 
 
 def eyelid_section(
-    lid: Eyelid, morphs: Mapping[str, Morph], target: str, unit: str = ""
+    lid: Eyelid,
+    morphs: Mapping[str, Morph],
+    dips: Mapping[str, float],
+    target: str,
+    unit: str = "",
 ) -> Section:
-    """The way of a lid over the eyeball, on labelled paths of a target (Fig. 2)."""
+    """The way of a lid over the eyeball by labelled paths, and how far they dip (Fig. 2)."""
     lengths = Lengths(next(iter(morphs.values())).neutral.diameter, unit)
-    dips = {label: lid.dip(morph) for label, morph in morphs.items()}
     worst, best = max(dips, key=dips.__getitem__), min(dips, key=dips.__getitem__)
     told = f"by {_length(dips[worst], lengths)} on {worst}, by {_length(dips[best], lengths)}"
     graph = Graph.drawn(

@@ -213,7 +213,7 @@ def _lid_on_its_eye(
     morphs = {each.label: interpolate(neutral, target, each, curves=curves) for each in methods}
     eyelid_graph(lid, morphs, place.file("eyelid-graph.png"), subject.unit)
     dips = {label: lid.dip(morph) for label, morph in morphs.items()}
-    return dips, eyelid_section(lid, morphs, name, subject.unit)
+    return dips, eyelid_section(lid, morphs, dips, name, subject.unit)
 
 
 def _expressions(subject: Subject, place: _Folder, say: Callable[[str], None]) -> list[Picture]:

@@ -20,7 +20,8 @@ from elastomorph.draw.materials import parts_of
 from elastomorph.draw.pictures import as_png
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import made_folder, replacing
-from elastomorph.model.geometry import fit_rotation, moved_extent
+from elastomorph.model.geometry import fit_rotation
+from elastomorph.rig.build import extent_of
 from elastomorph.rig.rig import Rig
 
 if TYPE_CHECKING:
@@ -140,8 +141,7 @@ def _moving(rig: Rig) -> NDArray[np.int64]:
     most = np.zeros(len(rest))
     for morph in rig.morphs.values():
         np.maximum(most, np.linalg.norm(morph.delta, axis=1), out=most)
-    least = _MOVED * moved_extent(rest, (morph.target.vertices for morph in rig.morphs.values()))
-    return np.flatnonzero(most > least)
+    return np.flatnonzero(most > _MOVED * extent_of(rig))
 
 
 def _eyes(rig: Rig) -> dict[str, NDArray[np.int64]]:
