@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.farm.reading import export
 from elastomorph.model.mesh import FaceLabels
+from needs import extra
 
 COUNT, SIDE = 5, 32
 
@@ -65,7 +66,7 @@ def test_labels_are_those_of_the_data_set(
 def test_coco_is_read_by_its_own_library(
     faces: em.FaceSet, labels: list[dict[str, object]], tmp_path: Path
 ) -> None:
-    coco = pytest.importorskip("pycocotools.coco", reason="needs pycocotools: pip install it")
+    coco = extra("pycocotools.coco", "dev")
     faces.export(tmp_path / "coco", "coco")
     read = coco.COCO(str(tmp_path / "coco" / "annotations.json"))
     assert len(read.getImgIds()) == COUNT
