@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.bending.encoding import Encoding
+from elastomorph.bending.meshes import Encoding
 
 
 @pytest.mark.parametrize(

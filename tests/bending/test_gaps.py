@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.bending.gaps import fill_gaps
+from elastomorph.bending.gltf import fill_gaps
 from elastomorph.io.gltf.container import open_gltf
 from gltf_builder import ARRAY, ELEMENT, GltfBuilder
 from validator import complaints

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-from elastomorph.bending.fewest import farthest
 from elastomorph.bending.files import Character, require_output, write_character
+from elastomorph.bending.plan import farthest
 from elastomorph.bending.report import BendReport, BentTarget
 from elastomorph.bending.undo import is_bent
 from elastomorph.errors import FormatError

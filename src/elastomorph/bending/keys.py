@@ -4,23 +4,314 @@ A bend follows its slider: its weight is b(s(t)), which between two keys is neit
 line of LINEAR nor the cubic of CUBICSPLINE. Keys are added where that makes a difference: every
 source key stays as it is, and what the sliders do between the keys stays the same curve. Steps
 need none.
+
+The error of a stretch between two keys is measured at points so close together that the second
+derivative leaves little between them: a function that vanishes at two points h apart stays within
+h²/8 of its largest second derivative in between. That rest is counted, so the tolerance holds at
+every moment.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastomorph.bending.followers import Added, Floats, Follower, Pieces, added_keys
 from elastomorph.errors import ParameterError
-from elastomorph.model.bend_curve import BendCurve
+from elastomorph.model.bend_curve import BendCurve, unit_roots
 from elastomorph.numbers import as_number, as_numbers
 
 __all__ = ["Columns", "Keys", "bent_keys"]
+
+
+Floats = NDArray[np.float64]
+
+# A slider this close to where a curve has a corner is at the corner: keys of in-betweens were
+# rounded to single precision.
+_AT_CORNER = 1e-6
+_MOST_CELLS = 1 << 14
+# Points that are computed at once.
+_BLOCK = 1 << 13
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """A weight that follows a slider."""
+
+    column: int  # Column of its slider
+    place: int  # Column of the weights that it is added to
+    curve: BendCurve
+    size: float  # How far what it drives moves a vertex at a weight of 1, fraction of D
+
+    @cached_property
+    def corners(self) -> Floats:
+        """Where its slope jumps."""
+        inner = self.curve.breaks[1:-1]
+        jumps = np.abs(self.curve.slope(inner) - self.curve.slope(inner, before=True))
+        return inner[jumps > 1e-9 * self.steepest]
+
+    @cached_property
+    def steepest(self) -> float:
+        """A bound of |b'(t)|."""
+        return _largest_derivative(self.curve, 1)
+
+    @cached_property
+    def roundest(self) -> float:
+        """A bound of |b″(t)| between corners."""
+        return _largest_derivative(self.curve, 2)
+
+    def rates(self, sliders: Floats, rates: Floats, *, before: bool) -> Floats:
+        """d b(s)/dt from (N,) values and rates of its slider, just before or after a moment.
+
+        At a corner the curve has two slopes: which one counts depends on where the slider comes
+        from, or goes.
+        """
+        found = sliders
+        if len(self.corners):
+            near = np.abs(sliders[:, None] - self.corners).argmin(axis=1)
+            corner = self.corners[near]
+            found = np.where(np.abs(sliders - corner) <= _AT_CORNER, corner, sliders)
+        above = self.curve.slope(found)
+        if not len(self.corners):
+            return above * rates
+        below = self.curve.slope(found, before=True)
+        return np.asarray(np.where((rates > 0) == before, below, above) * rates)
+
+
+def _largest_derivative(curve: BendCurve, order: int) -> float:
+    rows = np.polynomial.polynomial.polyder(curve.coefficients, order, axis=1)
+    # A polynomial of degree n is nowhere 1/cos(π/8) times larger than at 4n + 1 Chebyshev points.
+    points = 4 * max(1, rows.shape[1] - 1)
+    part = (1 - np.cos(np.pi * np.arange(points + 1) / points)) / 2
+    local = part[:, None] * np.diff(curve.breaks)
+    values = np.polynomial.polynomial.polyval(local, rows.T[:, None, :], tensor=False)
+    return float(np.abs(values).max() / np.cos(np.pi / 8))
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """The sliders between source keys: polynomials of u, the part of the time that has gone."""
+
+    starts: Floats  # (M,) seconds
+    stops: Floats  # (M,)
+    rows: Floats  # (M, 2 or 4, J) coefficients of 1, u, u² and u³
+
+    @property
+    def cubic(self) -> bool:
+        """Whether keys have tangents."""
+        return bool(self.rows.shape[1] == 4)
+
+    def at(self, which: NDArray[np.int64], u: Floats, column: int | slice) -> tuple[Floats, Floats]:
+        """(P,) or (P, J) values and rates d/du of a slider, or of some, at P points of pieces."""
+        rows = self.rows[:, :, column][which]
+        part = u.reshape(-1, *(1,) * (rows.ndim - 2))
+        value, rate = rows[:, -1], np.zeros_like(rows[:, 0])
+        for degree in range(rows.shape[1] - 2, -1, -1):
+            rate = rate * part + value
+            value = value * part + rows[:, degree]
+        return value, rate
+
+    @cached_property
+    def fastest(self) -> Floats:
+        """(M, J) bounds of |ds/du|."""
+        degrees = np.arange(1.0, self.rows.shape[1])
+        return np.asarray(np.einsum("n,mnj->mj", degrees, np.abs(self.rows[:, 1:])))
+
+    @cached_property
+    def hardest(self) -> Floats:
+        """(M, J) bounds of |d²s/du²|."""
+        if not self.cubic:
+            return np.zeros_like(self.rows[:, 0])
+        second = 2 * self.rows[:, 2]
+        return np.asarray(np.maximum(np.abs(second), np.abs(second + 6 * self.rows[:, 3])))
+
+    def crossings(self, number: int, column: int, level: float) -> Floats:
+        """Each u within (0, 1) at which a slider passes a level in a piece."""
+        row = self.rows[number, :, column].copy()
+        row[0] -= level
+        row[np.abs(row) <= 1e-14 * np.abs(row).max()] = 0.0
+        return unit_roots(row)
+
+
+@dataclass(frozen=True, eq=False)
+class Added:
+    """Keys to be put between two others."""
+
+    times: Floats  # (N,) seconds, rising, numbers in single precision
+    error: float  # What is left between all of them, as a fraction of D
+
+
+def added_keys(pieces: Pieces, followers: Sequence[Follower], tolerance: float) -> list[Added]:
+    """The keys that each piece needs, as few as a greedy search finds."""
+    found = [Added(np.zeros(0), 0.0)] * len(pieces.starts)
+    columns = np.array([own.column for own in followers], dtype=np.int64)
+    sizes, steepest, roundest = (
+        np.array([getattr(own, name) for own in followers])
+        for name in ("size", "steepest", "roundest")
+    )
+    fast, hard = pieces.fastest[:, columns], pieces.hardest[:, columns]
+    bends = (roundest * fast**2 + steepest * hard) @ sizes
+    moving = (fast > 0) & (sizes > 0)
+    grids = []
+    for number in np.flatnonzero(moving.any(axis=1)).tolist():
+        own = np.flatnonzero(moving[number])
+        some = [followers[k] for k in own.tolist()]
+        grid = _grid(pieces, number, some, float(bends[number]), tolerance)
+        if grid is not None:
+            grids.append((grid, own))
+        else:
+            found[number] = Added(np.zeros(0), float(bends[number]) / 8)
+    for block in _blocks(grids):
+        for grid, stretch in _stretches(pieces, block, followers):
+            stops, error = _fewest(stretch, np.searchsorted(grid.u, grid.places), tolerance)
+            at = np.searchsorted(grid.places, grid.u[stops[1:-1]]) - 1
+            found[grid.number] = Added(grid.times[at], error)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Where keys may be put in a piece, and where the error is measured."""
+
+    number: int  # of the piece
+    times: Floats  # (N,) seconds of possible keys
+    places: Floats  # (N + 2,) those moments, the start and the end
+    u: Floats  # (P,) the places, and the moments at which curves have corners
+    bend: float  # Σ_k bound of |d²/du²|
+
+
+def _grid(
+    pieces: Pieces, number: int, moving: Sequence[Follower], bend: float, tolerance: float
+) -> _Grid | None:
+    """The grid of a piece; None where straight lines need no more keys."""
+    turns = [
+        pieces.crossings(number, own.column, float(corner))
+        for own in moving
+        for corner in own.corners
+    ]
+    corners = np.unique(np.concatenate([np.zeros(0), *turns]))
+    if not len(corners) and (bend == 0 or (not pieces.cubic and bend / 8 <= tolerance)):
+        return None
+    # Straight pieces are many and short, cubics few and long: choosing where they end from cells
+    # this small keeps a straight piece within a twentieth of as long as it can be.
+    fine = 2 if pieces.cubic else 8
+    cells = int(np.clip(np.ceil(fine * np.sqrt(bend / tolerance)), 1, _MOST_CELLS))
+    start, stop = pieces.starts[number], pieces.stops[number]
+    even = np.arange(1, cells) / cells
+    single = (start + np.union1d(even, corners) * (stop - start)).astype(np.float32)
+    times = np.unique(single).astype(np.float64)
+    times = times[(times > start) & (times < stop)]
+    places = np.concatenate([[0.0], (times - start) / (stop - start), [1.0]])
+    return _Grid(number, times, places, np.union1d(places, corners), bend)
+
+
+_Moved = tuple[_Grid, NDArray[np.int64]]  # A grid, and which followers move in its piece
+
+
+def _blocks(grids: list[_Moved]) -> Iterator[list[_Moved]]:
+    """The grids in runs of not too many points."""
+    block: list[_Moved] = []
+    for own in grids:
+        block.append(own)
+        if sum(len(grid.u) for grid, _ in block) >= _BLOCK:
+            yield block
+            block = []
+    if block:
+        yield block
+
+
+@dataclass(frozen=True, eq=False)
+class _Stretch:
+    """What the followers of a piece do at rising points of it."""
+
+    u: Floats  # (P,)
+    values: Floats  # (K, P) how far each moves a vertex, fraction of D
+    # (2, K, P) d/du just before and just after each point; None where keys have no tangents
+    rates: Floats | None
+    bend: float  # Σ_k bound of |d²/du²|
+
+    def error(self, start: int, stop: int) -> float:
+        """The largest Σ_k |error| between keys at two points and nowhere between."""
+        u, values = self.u[start : stop + 1], self.values[:, start : stop + 1]
+        step = u[-1] - u[0]
+        part = (u - u[0]) / step
+        rise = values[:, -1:] - values[:, :1]
+        between = values[:, :1] + part * rise
+        bend = self.bend
+        if self.rates is not None:
+            first = step * self.rates[1, :, start, None] - rise
+            last = step * self.rates[0, :, stop, None] - rise
+            between += part * (1 - part) * ((1 - part) * first - part * last)
+            ends = np.maximum(np.abs(4 * first + 2 * last), np.abs(2 * first + 4 * last))
+            bend += float(ends.sum()) / step**2
+        left = float(np.abs(between - values).sum(axis=0).max())
+        return left + bend * float(np.diff(u).max()) ** 2 / 8
+
+
+def _stretches(
+    pieces: Pieces, block: list[_Moved], followers: Sequence[Follower]
+) -> Iterator[tuple[_Grid, _Stretch]]:
+    """What moves on some grids, each curve computed at all of their points at once."""
+    u = np.concatenate([grid.u for grid, _ in block])
+    which = np.repeat([grid.number for grid, _ in block], [len(grid.u) for grid, _ in block])
+    some = np.unique(np.concatenate([own for _, own in block]))
+    values = np.empty((len(some), len(u)))
+    rates = np.empty((2, *values.shape)) if pieces.cubic else None
+    for row, own in enumerate(followers[k] for k in some.tolist()):
+        slider, rate = pieces.at(which, u, own.column)
+        values[row] = own.size * own.curve(slider)
+        if rates is not None:
+            rates[0, row] = own.size * own.rates(slider, rate, before=True)
+            rates[1, row] = own.size * own.rates(slider, rate, before=False)
+    start = 0
+    for grid, own_rows in block:
+        rows, points = np.searchsorted(some, own_rows), slice(start, start + len(grid.u))
+        start = points.stop
+        both = None if rates is None else rates[:, rows, points]
+        yield grid, _Stretch(grid.u, values[rows, points], both, grid.bend)
+
+
+def _fewest(
+    stretch: _Stretch, places: NDArray[np.int64], tolerance: float
+) -> tuple[NDArray[np.int64], float]:
+    """Greedily, the longest stretch from each key on."""
+    last = len(places) - 1
+    keys, largest = [0], 0.0
+    while keys[-1] < last:
+        before = keys[-1] - keys[-2] if len(keys) > 1 else last
+        reached, error = _longest(stretch, places, keys[-1], before, tolerance)
+        keys.append(reached)
+        largest = max(largest, error)
+    return places[keys], largest
+
+
+def _longest(
+    stretch: _Stretch, places: NDArray[np.int64], start: int, guess: int, tolerance: float
+) -> tuple[int, float]:
+    """Where the longest stretch from one key ends, and its error: the next place at least.
+
+    It is looked for from as long as the last one was, in steps that double and then halve.
+    """
+    last = len(places) - 1
+    good, bad, error = start + 1, last + 1, np.nan
+    tried, step = min(start + guess, last), 1
+    while bad - good > 1 or np.isnan(error):
+        longer = stretch.error(places[start], places[tried])
+        if longer <= tolerance or tried == start + 1:
+            good, error = tried, longer
+            ahead = tried + step
+        else:
+            bad = tried
+            ahead = tried - step
+        inside = bad <= last and not np.isnan(error)
+        tried = (good + bad) // 2 if inside else min(max(ahead, start + 1), last)
+        step *= 2
+        if good == last:
+            break
+    return good, float(error)
 
 
 @dataclass(frozen=True, eq=False)

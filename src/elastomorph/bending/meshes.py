@@ -1,28 +1,198 @@
 """The meshes of a document with the bends they get: targets, names, default weights, curves.
 
 New targets follow all others, so that whatever names a target by its number, such as an expression
-of VRM, means the same as before.
+of VRM, means the same as before. Displacements are stored as the numbers that the targets of the
+file have.
+
+Paths are made in the scene; from there back to the space of a mesh, with the linear part L of a
+vertex's place, a displacement d of the scene is L⁻¹d in the mesh. A normal n of the mesh is shown
+as L⁻ᵀn, and so what is added to it in the scene is Lᵀd there.
+
+Bends add to the normals of vertices where the targets of the file turn them too. A player lights a
+face by n₀ + t·δ + Σ_k b_k(t)·d_k, with the normals n₀ of the mesh and δ of the target, both of
+which stay as their author made them. The d_k are fitted to how much more than δ the surface turns
+on its path. Vertices at the same place with the same normal are one here, so that a texture seam
+does not show and a hard edge does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.bending.additions import Additions
-from elastomorph.bending.encoding import Encoding
-from elastomorph.bending.face import FaceMesh
+from elastomorph.bending.face import Face, FaceMesh
 from elastomorph.bending.keys import Columns
 from elastomorph.bending.plan import BentMorph
-from elastomorph.bending.spaces import MeshSpace
 from elastomorph.io.blend_shapes import curve_to_json
 from elastomorph.io.choices import choice_to_json
+from elastomorph.io.gltf.accessors import read_floats
 from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.morph_targets import NormalField, normal_deltas
+from elastomorph.io.gltf.primitives import Attributes
 from elastomorph.io.gltf.rig_extras import FOLDS, INDICES, WITHOUT_FOLDS
+from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
+from elastomorph.model.polygons import Polygons
+
+Field = NDArray[np.float64]
+
+_LEAST_VOLUME = 1e-12  # of a unit cube: what is flatter than this came out of rounding
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSpace:
+    """The vertices of a primitive, as the file stores them.
+
+    Attributes:
+        file: The file.
+        block: The vertices where the scene shows them.
+        attributes: Numbers of the accessors of the primitive.
+        of: What messages call the mesh.
+    """
+
+    file: GltfFile
+    block: Attributes
+    attributes: dict[str, Any]
+    of: str
+
+    @property
+    def rows(self) -> slice:
+        """Which of the vertices of the mesh these are."""
+        return slice(self.block.start, self.block.start + len(self.block.vertices))
+
+    def require_place(self) -> None:
+        """Refuse a mesh that moves, but is flattened to a plane, a line or a point."""
+        if self.block.displacements and self.block.placement.linear.ndim == 2:
+            self._require_solid(self.block.placement.linear)
+
+    def displacements(self, field: Field) -> Field:
+        """(N, 3) displacements in the mesh."""
+        linear = self.block.placement.linear
+        if linear.ndim == 3:
+            moved = np.flatnonzero(field.any(axis=1))
+            self._require_solid(linear[moved])
+            found = np.zeros_like(field)
+            found[moved] = np.linalg.solve(linear[moved], field[moved, :, None])[..., 0]
+            return found
+        if self._is_unit:
+            return field
+        self._require_solid(linear)
+        return np.asarray(np.linalg.solve(linear, field.T).T)
+
+    def normals(self, field: Field) -> Field:
+        """(N, 3) of the mesh, from what is added to unit normals in the scene."""
+        if self._is_unit:
+            return field
+        linear = self.block.placement.linear
+        pattern = "ji,nj->ni" if linear.ndim == 2 else "nji,nj->ni"
+        turned = np.einsum(pattern, linear, field)
+        # Lᵀn of the unit normal n in the scene has this length, where the mesh has a unit normal.
+        length = np.linalg.norm(np.einsum(pattern, linear, self.scene_normals), axis=1)
+        return np.asarray(turned / np.where(length > 0, length, 1.0)[:, None])
+
+    def tangents(self, normals: Field) -> Field:
+        """(N, 3) what is added to tangents where this is added to the normals of the mesh.
+
+        To first order in the turn: t stays perpendicular to n for -(t·d) n, and keeps its
+        direction within the surface.
+        """
+        tangents, at_rest = self._attribute("TANGENT", 4), self._attribute("NORMAL", 3)
+        if tangents is None or at_rest is None:
+            return np.zeros_like(normals)
+        along = np.einsum("ni,ni->n", tangents[:, :3], normals)
+        return np.asarray(-along[:, None] * at_rest)
+
+    @cached_property
+    def scene_normals(self) -> Field:
+        """(N, 3) unit normals where the scene shows them; zero where the file has none."""
+        found = self._attribute("NORMAL", 3)
+        if found is None:
+            return np.zeros_like(self.block.vertices)
+        if not self._is_unit:
+            linear = self.block.placement.linear
+            # The cofactors are |L| L⁻ᵀ, and never fail.
+            rows = np.swapaxes(linear, -1, -2)
+            cofactors = np.stack(
+                [np.cross(rows[..., (i + 1) % 3, :], rows[..., (i + 2) % 3, :]) for i in range(3)],
+                axis=-1,
+            )
+            pattern = "ij,nj->ni" if linear.ndim == 2 else "nij,nj->ni"
+            found = np.einsum(pattern, cofactors, found)
+        length = np.linalg.norm(found, axis=1, keepdims=True)
+        return np.asarray(found / np.where(length > 0, length, 1.0))
+
+    @property
+    def _is_unit(self) -> bool:
+        return np.array_equal(self.block.placement.linear, np.eye(3))
+
+    def _attribute(self, name: str, width: int) -> Field | None:
+        if name not in self.attributes:
+            return None
+        what = f"the {name.lower()}s of {self.of}"
+        count = len(self.block.vertices)
+        return read_floats(self.file, self.attributes[name], width, what, count=count)
+
+    def _require_solid(self, linear: Field) -> None:
+        """Refuse vertices whose place says nothing of where they were."""
+        volume = np.abs(np.linalg.det(linear))
+        largest = np.abs(linear).max(axis=(-2, -1), initial=0.0)
+        if (volume <= _LEAST_VOLUME * largest**3).any():
+            self.file.refuse(
+                f"{self.of} is flattened where the scene shows it at rest (a node or a joint has "
+                "a scale of 0), so its bends cannot be taken back to it; give it a scale"
+            )
+
+
+_WHOLE = {5120: "|i1", 5122: "<i2"}
+_FINER = {"|i1": "<i2"}
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """The type of the components of an accessor."""
+
+    dtype: str
+    normalized: bool
+
+    @classmethod
+    def of(cls, file: GltfFile, accessor: Any) -> Encoding:
+        """That of an accessor of the file; single precision where there is none."""
+        entry = {} if accessor is None else file.item("accessors", accessor, "a morph target")
+        code = entry.get("componentType")
+        dtype = _WHOLE.get(code, "<f4") if type(code) is int else "<f4"
+        return cls(dtype, dtype != "<f4" and entry.get("normalized") is True)
+
+    @property
+    def finer(self) -> Encoding:
+        """The next with more bits, for what these hold too roughly; itself where there is none."""
+        return Encoding(_FINER.get(self.dtype, self.dtype), self.normalized)
+
+    def encoded(
+        self, values: NDArray[np.float64], *, directions: bool = False
+    ) -> tuple[NDArray[Any], bool, NDArray[np.float64]]:
+        """(N, 3) the numbers stored, whether they are normalized, and (N, 3) how far they are off.
+
+        What does not fit into whole numbers is stored in single precision; of what turns directions
+        such as normals, the few vectors that are too long are shortened.
+        """
+        kind = np.dtype(self.dtype)
+        if kind.kind == "i":
+            limits = np.iinfo(kind)
+            unit = 1.0 / limits.max if self.normalized else 1.0
+            if directions and self.normalized:
+                values = values / np.maximum(1.0, np.abs(values).max(axis=1, keepdims=True))
+            steps = np.round(values / unit)
+            if np.abs(steps).max(initial=0.0) <= limits.max:
+                return steps.astype(kind), self.normalized, steps * unit - values
+        rows = values.astype(np.float32)
+        return rows, False, rows - values
+
 
 Fields = NDArray[np.float64]
 
@@ -249,3 +419,59 @@ class MeshEdit:
             own["targetNames"] = [*named, *self.names]
         if not any(own is extras for own in holding):
             extras["targetNames"] = [*self._mesh.names, *self.names]
+
+
+_LIKE = 1e-3  # a normal that is turned by less (0.06°) is lit alike
+
+
+@dataclass(frozen=True, eq=False)
+class NormalBends:
+    """The surface that normals are computed of.
+
+    Attributes:
+        mesh: Its vertices are one for each place and normal.
+        of_vertex: (V,) which of them each vertex of the face is, -1 where nothing moves.
+        first: (S,) a vertex of the face that each of them is.
+        corners: What normals are summed over.
+        at_rest: (S, 3) unit normals of the neutral.
+    """
+
+    mesh: Mesh
+    of_vertex: NDArray[np.int64]
+    first: NDArray[np.int64]
+    corners: NormalField
+    at_rest: Fields
+
+    @classmethod
+    def of(cls, face: Face, spaces: Sequence[tuple[NDArray[np.int64], MeshSpace]]) -> NormalBends:
+        """That of a face, from its vertices in each of some primitives."""
+        neutral, place = face.rig.neutral, face.welding.place
+        normals = np.zeros_like(neutral.vertices)
+        for vertices, space in spaces:
+            normals[vertices[space.rows]] = space.scene_normals
+        rows = np.column_stack([place, np.round(normals / _LIKE)])
+        moving = np.flatnonzero(place >= 0)
+        _, first, label = np.unique(rows[moving], axis=0, return_index=True, return_inverse=True)
+        of_vertex = np.full(len(place), -1, dtype=np.int64)
+        of_vertex[moving] = label.reshape(-1)
+        triangles = of_vertex[neutral.faces.triangles()]
+        twice = np.roll(triangles, 1, axis=1) == triangles
+        solid = triangles[(triangles >= 0).all(axis=1) & ~twice.any(axis=1)]
+        mesh = Mesh(neutral.vertices[moving[first]], Polygons.of(solid.astype(np.int32)))
+        corners = NormalField.of(mesh.faces)
+        return cls(mesh, of_vertex, moving[first], corners, corners.normals(mesh.vertices))
+
+    def bends(self, bent: BentMorph, target: Fields, bends: Fields) -> Fields:
+        """(K, V, 3) what the bends (K, V, 3) of a morph to a target (V, 3) add to normals."""
+        count = len(bends)
+        end = self.mesh.with_vertices(target[self.first])
+        fields, curves = bends[:, self.first], bent.morph.bend_curves
+        if bent.fold is not None:  # its part is played by the normals of the target itself
+            fields = np.concatenate([fields, (end.vertices - self.mesh.vertices)[None]])
+            curves = (*curves, bent.fold)
+        path = replace(bent.morph, neutral=self.mesh, target=end, bends=fields, bend_curves=curves)
+        added = normal_deltas(self.corners, path, range(len(curves)), self.at_rest)[1 : count + 1]
+        peaks = np.array([curve.height for curve in curves[:count]])
+        added[np.linalg.norm(added, axis=2) * peaks[:, None] < _LIKE] = 0.0
+        padded = np.concatenate([added, np.zeros_like(added[:, :1])], axis=1)
+        return np.asarray(padded[:, self.of_vertex])
