@@ -300,6 +300,21 @@ def test_a_part_that_ends_inside_the_others_goes_straight() -> None:
     assert morph.bends[:, first:].any()
 
 
+def test_teeth_that_shrink_far_behind_a_mask_are_hidden() -> None:
+    """Faces of avatars have no back: a mask winds less than once around what was inside before."""
+    flat, plate = (own.vertices - own.vertices.mean(axis=0) for own in (grid(12, 12), grid(3, 3)))
+    mask = np.column_stack([flat[:, :2] / 5.5, -((flat[:, :2] / 5.5) ** 2).sum(axis=1)])
+    first, count = len(mask), len(plate)
+    faces = [*grid(12, 12).faces, *(own + first for own in grid(3, 3).faces)]
+    start = em.Mesh(np.concatenate([mask, 0.15 * plate + [0, 0, -0.5]]), faces)
+    turned_plate = 0.15 * Rotation.from_rotvec([1.2, 0, 0]).apply(plate)
+    for size, depth, hidden in ((0.15, -1.3, count), (1.0, -1.3, 0), (0.15, 1.0, 0)):
+        end = np.concatenate([mask, size * turned_plate + [0, 0, depth]])
+        choice = em.interpolate(start, start.with_vertices(end)).choice
+        assert choice is not None
+        assert choice.hidden == hidden
+
+
 def test_markers_are_compared_halfway() -> None:
     """Where an arc is farthest from its chord: r(1 - cos θ/2) at the longest radius."""
     angle = np.radians([-40, -20, 0, 20, 40])

@@ -39,6 +39,9 @@ _RINGS = 2
 # A point is inside a surface where the surface winds around it by more than half a turn; heads are
 # open at the neck and the eyes. What was inside already, or half, has not been hidden.
 _INSIDE, _MORE_INSIDE = 0.5, 0.25
+# What goes farther than twice its size, and keeps less than a quarter of that, is put away: inside
+# the mask that the face of an avatar is, which winds half around what is behind it, or less.
+_AWAY, _LEFT = 2.0, 0.25
 
 
 @dataclass(frozen=True)
@@ -111,29 +114,33 @@ class Turning:
         )
 
     def hidden(self, least: float) -> NDArray[np.bool_]:
-        """(V,) components that are seen in the neutral, and end inside the others.
+        """(V,) components that end inside the others, where they are not seen.
 
         Only those whose path is farther than `least` from the straight line halfway are looked at,
         at the vertices that lie outermost along the axes.
         """
         faces, start, end = self.neutral.faces, self.neutral.vertices, self.target.vertices
-        found = np.zeros(len(start), dtype=bool)
+        found, nearly = np.zeros((2, len(start)), dtype=bool)
         far = np.linalg.norm(self.equation.at(0.5), axis=1) > least
         triangles = faces.triangles()
         for part in self.around.parts:
             if len(part) == len(start) or not far[part].any():
                 continue
             others = triangles[~np.isin(triangles[:, 0], part)]
-            outermost = np.unique([(sign * end[part]).argmax(axis=0) for sign in (-1.0, 1.0)])
-            inside = []
-            for vertex in part[outermost]:
-                inside.append(abs(winding_number(end[vertex], end[others])))
-                if inside[-1] <= _INSIDE:
-                    break
-            else:
-                before = [abs(winding_number(p, start[others])) for p in start[part[outermost]]]
-                found[part] = np.mean(inside) - np.mean(before) > _MORE_INSIDE
-        return found
+            outermost = part[np.unique([(sign * end[part]).argmax(axis=0) for sign in (-1.0, 1.0)])]
+            size, left = (
+                np.linalg.norm(own[part] - own[part].mean(axis=0)) for own in (start, end)
+            )
+            moved = np.linalg.norm((end - start)[part].sum(axis=0)) / np.sqrt(len(part))
+            inside = [abs(winding_number(p, end[others])) for p in end[outermost]]
+            if moved > _AWAY * size and left < _LEFT * size:
+                found[part] = np.mean(inside) > _MORE_INSIDE
+            elif np.mean(inside) > _INSIDE:
+                before = [abs(winding_number(p, start[others])) for p in start[outermost]]
+                if np.mean(inside) - np.mean(before) > _MORE_INSIDE:
+                    (found if min(inside) > _INSIDE else nearly)[part] = True
+        # A target that hides most of what it turns hides what ends almost inside, too.
+        return found | nearly if found.sum() > nearly.sum() else found
 
     def stored(self, tolerance: float, label: str) -> Morph:
         """The path as bends within a tolerance."""
