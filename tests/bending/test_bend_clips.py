@@ -139,14 +139,32 @@ def test_a_sampler_of_several_channels_serves_those_that_stay(tmp_path: Path) ->
     assert "interpolation" not in animation["samplers"][1]
 
 
-def test_weights_of_whole_numbers_are_what_they_stand_for(tmp_path: Path) -> None:
-    file = flap_character()
-    number = file.array(np.round(WEIGHTS * 255).reshape(-1), kind="|u1", normalized=True)
-    clip(file, [(0, of_node(0))], [{**sampler(file, WEIGHTS), "output": number}])
+@pytest.mark.parametrize("dtype", ["|u1", "|i1", "<u2", "<i2"])
+@pytest.mark.parametrize("kind", ["STEP", "LINEAR"])
+def test_weights_of_whole_numbers_stay_whole(tmp_path: Path, kind: str, dtype: str) -> None:
+    """In as many bits as hold sliders and bends together within the tolerance of keys."""
+    file, largest = flap_character(), np.iinfo(dtype).max
+    given = np.round(WEIGHTS * largest)
+    number = file.array(given.reshape(-1), kind=dtype, normalized=True)
+    clip(file, [(0, of_node(0))], [{**sampler(file, WEIGHTS, kind), "output": number}])
     bent = bent_file(file, tmp_path)
-    times, values, _ = keys(bent, 0, 2 + len(curves(bent)))
-    at = np.searchsorted(times, TIMES)
-    np.testing.assert_allclose(values[at, :2], np.round(WEIGHTS * 255) / 255, atol=1e-7)
+    own = curves(bent)
+    times, values, _ = keys(bent, 0, 2 + len(own))
+    output = bent.document["animations"][0]["samplers"][0]["output"]
+    stored = bent.document["accessors"][output]
+    assert stored["normalized"] is True
+    assert stored["componentType"] in (5121, 5120, 5123, 5122)
+    moments = TIMES if kind == "STEP" else np.linspace(0, 2, 401)
+    sliders = [np.interp(moments, TIMES, each) for each in given.T / largest]
+    asked = [*sliders, *([_value(curve, t) for t in sliders[0]] for curve in own)]
+    played = [np.interp(moments, times, each) for each in values.T]
+    lengths = [bend_length(bent, target) for target in range(2 + len(own))]
+    off = sum(s * np.abs(a - b) for s, a, b in zip(lengths, played, asked, strict=True))
+    assert off.max() <= 1.0e-4 * em.bend(tmp_path / "a.glb", None).extent
+    floats = bent_file(file, tmp_path, keys_tolerance=1e-7)
+    output = floats.document["animations"][0]["samplers"][0]["output"]
+    assert floats.document["accessors"][output]["componentType"] == 5126
+    assert "normalized" not in floats.document["accessors"][output]
 
 
 @pytest.mark.parametrize("holder", ["nodes", "meshes"])

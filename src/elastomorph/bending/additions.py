@@ -109,13 +109,16 @@ class Additions:
             self._known[key] = self._add(accessor)
         return self._known[key]
 
-    def keys(self, values: NDArray[np.float32], beside: Any, *, bounds: bool = False) -> int:
+    def keys(self, values: NDArray[Any], beside: Any, *, bounds: bool = False) -> int:
         """The number of an accessor of (N,) numbers: key times, which have bounds, or weights.
+
+        The largest of whole numbers stands for 1.
 
         They share a view with others in whose place keys of the same view were.
         """
         place = self._append(("keys", bounds, beside), values.tobytes())
         accessor = place | self._kind(values.reshape(-1, 1))
+        accessor |= {"normalized": True} if values.dtype.kind != "f" else {}
         if bounds:
             accessor |= {"min": [float(values.min())], "max": [float(values.max())]}
         return self._add(accessor)

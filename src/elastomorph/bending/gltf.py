@@ -39,7 +39,7 @@ from elastomorph.bending.report import BendReport, BentTarget
 from elastomorph.bending.undo import record
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import size_of
-from elastomorph.io.gltf.accessors import read_floats
+from elastomorph.io.gltf.accessors import DTYPES, read_floats
 from elastomorph.io.gltf.clips import POINTER, MovedWeights, moved_weights
 from elastomorph.io.gltf.container import GltfFile, open_gltf
 from elastomorph.io.untrusted import naming_file
@@ -215,9 +215,9 @@ class ClipEdit:
         key = (number, moved)
         if key not in made:
             keys, times = self._keys(samplers[number], columns, of)
-            parts = [keys.values]
+            parts = [keys.stored(keys.values)]
             if moved.weight is not None:  # its own first, which moves as before unless it is folded
-                parts = np.split(keys.values, keys.values.shape[-1], axis=-1)
+                parts = np.split(parts[0], parts[0].shape[-1], axis=-1)
                 parts = parts if columns.folds else parts[1:]
             made[key] = self._samplers(samplers, samplers[number], keys.times, times, parts)
         if moved.weight is None:
@@ -242,8 +242,10 @@ class ClipEdit:
         count = len(times) * rows * columns.count
         values = read_floats(file, sampler.get("output"), 1, what, count=count)
         shape = (len(times), *([3] if rows == 3 else []), columns.count)
+        stored = DTYPES[file.item("accessors", sampler["output"], what)["componentType"]]
+        given = values.reshape(shape)
         try:
-            keys = bent_keys(times, values.reshape(shape), kind, columns, self._tolerance)
+            keys = bent_keys(times, given, kind, columns, self._tolerance, stored)
         except ParameterError as problem:
             file.refuse(f"{of} cannot be bent: {problem}")
         self.error = max(self.error, keys.error)
@@ -256,7 +258,7 @@ class ClipEdit:
         source: dict[str, Any],
         keys: NDArray[np.float64],
         times: NDArray[np.float64],
-        parts: list[NDArray[np.float64]],
+        parts: list[NDArray[Any]],
     ) -> list[int]:
         """The numbers of new samplers like that of the source, of key times and of values each."""
         number = source["input"]
@@ -264,7 +266,7 @@ class ClipEdit:
             number = self._input(number, keys.astype(np.float32))
         for values in parts:
             view = self._view(source["output"])
-            output = self._additions.keys(values.astype(np.float32).reshape(-1), view)
+            output = self._additions.keys(values.reshape(-1), view)
             samplers.append({**source, "input": number, "output": output})
         return list(range(len(samplers) - len(parts), len(samplers)))
 
@@ -283,7 +285,7 @@ def _of_one(columns: Columns, weight: int) -> Columns:
     """The columns of one slider alone."""
     bends = tuple((0, curve, size) for column, curve, size in columns.bends if column == weight)
     folds = {0: columns.folds[weight]} if weight in columns.folds else {}
-    return Columns(1, bends, folds)
+    return Columns(1, bends, folds, columns.sizes[weight : weight + 1])
 
 
 FEWEST = 1e-5

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -325,11 +326,13 @@ class Columns:
             and as a fraction of D.
         folds: By column of the slider: the curve that is added to the weight of Δ itself, and how
             far Δ moves a vertex at most, as a fraction of D.
+        sizes: (J,) how far each Δ moves a vertex, likewise; for weights in whole numbers alone.
     """
 
     count: int
     bends: tuple[tuple[int, BendCurve, float], ...]
     folds: Mapping[int, tuple[BendCurve, float]]
+    sizes: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         for column in (*(own[0] for own in self.bends), *self.folds):
@@ -368,16 +371,32 @@ class Keys:
     Attributes:
         times: (T',) seconds, each of them a number in single precision.
         values: (T', J + K), or (T', 3, J + K) for CUBICSPLINE: in-tangent, value and out-tangent,
-            tangents a second as glTF has them. All are numbers in single precision.
+            tangents a second as glTF has them. All are numbers that the type holds.
         interpolation: STEP, LINEAR or CUBICSPLINE, as in the source.
         error: How far a vertex may be from where the sliders put it, between keys and by the
             rounding of the bends' weights, as a fraction of D.
+        dtype: The type of the values: ``<f4``, or whole numbers of which the largest stands for 1.
     """
 
     times: NDArray[np.float64]
     values: NDArray[np.float64]
     interpolation: str
     error: float
+    dtype: str = "<f4"
+
+    def stored(self, values: Floats) -> NDArray[Any]:
+        """Some of the values as the numbers of the type."""
+        kind = np.dtype(self.dtype)
+        return (values if kind.kind == "f" else np.rint(values * np.iinfo(kind).max)).astype(kind)
+
+
+# Types of weights, each with those that hold them more closely; only the last holds all weights.
+_KINDS = {
+    "|u1": ("|u1", "<u2", "<i2"),
+    "|i1": ("|i1", "<i2"),
+    "<u2": ("<u2", "<i2"),
+    "<i2": ("<i2",),
+}
 
 
 def bent_keys(
@@ -386,6 +405,7 @@ def bent_keys(
     interpolation: str,
     columns: Columns,
     tolerance: float,
+    dtype: str = "<f4",
 ) -> Keys:
     """The keys of all targets of a mesh from those of its sliders.
 
@@ -400,6 +420,8 @@ def bent_keys(
         interpolation: STEP, LINEAR or CUBICSPLINE.
         columns: How the weights are extended.
         tolerance: Largest error, as a fraction of D.
+        dtype: The type of the values in the file. Whole numbers stay whole, in as many bits as hold
+            half of the tolerance, if any do: the other half is for what is between the keys.
 
     Raises:
         ParameterError: Shapes do not fit, numbers are not finite, times do not rise, or the
@@ -407,18 +429,27 @@ def bent_keys(
     """
     tolerance = as_number(tolerance, "the tolerance of keys", above=0)
     moments, given = _checked(times, values, interpolation, columns.count)
-    if interpolation == "STEP":
-        found, error = _rounded(columns.weights(given), columns)
-        return Keys(moments, found, interpolation, error)
+    for kind in _KINDS.get(dtype, ()):
+        keys = _bent(moments, given, interpolation, columns, tolerance / 2, kind)
+        if keys.error <= tolerance:
+            return keys
+    return _bent(moments, given, interpolation, columns, tolerance, "<f4")
+
+
+def _bent(
+    moments: Floats, given: Floats, kind: str, columns: Columns, tolerance: float, dtype: str
+) -> Keys:
+    if kind == "STEP":
+        found, rounding = _rounded(columns.weights(given), columns, dtype)
+        return Keys(moments, found, kind, rounding, dtype)
     pieces = _pieces(moments, given)
     added = added_keys(pieces, columns.followers, tolerance)
     seconds, sliders = _with_added(moments, given, pieces, added)
+    spans = np.diff(seconds) if pieces.cubic else None
+    every = columns.weights(sliders) if spans is None else _with_tangents(sliders, columns)
+    found, rounding = _rounded(every, columns, dtype, spans)
     error = max((own.error for own in added), default=0.0)
-    if interpolation == "LINEAR":
-        found, rounding = _rounded(columns.weights(sliders), columns)
-    else:
-        found, rounding = _rounded(_with_tangents(sliders, columns), columns, np.diff(seconds))
-    return Keys(seconds, found, interpolation, error + rounding)
+    return Keys(seconds, found, kind, error + rounding, dtype)
 
 
 def _checked(
@@ -494,13 +525,21 @@ def _with_tangents(sliders: Floats, columns: Columns) -> Floats:
     return found
 
 
-def _rounded(values: Floats, columns: Columns, spans: Floats | None = None) -> tuple[Floats, float]:
-    """Values in single precision, and how far that moves a vertex by the weights that follow.
+def _rounded(
+    values: Floats, columns: Columns, dtype: str, spans: Floats | None = None
+) -> tuple[Floats, float]:
+    """Values as a type holds them, and how far that moves a vertex by the weights that follow.
 
-    A wrong tangent moves a cubic by at most 4/27 of it times the span.
+    Whole numbers round the weights of sliders too. A wrong tangent moves a cubic by at most 4/27 of
+    it times the span.
     """
     found = _single(values)
     sizes = np.zeros(values.shape[-1])
+    if dtype != "<f4":
+        limits = np.iinfo(dtype)
+        found = np.rint(np.clip(found, max(limits.min, -limits.max) / limits.max, 1) * limits.max)
+        found /= limits.max
+        sizes[: len(columns.sizes)] = columns.sizes
     for own in columns.followers:
         sizes[own.place] = own.size
     off = np.abs(found - values) @ sizes

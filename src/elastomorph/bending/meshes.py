@@ -279,13 +279,6 @@ class MeshEdit:
         entry["bake_error"] = bent.error * self._extent / (self._mesh.diameter or 1.0)
         self._stored[bent.name] = entry
 
-    @property
-    def columns(self) -> Columns | None:
-        """How its weights are extended; None where nothing was added."""
-        if not self._bends and not self._folds:
-            return None
-        return Columns(len(self._mesh.names), tuple(self._bends), self._folds)
-
     def _add_target(self, column: int, bend: Fields, normals: Fields | None, peak: float) -> float:
         """One further target in every primitive; those that share vertices share accessors.
 
@@ -351,9 +344,12 @@ class MeshEdit:
 
     def finish(self, paths: Mapping[str, Morph]) -> Columns | None:
         """Write names, default weights and curves; how the weights of the mesh are extended."""
-        columns = self.columns
-        if columns is None:
+        if not self._bends and not self._folds:
             return None
+        names, morph_of = self._mesh.names, self._mesh.morph_of
+        lengths = (np.linalg.norm(paths[morph_of[name]].delta, axis=1) for name in names)
+        sizes = tuple(float(own.max()) / self._extent for own in lengths)
+        columns = Columns(len(names), tuple(self._bends), self._folds, sizes)
         extras = self._entry.setdefault("extras", {})
         self._extend_names(extras)
         given = extras["targetNames"]
