@@ -15,7 +15,14 @@ from small_meshes import grid
 
 installed("pxr", "usd")
 
-NEUTRALS = ["neutral.glb", "neutral.vrm", "neutral.usda", "neutral.usdc", "neutral.usdz"]
+NEUTRALS = [
+    "neutral.glb",
+    "neutral.vrm",
+    "neutral.usda",
+    "neutral.usdc",
+    "neutral.usdz",
+    "neutral.npz",
+]
 
 
 @pytest.fixture(autouse=True)
@@ -40,8 +47,19 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     Sdf.Layer.FindOrOpen("neutral.usda").Export("neutral.usdc")
     assert UsdUtils.CreateNewUsdzPackage("neutral.usdc", "neutral.usdz")
+    em.write("neutral.npz", em.Rig(neutral, {}))
     em.write("rig.glb", em.Rig(neutral, {"up": em.interpolate(neutral, raised, "linear")}))
     return tmp_path
+
+
+@pytest.mark.parametrize("kind", ["glb", "usda", "none.usda"])
+def test_shapes_that_move_nothing_are_not_bent(kind: str) -> None:
+    """One sentence about the file, whatever its format."""
+    neutral = grid(7, 6)
+    still = {} if kind == "none.usda" else {"up": em.interpolate(neutral, neutral, "linear")}
+    em.write(f"still.{kind}", em.Rig(neutral, still))
+    with pytest.raises(em.FormatError, match=r"still\..*so there is nothing to bend; export it"):
+        em.bend(f"still.{kind}", f"bent.{kind}")
 
 
 @pytest.mark.parametrize("name", NEUTRALS)
@@ -61,6 +79,28 @@ class TestNeutrals:
         assert run("inspect", name, "--json") == 0
         assert json.loads(capsys.readouterr().out)["vertices"] == 42
         assert run("curves", name, "-o", "curves.json") == 0
+        assert run("doctor", name, "target.obj") == 0
+
+    @pytest.mark.parametrize("door", ["folder", "settings"])
+    def test_beside_its_targets(self, name: str, door: str) -> None:
+        """A folder, and settings, with targets in other files."""
+        place = Path("character")
+        place.mkdir()
+        for file in (name, "target.obj"):
+            (place / file).write_bytes(Path(file).read_bytes())
+        if door == "settings":
+            (place / "elastomorph.toml").write_text(f'[character]\nneutral = "{name}"\n')
+        assert run("export", str(place), "-o", "made.glb") == 0
+        made = em.read_rig("made.glb")
+        np.testing.assert_array_equal(made.neutral.vertices, grid(7, 6).vertices)
+        assert list(made.morphs) == ["target"]
+
+    def test_without_sliders_there_is_nothing_to_move(
+        self, name: str, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        assert run("blend", name, "-w", "up=1", "-o", "face.obj") == 1
+        said = capsys.readouterr().err
+        assert "there are none" in said or "no mesh has blend shapes" in said
 
 
 def test_a_rig_is_no_neutral() -> None:

@@ -145,8 +145,13 @@ def test_targets_that_cannot_be_files_are_refused(
 def test_a_rig_is_named_alone(tmp_path: Path, face: Mesh, faulty: Rig) -> None:
     write(tmp_path / "neutral.obj", face)
     settings = written(tmp_path, "settings", faulty)
-    for other in ("built-in", written(tmp_path, ".glb", faulty), settings):
+    for other in ("built-in", settings):
         with pytest.raises(ParameterError, match="name it alone"):
             examine_files([tmp_path / "neutral.obj", other])
+    rig = written(tmp_path, ".glb", faulty)
+    for files in ([tmp_path / "neutral.obj", rig], [rig, tmp_path / "neutral.obj"]):
+        (finding,) = examine_files(files).findings
+        assert (finding.name, finding.file) == ("unreadable", str(rig))
+        assert "this is a rig, targets: " in finding.message
     with pytest.raises(FileError):
         examine_files([tmp_path / "missing.glb"])

@@ -245,7 +245,14 @@ class _Bends:
         rig = original.rig
         shapes = [shape for mesh in original.meshes for shape in mesh.shapes]
         kept = frozenset(shape.name for shape in shapes if shape.has_path)
-        welding = Welding.of(rig.neutral, [m.target.vertices for m in rig.morphs.values()])
+        targets = [morph.target.vertices for morph in rig.morphs.values()]
+        if all(np.array_equal(target, rig.neutral.vertices) for target in targets):
+            raise FormatError(
+                original.path,
+                "none of its blend shapes moves any vertex, so there is nothing to bend; export it "
+                "with blend shapes that move",
+            )
+        welding = Welding.of(rig.neutral, targets)
         ends = {name: welding.mesh(morph.target) for name, morph in rig.morphs.items()}
         moving = bare_rig(welding.neutral, ends)
         names = _names(only, moving)

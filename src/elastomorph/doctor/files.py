@@ -36,7 +36,7 @@ def rig_paths(paths: Sequence[str | Path]) -> tuple[Path, ...]:
     for file in files:
         suffix = file.suffix.lower()
         what = "a folder" if file.is_dir() else "a settings file" if suffix == ".toml" else ""
-        if (suffix in _RIGS and suffix not in _MESHES) or str(file) == BUILT_IN:
+        if str(file) == BUILT_IN:
             what = "a rig"
         if what:
             raise ParameterError(f"{file} is {what}: name it alone, or name mesh files")

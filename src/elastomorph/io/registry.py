@@ -153,7 +153,7 @@ def read(path: str | Path) -> Mesh:
 
     Args:
         path: A file whose suffix names its format: .obj, .ply or .npz; or that of a rig (.glb,
-            .gltf, .vrm, .usd, .usda, .usdc, .usdz, .fbx) without targets, its meshes as one.
+            .gltf, .vrm, .usd, .usda, .usdc, .usdz, .fbx, .npz) without targets, its meshes as one.
 
     Raises:
         FileError: The file is missing or cannot be read.
@@ -162,7 +162,7 @@ def read(path: str | Path) -> Mesh:
         MissingExtraError: The format needs a package that is not installed.
     """
     require_there(path)
-    if Path(path).suffix.lower() not in set(known_suffixes(RIG_FORMATS)) - {".npz"}:
+    if not _is_rig(path):
         return format_of(path, MESH_FORMATS).read(path)
     known = format_of(path, RIG_FORMATS)
     rig = known.read(path, **known.still)
@@ -173,6 +173,15 @@ def read(path: str | Path) -> Mesh:
             "where a rig is asked for, or a file of the one mesh that is meant",
         )
     return rig.neutral
+
+
+def _is_rig(path: str | Path) -> bool:
+    if Path(path).suffix.lower() != ".npz":
+        return Path(path).suffix.lower() in known_suffixes(RIG_FORMATS)
+    from elastomorph.io.npz.members import open_npz
+
+    with open_npz(path) as members:
+        return "rig_version" in members.names
 
 
 def require_there(path: str | Path) -> None:

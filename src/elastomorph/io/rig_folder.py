@@ -19,6 +19,7 @@ from elastomorph.io.registry import (
     BUILT_IN,
     MESH_FORMATS,
     RIG_FORMATS,
+    Format,
     format_of,
     known_suffixes,
     read,
@@ -246,7 +247,7 @@ def read_targets(
     return targets
 
 
-def _meshes_in(place: Path) -> list[Path]:
+def _meshes_in(place: Path, formats: tuple[Format[Any], ...] = MESH_FORMATS) -> list[Path]:
     if not is_folder(place):
         what = "this is a file" if is_file(place) else "there is no such folder"
         raise FileError(place, f"{what}; name a folder with a neutral and its targets")
@@ -254,7 +255,7 @@ def _meshes_in(place: Path) -> list[Path]:
         return sorted(
             file
             for file in place.iterdir()
-            if file.suffix.lower() in known_suffixes(MESH_FORMATS)
+            if file.suffix.lower() in known_suffixes(formats)
             and not file.name.startswith(".")
             and file.name != CONFIDENCE
             and not file.is_dir()
@@ -264,7 +265,10 @@ def _meshes_in(place: Path) -> list[Path]:
 
 
 def _only_neutral(place: Path, files: list[Path]) -> Path:
-    called = [file for file in files if _WORD in file.stem.lower()]
+    # Where no mesh is called so, it may be the file of a rig, one without targets.
+    called = [file for file in files if _WORD in file.stem.lower()] or [
+        file for file in _meshes_in(place, RIG_FORMATS) if _WORD in file.stem.lower()
+    ]
     exactly = [file for file in called if file.stem.lower() == _WORD]
     found = exactly if len(exactly) == 1 else called
     if len(found) == 1:

@@ -126,7 +126,9 @@ class Sliders:
         """Check that a name is among the known ones; else suggest the nearest."""
         if name not in known:
             near = get_close_matches(str(name), known, n=1, cutoff=0.5)
-            hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known[:8])}, …"
+            listed = ", ".join(known[:8]) or "none"
+            hint = f"did you mean {near[0]!r}?" if near else f"there are {listed}"
+            hint += ", …" * (not near and len(known) > 8)
             raise ParameterError(f"the rig has no slider {name!r}: {hint}")
 
     def _usable(self, table: NDArray[np.float64]) -> NDArray[np.float64]:

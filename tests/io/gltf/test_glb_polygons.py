@@ -90,6 +90,22 @@ def test_triangles_that_are_no_fans_stay_triangles(tmp_path: Path) -> None:
     assert listed(neutral.faces) == NO_FANS
 
 
+# All around a corner, to and fro, and around one that a polygon has already been to.
+CLOSED = [
+    [[0, 1, 2], [0, 2, 3], [0, 3, 1]],
+    [[0, 1, 2], [0, 2, 1]],
+    [[3, 0, 1], [3, 1, 2], [3, 2, 4], [3, 4, 1], [3, 1, 5]],
+]
+
+
+@pytest.mark.parametrize("triangles", CLOSED)
+def test_no_polygon_has_a_corner_twice(triangles: list[list[int]], tmp_path: Path) -> None:
+    """The polygons beside a fan that closes are read all the same."""
+    around = [*FANS[:2], *triangles, *FANS[5:]]
+    neutral = read_glb(row(around).write(tmp_path / "a.glb")).neutral
+    assert listed(neutral.faces) == [POLYGONS[0], *triangles, *POLYGONS[2:]]
+
+
 @pytest.mark.parametrize("extensions", [[], "FB_ngon_encoding", None])
 def test_extensions_that_are_no_object_say_nothing(tmp_path: Path, extensions: Any) -> None:
     file = row(FANS)
@@ -153,6 +169,8 @@ def test_polygons_are_those_that_the_page_draws(tmp_path: Path) -> None:
     files = {
         "fans": row(FANS),
         "mirrored": row(FANS, scale=[1, -1, 1]),
+        **{f"closed {n}": row([*FANS[:2], *own, *FANS[5:]]) for n, own in enumerate(CLOSED)},
+        "mirrored closed": row([*FANS[:2], *CLOSED[2], *FANS[5:]], scale=[1, -1, 1]),
         "none": row(NO_FANS),
         "mirrored none": row(NO_FANS, scale=[1, -1, 1]),
         "untold": row(FANS, told=False),

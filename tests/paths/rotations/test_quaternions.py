@@ -212,3 +212,11 @@ def test_a_part_that_shrinks_to_a_point_does_not_turn(noise: float, grows: bool)
     turns, as_one = common_turns(*ends, [np.arange(40)], 1e3)
     assert as_one.all()
     np.testing.assert_array_equal(turns, [[1, 0, 0, 0]])
+
+
+@pytest.mark.parametrize(("size", "turns"), [(0.0009, False), (0.0011, True)])
+def test_a_thousandth_is_where_a_part_is_a_point(size: float, turns: bool) -> None:
+    whole = np.random.default_rng(4).normal(size=(40, 3))
+    small = size * Rotation.from_rotvec([0.0, 0.8, 0.0]).apply(whole)
+    found, _ = common_turns(whole, small, [np.arange(40)], 1e3)
+    np.testing.assert_allclose(rotation_vectors(found)[0], [0, 0.8 * turns, 0], atol=1e-9)

@@ -138,18 +138,29 @@ export function plainEdges(surface: Surface, seams: Uint32Array): Uint32Array {
 
 /**
  * FB_ngon_encoding: triangles of one polygon follow each other and have the same first corner. Those
- * that do not lie on the one before begin another, as in the package.
+ * that do not lie on the one before begin another, and so do all of a fan that comes to a corner
+ * again, as in the package.
  */
 function fansOf({ triangles, fans, mirrored }: Piece): Uint32Array {
   const [second, third] = mirrored ? [2, 1] : [1, 2];
-  const polygon = new Uint32Array(triangles.length / 3);
-  for (let t = 1; t < polygon.length; t += 1) {
+  const polygon = Uint32Array.from({ length: triangles.length / 3 }, (_, t) => t);
+  let corners = new Set<number>();
+  let closed = false;
+  for (let [t, start] = [0, 0]; fans && t < polygon.length; t += 1) {
     const [from, before] = [3 * t, 3 * t - 3];
     const same =
-      fans &&
+      t > 0 &&
       triangles[from] === triangles[before] &&
       triangles[from + second] === triangles[before + third];
-    polygon[t] = polygon[t - 1]! + (same ? 0 : 1);
+    if (!same) {
+      [start, closed, corners] = [t, false, new Set([triangles[from + second]!])];
+    }
+    if (!closed && corners.has(triangles[from + third]!)) {
+      closed = true;
+      for (let own = start; own < t; own += 1) polygon[own] = own;
+    }
+    corners.add(triangles[from + third]!);
+    if (!closed) polygon[t] = start;
   }
   return polygon;
 }

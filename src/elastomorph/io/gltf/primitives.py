@@ -255,13 +255,19 @@ def _read_triangles(
 def _begins(primitive: dict[str, Any], triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
     """(T,) which triangles begin a polygon: all, unless the file says that they are fans.
 
-    Those that only begin with the corner of the one before, and do not lie on it, begin one too.
+    Those that only begin with the corner of the one before, and do not lie on it, begin one too. So
+    do all of a fan that comes to a corner again: no polygon has one twice.
     """
     begins = np.ones(len(triangles), dtype=bool)
     extensions = primitive.get("extensions")
     fans = isinstance(extensions, dict) and _FANS in extensions
     if fans and primitive.get("mode", _TRIANGLES) == _TRIANGLES:
         begins[1:] = (triangles[1:, :2] != triangles[:-1, [0, 2]]).any(axis=1)
+        fan = np.cumsum(begins)
+        of_fan = np.concatenate([fan, fan[begins]])
+        corners = np.concatenate([triangles[:, 2], triangles[begins, 1]])
+        ends, times = np.unique([of_fan, corners], axis=1, return_counts=True)
+        begins |= np.isin(fan, ends[0, times > 1])
     return begins
 
 
