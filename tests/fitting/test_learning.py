@@ -9,9 +9,12 @@ import pytest
 
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
+from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.movements import find_movements
 from elastomorph.fitting import recordings
+from elastomorph.fitting import repetitions as repeating
 from elastomorph.fitting.path_fit import Observed, Splines, fitted
+from elastomorph.fitting.takes import Take
 from elastomorph.io.sequences.recordings import read_recording
 from elastomorph.io.vertex_lists import read_curves
 
@@ -379,3 +382,17 @@ def test_repetitions_with_more_bends_are_never_worse(network: CurveNetwork) -> N
     for measure in ("lme", "lae"):
         errors = [getattr(each, measure) for each in found]
         assert sorted(errors, reverse=True) == errors
+
+
+@pytest.mark.realdata
+def test_two_bends_of_three_openings_of_a_jaw_carry_over_to_the_fourth(data_dir: Path) -> None:
+    """Two bends are not tied to the moments of one: those carried over to no other opening."""
+    take = read_recording(data_dir / "animface" / "jaw.npz")
+    network = CurveNetwork(read_curves(CURVES, 41, take.names), 41)
+    parts = ((84, 132), (248, 132), (317, 408), (502, 408))
+    along = CurveVertices.of(network, 41)
+    fourth, *others = (Take(take.motion.part(*part), along) for part in parts)
+    limits = [each.closest(each.line)[0] for each in others]
+    path = repeating._path(others, repeating.Wanted(2, None, False), limits)
+    straight, learned = (fourth.closest(each)[0].lme for each in (fourth.line, path))
+    assert straight > 1.1 * learned

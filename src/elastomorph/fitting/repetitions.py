@@ -73,16 +73,21 @@ def _path(takes: Sequence[Take], wanted: Wanted, limits: Sequence[PathErrors]) -
     """The path for all recordings, on none worse than the straight line."""
     motions, counted = [take.motion for take in takes], counted_together(takes)
     best = replace(takes[0].line, errors=PathErrors.joined(limits))
-    nearest, start = [take.nearest for take in takes], None
+    nearest = even = [take.nearest for take in takes]
+    start = None
     # Each recording counts alike, however large its movement is.
     units = [limit.lme or 1.0 for limit in limits]
     for count in range(1, wanted.bends + 1):
-        moments, fewer = nearest, best
+        # From the moments of the straight line, as if no path of fewer bends were known: what
+        # begins at those of one carries over to recordings left out less well.
+        moments, fewer, least = even, best, np.inf
         origins: list[tuple[PathFit, Splines] | None] = [None] * _ROUNDS
         origins += [] if wanted.recorded or start is None else [start]
         for origin in origins:
-            if origin is not None and best is not fewer:
-                break
+            if origin is not None:
+                if best is not fewer:
+                    break
+                moments = nearest
             together = Recordings(motions, moments, takes[0].along, counted, False, units)
             several = KNOTS if wanted.knots is None and len(takes) > 1 else wanted.knots
             knots, limited = enough_knots(together, count, several)
@@ -91,17 +96,21 @@ def _path(takes: Sequence[Take], wanted: Wanted, limits: Sequence[PathErrors]) -
             fit = path_through(together, splines, own, recorded=wanted.recorded, start=origin)
 
             def measured(
-                path: Learned, least: PathErrors = best.errors
-            ) -> tuple[float, tuple[PathErrors, list[Floats]]]:
+                path: Learned, known: PathErrors = fewer.errors
+            ) -> tuple[float, tuple[float, PathErrors, list[Floats]]]:
                 found = [take.closest(path) for take in takes]
                 pairs = zip(found, limits, strict=True)
                 worst = max(errors.part_of(limit) for (errors, _), limit in pairs)
                 together = PathErrors.joined([errors for errors, _ in found])
-                return max(worst, together.part_of(least)), (together, [own for _, own in found])
+                moments = [own for _, own in found]
+                return max(worst, together.part_of(known)), (worst, together, moments)
 
-            path, worst, (errors, moments) = never_worse(takes[0].line, fit, splines, measured)
-            if worst <= 1.0:
-                best, nearest, start = replace(path, errors=errors), moments, (fit, splines)
+            path, worse, (worst, errors, moments) = never_worse(
+                takes[0].line, fit, splines, measured
+            )
+            if worse <= 1.0 and worst < least:
+                best, least = replace(path, errors=errors), worst
+                nearest, start = moments, (fit, splines)
         best = replace(best, knots=knots, knots_are_the_limit=limited and len(takes) == 1)
     return best
 
