@@ -9,7 +9,9 @@ import pytest
 
 import elastomorph as em
 from elastomorph.io.point_cache import write_mdd, write_pc2
+from elastomorph.io.sequences.points import read_markers
 from elastomorph.io.sequences.recordings import read_recording
+from foreign_files import chunks_of, glb
 from small_meshes import grid
 
 SECONDS = np.array([0.0, 0.1, 0.125, 0.225])  # keys at most a thirtieth apart, and farther
@@ -58,14 +60,37 @@ def test_the_path_of_an_animation_is_learned(animated: Path) -> None:
 def test_which_animation_is_meant_must_be_said(rig: em.Rig, tmp_path: Path) -> None:
     """A rig that is exported with clips has one for each slider."""
     em.write(tmp_path / "rig.glb", rig, clips=True)
-    with pytest.raises(em.FormatError, match="say which animation; there are 2: open, wide"):
+    with pytest.raises(em.ParameterError, match="2 clips, say which one is meant: open, wide"):
         em.read_sequence(tmp_path / "rig.glb")
-    with pytest.raises(em.FormatError, match="no animation 'smile'; there are 2: open, wide"):
+    with pytest.raises(em.ParameterError, match="no clip 'smile'; it has open, wide"):
         em.read_sequence(tmp_path / "rig.glb", clip="smile")
+    with pytest.raises(em.ParameterError, match="no clip 'smile'"):
+        em.read_sequence(f"{tmp_path / 'rig.glb'}#smile")
     found = em.read_sequence(tmp_path / "rig.glb", clip="open")
+    same = em.read_sequence(f"{tmp_path / 'rig.glb'}#open")
+    np.testing.assert_array_equal(same.frames, found.frames)
     np.testing.assert_allclose(found.frames[-1], rig.pose({"open": 1.0}), atol=1e-5)
     with pytest.raises(em.ParameterError, match=r"only \.glb, \.gltf, \.vrm have animations"):
         em.read_sequence(tmp_path / "take.npz", clip="open")
+
+
+def test_a_recording_is_the_take_that_a_performance_is(animated: Path, tmp_path: Path) -> None:
+    """The one named like the file, or the first that is not named like a slider."""
+    document, content = chunks_of(animated)
+    (take,) = document["animations"]
+    other = {**take, "samplers": [{**own, "interpolation": "STEP"} for own in take["samplers"]]}
+    path = tmp_path / "second.glb"
+    expected = em.read_sequence(animated)
+    for names in (["open", "first", "second"], ["open", "take"]):
+        others = [other | {"name": name} for name in names[:-1]]
+        document["animations"] = [*others, take | {"name": names[-1]}]
+        path.write_bytes(glb(document, content))
+        np.testing.assert_array_equal(em.read_sequence(path).frames, expected.frames)
+        assert len(em.read_performance(path)) == len(SECONDS)
+        stepped = em.read_sequence(f"{path}#{names[0]}")
+        assert np.abs(em.read_sequence(path, clip=names[0]).frames - stepped.frames).max() == 0
+        assert len(stepped.frames) > len(expected.frames)
+        assert read_markers(f"{path}#{names[0]}").frames.shape == stepped.frames.shape
 
 
 def test_what_does_not_move_is_no_recording(rig: em.Rig, tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -421,7 +422,7 @@ def bent_keys(
         columns: How the weights are extended.
         tolerance: Largest error, as a fraction of D.
         dtype: The type of the values in the file. Whole numbers stay whole, in as many bits as hold
-            half of the tolerance, if any do: the other half is for what is between the keys.
+            a fifth or else a half of the tolerance: the rest is for what is between the keys.
 
     Raises:
         ParameterError: Shapes do not fit, numbers are not finite, times do not rise, or the
@@ -429,8 +430,8 @@ def bent_keys(
     """
     tolerance = as_number(tolerance, "the tolerance of keys", above=0)
     moments, given = _checked(times, values, interpolation, columns.count)
-    for kind in _KINDS.get(dtype, ()):
-        keys = _bent(moments, given, interpolation, columns, tolerance / 2, kind)
+    for kind, part in product(_KINDS.get(dtype, ()), (0.8, 0.5)):
+        keys = _bent(moments, given, interpolation, columns, part * tolerance, kind)
         if keys.error <= tolerance:
             return keys
     return _bent(moments, given, interpolation, columns, tolerance, "<f4")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -75,6 +76,29 @@ def test_bends_that_were_emptied_are_counted(tmp_path: Path) -> None:
     rig, said = read_changed(tmp_path, emptied)
     assert not rig.morphs["jaw"].bends.any()
     (message,) = said
+    assert "1 of 2 bends, such as 'jaw.bend1', move nothing" in message
+
+
+def test_a_bend_that_moves_one_material_of_several_is_not_lost(tmp_path: Path) -> None:
+    """As three.js writes them: a mesh of each material, with all targets and all extras."""
+
+    def parted(still: tuple[int, ...]) -> Callable[[dict[str, Any]], None]:
+        def change(document: dict[str, Any]) -> None:
+            (mesh,), (node,) = document["meshes"], document["nodes"]
+            document["meshes"] = [copy.deepcopy(mesh) for _ in range(2)]
+            document["nodes"] = [{**node, "mesh": k, "name": f"skin{k}"} for k in range(2)]
+            document["scenes"] = [{"nodes": [0, 1]}]
+            bend = mesh["primitives"][0]["targets"][1]["POSITION"]
+            zeros = {"componentType": 5126, "type": "VEC3", "min": [0] * 3, "max": [0] * 3}
+            document["accessors"].append(zeros | {"count": document["accessors"][bend]["count"]})
+            for k in still:
+                target = document["meshes"][k]["primitives"][0]["targets"][1]
+                target["POSITION"] = len(document["accessors"]) - 1
+
+        return change
+
+    assert read_changed(tmp_path, parted((0,)))[1] == []
+    (message,) = read_changed(tmp_path, parted((0, 1)))[1]
     assert "1 of 2 bends, such as 'jaw.bend1', move nothing" in message
 
 

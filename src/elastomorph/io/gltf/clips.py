@@ -8,7 +8,7 @@ everything is straight between the keys that are given back.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elastomorph.errors import ParameterError, warn
+from elastomorph.io.atomic import is_file
 from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.gltf.channels import Channel, read_channel
 from elastomorph.io.gltf.container import GltfFile, open_gltf
@@ -26,10 +28,20 @@ from elastomorph.io.gltf.rig_extras import described_meshes, stored_rig
 from elastomorph.io.gltf.turning import head_node, recorded_turn, rotations_at
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
+from elastomorph.numbers import first_few
 from elastomorph.rig.performance import HeadTurn
 from elastomorph.rig.sliders import Sliders
 
-__all__ = ["MovedWeights", "WeightClip", "moved_weights", "read_weight_clips", "weight_clips"]
+__all__ = [
+    "SCENES",
+    "MovedWeights",
+    "WeightClip",
+    "chosen_clip",
+    "moved_weights",
+    "named_clip",
+    "read_weight_clips",
+    "weight_clips",
+]
 
 Floats = NDArray[np.float64]
 
@@ -38,6 +50,10 @@ _WEIGHTS = re.compile(r"/(nodes|meshes)/(\d{1,9})/weights(?:/(\d{1,9}))?")
 _FARTHEST, _HALVINGS = 8.0, 60
 _NO_TURN = 1e-3  # of a number in a quaternion, whose length is 1
 _TIMES = 5  # keys from all channels, and the jumps and splines between them
+
+
+SCENES = (".glb", ".gltf", ".vrm")
+"""Suffixes of files whose animations may be takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +75,36 @@ class MovedWeights:
 
     mesh: int
     weight: int | None
+
+
+def named_clip(path: str | Path, clip: str | None) -> tuple[str | Path, str | None]:
+    """The file and the name of the animation that ``take.glb#NAME`` says."""
+    file, mark, name = str(path).rpartition("#")
+    says = mark and name and clip is None and Path(file).suffix.lower() in SCENES
+    return (file, name) if says and not is_file(path) else (path, clip)
+
+
+def chosen_clip(
+    path: str | Path, clips: Sequence[WeightClip], name: str | None, sliders: Sliders
+) -> WeightClip:
+    """The animation of a name; without one that named like the file, or the first that is a take.
+
+    Those named like a slider play that from 0 to 1.
+    """
+    named = [clip for clip in clips if name in (None, clip.name)]
+    takes = [clip for clip in clips if clip.name not in sliders.names]
+    if name is None:
+        named = [clip for clip in clips if clip.name == Path(path).stem][:1] or takes or [*clips]
+    if len(named) > 1 and name is None and takes:
+        others = first_few((clip.name for clip in named[1:]), 8)
+        warn(f"{path}: the take {named[0].name!r} is read; {path}#NAME names another: {others}")
+        return named[0]
+    if len(named) == 1:
+        return named[0]
+    shown = ", ".join(clip.name for clip in clips[:8]) + (", …" if len(clips) > 8 else "")
+    if named:
+        raise ParameterError(f"{path} holds {len(clips)} clips, say which one is meant: {shown}")
+    raise ParameterError(f"{path} has no clip {name!r}; it has {shown}")
 
 
 def read_weight_clips(path: str | Path, sliders: Sliders) -> list[WeightClip]:

@@ -135,7 +135,7 @@ def read_meshes(file: GltfFile, placed: Sequence[PlacedMesh]) -> list[ReadMesh]:
 
 def rig_of(file: GltfFile, meshes: Sequence[ReadMesh]) -> Rig:
     """The rig that some meshes of a file are together; a warning says what they have lost."""
-    gone = list(dict.fromkeys(own.gone for own in meshes if own.gone))
+    gone = list(dict.fromkeys(filter(None, (own.gone or _emptied(own, meshes) for own in meshes))))
     if gone:
         more = f"; {len(gone) - 1} more of its meshes have lost something too" if gone[1:] else ""
         warn(f"{file.path}: {gone[0]}{more}")
@@ -213,8 +213,7 @@ def _read(
     name = sheets[0].placed.names[-1 if len(sheets) > 1 else 0]  # that of the mesh, of all
     part = RigPart(name, neutral, morphs, Placing(np.eye(3), np.zeros(3)))
     own = tuple(replace(sheet, rows=vertex_of[sheet.rows]) for sheet in sheets)
-    alone = len(sheets) == 1 and is_part(first)  # normals may turn where nothing of it moves
-    return ReadMesh(part, stored, gone or ("" if alone else _emptied(primitives, stored)), own)
+    return ReadMesh(part, stored, gone, own)
 
 
 def named_bends(targets: Sequence[str]) -> list[str]:
@@ -236,12 +235,18 @@ def _undescribed(targets: Sequence[str]) -> str:
     )
 
 
-def _emptied(primitives: Primitives, stored: StoredRig) -> str:
-    """What is to be said of a mesh whose bends do nothing: they are written where they move it."""
-    bends = [target for morph in stored.morphs for target, _ in morph.bends]
-    moved = {
-        name for own in primitives.attributes for name, by in own.displacements.items() if by.any()
-    }
+def _emptied(mesh: ReadMesh, meshes: Sequence[ReadMesh]) -> str:
+    """What is to be said of a mesh whose bends do nothing: they are written where they move it.
+
+    Nothing, where they move another that says the same: programs make a mesh of each material.
+    """
+    first = mesh.sheets[0]
+    if len(mesh.sheets) == 1 and is_part(first.stored):
+        return ""  # of a material of ours alone, normals may turn where nothing moves
+    bends = [target for morph in mesh.stored.morphs for target, _ in morph.bends]
+    alike = (s for own in meshes for s in own.sheets if own.sheets[0].stored == first.stored)
+    blocks = (block for sheet in alike for block in sheet.primitives.attributes)
+    moved = {name for own in blocks for name, by in own.displacements.items() if by.any()}
     empty = [target for target in bends if target not in moved]
     if not empty:
         return ""

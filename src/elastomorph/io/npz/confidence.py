@@ -34,7 +34,7 @@ def confidence_beside(pattern: str | Path) -> Path | None:
     path = Path(pattern)
     if is_folder(path):
         path /= NAME
-    elif is_file(path):
+    elif is_file(path) or is_file(str(path).rpartition("#")[0] or path):  # take.glb#NAME
         return None
     else:
         path = path.parent / NAME

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from elastomorph.errors import FormatError, ParameterError, warn
-from elastomorph.io.atomic import is_file, require_name
-from elastomorph.io.gltf.clips import WeightClip, read_weight_clips
+from elastomorph.errors import FormatError, ParameterError
+from elastomorph.io.atomic import require_name
+from elastomorph.io.gltf.clips import SCENES, chosen_clip, named_clip, read_weight_clips
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.performance.columns import (
     frame_rate,
@@ -19,13 +19,10 @@ from elastomorph.io.performance.livelink import is_livelink, livelink_performanc
 from elastomorph.io.performance.table import read_table, say_how_read
 from elastomorph.io.rig_folder import rig_as_stored
 from elastomorph.io.untrusted import naming_file
-from elastomorph.numbers import first_few
-from elastomorph.rig import Rig
 from elastomorph.rig.performance import HEAD_ANGLES, Performance, is_rotation
 
 __all__ = ["read_performance", "write_performance"]
 
-_SCENES = (".glb", ".gltf", ".vrm")
 _MEMBERS = ("names", "times", "weights")
 
 
@@ -57,13 +54,11 @@ def read_performance(
             is called ``clip``.
     """
     require_name(path)
-    file, mark, name = str(path).rpartition("#")
-    if mark and name and clip is None and Path(file).suffix.lower() in _SCENES:
-        path, clip = (path, None) if is_file(path) else (file, name)
+    path, clip = named_clip(path, clip)
     suffix = Path(path).suffix.lower()
-    if clip is not None and suffix not in _SCENES:
+    if clip is not None and suffix not in SCENES:
         raise ParameterError(f"{path} holds one performance: leave the name of a clip out")
-    table = read_table(path) if suffix not in (".npz", *_SCENES) else None
+    table = read_table(path) if suffix not in (".npz", *SCENES) else None
     if table is not None and is_livelink(table):
         performance = livelink_performance(table, timecode_rate)
         say_how_read(table, ())
@@ -134,7 +129,7 @@ def _in_clip(path: str | Path, name: str | None) -> Performance:
         raise FormatError(
             path, "no animation in it moves a slider of its rig; name a file with a take"
         )
-    clip = _chosen(path, clips, name, rig)
+    clip = chosen_clip(path, clips, name, rig.sliders)
     moved = np.flatnonzero(clip.weights.any(axis=0))
     names = [rig.names[column] for column in moved]
     weights = clip.weights[:, moved]
@@ -143,20 +138,3 @@ def _in_clip(path: str | Path, name: str | None) -> Performance:
         weights = np.hstack([weights, clip.turn.angles])
     with naming_file(path):
         return Performance(names, clip.times, weights, frame_rate(clip.times), source=str(path))
-
-
-def _chosen(path: str | Path, clips: list[WeightClip], name: str | None, rig: Rig) -> WeightClip:
-    named = [clip for clip in clips if name in (None, clip.name)]
-    takes = [clip for clip in clips if clip.name not in rig.morphs]
-    if name is None:
-        named = [clip for clip in clips if clip.name == Path(path).stem][:1] or takes or clips
-    if len(named) > 1 and name is None and takes:
-        others = first_few((clip.name for clip in named[1:]), 8)
-        warn(f"{path}: the take {named[0].name!r} is read; {path}#NAME names another: {others}")
-        return named[0]
-    if len(named) == 1:
-        return named[0]
-    shown = ", ".join(clip.name for clip in clips[:8]) + (", …" if len(clips) > 8 else "")
-    if named:
-        raise ParameterError(f"{path} holds {len(clips)} clips, say which one is meant: {shown}")
-    raise ParameterError(f"{path} has no clip {name!r}; it has {shown}")

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, FormatError, ParameterError, warn
 from elastomorph.io.atomic import is_file, require_name, size_of
+from elastomorph.io.gltf.clips import SCENES, chosen_clip, named_clip, read_weight_clips
 from elastomorph.io.markers import holds_markers, read_marker_file
 from elastomorph.io.npz.members import open_npz
 from elastomorph.io.npz.mesh import read_npz_sequence
@@ -31,7 +32,6 @@ __all__ = ["Recording", "read_recording", "read_sequence", "whole"]
 Floats = NDArray[np.float64]
 
 _CACHES = {".mdd": read_mdd, ".pc2": read_pc2}
-_PLAYED = (".glb", ".gltf", ".vrm")
 _NOT_PLAYED = (".fbx", ".abc", ".usd", ".usda", ".usdc", ".usdz")
 _RATE = 30.0  # Frames a second between keys
 _CLOSE = 1e-3  # Keys a thousandth of a frame too far apart count as one frame apart
@@ -68,7 +68,7 @@ def read_sequence(pattern: str | Path, *, clip: str | None = None) -> MeshSequen
             archive of frames or of markers, markers as ``.c3d``, a point cache (``.mdd``,
             ``.pc2``) with the mesh it moves beside it under the same name, or a ``.glb``,
             ``.gltf`` or ``.vrm`` whose animation moves morph targets.
-        clip: Name of the animation, in a file with several.
+        clip: Name of the animation, in a file with several; as for `read_performance`.
 
     Raises:
         FileError: There are no such files, or fewer than two, or their numbers are not clear.
@@ -95,9 +95,10 @@ def whole(path: str | Path, recording: Recording) -> MeshSequence:
 def read_recording(path: str | Path, *, clip: str | None = None) -> Recording:
     """As `read_sequence`, with the names of markers and which of them were seen."""
     require_name(path)
+    path, clip = named_clip(path, clip)
     suffix = Path(path).suffix.lower()
-    if clip is not None and not (suffix in _PLAYED and is_file(path)):
-        raise ParameterError(f"{path}: only {', '.join(_PLAYED)} have animations to choose one of")
+    if clip is not None and not (suffix in SCENES and is_file(path)):
+        raise ParameterError(f"{path}: only {', '.join(SCENES)} have animations to choose one of")
     if not is_file(path):
         return Recording(read_numbered(path))
     if holds_markers(path):
@@ -106,7 +107,7 @@ def read_recording(path: str | Path, *, clip: str | None = None) -> Recording:
         return _of_archive(path)
     if suffix in _CACHES:
         return _of_cache(path)
-    if suffix in _PLAYED:
+    if suffix in SCENES:
         return _of_clip(path, clip)
     if suffix in _NOT_PLAYED:
         raise FormatError(
@@ -118,7 +119,7 @@ def read_recording(path: str | Path, *, clip: str | None = None) -> Recording:
         raise FormatError(
             path,
             "recorded motion is numbered meshes such as take.####.obj, .npz, .c3d, "
-            f"{', '.join([*_CACHES, *_PLAYED])}",
+            f"{', '.join([*_CACHES, *SCENES])}",
         )
     return Recording(read_numbered(path))
 
@@ -199,25 +200,18 @@ def _of_cache(path: str | Path) -> Recording:
 def _of_clip(path: str | Path, name: str | None) -> Recording:
     """An animation of morph targets, as our own rig plays it."""
     from elastomorph.io.gltf import read_glb
-    from elastomorph.io.gltf.clips import read_weight_clips
 
     rig = read_glb(path)
-    found = read_weight_clips(path, rig.sliders)
-    clips = {clip.name: clip for clip in found if clip.weights.any()}
-    if not clips:
+    found = [clip for clip in read_weight_clips(path, rig.sliders) if clip.weights.any()]
+    if not found:
         raise FormatError(
             path,
             "no animation in it moves morph targets, so nothing of the face moves; joints are not "
             "played: write that motion as a point cache or numbered meshes",
         )
-    if name is None and len(clips) == 1:
-        name = next(iter(clips))
-    if name not in clips:
-        problem = "say which animation" if name is None else f"there is no animation {name!r}"
-        raise FormatError(path, f"{problem}; there are {len(clips)}: {first_few(clips, _FEW)}")
-    clip = clips[name]
+    clip = chosen_clip(path, found, name, rig.sliders)
     if len(clip.times) < 2:
-        raise FormatError(path, f"the animation {name!r} has only one key, so nothing moves")
+        raise FormatError(path, f"the animation {clip.name!r} has only one key, so nothing moves")
     steps = np.maximum(np.ceil(np.diff(clip.times) * _RATE - _CLOSE), 1)
     MemoryBudget(path, size_of(path)).spend_fields(len(rig.neutral.vertices), int(steps.sum()) + 1)
     keys = np.concatenate([[0.0], np.cumsum(steps)])
