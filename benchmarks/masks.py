@@ -10,10 +10,13 @@ piece of skin in every pose, met by a grid of rays that is turned anew for each 
 Modes: ``rig`` and ``mesh`` (the template is a rig, or its neutral alone), with 13 landmarks of
 0.3 % of D on the first scan alone; ``rig+`` and ``mesh+`` with landmarks on every scan.
 
-For each pose: how far the head was turned from its true place, in degrees; the error of what the
-skin of the mask did, as it is and with the head put right, beside that of doing nothing, mean in %
-of D; of vertices that are off by more than 1 %, how many are flagged, and how many of all are. The
-truth of a vertex is the skin that it lies on in the neutral. Needs the extra ``capture``.
+For each pose: how far the head was turned from its true place, in degrees, and how far it is where
+the truth says which skin is still; the error of what the skin of the mask did, as it is and with
+the head put right, beside that of doing nothing, mean in % of D; of vertices that are off by more
+than 1 %, how many are flagged, and how many of all are; how many are off by more than 1 % and by
+more than the 0.5 % that a flag stands for. Over all poses also how many of those off by more than
+1 % are among the 35 % of lowest confidence. The truth of a vertex is the skin that it lies on in
+the neutral. Needs the extra ``capture``.
 """
 
 from __future__ import annotations
@@ -39,6 +42,10 @@ from captured.judging import extent, normals_of
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import Landmarks
+from elastomorph.capturing.scans.placing import laid_over, looked_up
+from elastomorph.capturing.scans.registration import placing_of
+from elastomorph.capturing.scans.scans import read_scan
+from elastomorph.capturing.work.registered import FLAGGED
 from elastomorph.io.rig_folder import rig_as_stored
 from elastomorph.model.geometry import component_of, sides_of
 from elastomorph.model.mesh import part_of
@@ -65,6 +72,8 @@ FACECAP = {
 }
 GRID, NOISE, HOLES = (230, 210), 0.0005, 4
 CLICKED = 0.003
+# Skin that moves by this part of D says a quarter as much of where a head is.
+STILL = 0.002
 # Vertices that are judged lie this near to the mask, in parts of D, and this far from its border.
 NEAR, WITHIN = 0.005, 0.015
 
@@ -88,7 +97,8 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             truth = Truth(subject, options.seed, Path(folder))
             print(f"\n{name} to the rig of {template}: D = {truth.extent:.2f}", flush=True)
-            print(f"{'':7}{'pose':9}turned°  off   still nothing  caught  flagged  > 1 %")
+            columns = "turned° known°  off   still nothing  caught  flagged  > 1 %  > .5 %"
+            print(f"{'':7}{'pose':9}{columns}")
             for mode in options.only or MODES:
                 row(mode, truth, target, options)
     return 0
@@ -221,33 +231,41 @@ def row(mode: str, truth: Truth, target: Head, options: argparse.Namespace) -> N
     if options.save:
         options.save.mkdir(exist_ok=True)
         np.savez(options.save / mode, **{name: own.vertices for name, own in poses.items()})
-    results = [judged(name, poses, truth) for name in POSES if name != "neutral"]
-    for name, (found, flags) in zip(list(POSES)[1:], results, strict=True):
-        turned, off, still, nothing = found
+    results = {name: judged(name, poses, truth) for name in POSES if name != "neutral"}
+    for name, (found, off, confidence) in results.items():
         print(
-            f"{mode:7}{name:9}{turned:6.2f} {off:6.2f} {still:7.2f} {nothing:7.2f}  {shown(flags)}"
+            f"{mode:7}{name:9}{words(found)}  {shown(off, confidence)}"
             f"  {poses[name].figures['correspondence']}",
             flush=True,
         )
-    mean = np.mean([found for found, _ in results], axis=0)
-    largest = max(found[0] for found, _ in results)
-    flags = np.sum([flags for _, flags in results], axis=0)
+    found, off, confidence = zip(*results.values(), strict=True)
+    off, confidence = np.concatenate(off), np.concatenate(confidence)
+    least = confidence <= np.quantile(confidence, 0.35)
     print(
-        f"{mode:7}{'all':9}{mean[0]:6.2f} {mean[1]:6.2f} {mean[2]:7.2f} {mean[3]:7.2f}"
-        f"  {shown(flags)}  worst turn {largest:.2f}°; {spent:.0f} s of processor\n",
+        f"{mode:7}{'all':9}{words(np.mean(found, axis=0))}  {shown(off, confidence)}"
+        f"  worst turn {max(own[0] for own in found):.2f}°;"
+        f" {100 * least[off > 1].mean():.0f} % among the 35 % of lowest confidence;"
+        f" {spent:.0f} s of processor\n",
         flush=True,
     )
 
 
-def shown(flags: NDArray[np.integer]) -> str:
+def words(found: Points) -> str:
+    turned, known, off, still, nothing = found
+    return f"{turned:6.2f} {known:6.2f} {off:6.2f} {still:7.2f} {nothing:7.2f}"
+
+
+def shown(off: Points, confidence: Points) -> str:
     """Of those off by more than 1 % the flagged, of all the flagged, and how many are off."""
-    off, caught, flagged, count = flags
-    parts = caught / max(off, 1), flagged / count, off / count
-    return "  ".join(f"{100 * part:5.0f} %" for part in parts)
+    flagged, far = confidence < FLAGGED, off > 1
+    parts = flagged[far].mean() if far.any() else 1.0, flagged.mean(), far.mean()
+    return "  ".join(f"{100 * part:5.0f} %" for part in (*parts, (off > 0.5).mean()))
 
 
-def judged(name: str, poses: dict[str, em.Registered], truth: Truth) -> tuple[Points, Points]:
-    """Turn, errors and doing nothing in % of D; counts of flags."""
+def judged(
+    name: str, poses: dict[str, em.Registered], truth: Truth
+) -> tuple[Points, Points, Points]:
+    """Turns, mean errors and doing nothing in % of D; (N,) errors and (N,) confidence."""
     placing = {own: poses[own].figures["placing"] for own in ("neutral", name)}
     into = {own: back(placing[own], *truth.movements[own]) for own in placing}
     # Both in the frame of the subject's head, each by what was thought of its scan's place, and
@@ -273,9 +291,32 @@ def judged(name: str, poses: dict[str, em.Registered], truth: Truth) -> tuple[Po
         placing[name], truth.movements[name]
     )
     turned = np.degrees(Rotation.from_matrix(turn).magnitude())
-    flagged = poses[name].flagged[chosen]
-    counts = [(off > 1).sum(), (flagged & (off > 1)).sum(), flagged.sum(), len(off)]
-    return np.array([turned, off.mean(), still.mean(), nothing.mean()]), np.array(counts)
+    moved = np.linalg.norm(there - before, axis=1) / truth.extent
+    known = turn @ turned_where_known(poses, name, truth, moved, chosen)
+    found = [turned, np.degrees(Rotation.from_matrix(known).magnitude())]
+    found += [off.mean(), still.mean(), nothing.mean()]
+    return np.array(found), off, poses[name].confidence[chosen]
+
+
+def turned_where_known(
+    poses: dict[str, em.Registered],
+    name: str,
+    truth: Truth,
+    moved: Points,
+    chosen: NDArray[np.bool_],
+) -> Points:
+    """(3, 3) turn of the subject's head that its place changes by if skin that moved is known."""
+    placing, turn = placing_of(poses[name]), truth.movements[name][0]
+    rest, scan = poses["neutral"], looked_up(read_scan(truth.scans[name]))
+    still = 1 / (1 + (moved / STILL) ** 2) ** 2
+    laid = laid_over(
+        *(rest.vertices[chosen], normals_of(rest.vertices, rest.faces.triangles())[chosen]),
+        *(rest.figures["extent"], scan, placing),
+        rigid=True,
+        reaches=((0.006, 6), (0.003, 8)),
+        still=still[chosen],
+    )
+    return (placing.rotation @ turn).T @ laid.similarity.rotation @ turn
 
 
 def rotation_between(placing: dict[str, object], movement: tuple[Points, Points]) -> Points:

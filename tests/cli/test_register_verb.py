@@ -13,7 +13,7 @@ from calls import status_of as run
 
 import elastomorph as em
 from elastomorph.capturing.scans import registration
-from elastomorph.capturing.scans.registered_files import write_registered
+from elastomorph.capturing.scans.registered_files import keep_pose, write_figures
 from elastomorph.capturing.work.registered import Registered
 from elastomorph.io.npz.confidence import read_confidence, write_confidence
 from elastomorph.samples import head
@@ -36,8 +36,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             for scan in scans
         }
         for name, pose in poses.items():
-            write_registered(options["output"], {name: pose})
+            keep_pose(options["output"], name, pose)
             options["done"](name, pose)
+        write_figures(options["output"], poses)
         return poses
 
     asked.clear()

@@ -86,16 +86,23 @@ def register(
             more = f", about {left:.0f} min left" if left >= 1 else ""
             sys.stderr.write(f"{name}: {pose!r}, {finished} of {len(scans)}{more}\n")
 
-    poses = register_all(
-        scans,
-        template,
-        landmarks=landmarks,
-        neutral=neutral,
-        texture=texture,
-        output=output,
-        done=done,
-        say=say,
-    )
+    try:
+        poses = register_all(
+            scans,
+            template,
+            landmarks=landmarks,
+            neutral=neutral,
+            texture=texture,
+            output=output,
+            done=done,
+            say=say,
+        )
+    except (KeyboardInterrupt, SystemExit) as stop:  # Ctrl-C, or the end of a job's time
+        sys.stderr.write(
+            f"interrupted: {finished} of {len(scans)} poses are in {output}; the same command goes"
+            " on from there\n"
+        )
+        raise typer.Exit(getattr(stop, "code", 130)) from None
     written = written_to(output, poses)
     if report:
         from elastomorph.report.capture import write_register_report

@@ -1,4 +1,4 @@
-"""The files of registered scans: those of a pose are written together, or none.
+"""The files of registered scans: those of a pose are written together, or none of them.
 
 Poses that an earlier run left in the folder stay, with their confidence and what was measured.
 """
@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from shutil import rmtree
 from typing import Any
 
 import numpy as np
@@ -36,14 +37,17 @@ __all__ = [
     "FIGURES",
     "described",
     "digest_of",
+    "keep_pose",
     "read_registered",
     "require_place",
-    "write_registered",
+    "write_figures",
     "written_to",
 ]
 
 FIGURES = "register.json"
 _VERSION = 1
+# What a run that has not ended yet keeps of each pose, and the next one reads if it never ends.
+_KEPT = ".register"
 
 
 def require_place(
@@ -62,7 +66,7 @@ def require_place(
         FormatError: What an earlier run left there is damaged, or of another template.
     """
     place = Path(folder)
-    if is_file(place / NAME):
+    if is_file(place / NAME) or is_folder(place / _KEPT):
         _earlier(place, len(read_face(template).mesh.vertices))
     kept = list(inputs)
     for file in (place / f"{name}.obj" for name in names):
@@ -75,36 +79,49 @@ def require_place(
     require_folder(place)
 
 
-def write_registered(folder: str | Path, poses: Mapping[str, Registered]) -> list[Path]:
-    """Write ``POSE.obj``, ``confidence.npz`` and ``register.json`` into a folder, all or none.
+def keep_pose(folder: str | Path, name: str, pose: Registered) -> None:
+    """Write ``POSE.obj`` as soon as it is finished, with what `write_figures` gathers; or neither.
+
+    Raises:
+        FileError: A file cannot be written, or is one of those that were read.
+    """
+    there = is_folder(folder)
+    place = made_folder(folder)
+    try:
+        files = place / f"{name}.obj", made_folder(place / _KEPT) / f"{name}.json"
+        with ExitStack() as stack:
+            mesh, record = (stack.enter_context(replacing_path(file)) for file in files)
+            write(mesh, pose)
+            _write_json(
+                record,
+                {**described({name: pose}), "confidence": {name: pose.confidence.tolist()}},
+            )
+    except BaseException:
+        if not there:
+            for folder in (place / _KEPT, place):
+                with suppress(OSError):
+                    folder.rmdir()
+        raise
+
+
+def write_figures(folder: str | Path, poses: Mapping[str, Registered]) -> None:
+    """Write ``confidence.npz`` and ``register.json`` of kept poses, both or none.
+
+    They are written once a run: rewritten at each of N poses they would take N² of time.
 
     Raises:
         FileError: A file cannot be written, or is one of those that were read.
         FormatError: What an earlier run left there is damaged, or of another template.
     """
-    there = is_folder(folder)
-    place = made_folder(folder)
-    files = written_to(place, poses)
-    try:
-        with ExitStack() as stack:
-            *meshes, confidence, figures = [
-                stack.enter_context(replacing_path(file)) for file in files
-            ]
-            for file, pose in zip(meshes, poses.values(), strict=True):
-                write(file, pose)
-            known, measured = _earlier(place, len(next(iter(poses.values())).vertices))
-            known |= {name: own.confidence for name, own in poses.items()}
-            write_confidence(confidence, known)
-            facts = described(poses)
-            facts["poses"] = {**measured, **facts["poses"]}
-            text = json.dumps(facts, indent=1, ensure_ascii=False, allow_nan=False)
-            figures.write_text(text + "\n", encoding="utf-8")
-    except BaseException:
-        if not there:
-            with suppress(OSError):
-                place.rmdir()
-        raise
-    return files
+    place = Path(folder)
+    known, measured = _earlier(place, len(next(iter(poses.values())).vertices))
+    known |= {name: own.confidence for name, own in poses.items()}
+    facts = described(poses)
+    facts["poses"] = {**measured, **facts["poses"]}
+    with replacing_path(place / NAME) as confidence, replacing_path(place / FIGURES) as figures:
+        write_confidence(confidence, known)
+        _write_json(figures, facts)
+    rmtree(place / _KEPT, ignore_errors=True)
 
 
 def written_to(folder: str | Path, names: Iterable[str]) -> list[Path]:
@@ -155,6 +172,19 @@ def _earlier(
     with unnoted():  # what is added to is no input
         if is_file(file):
             confidence.update(read_confidence(file))
+        # A run that was killed has left a file for each of its poses.
+        for path in (place / FIGURES, *sorted((place / _KEPT).glob("*.json"))):
+            try:
+                found = json.loads(read_bytes(path)) if is_file(path) else {"poses": {}}
+                measured |= found["poses"]
+                for name, values in found.get("confidence", {}).items():
+                    confidence[name] = np.array(values, dtype=np.float32)
+            except (ValueError, KeyError, TypeError, AttributeError) as problem:
+                raise FormatError(
+                    path,
+                    "it is not what 'elastomorph register' writes: remove it, or name another"
+                    " folder",
+                ) from problem
     own = {name: values for name, values in confidence.items() if is_file(place / f"{name}.obj")}
     if other := next((name for name, values in own.items() if len(values) != vertices), None):
         raise FormatError(
@@ -162,13 +192,9 @@ def _earlier(
             f"it has {len(own[other]):,} vertices for {other}, and the template has {vertices:,}:"
             " name another folder",
         )
-    if own and is_file(place / FIGURES):
-        try:
-            with unnoted():
-                measured = dict(json.loads(read_bytes(place / FIGURES))["poses"])
-        except (ValueError, KeyError, TypeError) as problem:
-            raise FormatError(
-                place / FIGURES,
-                "it is not what 'elastomorph register' writes: remove it, or name another folder",
-            ) from problem
     return own, {name: facts for name, facts in measured.items() if name in own}
+
+
+def _write_json(path: Path, facts: Mapping[str, Any]) -> None:
+    text = json.dumps(facts, indent=1, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")

@@ -6,7 +6,7 @@ The first scan, the neutral, makes the template that person; every other pose st
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.capturing.geometry.similarity import Similarity, robust_rigid
+from elastomorph.capturing.geometry.similarity import Similarity, fit_similarity, robust_rigid
 from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
+from elastomorph.capturing.scans.expressions import Expressions
 from elastomorph.capturing.scans.face import Face, read_face
 from elastomorph.capturing.scans.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
-from elastomorph.capturing.scans.person import Person, known_person, placing_of, wanted_at
 from elastomorph.capturing.scans.placing import (
     Marks,
     Placed,
@@ -27,19 +27,19 @@ from elastomorph.capturing.scans.placing import (
     placed_next,
     stillness,
 )
-from elastomorph.capturing.scans.recognition import require_alike, require_shown
 from elastomorph.capturing.scans.registered_files import (
     digest_of,
+    keep_pose,
     read_registered,
-    write_registered,
+    write_figures,
 )
 from elastomorph.capturing.scans.scans import Scan, mesh_in, read_scan
 from elastomorph.capturing.scans.trust import Trust, slide, trusted
-from elastomorph.capturing.scans.virtual import followed, shown_neutral
+from elastomorph.capturing.scans.virtual import Shown, followed, shown_neutral
 from elastomorph.capturing.tracking.tracking import TrackedPose
 from elastomorph.capturing.work.registered import Registered
-from elastomorph.errors import FormatError, ParameterError, warn
-from elastomorph.model.mesh import Mesh, require_mesh
+from elastomorph.errors import CaptureError, FormatError, ParameterError, warn
+from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.rig import Rig
 
 __all__ = ["register", "register_all"]
@@ -64,6 +64,34 @@ _ADAPTED, _KEPT = 0.3, 0.1
 _MOVED = 0.25
 # Confidence from which on a vertex that was followed is known.
 _KNOWN = 0.5
+# A face of which the scan shows less than this was not found in it.
+_SHOWN = 0.3
+# Cosine between the normals of template and person, on average: above .97 for other people's faces
+# and about .7 for balls and boxes.
+_ALIKE = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """The template as one person, whom all scans show.
+
+    Attributes:
+        face: the template.
+        elastic: at rest at the person's own neutral.
+        expressions: of the template's rig, on this person.
+        placing: what brought the scan that it was made from to its place, if it is known.
+        still: (V,) how much each vertex tells where the head is; 0 where the scan shows nothing.
+        clicked: vertex of a landmark → how far beside it the landmark is on the neutral's scan.
+        shown: what of it can be followed, if its scan has colours.
+    """
+
+    face: Face
+    elastic: Elastic
+    expressions: Expressions | None
+    placing: Similarity | None
+    still: Points
+    clicked: Mapping[int, Points]
+    shown: Shown | None = None
 
 
 def register(
@@ -171,19 +199,14 @@ def register_all(
             elif anew := pose is None:
                 pose = _next(person, scan, marks, found[order[number - 2]], say)
             assert pose is not None
-            if anew:
-                pose = pose.measured(made_of=made_of)
-                if output is not None:
-                    write_registered(output, {name: pose})
+            pose = pose.measured(made_of=made_of)
+            if anew and output is not None:
+                keep_pose(output, name, pose)
             found[name] = pose
             done(name, pose)
-    except KeyboardInterrupt:
-        if output is None:
-            raise
-        raise KeyboardInterrupt(
-            f"interrupted: {len(found)} of {len(order)} poses are in {output}; the same command"
-            " goes on from there"
-        ) from None
+    finally:
+        if output is not None and found:
+            write_figures(output, found)
     _warn({name: own for name, own in found.items() if name != first})
     return {name: found[name] for name in named}
 
@@ -198,6 +221,39 @@ def neutral_person(face: Face, neutral: Source, marks: Marks, texture: bool, say
         return known_person(face, mesh, marks)
     say(f"{mesh.name}: reading")
     return _first(face, read_scan(mesh, texture=texture), marks, say)[1]
+
+
+def known_person(face: Face, neutral: Mesh, marks: Marks) -> Person:
+    """The person of a neutral that was registered before."""
+    require_mesh(neutral, "the neutral")
+    require_same_topology(face.mesh, neutral)
+    elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
+    expressions = face.expressions
+    if expressions is not None:
+        expressions = expressions.transferred(neutral.vertices[face.first], elastic)
+    placing = None
+    if isinstance(neutral, Registered) and "placing" in neutral.figures:
+        placing = placing_of(neutral)
+    own = elastic.with_rest(neutral.vertices[face.first])
+    still = stillness(own, expressions, marks)
+    if isinstance(neutral, Registered):
+        still = still * ~neutral.flagged[face.first]
+    return Person(face, own, expressions, placing, still, {})
+
+
+def placing_of(pose: Registered) -> Similarity:
+    """What brought the scan of a pose to its place."""
+    known = pose.figures["placing"]
+    return Similarity(known["scale"], np.array(known["rotation"]), np.array(known["shift"]))
+
+
+def wanted_at(elastic: Elastic, expressions: Expressions | None) -> Points:
+    """(V,) how much each vertex is to be looked at: what expressions move most of all."""
+    wanted = np.ones(len(elastic.rest))
+    if expressions is not None:
+        moved = np.linalg.norm(expressions.deltas, axis=2).max(axis=0)
+        wanted[moved > 0.005 * elastic.size] = 5.0
+    return wanted
 
 
 def _first(
@@ -337,6 +393,30 @@ def _registered(
     }
     place = person.face.place
     return Registered.of(person.face.mesh, vertices[place], trust.confidence[place], figures)
+
+
+def require_shown(trust: Trust, elastic: Elastic, name: str) -> None:
+    """Refuse a scan that the template could not be drawn onto."""
+    shown = float(trust.shown[elastic.outer].mean())
+    if shown < _SHOWN:
+        raise CaptureError(
+            f"{name} shows {shown:.0%} of the template, expected at least {_SHOWN:.0%}: it is no"
+            " such face, or its landmarks are not where the template has them"
+        )
+
+
+def require_alike(elastic: Elastic, vertices: Points, name: str) -> None:
+    """Refuse a first scan that the template lies on, but as no face does."""
+    laid = fit_similarity(elastic.rest[elastic.outer], vertices[elastic.outer])
+    before = elastic.normals(elastic.rest) @ laid.rotation.T
+    cosines = np.einsum("ij,ij->i", before, elastic.normals(vertices))
+    alike = float(cosines[elastic.outer].mean())
+    if alike < _ALIKE:
+        raise CaptureError(
+            f"{name} is not shaped like the template, whose normals had to turn by"
+            f" {np.degrees(np.arccos(alike)):.0f}° on average: it is no such face, or its landmarks"
+            " are not where the template has them"
+        )
 
 
 def _prepared(
