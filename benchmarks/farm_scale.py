@@ -140,7 +140,7 @@ def measured(rig: em.Rig) -> tuple[Work, dict[str, float]]:
             data = begun(order, rig, em.FaceSampler(rig, RECIPE), unit, Wanted(unit=unit))
             data.prepare()
             start = time.process_time()
-            made = make_unit(order, 0, data.identity)
+            made = make_unit(order, data.identity, 0)
             seconds.append(time.process_time() - start)
             sizes = {
                 name: sum(data.objects.sizes(name).values()) / unit for name in data.plan.arrays

@@ -37,8 +37,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 import elastomorph as em
+from elastomorph.farm.making.executors import client_of, make_units
 from elastomorph.farm.making.run import begun, work_off
-from elastomorph.farm.making.schedulers import crew_of
 from elastomorph.farm.making.unit import make_unit
 from elastomorph.farm.sampling.lanes import random_lanes
 from elastomorph.farm.storage.stores import Order
@@ -244,13 +244,13 @@ def dask_overhead(given: argparse.Namespace) -> None:
         context = multiprocessing.get_context("spawn")
         with (
             ProcessPoolExecutor(2, context, threadpool_limits, (1,)) as pool,
-            crew_of("local") as crew,
+            client_of("local") as client,
         ):
             ways = {
                 "Python": lambda: list(
-                    pool.map(make_unit, repeat(data.order), units, repeat(data.identity))
+                    pool.map(make_unit, repeat(data.order), repeat(data.identity), units)
                 ),
-                "Dask": lambda: list(crew.made(data, units)),
+                "Dask": lambda: list(make_units(data, units, client)),
             }
             found: dict[str, list[Handed]] = {name: [] for name in ways}
             for run in range(given.rounds + 1):  # the first opens rig and data set everywhere
@@ -288,8 +288,8 @@ def _unit_of(seconds: float, rig: em.Rig, sampler: em.FaceSampler, folder: str) 
         order = Order(f"{folder}/{unit}.zarr")
         data = begun(order, rig, sampler, 2 * unit, Wanted(vertices="int16", unit=unit))
         with threadpool_limits(1):
-            make_unit(order, 0, data.identity)
-            spent = make_unit(order, 1, data.identity).seconds
+            make_unit(order, data.identity, 0)
+            spent = make_unit(order, data.identity, 1).seconds
         rmtree(data.order.url)
         if spent > seconds / 1.5:
             break

@@ -137,7 +137,7 @@ CALLS: list[tuple[str, Callable[[], object], str]] = [
     ("faces as", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, vertices="i8"), "vertices are"),
     ("faces within", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, tolerance=1), "a tolerance is"),
     ("faces at", lambda: EM.make_faces(RIG, "f", 9, recipe=ONE, landmarks={"a": 9}), "vertex 9"),
-    ("faces by", lambda: EM.make_faces(RIG, "f", 9, scheduler=8786), "a scheduler is named by a"),
+    ("faces by", lambda: EM.make_faces(RIG, "f", 9, scheduler=8786), "a scheduler is none"),
     ("open no faces", lambda: EM.open_faces(3), "named by a folder or an address"),
     ("open faces with", lambda: EM.open_faces("f", storage_options=3), "options are a mapping"),
     ("fit None", lambda: EM.fit(None), "motion"),

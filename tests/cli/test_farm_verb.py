@@ -61,12 +61,12 @@ def test_a_data_set_is_made_verified_and_estimated(here: Path) -> None:
         (["farm", "-o", "f", "--verify", "--sheet", "s.png"], "so --sheet has no meaning"),
         (["farm", "-o", "f", "--sheet", "s.png", "--dry-run"], "for --dry-run, name a rig too"),
         (["farm", "rig.npz", "--faces", "9", "-o", "f", "--sample", "9"], "add --verify"),
-        (["farm", "rig.npz", "--faces", "9", "-o", "f", "--prices", "1,2"], "add --dry-run"),
-        (["farm", "rig.npz", "--faces", "9", "-o", "f", "--dashboard", ":1"], "name a --scheduler"),
+        (["farm", "rig.npz", "--faces", "9", "--dry-run", "--prices", "1,2"], "is gone: --dry-run"),
+        (["farm", "rig.npz", "--faces", "9", "-o", "f", "--dashboard=:1"], "gone: start Dask your"),
+        (["farm", "rig.npz", "--faces", "9", "-o", "f", "--scheduler", "q.toml"], "dask-jobqueue"),
         (["farm", "rig.npz", "--faces", "9", "-o", "f", "--tolerance", "1e-3"], "name their type"),
         (["farm", "rig.npz", "--faces", "9", "-o", "f", "--render", "5"], "16 to 4096 pixels"),
         (["farm", "rig.npz", "--faces", "9", "-o", "f", "--codec", "zip"], "compressed by lz4"),
-        (["farm", "rig.npz", "--faces", "9", "--dry-run", "--prices", "1"], "two numbers from 0"),
         (["farm", "--verify", "-o", "f"], "there is no data set"),
         (["farm", "rig.npz", "--faces", "9", "-o", "f", "--sheet", "s.bmp"], "as .png"),
         (["farm", "rig.npz", "--faces", "9" * 18, "-o", "f"], "67,108,864 units: ask for fewer"),
@@ -92,7 +92,7 @@ def test_an_interrupt_is_one_sentence_that_says_how_far_it_is(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("elastomorph.farm.making.teams.make_unit", interrupted)
+        patch.setattr("elastomorph.farm.making.executors.make_unit", interrupted)
         assert run("farm", "rig.npz", "--faces", "9", "-o", "f") == 130
     assert capsys.readouterr().err == "interrupted after 0 of 9 faces; the same command goes on\n"
     assert run("farm", "rig.npz", "--faces", "9", "-o", "f") == 0

@@ -20,7 +20,7 @@ import zarr
 
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
-from elastomorph.farm.making import teams
+from elastomorph.farm.making import executors
 from elastomorph.farm.making import unit as units
 from elastomorph.farm.making.unit import unit_shards
 from elastomorph.farm.making.verify import verify_faces
@@ -220,7 +220,7 @@ def test_a_run_whose_data_set_is_replaced_writes_nothing_into_the_other(
 ) -> None:
     """Of another seed, and of recorded weights that have changed under their name."""
     take = {"mixture": [{"kind": "take", "files": [str(tmp_path / "take.csv")]}]}
-    monkeypatch.setattr(teams, "usable_cores", lambda: 1)
+    monkeypatch.setattr(executors, "usable_cores", lambda: 1)
     place = tmp_path / "faces.zarr"
     for recipe, seed in ((None, 1), (take, 0)):
         record(tmp_path / "take.csv", rig, 1.0)

@@ -90,21 +90,11 @@ _Storage = Annotated[
         "more.",
     ),
 ]
-_Prices = Annotated[
-    str,
-    typer.Option(help="For --dry-run: of a core-hour, and of a GB kept for a month, as 0.05,0.02."),
-]
 _Scheduler = Annotated[
     str,
     typer.Option(
-        help="Who makes them: none (threads of this process), local (processes), the address of a "
-        "Dask scheduler, or a .toml file that describes jobs of a queue."
-    ),
-]
-_Dashboard = Annotated[
-    str | None,
-    typer.Option(
-        help="Address and port of Dask's page. Default: a free port, for this machine alone."
+        help="Executor: none (threads of this process), local (processes), or the address of a "
+        "Dask scheduler."
     ),
 ]
 
@@ -128,11 +118,9 @@ def farm(
     to: _To = None,
     storage_option: _Storage = None,
     scheduler: _Scheduler = "none",
-    dashboard: _Dashboard = None,
     verify: _Verify = False,
     sample: _Sample = 4,
     dry_run: _DryRun = False,
-    prices: _Prices = "0.05,0.02",
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
@@ -144,7 +132,7 @@ def farm(
     Example: elastomorph farm rig.glb --faces 1000000 -o faces.zarr
     """
     shown = rig is None and sheet is not None
-    _require_use(context, output, verify, shown, dry_run, scheduler)
+    _require_use(context, output, verify, shown, dry_run)
     storage = _storage_options(storage_option or [])
     # Sessions with a store that failed are told of by aiohttp when they are thrown away.
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)
@@ -166,7 +154,7 @@ def farm(
     wanted = Wanted(vertices, tolerance, normals, marks, codec, unit)
     if dry_run:
         sampler = FaceSampler(face_rig, own, seed=seed)
-        return _estimated(face_rig, sampler, faces, wanted, _two_prices(prices), say)
+        return _estimated(face_rig, sampler, faces, wanted, say)
     make_faces(
         face_rig,
         output,
@@ -176,14 +164,13 @@ def farm(
         progress=lambda state: say(str(state)),
         storage_options=storage,
         scheduler=scheduler,
-        dashboard=dashboard,
         **vars(wanted),
     )
     return _answer(output, sheet, storage)
 
 
 def _require_use(
-    context: typer.Context, output: str, verify: bool, shown: bool, dry_run: bool, scheduler: str
+    context: typer.Context, output: str, verify: bool, shown: bool, dry_run: bool
 ) -> None:
     """Refuse what is missing, and what is given beside the others and would have no effect."""
     if not output and not dry_run:
@@ -204,10 +191,6 @@ def _require_use(
             raise ParameterError(f"--to writes a data set there is, so {said} has no meaning here")
         if name == "sample" and not verify:
             raise ParameterError("--sample is how many units --verify makes again: add --verify")
-        if name == "prices" and not dry_run:
-            raise ParameterError("--prices are for the cost that --dry-run says: add --dry-run")
-        if name == "dashboard" and scheduler == "none":
-            raise ParameterError("--dashboard is Dask's page: name a --scheduler, as local")
 
 
 def _answer(output: str, sheet: Path | None, storage: Mapping[str, Any]) -> Answer:
@@ -261,7 +244,6 @@ def _estimated(
     sampler: FaceSampler,
     faces: int | None,
     wanted: Wanted,
-    prices: tuple[float, float],
     say: Say,
 ) -> Answer:
     from dataclasses import asdict
@@ -273,7 +255,7 @@ def _estimated(
 
     def tell() -> None:
         typer.echo(sampler.describe())
-        print_facts(found.told(*prices), 8)
+        print_facts(found.told(), 8)
 
     return Answer(asdict(found) | {"recipe": sampler.describe()}, tell)
 
@@ -310,13 +292,3 @@ def _storage_options(words: list[str]) -> dict[str, Any]:
         except ValueError:
             found[name] = value
     return found
-
-
-def _two_prices(text: str) -> tuple[float, float]:
-    try:
-        core_hour, gigabyte_month = map(float, text.split(","))
-    except ValueError:
-        core_hour = gigabyte_month = float("nan")
-    if not (core_hour >= 0 and gigabyte_month >= 0):
-        raise ParameterError(f"--prices are two numbers from 0, as 0.05,0.02; found {text!r}")
-    return core_hour, gigabyte_month

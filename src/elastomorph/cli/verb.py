@@ -22,7 +22,7 @@ from typer.core import TyperCommand
 from typer.main import get_command
 
 from elastomorph.cli.output import print_json, progress
-from elastomorph.errors import ElastomorphError, FileError, MissingExtraError
+from elastomorph.errors import ElastomorphError, FileError, MissingExtraError, ParameterError
 
 _OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to", "record")
 """The parameters of verbs that name what is written."""
@@ -39,6 +39,12 @@ _COMPRESSION = ("meshopt", "meshopt", "gltf")
 _GRAPHS = ("matplotlib", "matplotlib", "demo")
 STATUS_OF_ERRORS = {"doctor": 2}
 """Exit status of a verb on an error, where it is not 1."""
+_GONE = {
+    "--dashboard": "start Dask yourself with the dashboard you want, and give --scheduler its "
+    "address",
+    "--prices": "--dry-run says bytes and time; multiply them by your prices",
+}
+"""What to use in place of options that there were once."""
 _KINDS = {"number": float, "whole": int}
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
@@ -224,6 +230,13 @@ def _writes(output: Path, file: Path) -> bool:
 
 class Verb(TyperCommand):
     """A verb whose help names all methods where it says ``{methods}``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse words; an option that there was once is refused with what to use."""
+        for word in args:
+            if (instead := _GONE.get(name := word.partition("=")[0])) is not None:
+                raise ParameterError(f"{name} is gone: {instead}")
+        return list(super().parse_args(ctx, args))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help."""

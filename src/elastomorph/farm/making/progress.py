@@ -15,7 +15,6 @@ class Progress:
     faces: int  # To be made in all
     done: int  # Finished, before this run and in it
     bytes: int = 0  # Written in this run
-    page: str = ""  # Shows what workers do
     before: int = field(default=0)  # Finished before this run
     start: float = field(default_factory=time.monotonic)
 
@@ -39,7 +38,6 @@ class Progress:
             f"{self.done:,} of {self.faces:,} faces, {rate_text(self.rate)} a second, "
             f"{size_text(self.bytes)} written, {time_text(left)} and "
             f"{size_text((self.faces - self.done) * per_face)} to go"
-            f"{self.page and f'; {self.page}'}"
         )
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from elastomorph.errors import ParameterError
+from elastomorph.farm.making.executors import client_of, make_units
 from elastomorph.farm.making.progress import Progress
-from elastomorph.farm.making.teams import THREADS, Team, team_of
 from elastomorph.farm.reading.faces import FaceSet, open_faces
 from elastomorph.farm.sampling.recipe import Recipe
 from elastomorph.farm.sampling.sampler import FaceSampler
@@ -19,6 +19,9 @@ from elastomorph.farm.storage.stores import Order, naming_store, order_of
 from elastomorph.farm.storage.wanted import Wanted, pictured
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 
 def make_faces(
@@ -36,8 +39,7 @@ def make_faces(
     codec: str = "lz4",
     unit: int | None = None,
     storage_options: Mapping[str, Any] | None = None,
-    scheduler: str = "none",
-    dashboard: str | None = None,
+    scheduler: str | Client = "none",
     progress: Callable[[Progress], object] = lambda _: None,
 ) -> FaceSet:
     """Make a data set of faces, or go on where it stood.
@@ -62,8 +64,9 @@ def make_faces(
         unit: Faces made and written together, a power of two. Default: as many as make 32
             MiB of the largest array, fewer with pictures.
         storage_options: What fsspec needs to reach the address.
-        scheduler: ``none``, the threads of this process; or what makes them as for `crew_of`.
-        dashboard: Address of the page that shows what workers do; by default for this machine only.
+        scheduler: ``none``, the threads of this process; ``local``, processes of this machine, in
+            a script below ``if __name__ == "__main__"``; the address of a Dask scheduler, or a
+            ``distributed.Client``.
         progress: Told how far it is, an object that prints as a sentence, after each unit.
 
     Returns:
@@ -79,8 +82,8 @@ def make_faces(
     order = order_of(output, storage_options)
     sampler = FaceSampler(rig, pictured(recipe, render), seed=seed)
     wanted = Wanted(vertices, tolerance, normals, landmarks, codec, unit)
-    with naming_store(order), team_of(scheduler, dashboard) as team:
-        work_off(begun(order, rig, sampler, faces, wanted), team, progress)
+    with naming_store(order), client_of(scheduler) as client:
+        work_off(begun(order, rig, sampler, faces, wanted), client, progress)
     return open_faces(order.url, storage_options=storage_options)
 
 
@@ -105,16 +108,16 @@ def begun(
 
 def work_off(
     data: DataSet,
-    team: Team = THREADS,
+    client: Client | None = None,
     progress: Callable[[Progress], object] = lambda _: None,
 ) -> None:
     """Make all units that are not finished."""
     waiting = data.manifest.pending()
     sizes = {unit: len(data.manifest.rows(unit)) for unit in waiting}
-    state = Progress(data.faces, data.faces - sum(sizes.values()), page=team.page)
+    state = Progress(data.faces, data.faces - sum(sizes.values()))
     progress(state)
     try:
-        for made in team.made(data, waiting):
+        for made in make_units(data, waiting, client):
             state.add(made)
             progress(state)
     except KeyboardInterrupt:

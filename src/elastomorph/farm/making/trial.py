@@ -1,4 +1,4 @@
-"""What a data set would take: bytes, time and cost, from a second of making it on this machine."""
+"""What a data set would take: bytes and time, from a second of making it on this machine."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from elastomorph.blas_threads import usable_cores
+from elastomorph.farm.making.executors import make_units
 from elastomorph.farm.making.progress import rate_text, size_text, time_text
 from elastomorph.farm.making.run import begun
-from elastomorph.farm.making.teams import made_units
 from elastomorph.farm.sampling.sampler import FaceSampler
 from elastomorph.farm.storage.beginning import unit_size
 from elastomorph.farm.storage.contents import Label
@@ -45,25 +45,13 @@ class Estimate:
     cores: int
     tried: int
 
-    @property
-    def core_hours(self) -> float:
-        """Work of one core."""
-        return self.seconds * self.cores / 3600
-
-    def cost(self, core_hour: float, gigabyte_month: float) -> tuple[float, float]:
-        """Of making it, and of keeping it for a month, at these prices."""
-        return self.core_hours * core_hour, self.bytes / 1e9 * gigabyte_month
-
-    def told(self, core_hour: float, gigabyte_month: float) -> dict[str, str]:
+    def told(self) -> dict[str, str]:
         """Its facts for people."""
-        made, kept = self.cost(core_hour, gigabyte_month)
         return {
             "faces": f"{self.faces:,}",
             "bytes": f"{size_text(self.bytes)} in {self.objects:,} objects",
             "time": f"{time_text(self.seconds)} on {self.cores} cores, "
             f"{rate_text(self.faces / self.seconds)} faces a second",
-            "cost": f"{made:,.2g} to make, {kept:,.2g} a month to keep, at {core_hour:g} a "
-            f"core-hour and {gigabyte_month:g} a GB-month",
             "from": f"a trial of {self.tried:,} faces on this machine",
         }
 
@@ -91,7 +79,7 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
             data = begun(order, rig, sampler, faces, tried_with)
             data.prepare()
             start, tried, size = time.perf_counter(), 0, 0
-            for made in made_units(data, list(range(data.manifest.units))):
+            for made in make_units(data, list(range(data.manifest.units))):
                 tried, size = tried + made.faces, size + made.bytes
                 if (spent := time.perf_counter() - start) > _SECONDS:
                     break

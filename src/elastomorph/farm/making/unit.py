@@ -31,13 +31,13 @@ class Made:
     bytes: int
 
 
-def make_unit(order: Order, unit: int, identity: str) -> Made:
+def make_unit(order: Order, identity: str, unit: int) -> Made:
     """Make and write a unit, unless it is finished; the same bits wherever it is done.
 
     Args:
         order: Where the data set is.
-        unit: Number of the unit.
         identity: Of the data set that is meant (`DataSet.identity`).
+        unit: Number of the unit.
 
     Raises:
         FileError: The store cannot be written, or is no data set.
