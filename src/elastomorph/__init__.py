@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from elastomorph._lazy import lazy_names
-from elastomorph._renamed import accept_old_names
 from elastomorph.errors import *  # noqa: F403
 from elastomorph.errors import __all__ as _errors
 
@@ -104,7 +103,6 @@ _HOMES = {
 
 __all__ = sorted({*(name for names in _HOMES.values() for name in names), *_errors})
 
-accept_old_names()
 
 __getattr__ = lazy_names(__name__, {**_HOMES, "rig": ("timing",)})
 

@@ -386,9 +386,11 @@ def test_a_choice_of_the_command_line_counts_everywhere(folder: Path) -> None:
     assert settings.choice_for("smile").method() == em.Method(
         "beam", order=2, material=em.Material(damping=2), closure="compatible"
     )
-    assert settings.choice_for("jawOpen").method() == em.Method("beam", 2, closure="compatible")
+    assert settings.choice_for("jawOpen").method() == em.Method(
+        "beam", order=2, closure="compatible"
+    )
     over = settings.regions["left"].choice.over(settings.choice_for("jawOpen")).method()
-    assert over == em.Method("beam", 2, closure="rest")
+    assert over == em.Method("beam", order=2, closure="rest")
     assert rig_from_settings(settings, cache=None).morphs["brow"].method.startswith("through")
     everywhere = settings.with_choice(MethodChoice.of("beam:2:limit", damping=3.0))
     for name in ("smile", "jawOpen"):

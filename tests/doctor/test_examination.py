@@ -428,10 +428,3 @@ def test_clean_scans_of_a_head_give_no_warnings(noise: float) -> None:
         targets[f"scan_{number:02}.obj"] = with_noise(face.with_vertices(points), noise, number)
     found = examined(face, targets)
     assert [one for one in found.findings if one.severity != "note"] == []
-
-
-def test_the_old_name_of_the_settings_works_with_a_warning() -> None:
-    """Two things were called settings: these, and those of a character."""
-    with pytest.warns(DeprecationWarning, match="is now ExaminationSettings"):
-        from elastomorph.doctor import Settings
-    assert Settings is ExaminationSettings

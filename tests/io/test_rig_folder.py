@@ -83,7 +83,7 @@ def test_every_file_but_the_neutral_is_a_target_named_by_its_stem(folder: Path) 
         assert same_bits(rig.morphs[name].target.vertices, em.read(folder / file).vertices)
 
 
-@pytest.mark.parametrize("method", ["linear", "ease:3", "beam:2", Method("beam", 3)])
+@pytest.mark.parametrize("method", ["linear", "ease:3", "beam:2", Method("beam", order=3)])
 def test_paths_are_those_of_interpolate(folder: Path, method: str | Method) -> None:
     rig, _ = read(folder, method=method, cache=None)
     neutral = em.read(folder / "Generic_Neutral.obj")
@@ -403,7 +403,7 @@ def test_settings_that_differ_in_any_way_have_another_digest() -> None:
     digests = [settings_digest(value) for value in different]
     assert None not in digests
     assert len(set(digests)) == len(different)
-    assert settings_digest(Method("beam", 2)) == settings_digest(Method("beam", 2))
+    assert settings_digest(Method("beam", order=2)) == settings_digest(Method("beam", order=2))
     assert settings_digest(np.float64(0.1)) == settings_digest(0.1)
 
 

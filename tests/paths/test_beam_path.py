@@ -30,6 +30,6 @@ def test_the_bends_of_a_stiff_beam_are_small_and_exact(rigidity: float) -> None:
 def test_bends_that_are_rounding_are_left_out() -> None:
     """Of a displacement alike everywhere the mean moves, by the limit law: no t² is in it."""
     moved = RING.with_vertices(RING.vertices + [0.1, 0.7, 0.3])
-    path = Method("beam", 3).prepare(RING, CURVES)(moved)
+    path = Method("beam", order=3).prepare(RING, CURVES)(moved)
     assert len(path.bends) == 1
     assert path.bends[0] == pytest.approx(path.delta, abs=1e-14)

@@ -130,23 +130,13 @@ def test_a_path_through_shapes_is_a_method_like_others() -> None:
         paths.Through({0.4: BENT}, order=2)
 
 
-def test_old_spellings_work_until_they_go() -> None:
-    """Every method once had every option, where it had no meaning with its default."""
-    with pytest.warns(DeprecationWarning, match=r"linear has no order; this is let pass until"):
-        assert em.Method("linear", order=2) == em.Method("linear")
-    with pytest.warns(DeprecationWarning, match="auto has no closure"):
-        assert em.Method().closure == "limit"
-    with pytest.warns(DeprecationWarning, match="arc has no load"):
-        assert em.Method("arc").external_load == em.Load.power(2)  # type: ignore[attr-defined]
-    with pytest.warns(DeprecationWarning, match="go by their names"):
-        given = em.Method("beam", 3, em.Material(2, 1, 1), "rest")
-    assert given == em.Method("beam", order=3, material=em.Material(2, 1, 1), closure="rest")
-    with pytest.warns(DeprecationWarning, match=r"METHODS is now Method\.known"):
-        assert tuple(kind.name for kind in em.Method.known) == paths.METHODS
-    other: object = replace(em.Method("ease", order=3), name="beam")  # type: ignore[call-arg]
-    assert other == em.Method("beam", order=3)
-    with pytest.raises(AttributeError, match="'Auto' object has no attribute 'ordre'"):
-        em.Method().ordre  # noqa: B018
+def test_a_name_takes_the_options_of_its_class_alone() -> None:
+    with pytest.raises(em.ParameterError, match="linear has no order"):
+        em.Method("linear", order=2)
+    with pytest.raises(TypeError):
+        em.Method("beam", 3)  # type: ignore[arg-type]
+    with pytest.raises(AttributeError, match="closure"):
+        em.Method().closure  # noqa: B018
 
 
 def test_what_one_call_takes_is_refused_where_it_has_no_use() -> None:

@@ -1,14 +1,11 @@
 """Are these files one rig, and a sound one? What is found has a name, a place and a remedy."""
 
-from typing import Any
-
 from elastomorph.doctor.examining import examine, examine_rig
 from elastomorph.doctor.files import examine_files
 from elastomorph.doctor.findings import KINDS, SEVERITIES, Examination, Finding
 from elastomorph.doctor.repair import Repair, repair
 from elastomorph.doctor.report import as_document, as_text
 from elastomorph.doctor.settings import BeamSettings, ExaminationSettings, Thresholds
-from elastomorph.errors import warn
 
 __all__ = [
     "KINDS",
@@ -26,14 +23,3 @@ __all__ = [
     "examine_rig",
     "repair",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name == "Settings":
-        message = (
-            "elastomorph.doctor.Settings is now ExaminationSettings; the old name works until "
-            "elastomorph 0.3."
-        )
-        warn(message, DeprecationWarning)
-        return ExaminationSettings
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -14,7 +14,6 @@ from elastomorph.paths.plate import Plate
 from elastomorph.paths.rotation import Rotation
 from elastomorph.paths.straight import Cosine, Ease, Linear
 from elastomorph.paths.through import Through, through
-from elastomorph.paths.until_0_3 import old_names
 
 __all__ = [
     "Arc",
@@ -34,4 +33,3 @@ __all__ = [
 
 # The registry: what texts may name, in the order of lists.
 Method.known = (Linear, Cosine, Ease, Beam, Plate, Arc, Rotation, Auto)
-__getattr__ = old_names(Method)

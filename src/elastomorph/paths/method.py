@@ -11,7 +11,6 @@ from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph
 from elastomorph.paths.options import Option, options_of
-from elastomorph.paths.until_0_3 import OldAttributes, with_new_spelling
 from elastomorph.physics import Material
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ class _ByName(type):
     """Lets ``Method("beam", order=3)`` make a `Beam`, and refuses options a method has not."""
 
     def __call__(cls, *positional: Any, **options: Any) -> Any:
-        if cls is Method or "name" in options:  # until 0.3: `replace` with the name of another
+        if cls is Method:
             return _by_name(*positional, **options)
         cls._require(options, repr(cls.name))  # type: ignore[attr-defined]
         return super().__call__(*positional, **options)
@@ -39,7 +38,7 @@ class _ByName(type):
 
 
 @dataclass(frozen=True, init=False)
-class Method(OldAttributes, metaclass=_ByName):
+class Method(metaclass=_ByName):
     """How the path from neutral to target is made.
 
     Every method is a class of its own in `elastomorph.paths`, with its options as fields:
@@ -67,7 +66,8 @@ class Method(OldAttributes, metaclass=_ByName):
 
     if TYPE_CHECKING:
 
-        def __init__(self, *positional: Any, **options: Any) -> None: ...
+        def __init__(self, *name: str, **options: Any) -> None: ...
+        def __getattr__(self, option: str) -> Any: ...
 
     def __post_init__(self) -> None:
         for name, its in options_of(self).items():
@@ -219,9 +219,8 @@ class Method(OldAttributes, metaclass=_ByName):
                 raise ParameterError(f"method {text}: {cls.name} has no {option}; it has {has}")
 
 
-def _by_name(name: str = "auto", *positional: Any, **options: Any) -> Method:
-    kind = Method.named(name)
-    return kind(**with_new_spelling(kind, positional, options))
+def _by_name(name: str = "auto", **options: Any) -> Method:
+    return Method.named(name)(**options)
 
 
 def _read_word(kind: type[Method], text: str, whole: str) -> tuple[str, Any]:
