@@ -376,6 +376,20 @@ def test_a_bend_more_is_never_worse(
             assert sorted(errors, reverse=True) == errors
 
 
+def test_a_bend_more_goes_on_from_the_path_of_fewer(
+    network: CurveNetwork, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a fit from nothing is worse on all vertices than what there was, one from there helps."""
+    monkeypatch.setattr(recordings, "_SAMPLE", 10 * len(TIMES))
+    monkeypatch.setattr(recordings, "_LEAST_SAMPLE", 10)
+    take = wavering(network, 6, 4)
+    frames = take.frames.copy()
+    frames[1:-1] += 0.02 * np.random.default_rng(1).normal(size=frames[1:-1].shape)
+    take = em.MeshSequence(take.mesh, frames, TIMES)
+    none, one = (em.learn(take, k, knots=4, curves=network).errors.lme for k in (0, 1))
+    assert one < 0.9 * none
+
+
 def test_repetitions_with_more_bends_are_never_worse(network: CurveNetwork) -> None:
     takes = [movement(network, 2, noise=noise) for noise in (0.02, 0.03)]
     found = [em.learn(takes, k, curves=network).errors for k in range(3)]

@@ -223,7 +223,7 @@ def test_a_slider_is_shown_where_the_prior_leaves_more_than_half_of_it(
 ) -> None:
     """One marker lifted by h: w - λ/s with s about (h/reach)²."""
     reach = max(np.linalg.norm(m.delta, axis=1).max() for m in wide.morphs.values())
-    for part, shown in ((0.5, False), (4.0, True)):
+    for part, shown in ((0.9, False), (1.5, True)):
         lift = reach * np.sqrt(2e-4 * part)
         found = with_blink(wide, slice(1), lift).track(markers[:2], range(30), prior=1e-4)
         assert ("blink" in found.names) == shown
