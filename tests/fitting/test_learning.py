@@ -379,7 +379,7 @@ def test_a_bend_more_is_never_worse(
 def test_a_bend_more_goes_on_from_the_path_of_fewer(
     network: CurveNetwork, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where a fit from nothing is worse on all vertices than what there was, one from there helps."""
+    """Where a fit from nothing is worse on all vertices than what there was."""
     monkeypatch.setattr(recordings, "_SAMPLE", 10 * len(TIMES))
     monkeypatch.setattr(recordings, "_LEAST_SAMPLE", 10)
     take = wavering(network, 6, 4)
