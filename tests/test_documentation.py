@@ -22,7 +22,7 @@ import tomllib
 import types
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -33,6 +33,7 @@ from elastomorph import errors
 from elastomorph.cli import main
 from elastomorph.doctor import KINDS
 from elastomorph.io.sample_files import write_samples
+from elastomorph.model.mesh import FaceLabels
 from needs import MODULES, extra, node
 
 ROOT = Path(__file__).parents[1]
@@ -324,6 +325,49 @@ class TestTutorialFour:
                     t, value = mix @ np.array([a, out, back, b])
                     assert t == pytest.approx((1 - u) * a[0] + u * b[0])
                     assert value == pytest.approx(float(curve(t)), abs=within)
+
+    def test_the_script_for_blender_drives_what_each_mesh_has(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """A file has a mesh for each material: here one stands still, one has a part of targets."""
+        ladder = np.array([[x, y, 0.0] for y in range(4) for x in range(2)])
+        rungs = [[2 * n, 2 * n + 1, 2 * n + 3, 2 * n + 2] for n in range(3)]
+        labels = FaceLabels(("still", "chin", "lid"), np.array([1, 0, 2], dtype=np.int32))
+        neutral = em.Mesh(ladder, rungs, materials=labels)
+        moved = {"jaw": [0, 6], "blink": [6]}
+        paths = {}
+        for name, rows in moved.items():
+            half, whole = (
+                neutral.with_vertices(ladder + np.isin(range(8), rows)[:, None] * np.array(way))
+                for way in ([0.2, 0, 0.5], [0, 0, 1])
+            )
+            paths[name] = em.through(neutral, whole, {0.5: half})
+        em.write(tmp_path / "head.glb", em.Rig(neutral, paths))
+        bends = [{"jaw.bend1"}, {"jaw.bend1", "blink.bend1"}]
+        imported = [types.SimpleNamespace(key_blocks=keys) for keys in bends]
+        for keys in imported:
+            keys.animation_data_clear = lambda: None
+        meshes = [types.SimpleNamespace(data=types.SimpleNamespace(shape_keys=k)) for k in imported]
+        bpy: Any = types.ModuleType("bpy")
+        bpy.ops = types.SimpleNamespace(
+            import_scene=types.SimpleNamespace(gltf=lambda filepath: None)
+        )
+        bpy.context = types.SimpleNamespace(
+            selected_objects=[types.SimpleNamespace(data=object()), *meshes]
+        )
+        monkeypatch.setitem(sys.modules, "bpy", bpy)
+        names: dict[str, Any] = {}
+        exec(compile(self.code(BLENDER), "script", "exec"), names)
+        driven: list[tuple[int, str, str]] = []
+        names["drive"] = lambda keys, slider, target, curve: driven.append(
+            (imported.index(keys), slider, target)
+        )
+        names["import_paths"](str(tmp_path / "head.glb"))
+        assert set(driven) == {
+            (0, "jaw", "jaw.bend1"),
+            (1, "jaw", "jaw.bend1"),
+            (1, "blink", "blink.bend1"),
+        }
 
     def test_every_script_for_blender_is_python(self) -> None:
         for each in blocks(self.PAGE):
