@@ -75,7 +75,7 @@ def _built(
     else:
         say(f"reading {sources.rig}")
         own = settings.character.mesh or None
-        rig = rig_as_stored(sources.rig, mesh=own) if stored is None else stored
+        rig = rig_as_stored(sources.rig, mesh=own, root=settings.root) if stored is None else stored
         settings.require_names(rig.morphs)
     maker = PathMaker(settings, rig.neutral, rig)
     morphs: dict[str, Morph] = {}

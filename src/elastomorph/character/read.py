@@ -131,8 +131,9 @@ def _character(document: Document) -> Character:
         document.refuse(
             ("character", "rig"), f"a rig file brings its own shapes; leave out 'rig' or {both}"
         )
-    if "mesh" in found and "rig" not in found:
-        document.refuse(("character", "mesh"), "'mesh' names meshes of a rig file: name 'rig' too")
+    for key, of in (("mesh", "meshes of a rig file"), ("root", "the folder of a rig in USD")):
+        if key in found and "rig" not in found:
+            document.refuse(("character", key), f"{key!r} names {of}: name 'rig' too")
     unit = found.get("unit")
     if unit is not None and unit not in UNITS:
         document.refuse(

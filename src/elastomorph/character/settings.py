@@ -23,6 +23,7 @@ class Character:
     unit: str | None = None  # of its files, one of `UNITS`
     rig: str | None = None  # a rig file, in place of neutral and targets
     mesh: tuple[str, ...] = ()  # names of the meshes of the rig file that are meant
+    root: str | None = None  # the folder in which all files of a rig in USD lie
     neutral: str | None = None  # found by its name where it is left out
     targets: tuple[str, ...] = ()  # files and patterns; every other mesh where they are left out
     curves: str | None = None  # of artists
@@ -113,11 +114,17 @@ class Settings:
                     f"{self.character.name}: {nearest(name, names)}",
                 )
 
+    @property
+    def root(self) -> Path | None:
+        """The folder in which all files of a rig in USD lie, where the settings name it."""
+        return None if self.character.root is None else self.file(self.character.root)
+
     def with_rig(self, rig: Path) -> Settings:
         """The same settings for another rig: a folder of meshes, or a rig file."""
         files: dict[str, Any] = {
             "rig": str(rig.resolve()),
             "mesh": (),
+            "root": None,
             "neutral": None,
             "targets": (),
         }

@@ -11,6 +11,7 @@ from contextlib import suppress
 from importlib import import_module
 from inspect import cleandoc
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
@@ -106,13 +107,30 @@ app.add_typer(
 
 @app.callback(invoke_without_command=True)
 def _options(
+    context: typer.Context,
     version: bool = typer.Option(False, "--version", help="Print the version and exit."),
+    root: Path | None = typer.Option(  # noqa: B008
+        None, exists=True, file_okay=False, help="Folder in which all files of a USD stage lie."
+    ),
 ) -> None:
+    before = os.environ.copy()  # settings may name that folder too, see `options.settings_of`
+    context.call_on_close(lambda: _restore(before))
+    if root is not None:
+        from elastomorph.io.usd.library import ROOT_VARIABLE
+
+        os.environ[ROOT_VARIABLE] = str(root.absolute())
     if version:
         from importlib.metadata import version as installed
 
         typer.echo(installed("elastomorph"))
         raise typer.Exit
+
+
+def _restore(environment: dict[str, str]) -> None:
+    """Take back what a call has set, for programs that call `main` more than once."""
+    for name in {*os.environ} - {*environment}:
+        del os.environ[name]
+    os.environ.update(environment)
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -130,6 +131,10 @@ def settings_of(
     if found is None:
         return None
     settings = read_settings(found)
+    if settings.root is not None:
+        from elastomorph.io.usd.library import ROOT_VARIABLE
+
+        os.environ[ROOT_VARIABLE] = str(settings.root)
     if rig is not None and not named:
         settings = settings.with_rig(rig)
     if isinstance(choice, str):

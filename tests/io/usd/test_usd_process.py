@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 from usd_rigs import grid, read_in_this_process, sample_rig
 
 import elastomorph as em
+from elastomorph.cli import app
 from elastomorph.errors import FileError, FormatError, MissingExtraError, ParameterError
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import read_usd, write_usd
@@ -159,6 +161,30 @@ def test_the_root_is_named_in_python(inside_and_outside: tuple[Path, Path]) -> N
         em.read_rig(path, root=inside)
     with pytest.raises(ParameterError, match="root"):
         em.read_rig("built-in.glb", root=inside)
+
+
+@pytest.mark.parametrize("verb", ["inspect", "bend --dry-run", "export -o a.npz"])
+def test_the_root_is_named_on_the_command_line(
+    inside_and_outside: tuple[Path, Path], verb: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Absolute paths lead out of the folder of a file, unless its user says where all may lie."""
+    inside, outside = inside_and_outside
+    path = composed(inside, ARCS["reference"].format(outside))
+    monkeypatch.chdir(inside)
+
+    def failed(*words: object) -> bool:
+        return CliRunner().invoke(app, [*map(str, words)]).exit_code != 0
+
+    name, *more = verb.split()
+    environment = dict(os.environ)
+    assert failed(name, path, *more)
+    assert not failed("--root", outside.parent, name, path, *more)
+    assert failed("--root", inside / "nowhere", name, path, *more)
+    if name in ("bend", "export"):
+        settings = inside / "elastomorph.toml"
+        settings.write_text(f'[character]\nrig = "{path.name}"\nroot = ".."\n')
+        assert not failed(name, settings, *more, *["--overwrite"] * (name == "export"))
+    assert dict(os.environ) == environment
 
 
 @pytest.mark.parametrize("shared", ["home", "above home", "temporary"])

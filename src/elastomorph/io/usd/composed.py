@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os.path import commonpath, normpath
@@ -12,7 +13,7 @@ from typing import Any
 
 from elastomorph.io.atomic import is_file
 from elastomorph.io.isolated import RefusedError, allow_for
-from elastomorph.io.usd.library import original_in, pxr
+from elastomorph.io.usd.library import ROOT_VARIABLE, original_in, pxr
 
 _LEAST_DEPTH = 3
 """Parts of a folder that is a project's own: not ``/``, nor ``/mnt``, but ``/mnt/show``."""
@@ -32,14 +33,15 @@ class Composed:
 def open_composed(source: str, root: str | None = None) -> Composed:
     """The stage in a file.
 
-    Sublayers, references and payloads, in all variants, must be files below a folder: ``root``, or
-    the common parent of the files that layers name relative to themselves, as far as it is no
-    place that other projects share (see `_is_shared`). Links are resolved before they are judged,
-    and neither they nor absolute paths make that folder larger. Files of a layer in a package
-    (.usdz) must lie in that package. Search paths, URLs and value clips are not followed. A layer
-    of `elastomorph.bend` may lie anywhere: what it says of the content of its original proves that
-    whoever wrote it had that file.
+    Sublayers, references and payloads, in all variants, must be files below a folder: ``root``, the
+    one that the environment names (`ROOT_VARIABLE`), or the common parent of the files that layers
+    name relative to themselves, as far as it is no place that other projects share (see
+    `_is_shared`). Links are resolved before they are judged, and neither they nor absolute paths
+    make that folder larger. Files of a layer in a package (.usdz) must lie in that package. Search
+    paths, URLs and value clips are not followed. A layer of `elastomorph.bend` may lie anywhere:
+    what it says of the content of its original proves that whoever wrote it had that file.
     """
+    root = root or os.environ.get(ROOT_VARIABLE) or None
     file = Path(source).parent.resolve() / Path(source).name
     folder = file.parent if root is None else Path(root).resolve()
     if not file.resolve().is_relative_to(folder) and root is not None:

@@ -40,6 +40,8 @@ ROOT = "--root="
 STILL = "--still"
 """In place of names of meshes, which these cannot be: the folder in which all files must lie, and
 that meshes without blend shapes are read too."""
+ROOT_VARIABLE = "ELASTOMORPH_USD_ROOT"
+"""The environment variable that names that folder for all readers, and for those in processes."""
 GROUP_FAMILY = "elastomorph:group"
 LAYER = "elastomorph"
 LAYER_VERSION = 1
