@@ -23,6 +23,7 @@ from small_scans import in_single_steps  # noqa: E402
 
 from elastomorph.capturing.landmarks.landmarks import read_landmarks  # noqa: E402
 from elastomorph.capturing.scans import registered_files, registration  # noqa: E402
+from elastomorph.capturing.work.registered import Registered  # noqa: E402
 from elastomorph.io.npz.confidence import read_confidence  # noqa: E402
 
 pytestmark = pytest.mark.photographs
@@ -110,3 +111,23 @@ def test_figures_of_a_long_take_are_written_once(tmp_path, monkeypatch) -> None:
     assert begun == scans[:-1]
     assert set(read_confidence(tmp_path / "p" / "confidence.npz")) == set(poses)
     assert not (tmp_path / "p" / ".register").exists()
+
+
+def test_a_long_take_in_which_heads_are_doubted_warns_of_them_once() -> None:
+    mesh = mask_rig().neutral
+    figures = {"correspondence": registration.BY_SURFACE}
+    poses = {
+        f"frame{k}": Registered.of(
+            mesh,
+            mesh.vertices,
+            np.ones(len(mesh.vertices)),
+            figures | {"head": {"doubt_degrees": k, "doubt_mean": 0.2 * k}},
+        )
+        for k in range(5)
+    }
+    with pytest.warns(ElastomorphWarning) as said:
+        registration._warn(poses)
+    heads, along = [str(own.message) for own in said]
+    assert heads.startswith("frame4: its head may be turned by 4.0° otherwise, which moves skin by")
+    assert "0.80 % of D, and those of 2 more by less: too little" in heads
+    assert along.startswith("frame0 and 4 more: correspondence")

@@ -344,14 +344,16 @@ def test_pictures_are_no_larger_than_they_are_shown(captured: Captured) -> None:
 
 
 def test_a_take_of_scans_has_a_page_with_every_pose_and_some_pictures(tmp_path: Path) -> None:
-    """Each of many poses has its row; what is doubted is told; a dozen pictures are enough."""
+    """Each of many poses has its row; a dozen of what is doubted is told, and as many pictures."""
     mesh = template()
     figures = {"correspondence": "by landmarks", "surface_mean": 0.02, "shown": 0.9, "flagged": 0.5}
-    head = {"doubt_degrees": 1.5, "doubt_mean": 0.9}
     confidence = np.linspace(0, 1, len(mesh.vertices))
     poses = {
         f"f{k:03}": Registered.of(
-            mesh, mesh.vertices, confidence, figures | ({"head": head} if k == 7 else {})
+            mesh,
+            mesh.vertices,
+            confidence,
+            figures | ({"head": {"doubt_degrees": 1.5, "doubt_mean": k / 8}} if k < 20 else {}),
         )
         for k in range(30)
     }
@@ -360,7 +362,9 @@ def test_a_take_of_scans_has_a_page_with_every_pose_and_some_pictures(tmp_path: 
     root = parsed(text)
     rows = table_of(root, "Each pose")
     assert [row[0] for row in rows if row[0].startswith("f")] == list(poses)
-    assert "f007: the head may be turned by 1.5° otherwise." in text
+    assert text.count("the head may be turned by 1.5° otherwise.") == 12
+    assert "f019: the head may be turned" in text
+    assert "So may those of 5 more" in text  # above 0.25 % of D are 3 to 19
     assert text.count("data:image/webp") == 12
     with pytest.raises(FormatError):
         write_register_report(poses, tmp_path / "report.txt")

@@ -92,8 +92,10 @@ def write_register_report(
     share = np.mean([pose.flagged.mean() for pose in poses.values()])
     remarks = [
         f"{own}: the head may be turned by {pose.figures['head']['doubt_degrees']:.1f}° otherwise."
-        for own, pose in doubted.items()
+        for own, pose in sorted(doubted.items(), key=lambda each: -_doubt(each[1]))[:_MOST]
     ]
+    if len(doubted) > _MOST:
+        remarks.append(f"So may those of {len(doubted) - _MOST:,} more; see the table.")
     facts = [
         ("Poses", f"{len(poses):,}"),
         ("Template", face_words(first)),

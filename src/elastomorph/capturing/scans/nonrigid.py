@@ -121,11 +121,6 @@ class Elastic:
         # The finer a template, the more vertices pull at one piece of it.
         self._finer = _EDGE * size / self.edge
 
-    @property
-    def edges(self) -> NDArray[np.integer]:
-        """(E, 2) of the template, with those that tie its parts together."""
-        return self.deformation.edges
-
     def with_rest(self, rest: Points) -> Elastic:
         """The same template at rest elsewhere."""
         return Elastic(rest, self.triangles, self.size, self.outer)

@@ -6,7 +6,7 @@ it or the template, from several sides, and only an answer that no other comes n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import permutations, product
 from pathlib import Path
@@ -154,7 +154,7 @@ def placed_first(scan: Scan, marks: Marks, elastic: Elastic) -> Placed:
         CaptureError: There is no such face, or more than one, or it cannot be told where.
     """
     clicks = marks.on(scan.name)
-    face, normals = _seen(elastic, elastic.rest)
+    face, normals = elastic.rest[elastic.outer], elastic.normals(elastic.rest)[elastic.outer]
     if clicks:
         there = {name: np.array(place) for name, place in clicks.items()}
         own = {name: elastic.rest[vertex] for name, vertex in marks.vertices.items()}
@@ -162,18 +162,16 @@ def placed_first(scan: Scan, marks: Marks, elastic: Elastic) -> Placed:
         # A scan of the template's own shape is found more exactly by its surface than by clicks.
         laid = laid_over(face, normals, elastic.size, looked_up(scan), similarity, rigid=False)
         if laid.covered > _SHAPED and laid.off < _SAME_SHAPE:
-            placed = _placed(scan, laid.similarity, marks, elastic, elastic.rest)
+            placed = placed_at(scan, laid.similarity, marks, elastic, elastic.rest)
             missed = placed.held.places - elastic.rest[placed.held.vertices]
             sure = placed.held.sure(laid.off * elastic.size, missed)
             if sure < _UNSURE:
                 return replace(placed, sure=sure)
     else:
         require_one_head(scan)
-        similarity = _named(
-            scan.name,
-            lambda: found_anywhere(face, normals, elastic.size, looked_up(scan), None),
-        )
-    return _placed(scan, similarity, marks, elastic, elastic.rest)
+        points = looked_up(scan)
+        similarity = found_anywhere(face, normals, elastic.size, points, None, scan.name)
+    return placed_at(scan, similarity, marks, elastic, elastic.rest)
 
 
 def placed_next(
@@ -221,7 +219,7 @@ def placed_next(
     if found is None or not (clicks or (found.covered > _EXPECTED and found.off < _NEAR)):
         require_one_head(scan)
         scale = None if before is None else before.scale
-        first = _named(scan.name, lambda: found_anywhere(face, normals, size, points, scale))
+        first = found_anywhere(face, normals, size, points, scale, scan.name)
         if before is None:
             first = laid_over(face, normals, size, points, first, rigid=False).similarity
         found, dragged = found_near(face, normals, size, points, [first], still[shown])
@@ -232,13 +230,8 @@ def placed_next(
             f"{scan.name} covers {found.covered:.0%} of the face of the pose before: it shows"
             " something else, or its landmarks are not where the template has them"
         )
-    placed = _placed(scan, found.similarity, marks, elastic, expected)
+    placed = placed_at(scan, found.similarity, marks, elastic, expected)
     return replace(placed, dragged=found.similarity.inverse().then(dragged))
-
-
-def placed_again(scan: Scan, similarity: Similarity, marks: Marks, elastic: Elastic) -> Placed:
-    """The first scan where an earlier run has brought it."""
-    return _placed(scan, similarity, marks, elastic, elastic.rest)
 
 
 def looked_up(scan: Scan) -> ScanPoints:
@@ -247,7 +240,7 @@ def looked_up(scan: Scan) -> ScanPoints:
     return ScanPoints(scan.surface, float(np.sqrt(area / _LOOKED_UP)), most=_LOOKED_UP)
 
 
-def _placed(
+def placed_at(
     scan: Scan,
     similarity: Similarity,
     marks: Marks,
@@ -275,11 +268,6 @@ def _placed(
     return Placed(scan.only(kept), similarity, surface, ScanPoints(surface, elastic.edge), held)
 
 
-def _seen(elastic: Elastic, vertices: Points) -> tuple[Points, Points]:
-    """Vertices of the skin, and their normals."""
-    return vertices[elastic.outer], elastic.normals(vertices)[elastic.outer]
-
-
 def _kept(found: Similarity, before: Similarity | None) -> Similarity:
     """A similarity at the size of the scan before, unless units differ."""
     if before is None or abs(np.log(found.scale / before.scale)) > np.log(_SAME_SIZE):
@@ -301,13 +289,6 @@ def _require_not_mirrored(
     again = laid_over(face, normals, size, turned, first, rigid=True)
     if again.covered > _EXPECTED and again.off < _MIRRORED * found.off:
         raise CaptureError(f"{scan.name} is mirrored: mirror it back, or export it again")
-
-
-def _named(name: str, find: Callable[[], Similarity]) -> Similarity:
-    try:
-        return find()
-    except CaptureError as problem:
-        raise CaptureError(f"{name}: {problem}") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -436,7 +417,7 @@ def found_near(
 
 
 def found_anywhere(
-    face: Points, normals: Points, size: float, scan: ScanPoints, scale: float | None
+    face: Points, normals: Points, size: float, scan: ScanPoints, scale: float | None, name: str
 ) -> Similarity:
     """A scan laid over a face without any guess.
 
@@ -446,6 +427,7 @@ def found_anywhere(
         size: extent of the face.
         scan: in its own units and axes.
         scale: that brings the scan to the size of the face, if it is known.
+        name: of the scan.
 
     Raises:
         CaptureError: No way to lay it is clearly better than all others.
@@ -470,8 +452,8 @@ def found_anywhere(
     others = [each.covered for each in best if _differ(each.similarity, best[0].similarity)]
     if best[0].covered < _FOUND or max(others, default=0.0) > _OTHERS * best[0].covered:
         raise CaptureError(
-            "where the face is in it cannot be told without landmarks: name at least four points"
-            " of it, as 'elastomorph landmarks' does"
+            f"{name}: where the face is in it cannot be told without landmarks: name at least four"
+            " points of it, as 'elastomorph landmarks' does"
         )
     return laid_over(face, normals, size, scan, best[0].similarity, rigid=rigid).similarity
 

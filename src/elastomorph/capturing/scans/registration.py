@@ -22,7 +22,7 @@ from elastomorph.capturing.scans.nonrigid import ADAPT, FINISH, FOLLOW, Elastic
 from elastomorph.capturing.scans.placing import (
     Marks,
     Placed,
-    placed_again,
+    placed_at,
     placed_first,
     placed_next,
     stillness,
@@ -262,7 +262,7 @@ def _first(
     """The neutral, which makes the template a person; or as an earlier run has left it."""
     elastic = Elastic(face.vertices, face.triangles, face.size, face.skin)
     if kept is not None:
-        placed = placed_again(scan, placing_of(kept), marks, elastic)
+        placed = placed_at(scan, placing_of(kept), marks, elastic, elastic.rest)
         vertices = kept.vertices[face.first]
     else:
         say(f"{scan.name}: finding the face")
@@ -473,14 +473,16 @@ def _which(names: list[str], neutral: str | None) -> str:
 def _warn(poses: Mapping[str, Registered]) -> None:
     """Say what scans without colours do not tell, and where the head may have moved."""
     blind = {n: own for n, own in poses.items() if own.figures["correspondence"] != FOLLOWED}
-    for name, pose in blind.items():
-        head = pose.figures["head"]
-        if head["doubt_mean"] > _MOVED:
-            warn(
-                f"{name}: its head may be turned by {head['doubt_degrees']:.1f}° otherwise, which"
-                f" moves skin by {head['doubt_mean']:.2f} % of D: too little of it is still, or is"
-                " known to be; a rig as the template, or landmarks of eyes and nose, say what is"
-            )
+    heads = {name: pose.figures["head"] for name, pose in blind.items()}
+    if doubted := [name for name, head in heads.items() if head["doubt_mean"] > _MOVED]:
+        worst = max(doubted, key=lambda name: heads[name]["doubt_mean"])
+        more = f", and those of {len(doubted) - 1} more by less" if len(doubted) > 1 else ""
+        warn(
+            f"{worst}: its head may be turned by {heads[worst]['doubt_degrees']:.1f}° otherwise,"
+            f" which moves skin by {heads[worst]['doubt_mean']:.2f} % of D{more}: too little of it"
+            " is still, or is known to be; a rig as the template, or landmarks of eyes and nose,"
+            " say what is"
+        )
     if blind:
         more = f" and {len(blind) - 1} more" if len(blind) > 1 else ""
         warn(

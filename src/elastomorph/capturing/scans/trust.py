@@ -37,18 +37,12 @@ class Trust:
 
     Attributes:
         distance: (V,) to the scan, in parts of the extent.
-        cosine: (V,) of the angle between the normals of both.
         shown: (V,) whether the scan shows it: no hole, border or hidden place.
-        unseen: (V,) way along the surface to the next vertex that is shown, in parts of the extent.
-        error: (V,) that is expected, in parts of the extent.
         confidence: (V,) in [0, 1].
     """
 
     distance: Points
-    cosine: Points
     shown: NDArray[np.bool_]
-    unseen: Points
-    error: Points
     confidence: Points
 
     def figures(self, extent_unit: float) -> dict[str, Any]:
@@ -84,7 +78,7 @@ def trusted(
     unseen = _way(elastic, vertices, np.flatnonzero(shown)) / size
     across = np.where(shown, distance, _UNSEEN * unseen)
     error = np.hypot(elastic.deformation.smoothed(across, 2), along)
-    return Trust(distance, found.cosines, shown, unseen, error, confidences(error, 1.0))
+    return Trust(distance, shown, confidences(error, 1.0))
 
 
 def slide(
@@ -117,7 +111,7 @@ def _way(elastic: Elastic, vertices: Points, start: NDArray[np.integer]) -> Poin
 
     if not len(start):
         return np.full(len(vertices), elastic.size)
-    first, second = elastic.edges.T
+    first, second = elastic.deformation.edges.T
     lengths = np.maximum(np.linalg.norm(vertices[first] - vertices[second], axis=1), 1e-12)
     count = len(vertices)
     graph = coo_array((lengths, (first, second)), shape=(count, count)).tocsr()
