@@ -60,6 +60,8 @@ def test_it_writes_a_mesh_of_each_scan(folder: Path, capsys: pytest.CaptureFixtu
     assert log.splitlines()[1].endswith("2 of 2")
     names = {"neutral.obj", "smile.obj", "confidence.npz", "register.json", "report.html"}
     assert {path.name for path in Path("poses").iterdir()} == names
+    page = Path("poses/report.html").read_text(encoding="utf-8")
+    assert "elastomorph register neutral.ply smile.ply --template built-in" in page
     (options,) = asked
     assert options["scans"] == ["neutral.ply", "smile.ply"]
     assert (options["neutral"], options["texture"]) == ("smile", False)

@@ -146,7 +146,8 @@ def command_line(context: typer.Context) -> str:
         value = context.params.get(parameter.name or "")
         # The telling name of an option is the longest: ``--output``, not ``-o``.
         if parameter.param_type_name == "argument":
-            arguments.append(_without_folder(value))
+            several = value if isinstance(value, list | tuple) else [value]
+            arguments += map(_without_folder, several)
         elif isinstance(value, bool):
             names = parameter.opts if value else parameter.secondary_opts or parameter.opts
             words.append(max(names, key=len))
