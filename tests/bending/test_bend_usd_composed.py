@@ -318,3 +318,4 @@ def test_a_straight_character_says_so(tmp_path: Path) -> None:
     assert report.bent == ()
     assert report.error == 0
     assert report.targets[0].note.startswith("auto: straight")
+    assert (report.output, layer.exists()) == (None, False)

@@ -28,6 +28,10 @@ def test_it_bends_and_says_what_it_costs(head: Path, capsys: pytest.CaptureFixtu
     said = capsys.readouterr().out
     for words in ("jawOpen", "2 of 2 targets bend", "before 2; bytes", "written: bent.glb"):
         assert words in said
+    assert "by rounding" not in said
+    em.write("small.glb", em.read_rig("head.glb", method="linear"), compress=True)
+    assert run("bend", "small.glb", "-o", "tight.glb") == 0
+    assert "% by rounding to the numbers of the file" in capsys.readouterr().out
     assert run("unbend", "bent.glb", "-o", "back.glb") == 0
     assert open_gltf("back.glb").document == open_gltf(head).document
 
