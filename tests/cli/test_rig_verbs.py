@@ -66,6 +66,7 @@ def test_mistakes(
 @pytest.mark.slow
 def test_bench_prints_its_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("bench", "--levels", 2, "--repeats", 1) == 0
+    assert run("bench", "--repeats", 10**9) == 2  # Told before any work
     said = capsys.readouterr().out
     assert "31 faces" in said
     assert "memory copy" in said

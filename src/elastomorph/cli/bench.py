@@ -26,7 +26,7 @@ def bench(
     settings: options.SettingsFile = None,
     levels: Annotated[int, typer.Option(help="Values of each weight.", min=2)] = 6,
     t: Annotated[float, typer.Option("--time", "-t", help="Common time of all faces.")] = 0.5,
-    repeats: Annotated[int, typer.Option(help="Runs; the shortest counts.", min=1)] = 5,
+    repeats: Annotated[int, typer.Option(help="Runs; the shortest counts.", min=1, max=1000)] = 5,
     *,
     say: Say,
 ) -> Answer:

@@ -52,6 +52,11 @@ def moved_extent(neutral: NDArray[np.float64], targets: Iterable[NDArray[np.floa
     return (largest_distance(neutral[moved]) or largest_distance(neutral)) if moved.any() else 0.0
 
 
+def least_motion(neutral: NDArray[np.float64], targets: Iterable[NDArray[np.float64]]) -> float:
+    """Half a percent of `moved_extent`: a vertex that a target moves less is carried along."""
+    return 0.005 * moved_extent(neutral, targets)
+
+
 def component_of(count: int, edges: NDArray[np.integer]) -> NDArray[np.int32]:
     """(V,) numbers from 0 of the connected components; edges may repeat, in any order."""
     from scipy.sparse import coo_array

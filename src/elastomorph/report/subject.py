@@ -13,7 +13,7 @@ from elastomorph.bending.character import BENDABLE
 from elastomorph.draw.head import head_of
 from elastomorph.errors import FormatError
 from elastomorph.evaluation.rigid_bodies import RigidParts, find_rigid_parts
-from elastomorph.model.geometry import moved_extent
+from elastomorph.model.geometry import least_motion
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig
@@ -21,9 +21,6 @@ from elastomorph.rig.performance.naming import shape_of
 from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
 __all__ = ["Subject", "built_in_subject", "rig_subject"]
-
-_MOVES = 0.005
-"""Of the extent of what targets move: a vertex that is moved less is carried along."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +104,7 @@ def _command(source: str) -> str:
 
 def _jaw(neutral: Mesh, targets: dict[str, Mesh]) -> str:
     """The target called so, unless it is empty, as avatars have some; else the widest one."""
-    least = _MOVES * moved_extent(neutral.vertices, (each.vertices for each in targets.values()))
+    least = least_motion(neutral.vertices, (each.vertices for each in targets.values()))
 
     def widely(name: str) -> int:
         away = np.linalg.norm(targets[name].vertices - neutral.vertices, axis=1)

@@ -20,8 +20,7 @@ from elastomorph.draw.materials import parts_of
 from elastomorph.draw.pictures import as_png
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import made_folder, replacing
-from elastomorph.model.geometry import fit_rotation
-from elastomorph.rig.build import extent_of
+from elastomorph.model.geometry import fit_rotation, least_motion
 from elastomorph.rig.rig import Rig
 
 if TYPE_CHECKING:
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 LAYOUTS = ("webdataset", "coco", "folder")
 """What `export_faces` writes."""
 
-_MOVED = 0.005  # of the extent of what targets move: a vertex that moves less is not of the face
 _AT_ONCE = 64
 _SHARD = 1000
 _EYE = ("sclera", "iris", "pupil")
@@ -141,7 +139,8 @@ def _moving(rig: Rig) -> NDArray[np.int64]:
     most = np.zeros(len(rest))
     for morph in rig.morphs.values():
         np.maximum(most, np.linalg.norm(morph.delta, axis=1), out=most)
-    return np.flatnonzero(most > _MOVED * extent_of(rig))
+    targets = (morph.target.vertices for morph in rig.morphs.values())
+    return np.flatnonzero(most > least_motion(rest, targets))
 
 
 def _eyes(rig: Rig) -> dict[str, NDArray[np.int64]]:
