@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from elastomorph.io import read, write
-from elastomorph.io.performance.livelink import read_livelink
+from elastomorph.io.performance import read_livelink
 from measuring import best_seconds, data_folder
 
 

@@ -39,7 +39,7 @@ from elastomorph.evaluation import (
 from elastomorph.evaluation.movements import Movement, evaluate_movements
 from elastomorph.evaluation.summary import mean_summaries, same
 from elastomorph.evaluation.table import method_table
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import read_recording
 from elastomorph.io.vertex_lists import read_curves
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import interpolate

@@ -26,7 +26,7 @@ from elastomorph.evaluation.movements import evaluate_movements
 from elastomorph.evaluation.rigid_bodies import find_hinge, find_rigid_parts, hinge_errors
 from elastomorph.evaluation.summary import mean_summaries, summaries
 from elastomorph.evaluation.table import number_text
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import read_recording
 from elastomorph.model.geometry import connected_parts
 from elastomorph.paths import Method
 from elastomorph.rivals import RIVALS, Cost, with_rivals

@@ -24,7 +24,7 @@ from elastomorph.io.performance import read_performance, write_performance, writ
 from elastomorph.io.ply import read_ply, write_ply
 from elastomorph.io.point_cache import read_mdd, read_pc2, write_mdd, write_pc2
 from elastomorph.io.poses import read_poses, write_poses
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import read_recording
 from elastomorph.io.vertex_lists import read_curves, read_region
 from elastomorph.rig.performance import Performance
 from hostile import archives, documents, scenes, texts

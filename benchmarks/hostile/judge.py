@@ -11,7 +11,7 @@ import numpy as np
 
 from elastomorph.errors import ElastomorphError, ElastomorphWarning
 from elastomorph.io.point_cache import PointCache
-from elastomorph.io.sequences.recordings import Recording
+from elastomorph.io.sequences import Recording
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig

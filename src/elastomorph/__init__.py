@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from elastomorph.fitting import Learned as Learned
     from elastomorph.fitting.fit import fit as fit
     from elastomorph.fitting.learning import learn as learn
-    from elastomorph.io.performance.files import read_performance as read_performance
-    from elastomorph.io.performance.files import write_performance as write_performance
+    from elastomorph.io.performance import read_performance as read_performance
+    from elastomorph.io.performance import write_performance as write_performance
     from elastomorph.io.poses import read_poses as read_poses
     from elastomorph.io.poses import write_poses as write_poses
     from elastomorph.io.registry import read as read
@@ -81,7 +81,7 @@ _HOMES = {
     "fitting": ("Fit", "Learned"),
     "fitting.fit": ("fit",),
     "fitting.learning": ("learn",),
-    "io.performance.files": ("read_performance", "write_performance"),
+    "io.performance": ("read_performance", "write_performance"),
     "io.poses": ("read_poses", "write_poses"),
     "io.registry": ("read", "write"),
     "io.rig_folder": ("read_rig",),

@@ -18,8 +18,8 @@ from children import started
 from elastomorph.capturing.cameras.models import write_colmap
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.work.request import requested
+from elastomorph.io.mtl import with_looks
 from elastomorph.io.npz.members import open_npz
-from elastomorph.io.obj.looks import with_looks
 from elastomorph.model.mesh import FaceLabels, UVMap
 
 EXAMINED = [f"photographs/{pose}" for pose in sorted(POSES, key="nabc".find)]

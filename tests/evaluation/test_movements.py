@@ -20,7 +20,7 @@ from elastomorph.evaluation.movements import (
     evaluate_movements,
     mean_lines,
 )
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import read_recording
 from elastomorph.io.vertex_lists import read_curves
 
 PLAIN = {"smoothing": 0.0}

@@ -15,7 +15,7 @@ from elastomorph.fitting import recordings
 from elastomorph.fitting import repetitions as repeating
 from elastomorph.fitting.path_fit import Observed, Splines, fitted
 from elastomorph.fitting.takes import Take
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import read_recording
 from elastomorph.io.vertex_lists import read_curves
 
 CURVES = Path(__file__).parents[2] / "benchmarks" / "animface_curves.json"

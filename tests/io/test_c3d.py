@@ -11,8 +11,7 @@ import pytest
 
 from elastomorph.errors import ElastomorphWarning, FileError, FormatError
 from elastomorph.io import read_markers
-from elastomorph.io.markers import holds_markers
-from elastomorph.io.sequences import read_recording
+from elastomorph.io.sequences import holds_markers, read_recording
 from needs import extra
 
 ezc3d = extra("ezc3d", "mocap")

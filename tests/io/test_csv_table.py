@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.performance.table import numbers, read_table
+from elastomorph.io.performance import numbers, read_table
 
 
 def write(folder: Path, content: str | bytes) -> Path:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.sequences.numbering import find_frames, frame_pattern
+from elastomorph.io.numbering import find_frames, frame_pattern
 
 SUFFIXES = (".obj", ".ply")
 

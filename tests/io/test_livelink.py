@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import FileError, FormatError, ParameterError
-from elastomorph.io.performance.livelink import read_livelink
-from elastomorph.io.performance.timecode import TimecodeClock
+from elastomorph.io.performance import read_livelink
+from elastomorph.io.timecode import TimecodeClock
 from elastomorph.rig.performance import match
 from elastomorph.rig.performance.naming import ARKIT
 

@@ -16,9 +16,8 @@ from hypothesis import strategies as st
 from mesh_samples import assert_same_mesh, house, meshes, same_bits
 
 from elastomorph.errors import FormatError
-from elastomorph.io.markers import holds_markers, read_marker_file
 from elastomorph.io.npz import read_npz, read_npz_sequence, write_npz, write_npz_sequence
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import holds_markers, read_marker_file, read_recording
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 

@@ -15,7 +15,7 @@ from elastomorph.errors import FormatError
 from elastomorph.io.npz import read_npz, read_npz_sequence
 from elastomorph.io.npz.members import open_npz
 from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import read_recording
 from elastomorph.io.untrusted import allowed_memory
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig

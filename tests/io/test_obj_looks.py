@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import elastomorph as em
-from elastomorph.io.obj.looks import library_of, with_looks
+from elastomorph.io.mtl import library_of, with_looks
 
 OBJ = """mtllib scan.mtl
 v 0 0 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.io.sequences.takes import write_take
+from elastomorph.io.takes import write_take
 
 TIMES = np.arange(7) / 30
 WEIGHTS = np.stack([np.linspace(0, 1, 7), np.linspace(0.5, 0, 7)], axis=1)

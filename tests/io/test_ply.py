@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from mesh_samples import assert_same_surface, house, meshes
 
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.io.ply import read_ply, write_ply
-from elastomorph.io.ply.mesh import Encoding
+from elastomorph.io.ply import Encoding, read_ply, write_ply
 from elastomorph.model.mesh import Mesh
 from needs import extra
 

@@ -9,8 +9,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph.io.point_cache import write_mdd, write_pc2
-from elastomorph.io.sequences.points import read_markers
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import read_markers, read_recording
 from foreign_files import chunks_of, glb
 from small_meshes import grid
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastomorph.errors import ParameterError
-from elastomorph.io.performance.timecode import (
+from elastomorph.io.timecode import (
     BASES,
     TakeTiming,
     Timecode,

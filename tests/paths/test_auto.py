@@ -17,7 +17,7 @@ import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.evaluation.movements import evaluate_movements
 from elastomorph.evaluation.shape import ShapeProbe
-from elastomorph.io.sequences.recordings import read_recording
+from elastomorph.io.sequences import read_recording
 from elastomorph.model.geometry import connected_parts
 from elastomorph.model.morph import Choice
 from elastomorph.model.sequence import MeshSequence

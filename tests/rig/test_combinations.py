@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.io.npz.streamed import write_face_array
-from elastomorph.io.sequences.meshes import write_face_files
+from elastomorph.io.npz.mesh import write_face_array
+from elastomorph.io.sequences import write_face_files
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import spread_rows, weight_combinations
 

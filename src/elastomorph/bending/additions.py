@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.io.gltf import meshopt
+from elastomorph.io.gltf.accessor_writer import padded
 from elastomorph.io.gltf.accessors import COMPONENT_TYPES, TYPES
 from elastomorph.io.gltf.container import GltfFile
-from elastomorph.io.gltf.quantize import padded
 
 _ARRAY_BUFFER = 34962
 

@@ -15,8 +15,6 @@ from elastomorph.paths import Method
 if TYPE_CHECKING:
     from elastomorph.bending.usd import UsdBendReport
 
-__all__ = ["bend", "unbend"]
-
 _GLTF = (".glb", ".gltf", ".vrm")
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 BENDABLE = _GLTF + _USD

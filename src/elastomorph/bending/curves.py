@@ -30,8 +30,7 @@ from elastomorph.bending.undo import is_bent
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import read_bytes, replacing
 from elastomorph.io.blend_shapes import different_names
-from elastomorph.io.gltf.container import GltfFile, open_gltf
-from elastomorph.io.gltf.lenient import object_of
+from elastomorph.io.gltf.container import GltfFile, object_of, open_gltf
 from elastomorph.io.gltf.mesh_extras import is_part
 from elastomorph.io.gltf.nodes import placed_meshes
 from elastomorph.io.gltf.primitives import Primitives, target_count
@@ -46,8 +45,6 @@ from elastomorph.io.gltf.rig_extras import (
 )
 from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.rig.build import extent_of
-
-__all__ = ["give_back", "write_curves"]
 
 _VERSION = 1
 # Displacements of one target that went through a pipeline differ by its rounding; those of two

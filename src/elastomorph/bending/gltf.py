@@ -46,9 +46,6 @@ from elastomorph.io.untrusted import naming_file
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
 
-__all__ = ["CharacterEdit", "bend_gltf", "of_bounded_depth", "unbend_gltf"]
-
-
 Places = Iterator[tuple[dict[str, Any], str]]
 """Each object and key whose value is a number of one kind."""
 

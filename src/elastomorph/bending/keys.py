@@ -26,9 +26,6 @@ from elastomorph.errors import ParameterError
 from elastomorph.model.bend_curve import BendCurve, unit_roots
 from elastomorph.numbers import as_number, as_numbers
 
-__all__ = ["Columns", "Keys", "bent_keys"]
-
-
 Floats = NDArray[np.float64]
 
 # A slider this close to where a curve has a corner is at the corner: keys of in-betweens were

@@ -19,9 +19,9 @@ from elastomorph.bending.files import Character, written_glb
 from elastomorph.bending.gltf import FEWEST, KEYS_TOLERANCE, CharacterEdit, of_bounded_depth
 from elastomorph.bending.plan import make_plan
 from elastomorph.errors import ElastomorphError, FormatError
+from elastomorph.io.gltf.appearance import image_kind
 from elastomorph.io.gltf.clips import POINTER
 from elastomorph.io.gltf.container import GltfFile
-from elastomorph.io.gltf.looks import image_kind
 from elastomorph.io.gltf.meshopt import EXTENSIONS as MESHOPT
 from elastomorph.io.gltf.reader import (
     ReadMesh,
@@ -35,8 +35,6 @@ from elastomorph.model.morph import Morph
 from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import Sliders
-
-__all__ = ["OpenedCharacter"]
 
 
 def standalone(file: GltfFile) -> GltfFile:

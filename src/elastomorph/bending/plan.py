@@ -26,9 +26,6 @@ from elastomorph.rig import Rig
 from elastomorph.rig.build import extent_of, with_paths
 from elastomorph.rig.positive import turned_positive
 
-__all__ = ["BentMorph", "Plan", "farthest", "make_plan"]
-
-
 Floats = NDArray[np.float64]
 
 

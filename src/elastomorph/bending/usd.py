@@ -17,15 +17,19 @@ import numpy as np
 from elastomorph.bending.plan import BentMorph, Plan, make_plan
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, same_file
-from elastomorph.io.usd.bent_shape import BentShape, bent_shape, straight_shape
 from elastomorph.io.usd.inbetweens import Placement, place_inbetweens
-from elastomorph.io.usd.layer import require_layer_path, require_other_file, write_layer
-from elastomorph.io.usd.original import (
+from elastomorph.io.usd.layer import (
+    BentShape,
     OriginalFile,
     OriginalMesh,
     OriginalShape,
+    bent_shape,
     original_of,
     read_original,
+    require_layer_path,
+    require_other_file,
+    straight_shape,
+    write_layer,
 )
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
@@ -33,8 +37,6 @@ from elastomorph.paths import Method
 from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig
-
-__all__ = ["UsdBendReport", "UsdBentTarget", "bend_usd", "unbend_usd"]
 
 _TOLERANCE = 5e-4  # up to which `auto` takes a straight line: what it bends has an in-between
 _OF_PATHS = 1e-5  # of the curved paths beside the in-betweens

@@ -131,7 +131,7 @@ def _write(
     quiet: bool,
 ) -> Performance:
     """Write a take that is no film; the frames that are in the file."""
-    from elastomorph.io.sequences.takes import holds_positions, write_take
+    from elastomorph.io.takes import holds_positions, write_take
 
     positions = holds_positions(output)
     if rate is not None or positions:
@@ -162,7 +162,7 @@ def _require_none_of_film(
     output: str | None, part: takes.TakeOptions, view: str | None, size: str | None
 ) -> None:
     """Refuse other formats, and options that are for films, before anything is read."""
-    from elastomorph.io.sequences.takes import holds_positions
+    from elastomorph.io.takes import holds_positions
 
     if output is not None:
         holds_positions(output)

@@ -116,8 +116,8 @@ def _all(
     sheet: Path | None,
     say: Say,
 ) -> dict[str, object]:
-    from elastomorph.io.npz.streamed import write_face_array
-    from elastomorph.io.sequences.meshes import write_face_files
+    from elastomorph.io.npz.mesh import write_face_array
+    from elastomorph.io.sequences import write_face_files
     from elastomorph.rig.sliders import spread_rows, weight_combinations
 
     rows = weight_combinations(len(rig.names), levels)

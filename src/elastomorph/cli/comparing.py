@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
     from elastomorph.evaluation import Evaluation
     from elastomorph.evaluation.confidence import Confidence
-    from elastomorph.io.sequences.recordings import Recording
+    from elastomorph.io.sequences import Recording
     from elastomorph.model.morph import Morph
     from elastomorph.model.sequence import MeshSequence
     from elastomorph.paths import Method
@@ -38,7 +38,7 @@ def read_motion(
     truth: str, keep: Path | None, clip: str | None = None
 ) -> tuple[Recording, CurveNetwork]:
     """A recorded motion, or one of markers, and its curves."""
-    from elastomorph.io.sequences.recordings import read_recording
+    from elastomorph.io.sequences import read_recording
 
     found = read_recording(truth, clip=clip)
     return found, options.network(found.motion.mesh, keep, found.names)

@@ -53,7 +53,7 @@ def fit(
 
     from elastomorph.fitting import fit as estimate
     from elastomorph.io.atomic import replacing
-    from elastomorph.io.sequences.recordings import whole
+    from elastomorph.io.sequences import whole
 
     say("reading")
     named = options.curve_file(keep, settings)

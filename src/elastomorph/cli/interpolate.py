@@ -165,7 +165,7 @@ def _require_output(output: str, start: Mesh, count: int) -> None:
     """Refuse an output that could not be written, before a path is made."""
     from elastomorph.io.atomic import require_writable
     from elastomorph.io.registry import MESH_FORMATS, writer_of
-    from elastomorph.io.sequences.meshes import require_frames
+    from elastomorph.io.sequences import require_frames
 
     if count > 1:
         require_frames(output, start, count)
@@ -177,7 +177,7 @@ def _require_output(output: str, start: Mesh, count: int) -> None:
 def _write(output: str, start: Mesh, times: NDArray[np.float64], morph: Morph) -> None:
     """The shape at one time as a mesh, those at several one after another."""
     from elastomorph.io import write
-    from elastomorph.io.sequences.meshes import write_frames
+    from elastomorph.io.sequences import write_frames
 
     if len(times) == 1:
         write(output, start.with_vertices(morph.at(times[0])))

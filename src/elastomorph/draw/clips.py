@@ -17,7 +17,7 @@ import numpy as np
 from elastomorph.draw.pictures import SUFFIXES, Image, as_pillow, write_picture
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import replacing
-from elastomorph.io.sequences.numbering import frame_pattern
+from elastomorph.io.numbering import frame_pattern
 
 if TYPE_CHECKING:
     from elastomorph.draw.sound import Sound

@@ -33,7 +33,7 @@ from elastomorph.paths.through import law_for
 from elastomorph.physics import Material
 
 if TYPE_CHECKING:
-    from elastomorph.io.sequences.recordings import Recording
+    from elastomorph.io.sequences import Recording
 
 # A morph read from a file of 32-bit numbers starts and ends this close to the captured frames.
 _FEWEST_FRAMES = 3
@@ -117,7 +117,7 @@ def recorded_motion(
         require_motion(truth)
         return truth, confidence_of(confidence, truth, least)
     from elastomorph.io.npz.confidence import confidence_beside
-    from elastomorph.io.sequences.recordings import read_recording
+    from elastomorph.io.sequences import read_recording
 
     found = confidence_beside(truth) if confidence is None else confidence
     recording = read_recording(truth)

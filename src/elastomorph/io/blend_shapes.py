@@ -13,8 +13,6 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import HeadTurn
 
-__all__ = ["curve_from_json", "curve_to_json", "different_names", "driven_weights", "hats"]
-
 _MOST_TERMS = 256
 
 

@@ -16,8 +16,6 @@ from elastomorph.errors import ParameterError
 from elastomorph.model.morph import Choice
 from elastomorph.numbers import first_few
 
-__all__ = ["ListedMesh", "choice_from_json", "choice_to_json", "chosen_meshes", "wanted_names"]
-
 _MOST_SHOWN = 12
 # What a choice counts, written where there is any.
 _COUNTS = ("shrunk", "hidden")

@@ -8,8 +8,6 @@ from elastomorph.errors import FileError
 from elastomorph.io.atomic import read_bytes, size_of
 from elastomorph.model.appearance import Texture
 
-__all__ = ["beside", "image_beside"]
-
 _LARGEST = 512 << 20
 
 

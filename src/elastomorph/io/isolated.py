@@ -30,8 +30,6 @@ from elastomorph.io.atomic import opened
 from elastomorph.io.npz.members import NpzMembers, open_npz, pack_arrays
 from elastomorph.io.untrusted import MemoryBudget, allowed_memory
 
-__all__ = ["IsolatedReader", "RefusedError", "allow_for", "extracted", "own_process", "serve"]
-
 _REFUSED = 3
 _ARRAYS, _PROBLEM, _NOISE = "arrays.npz", "problem.txt", "noise.txt"
 

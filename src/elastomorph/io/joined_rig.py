@@ -25,9 +25,6 @@ from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["HasPlace", "Placing", "RigPart", "joined_rig", "placings", "turned_corners"]
-
-
 _ROUNDING = 1e-9
 
 

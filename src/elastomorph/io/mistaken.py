@@ -8,8 +8,6 @@ from pathlib import Path
 from elastomorph.errors import FormatError
 from elastomorph.io.atomic import opened
 
-__all__ = ["refuse_mistaken", "require_meant"]
-
 _LONGEST = 200
 _KINDS = (
     (

@@ -24,8 +24,6 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import opened, replacing, require_room
 
-__all__ = ["PointCache", "read_mdd", "read_pc2", "write_mdd", "write_pc2"]
-
 _MAGIC = b"POINTCACHE2\0"
 _MDD_HEADER = struct.Struct(">ii")
 _PC2_HEADER = struct.Struct("<iiffi")

@@ -28,10 +28,8 @@ from typing import Any
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, require_name
-from elastomorph.io.performance.table import CsvTable, numbers, read_table, say_how_read
+from elastomorph.io.performance import CsvTable, numbers, read_table, say_how_read
 from elastomorph.io.untrusted import shortened
-
-__all__ = ["POSE_SUFFIXES", "holds_poses", "read_poses", "write_poses"]
 
 Poses = dict[str, dict[str, float]]
 

@@ -33,15 +33,6 @@ from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.npz.rig import rig_arrays, rig_of_members
 from elastomorph.rig import Rig
 
-__all__ = [
-    "CACHE_SUFFIX",
-    "RigCache",
-    "content_digests",
-    "read_or_build",
-    "settings_digest",
-    "user_cache_folder",
-]
-
 # No suffix of a mesh, so that a cache beside the meshes of a rig is never taken for one.
 CACHE_SUFFIX = ".rigcache"
 # Files of these formats may name others, buffers and layers, whose content no key would know.

@@ -31,8 +31,6 @@ from elastomorph.paths import Method
 from elastomorph.rig import Rig
 from elastomorph.rig.build import bare_rig, with_paths
 
-__all__ = ["find_neutral", "find_rig_files", "read_rig", "read_rig_folder", "rig_as_stored"]
-
 _WORD = "neutral"
 
 

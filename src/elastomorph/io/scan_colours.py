@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from elastomorph.io.atomic import is_file
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["dressed", "vertex_colours"]
-
 
 def dressed(mesh: Mesh) -> Mesh:
     """A mesh with what its materials look like, as the file says that it was read from.
@@ -28,7 +26,7 @@ def dressed(mesh: Mesh) -> Mesh:
         from elastomorph.io.ply import with_ply_looks
 
         return with_ply_looks(mesh)
-    from elastomorph.io.obj.looks import with_looks
+    from elastomorph.io.mtl import with_looks
 
     return with_looks(mesh)
 

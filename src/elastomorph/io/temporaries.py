@@ -20,8 +20,6 @@ from functools import cache
 from hashlib import blake2s
 from pathlib import Path
 
-__all__ = ["remove_orphans", "temporary_folder", "temporary_name"]
-
 _NAME = re.compile(r"\.?elastomorph-(?P<machine>[0-9a-f]{8})-(?P<process>\d{1,10})-[0-9a-f]{16}\b")
 _DAY = 24 * 3600.0
 

@@ -16,8 +16,6 @@ import numpy as np
 
 from elastomorph.errors import FormatError, MeshError, ParameterError
 
-__all__ = ["MemoryBudget", "allowed_memory", "naming_file", "shortened"]
-
 _BASE = 32 << 20
 _SMALL = 1_000_000
 _TIMES_SMALL, _TIMES_LARGE = 192, 512

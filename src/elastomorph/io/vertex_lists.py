@@ -29,8 +29,6 @@ from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import read_bytes, replacing
 from elastomorph.io.untrusted import shortened
 
-__all__ = ["read_curves", "read_region", "write_curves"]
-
 _EXPECTED = (
     'expected {"curves": [{"vertices": [0, 1, 2], "closed": false, "name": "brow"}, ...]} '
     "or a list of vertex lists [[0, 1, 2], ...]"

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from elastomorph.errors import ElastomorphError
 from elastomorph.io.atomic import replacing_path
-from elastomorph.io.performance.timecode import BASES, TimecodeClock
+from elastomorph.io.timecode import BASES, TimecodeClock
 from elastomorph.live.packets import COLUMNS, NAMES, FacePacket
 from elastomorph.live.phones import Order
 

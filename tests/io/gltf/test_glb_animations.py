@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from elastomorph import timing
 from elastomorph.errors import ParameterError
-from elastomorph.io.gltf.animations import performance_clip, slider_clips
 from elastomorph.io.gltf.morph_targets import MorphTargets
+from elastomorph.io.gltf.writer import performance_clip, slider_clips
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.morph import Morph

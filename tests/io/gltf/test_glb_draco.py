@@ -14,7 +14,7 @@ from glb_samples import CORNERS, MOVED, SQUARE, HandMade, square
 
 from effort import worked
 from elastomorph.errors import FormatError, MissingExtraError
-from elastomorph.io.gltf import draco, read_glb
+from elastomorph.io.gltf import accessors, read_glb
 from elastomorph.io.gltf.container import open_gltf
 
 
@@ -57,7 +57,7 @@ def test_a_plain_copy_is_read_where_there_is_one(
     file = square()
     own = {"bufferView": 0, "attributes": {"POSITION": 0}}
     file.document["meshes"][0]["primitives"][0]["extensions"] = {NAME: own}
-    monkeypatch.setattr(draco, "find_spec", lambda name: None)
+    monkeypatch.setattr(accessors, "find_spec", lambda name: None)
     rig = read_glb(file.write(tmp_path / "a.glb"))
     np.testing.assert_array_equal(rig.neutral.vertices, SQUARE)
 
@@ -84,7 +84,7 @@ def test_joints_and_weights_of_several_types(tmp_path: Path) -> None:
     }
     opened = open_gltf(file.write(tmp_path / "a.glb"))
     for name, expected in (("JOINTS_0", joints), ("WEIGHTS_0", weights)):
-        found = draco.draco_values(opened, own["attributes"][name])
+        found = accessors.draco_values(opened, own["attributes"][name])
         assert found is not None
         assert found.dtype == expected.dtype
         np.testing.assert_array_equal(found, expected)
@@ -202,6 +202,6 @@ def test_the_missing_package_says_how_to_install_itself(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = draco_square().write(tmp_path / "a.glb")
-    monkeypatch.setattr(draco, "find_spec", lambda name: None)
+    monkeypatch.setattr(accessors, "find_spec", lambda name: None)
     with pytest.raises(MissingExtraError, match=r"pip install 'elastomorph\[gltf\]'"):
         read_glb(path)

@@ -17,7 +17,7 @@ from elastomorph.io.isolated import RefusedError
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.io.usd import reader, worker
-from elastomorph.io.usd.scene import found_meshes
+from elastomorph.io.usd.reader import found_meshes
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph

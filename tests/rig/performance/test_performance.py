@@ -13,7 +13,7 @@ from small_rigs import small_rig
 
 import elastomorph as em
 from elastomorph.errors import ParameterError
-from elastomorph.io.performance.livelink import read_livelink
+from elastomorph.io.performance import read_livelink
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance, match, play, slider_weights
 

@@ -20,7 +20,7 @@ from elastomorph.capturing.scans.skin import Skin, skin_of
 from elastomorph.capturing.work.template import KNOWN, read_template
 from elastomorph.errors import CaptureError, FormatError, warn
 from elastomorph.io.atomic import require_name
-from elastomorph.io.obj.looks import library_of
+from elastomorph.io.mtl import library_of
 from elastomorph.io.scan_colours import dressed, vertex_colours
 from elastomorph.model.geometry import component_of, sides_of
 from elastomorph.model.mesh import Mesh

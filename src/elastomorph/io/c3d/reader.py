@@ -12,8 +12,6 @@ from elastomorph.io.c3d.worker import ADVICE
 from elastomorph.io.isolated import IsolatedReader, extracted
 from elastomorph.model.markers import Markers
 
-__all__ = ["read_c3d"]
-
 _READER = IsolatedReader("elastomorph.io.c3d.worker", "the reader of C3D files", ADVICE)
 _SLOWEST = 1e-3
 

@@ -40,8 +40,6 @@ from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
 from elastomorph.rig import Rig
 
-__all__ = ["read_fbx"]
-
 _OBJECTS_OF_MESH = 20  # so many arrays the worker wrote of it
 _READER = IsolatedReader("elastomorph.io.fbx.worker", "the reader of FBX files", ADVICE)
 

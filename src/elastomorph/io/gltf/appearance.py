@@ -1,22 +1,189 @@
-"""What a document says of looks: base colours, textures and opacity of its materials.
+"""Materials of a document and the looks of a mesh, either from the other: colours, images, light.
 
 Nothing here refuses a file: whoever reads shapes need not care for an image that is missing. A
 texture that cannot be had says why, and the one who draws says so.
+
+How a surface takes light is told as glTF's materials and those of VRM tell it. Toons of VRM 0.x are
+read as what they are in VRM 1.0, whose extension is written.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from elastomorph.errors import ElastomorphError
 from elastomorph.io.blend_shapes import different_names
-from elastomorph.io.gltf.container import GltfFile
-from elastomorph.io.gltf.finish import read_finish
-from elastomorph.io.gltf.lenient import entry_of, key_of, number_of, numbers_of, object_of
-from elastomorph.model.appearance import WHITE, Material, Opacity, Texture, Wrap
+from elastomorph.io.gltf.container import (
+    GltfFile,
+    entry_of,
+    key_of,
+    number_of,
+    numbers_of,
+    object_of,
+)
+from elastomorph.model.appearance import (
+    WHITE,
+    Finish,
+    Layer,
+    Material,
+    Opacity,
+    Texture,
+    Toon,
+    Wrap,
+)
 
-__all__ = ["material_names", "read_appearance", "shown_coordinates"]
+_TOON = "VRMC_materials_mtoon"
+_STRENGTH = "KHR_materials_emissive_strength"
+_UNLIT = "KHR_materials_unlit"
+_QUEUES = {True: 2500, False: 3000}  # of what blends in Unity: what covers, and what does not
+_PLACES: dict[Layer, tuple[str, ...]] = {
+    "bumps": ("normalTexture",),
+    "glow": ("emissiveTexture",),
+    "finish": ("pbrMetallicRoughness", "metallicRoughnessTexture"),
+    "creases": ("occlusionTexture",),
+    "shade": ("extensions", _TOON, "shadeMultiplyTexture"),
+}
+_OLD_PLACES: dict[Layer, str] = {
+    "bumps": "_BumpMap",
+    "glow": "_EmissionMap",
+    "shade": "_ShadeTexture",
+}
+
+
+def read_finish(
+    entry: dict[str, Any],
+    shader: dict[str, Any],
+    texture: Callable[[dict[str, Any]], Texture | None],
+) -> Finish | None:
+    """The finish of a material; None of an unlit one.
+
+    Args:
+        entry: The material.
+        shader: Its properties in VRM 0.x, or nothing.
+        texture: What a reference to a texture shows, if it can be had.
+    """
+    old = str(shader.get("shader")) == "VRM/MToon"
+    extensions = object_of(entry.get("extensions"))
+    new = object_of(extensions.get(_TOON))
+    if _UNLIT in extensions and not old and not new:
+        return None
+    references = {name: _within(entry, keys) for name, keys in _PLACES.items()}
+    if old:
+        given = object_of(shader.get("textureProperties"))
+        references = {
+            name: {"index": given[key]} for name, key in _OLD_PLACES.items() if key in given
+        }
+    layers = {name: found for name, own in references.items() if (found := texture(own))}
+    shading = object_of(entry.get("pbrMetallicRoughness"))
+    return Finish(
+        roughness=number_of(shading.get("roughnessFactor"), 1.0),
+        metal=number_of(shading.get("metallicFactor"), 1.0),
+        glow=_old_glow(shader) if old else _glow(entry, extensions),
+        bump=number_of(_within(entry, _PLACES["bumps"]).get("scale"), 1.0),
+        crease=number_of(_within(entry, _PLACES["creases"]).get("strength"), 1.0),
+        layers=layers,
+        toon=_old_toon(shader) if old else _toon(new) if new else None,
+    )
+
+
+def _glow(entry: dict[str, Any], extensions: dict[str, Any]) -> tuple[float, float, float]:
+    strength = number_of(object_of(extensions.get(_STRENGTH)).get("emissiveStrength"), 1.0)
+    red, green, blue = numbers_of(entry.get("emissiveFactor"), (0.0, 0.0, 0.0))
+    return strength * red, strength * green, strength * blue
+
+
+def _old_glow(shader: dict[str, Any]) -> tuple[float, float, float]:
+    colours = object_of(shader.get("vectorProperties"))
+    red, green, blue, _ = numbers_of(colours.get("_EmissionColor"), (0.0, 0.0, 0.0, 1.0))
+    return _linear(red), _linear(green), _linear(blue)
+
+
+def _toon(given: dict[str, Any]) -> Toon:
+    red, green, blue = numbers_of(given.get("shadeColorFactor"), (0.0, 0.0, 0.0))
+    return Toon(
+        (red, green, blue),
+        number_of(given.get("shadingShiftFactor"), 0.0),
+        number_of(given.get("shadingToonyFactor"), 0.9),
+        given.get("transparentWithZWrite") is True,
+        int(number_of(given.get("renderQueueOffsetNumber"), 0.0)),
+    )
+
+
+def _old_toon(shader: dict[str, Any]) -> Toon:
+    """Of VRM 0.x, whose colours are those of screens and whose edge has other numbers."""
+    settings = object_of(shader.get("floatProperties"))
+    colours = object_of(shader.get("vectorProperties"))
+    red, green, blue, _ = numbers_of(colours.get("_ShadeColor"), (0.97, 0.81, 0.86, 1.0))
+    shift = number_of(settings.get("_ShadeShift"), 0.0)
+    given = number_of(settings.get("_ShadeToony"), 0.9)
+    toony = given + (1 - given) * (0.5 + 0.5 * shift)
+    covers = settings.get("_BlendMode") == 3
+    queue = int(number_of(shader.get("renderQueue"), 3000.0)) - _QUEUES[covers]
+    shade = (_linear(red), _linear(green), _linear(blue))
+    return Toon(shade, -shift - (1 - toony), toony, covers, queue)
+
+
+def finish_json(
+    finish: Finish, shown: Callable[[Texture], dict[str, Any] | None]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What a material says of a finish beside its base colour, and its extensions.
+
+    Args:
+        finish: The finish.
+        shown: The reference to a texture; None for one without an image.
+    """
+    layers = {
+        name: found for name, own in finish.layers.items() if (found := shown(own)) is not None
+    }
+    strength = max(1.0, *finish.glow)
+    entry: dict[str, Any] = {
+        "pbrMetallicRoughness": {
+            "metallicFactor": finish.metal,
+            "roughnessFactor": finish.roughness,
+        },
+        "emissiveFactor": [part / strength for part in finish.glow],
+    }
+    extensions: dict[str, Any] = {}
+    if strength > 1.0:
+        extensions[_STRENGTH] = {"emissiveStrength": strength}
+    if finish.toon:
+        extensions[_UNLIT] = {}
+        extensions[_TOON] = _toon_json(finish.toon, layers.pop("shade", None))
+    if "bumps" in layers:
+        entry["normalTexture"] = {**layers["bumps"], "scale": finish.bump}
+    if "creases" in layers:
+        entry["occlusionTexture"] = {**layers["creases"], "strength": finish.crease}
+    if "glow" in layers:
+        entry["emissiveTexture"] = layers["glow"]
+    if "finish" in layers:
+        entry["pbrMetallicRoughness"]["metallicRoughnessTexture"] = layers["finish"]
+    return entry, extensions
+
+
+def _toon_json(toon: Toon, shade: dict[str, Any] | None) -> dict[str, Any]:
+    return {
+        "specVersion": "1.0",
+        "transparentWithZWrite": toon.covers,
+        "renderQueueOffsetNumber": toon.queue,
+        "shadeColorFactor": list(toon.shade),
+        "shadingShiftFactor": toon.shift,
+        "shadingToonyFactor": toon.toony,
+        **({} if shade is None else {"shadeMultiplyTexture": shade}),
+    }
+
+
+def _within(entry: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
+    found: Any = entry
+    for key in keys:
+        found = object_of(object_of(found).get(key))
+    return object_of(found)
+
+
+def _linear(part: float) -> float:
+    """Light from a colour as screens take it."""
+    return part / 12.92 if part <= 0.04045 else float(((part + 0.055) / 1.055) ** 2.4)
+
 
 _WRAPS: dict[Any, Wrap] = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
 _NEAREST = 9728
@@ -24,7 +191,6 @@ _OPACITIES: dict[Any, Opacity] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "
 _TRANSFORM = "KHR_texture_transform"
 _WEBP = "EXT_texture_webp"
 _GLOSSY = "KHR_materials_pbrSpecularGlossiness"
-_UNLIT = ("KHR_materials_unlit", "VRMC_materials_mtoon")
 # VRM 0.x writes down the settings of Unity's shader.
 _OLD_OPACITIES: dict[Any, Opacity] = {0: "opaque", 1: "mask", 2: "blend", 3: "blend"}
 _TEXTURE_SETS = 8
@@ -75,7 +241,7 @@ def _material(file: GltfFile, entry: dict[str, Any], shader: dict[str, Any]) -> 
     opacity = _OPACITIES.get(key_of(entry.get("alphaMode")), "opaque")
     cutoff = number_of(entry.get("alphaCutoff"), 0.5)
     double = entry.get("doubleSided") is True
-    unlit = any(name in extensions for name in _UNLIT)
+    unlit = any(name in extensions for name in (_UNLIT, _TOON))
     if str(shader.get("shader")).startswith(("VRM/MToon", "VRM/Unlit")):
         settings = object_of(shader.get("floatProperties"))
         unlit = True
@@ -169,3 +335,118 @@ def _colour(given: Any) -> tuple[float, float, float, float]:
 
 def _wrap(given: Any) -> Wrap:
     return _WRAPS.get(key_of(given), "repeat")
+
+
+_WRAP_NUMBERS = {wrap: number for number, wrap in _WRAPS.items()}
+_LINEAR, _MIPMAPS = 9729, 9987
+_KINDS = ((b"\x89PNG\r\n\x1a\n", "image/png"), (b"\xff\xd8\xff", "image/jpeg"))
+
+
+class Looks:
+    """Collects textures, samplers and images while materials are written down.
+
+    Attributes:
+        used: The extensions that were needed, and whether a reader must know them.
+    """
+
+    def __init__(self, appearance: Mapping[str, Material] | None) -> None:
+        self._appearance = appearance or {}
+        self._samplers: list[dict[str, Any]] = []
+        self._textures: list[dict[str, Any]] = []
+        self._images: dict[bytes, str] = {}
+        self.used: dict[str, bool] = {}
+
+    @property
+    def size(self) -> int:
+        """Bytes of the images."""
+        return sum(map(len, self._images))
+
+    def material(self, name: str, otherwise: Mapping[str, Any]) -> dict[str, Any]:
+        """A material of this name, as JSON: with its own looks, or those of another."""
+        found = self._appearance.get(name)
+        if found is None:
+            return {**otherwise, "name": name}
+        shading: dict[str, Any] = {
+            "baseColorFactor": list(found.colour),
+            "metallicFactor": 0.0,
+            "roughnessFactor": 0.7,
+        }
+        if found.texture is not None and (shown := self._shown(found.texture)) is not None:
+            shading["baseColorTexture"] = shown
+        entry: dict[str, Any] = {
+            "name": name,
+            "pbrMetallicRoughness": shading,
+            "alphaMode": found.opacity.upper(),
+            "doubleSided": found.double_sided,
+        }
+        if found.opacity == "mask":
+            entry["alphaCutoff"] = found.cutoff
+        extensions: dict[str, Any] = {"KHR_materials_unlit": {}} if found.unlit else {}
+        if found.finish is not None:
+            said, more = finish_json(found.finish, self._shown)
+            shading |= said.pop("pbrMetallicRoughness")
+            entry |= said
+            extensions |= more
+        if extensions:
+            entry["extensions"] = extensions
+            self.used = dict.fromkeys(extensions, False) | self.used
+        return entry
+
+    def add_to(self, document: dict[str, Any], blob: bytes) -> bytes:
+        """Add what was collected to a document, and the images to the bytes of its first buffer."""
+        views, images = document.setdefault("bufferViews", []), []
+        for content, kind in self._images.items():
+            place = {"buffer": 0, "byteOffset": len(blob), "byteLength": len(content)}
+            images.append({"bufferView": len(views), "mimeType": kind})
+            views.append({**place, "name": "image"})
+            blob += content + bytes(-len(content) % 4)
+        lists = {"images": images, "samplers": self._samplers, "textures": self._textures}
+        document.update({key: value for key, value in lists.items() if value})
+        for key, names in (
+            ("extensionsUsed", list(self.used)),
+            ("extensionsRequired", [name for name, needed in self.used.items() if needed]),
+        ):
+            if names:
+                document[key] = sorted({*document.get(key, ()), *names})
+        document["buffers"][0] = {"byteLength": len(blob)}
+        return blob
+
+    def _shown(self, texture: Texture) -> dict[str, Any] | None:
+        """How a material shows a texture; None for one without an image that glTF knows."""
+        kind = image_kind(texture.image)
+        if kind is None:
+            return None
+        self._images.setdefault(texture.image, kind)
+        source = list(self._images).index(texture.image)
+        sampler = {
+            "magFilter": _LINEAR if texture.smooth else _NEAREST,
+            "minFilter": _MIPMAPS if texture.smooth else _NEAREST,
+            "wrapS": _WRAP_NUMBERS[texture.wrap[0]],
+            "wrapT": _WRAP_NUMBERS[texture.wrap[1]],
+        }
+        entry: dict[str, Any] = {"sampler": _place(self._samplers, sampler), "source": source}
+        if kind == "image/webp":
+            self.used[_WEBP] = True
+            entry = {"sampler": entry["sampler"], "extensions": {_WEBP: {"source": source}}}
+        shown: dict[str, Any] = {"index": _place(self._textures, entry)}
+        if (texture.offset, texture.rotation, texture.scale) != ((0.0, 0.0), 0.0, (1.0, 1.0)):
+            self.used.setdefault("KHR_texture_transform", False)
+            place = {"offset": list(texture.offset), "scale": list(texture.scale)}
+            moved = {**place, "rotation": texture.rotation}
+            shown["extensions"] = {"KHR_texture_transform": moved}
+        return shown
+
+
+def image_kind(content: bytes) -> str | None:
+    """The media type of an image that glTF knows, by how it begins."""
+    for start, kind in _KINDS:
+        if content.startswith(start):
+            return kind
+    return "image/webp" if content[:4] == b"RIFF" and content[8:12] == b"WEBP" else None
+
+
+def _place(entries: list[dict[str, Any]], entry: dict[str, Any]) -> int:
+    """The number of an entry, which is added where none is equal."""
+    if entry not in entries:
+        entries.append(entry)
+    return entries.index(entry)

@@ -1,8 +1,12 @@
-"""The animations of a file that move morph targets, as weights of sliders over time.
+"""The animations of a file: weights of sliders over time, and turns of the head.
 
 A channel is played as glTF says: straight between keys, in steps, or along cubic splines. Steps
 become a key just before the jump, splines as many keys as a player could tell apart, so that
 everything is straight between the keys that are given back.
+
+A head turns by a rotation of the node or the bone that carries the face. A face without bones hangs
+below a node ``head`` in its neck, which turns. Of files by others, the bone that VRM calls the head
+is read, or else a node that is called so, such as ``mixamorig:Head``.
 """
 
 from __future__ import annotations
@@ -20,30 +24,192 @@ from numpy.typing import NDArray
 from elastomorph.errors import ParameterError, warn
 from elastomorph.io.atomic import is_file
 from elastomorph.io.blend_shapes import different_names
-from elastomorph.io.gltf.channels import Channel, read_channel
-from elastomorph.io.gltf.container import GltfFile, open_gltf
-from elastomorph.io.gltf.lenient import entry_of, object_of
+from elastomorph.io.gltf.accessor_writer import AccessorWriter
+from elastomorph.io.gltf.accessors import read_floats
+from elastomorph.io.gltf.container import GltfFile, entry_of, object_of, open_gltf
+from elastomorph.io.gltf.nodes import world_above
 from elastomorph.io.gltf.primitives import target_names
 from elastomorph.io.gltf.rig_extras import described_meshes, stored_rig
-from elastomorph.io.gltf.turning import head_node, recorded_turn, rotations_at
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.numbers import first_few
-from elastomorph.rig.performance import HeadTurn
+from elastomorph.rig.performance import HeadTurn, angles_of, head_quaternions
 from elastomorph.rig.sliders import Sliders
 
-__all__ = [
-    "SCENES",
-    "MovedWeights",
-    "WeightClip",
-    "chosen_clip",
-    "moved_weights",
-    "named_clip",
-    "read_weight_clips",
-    "weight_clips",
-]
+_HEAD = "head"
+_NAMED = re.compile(r"(.*[^a-z])?head", re.IGNORECASE)
+_SAME = 1e-6
+
+
+def turned_nodes(
+    nodes: Sequence[dict[str, Any]], turn: HeadTurn
+) -> tuple[list[dict[str, Any]], int]:
+    """The nodes of a scene in which a face hangs in its neck, and the number of the root.
+
+    The face stays node 0, and where it was while the neck is at rest.
+    """
+    face, *others = nodes
+    neck = turn.pivot
+    place = np.array(face.get("translation", [0.0, 0.0, 0.0])) - neck
+    held = face | {"translation": place.tolist()}
+    head = {"name": _HEAD, "translation": neck.tolist(), "children": [0]}
+    return [held, *others, head], len(nodes)
+
+
+def turn_channels(
+    accessors: AccessorWriter,
+    animations: list[dict[str, Any]],
+    counts: list[int],
+    turn: HeadTurn,
+    node: int,
+) -> None:
+    """Add the turn of a node to animations of so many frames, at the times that they have."""
+    parts = np.split(turn.angles, np.cumsum(counts)[:-1])
+    for animation, angles in zip(animations, parts, strict=True):
+        output = accessors.rotations(head_quaternions(angles).astype(np.float32))
+        own = animation["samplers"]
+        target = {"node": node, "path": "rotation"}
+        animation["channels"].append({"sampler": len(own), "target": target})
+        own.append({"input": own[0]["input"], "interpolation": "LINEAR", "output": output})
+
+
+def head_node(file: GltfFile, turned: list[int]) -> int | None:
+    """Which of the nodes that an animation turns is the head."""
+    extensions = object_of(file.document.get("extensions"))
+    bones = object_of(object_of(extensions.get("VRMC_vrm")).get("humanoid")).get("humanBones")
+    known = object_of(object_of(bones).get("head")).get("node")
+    older = object_of(object_of(extensions.get("VRM")).get("humanoid")).get("humanBones")
+    for bone in older if isinstance(older, list) else []:
+        if object_of(bone).get("bone") == "head":
+            known = object_of(bone).get("node")
+    for number in turned:
+        node = file.item("nodes", number, "an animation")
+        name = node.get("name")
+        # A mesh that joints hold, such as "Wolf3D_Head", stays where they are when its node turns.
+        named = isinstance(name, str) and _NAMED.fullmatch(name) and "skin" not in node
+        if number == known or (known is None and named):
+            return number
+    return None
+
+
+def rotations_at(channel: Channel, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 4) quaternions at (N,) times: along arcs between keys that no spline joins."""
+    from scipy.spatial.transform import Rotation, Slerp
+
+    if channel.kind in ("STEP", "CUBICSPLINE") or len(channel.times) == 1:
+        return channel.at(times)
+    arcs = Slerp(channel.times, Rotation.from_quat(channel.values))
+    found: NDArray[np.float64] = arcs(np.clip(times, *channel.times[[0, -1]])).as_quat()
+    return found
+
+
+def recorded_turn(file: GltfFile, node: int, quaternions: NDArray[np.float64]) -> HeadTurn | None:
+    """How a node turns the head that has (T, 4) rotations x, y, z, w in its parent, if it does.
+
+    The angles are those by which it leaves its place at rest, as seen in the scene.
+    """
+    from scipy.spatial.transform import Rotation
+
+    above, own = world_above(file, node)
+    frame = Rotation.from_matrix(_rotation(above))
+    rest = Rotation.from_matrix(_rotation(own))
+    found = frame * Rotation.from_quat(quaternions) * rest.inv() * frame.inv()
+    angles = angles_of(found.as_quat())
+    angles = np.where(np.abs(angles) < _SAME, 0.0, angles)
+    return HeadTurn((above @ own)[:3, 3], angles) if angles.any() else None
+
+
+def _rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotation in a (4, 4) matrix without shear."""
+    axes = matrix[:3, :3]
+    lengths = np.linalg.norm(axes, axis=0)
+    if not (lengths > 0).all() or np.linalg.det(axes) <= 0:
+        return np.eye(3)
+    turned: NDArray[np.float64] = axes / lengths
+    return turned
+
 
 Floats = NDArray[np.float64]
+
+_JUMP = 1e-4
+"""Seconds before a jump, where the value before it ends."""
+_BETWEEN = 8
+"""Keys put into each stretch of a spline."""
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """Keys, as glTF plays them.
+
+    Attributes:
+        names: What it moves: morph targets, or the parts of a quaternion.
+        times: (T,) seconds, rising.
+        values: (T, J), or (T, 3, J) of a spline: tangent before, value, tangent after.
+        kind: LINEAR, STEP or CUBICSPLINE.
+    """
+
+    names: list[str]
+    times: Floats
+    values: Floats
+    kind: str
+
+    def moments(self) -> Floats:
+        """(N,) times between which it is straight."""
+        if self.kind == "STEP":
+            return np.concatenate([self.times, self.times[1:] - _JUMP])
+        if self.kind == "CUBICSPLINE":
+            share = np.arange(1, _BETWEEN) / _BETWEEN
+            between = self.times[:-1, None] + np.diff(self.times)[:, None] * share
+            return np.concatenate([self.times, between.reshape(-1)])
+        return self.times
+
+    def at(self, when: Floats) -> Floats:
+        """(N, J) weights at (N,) times."""
+        last = len(self.times) - 1
+        key = np.clip(np.searchsorted(self.times, when, side="right") - 1, 0, last)
+        after = np.minimum(key + 1, last)
+        length = np.where(after > key, self.times[after] - self.times[key], 1.0)
+        share = np.clip((when - self.times[key]) / length, 0.0, 1.0)[:, None]
+        if self.kind == "STEP":
+            return np.asarray(self.values[key])
+        if self.kind != "CUBICSPLINE":
+            return np.asarray(self.values[key] * (1 - share) + self.values[after] * share)
+        start, end = self.values[key, 1], self.values[after, 1]
+        out, into = (length[:, None] * t for t in (self.values[key, 2], self.values[after, 0]))
+        s, s2, s3 = share, share**2, share**3
+        return np.asarray(
+            (2 * s3 - 3 * s2 + 1) * start
+            + (s3 - 2 * s2 + s) * out
+            + (3 * s2 - 2 * s3) * end
+            + (s3 - s2) * into
+        )
+
+
+def read_channel(
+    file: GltfFile,
+    samplers: list[Any],
+    channel: dict[str, Any],
+    names: list[str],
+    of: str,
+    width: int = 1,
+) -> Channel:
+    """The keys of a channel, one number a name, of so many in a row of the file."""
+    number, what = channel.get("sampler"), "weights" if width == 1 else "rotations"
+    if type(number) is not int or not 0 <= number < len(samplers):
+        file.refuse(f"a channel of {of} has no sampler")
+    sampler = samplers[number] if isinstance(samplers[number], dict) else {}
+    kind = str(sampler.get("interpolation", "LINEAR"))
+    times = read_floats(file, sampler.get("input"), 1, f"the times of {of}").reshape(-1)
+    values = read_floats(file, sampler.get("output"), width, f"the {what} of {of}").reshape(-1)
+    tangents = (3,) if kind == "CUBICSPLINE" else ()
+    if not names or len(values) != len(times) * len(names) * (3 if tangents else 1):
+        file.refuse(f"{of} has {len(values):,} {what} for {len(times):,} keys")
+    if not (np.isfinite(times).all() and np.isfinite(values).all() and times[0] >= 0):
+        file.refuse(f"{of} has times or {what} that are no finite numbers from 0")
+    if (np.diff(times) <= 0).any():
+        file.refuse(f"the times of {of} do not rise")
+    return Channel(names, times, values.reshape(len(times), *tangents, len(names)), kind)
+
 
 POINTER = "KHR_animation_pointer"
 _WEIGHTS = re.compile(r"/(nodes|meshes)/(\d{1,9})/weights(?:/(\d{1,9}))?")

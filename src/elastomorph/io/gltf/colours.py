@@ -13,8 +13,6 @@ from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
 from elastomorph.io.gltf.primitives import Primitives, read_primitives
 from elastomorph.io.untrusted import naming_file
 
-__all__ = ["read_gltf_colours"]
-
 _WIDTHS = {"VEC3": 3, "VEC4": 4}
 
 

@@ -1,7 +1,8 @@
 """Opens .glb and .gltf files: the JSON document and its buffers, nothing fetched.
 
 A file may bring its bytes along, hold them in data URIs, or name files beside it. Names that lead
-out of the folder of the file, and addresses of any kind, are refused.
+out of the folder of the file, and addresses of any kind, are refused. Of values of the document
+nothing is refused here: what is wrong is as if it were not there.
 """
 
 from __future__ import annotations
@@ -9,9 +10,10 @@ from __future__ import annotations
 import base64
 import binascii
 import json
+import math
 import re
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
@@ -24,6 +26,41 @@ from elastomorph.io.atomic import read_bytes
 from elastomorph.io.gltf import meshopt
 from elastomorph.io.mistaken import refuse_mistaken
 from elastomorph.io.untrusted import MemoryBudget
+
+
+def entry_of(file: GltfFile, key: str, number: Any) -> dict[str, Any]:
+    """An object of a list of the document, or an empty one."""
+    items = file.document.get(key)
+    if isinstance(items, list) and type(number) is int and 0 <= number < len(items):
+        return object_of(items[number])
+    return {}
+
+
+def object_of(value: Any) -> dict[str, Any]:
+    """An object, or an empty one."""
+    return value if isinstance(value, dict) else {}
+
+
+def key_of(value: Any) -> Any:
+    """A value to look up; lists and objects are none."""
+    return value if isinstance(value, int | float | str) else None
+
+
+def number_of(value: Any, otherwise: float) -> float:
+    """A finite number, or the other."""
+    return numbers_of([value], (otherwise,))[0]
+
+
+def numbers_of(values: Any, otherwise: Sequence[float]) -> list[float]:
+    """As many finite numbers as there are others, or those."""
+    usable = isinstance(values, list) and len(values) == len(otherwise)
+    try:
+        found = [float(v) for v in values if type(v) in (int, float)] if usable else []
+    except OverflowError:
+        found = []
+    fits = len(found) == len(otherwise) and all(map(math.isfinite, found))
+    return found if fits else [float(value) for value in otherwise]
+
 
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
@@ -56,7 +93,7 @@ class GltfFile:
         self.budget = MemoryBudget(path, size)  # of the file and those it brings with it
         self._read: dict[Path, bytes] = {}
         self.buffer: Callable[[int], memoryview] = cache(self._buffer)
-        self.draco: dict[int, NDArray[Any]] | None = None  # see `elastomorph.io.gltf.draco`
+        self.draco: dict[int, NDArray[Any]] | None = None  # see `elastomorph.io.gltf.accessors`
         self._unpacked: Callable[[int], memoryview] = cache(self._decoded)
 
     @property

@@ -15,8 +15,7 @@ from elastomorph.io.blend_shapes import different_names
 from elastomorph.io.gltf.accessors import read_floats, read_indices
 from elastomorph.io.gltf.appearance import material_names, shown_coordinates
 from elastomorph.io.gltf.container import GltfFile
-from elastomorph.io.gltf.nodes import PlacedMesh
-from elastomorph.io.gltf.skins import Placement
+from elastomorph.io.gltf.nodes import PlacedMesh, Placement
 from elastomorph.model.polygons import Polygons
 
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6

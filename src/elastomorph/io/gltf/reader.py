@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError, warn
 from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
+from elastomorph.io.gltf.accessors import EXTENSION as DRACO
 from elastomorph.io.gltf.appearance import read_appearance
 from elastomorph.io.gltf.container import GltfFile, open_gltf
-from elastomorph.io.gltf.draco import EXTENSION as DRACO
 from elastomorph.io.gltf.mesh_extras import is_part, restored_surface, rows_of_parts, unpacked
 from elastomorph.io.gltf.meshopt import EXTENSIONS as MESHOPT
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
@@ -38,16 +38,6 @@ from elastomorph.model.appearance import Material
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
-
-__all__ = [
-    "ReadMesh",
-    "named_bends",
-    "read_glb",
-    "read_meshes",
-    "require_known_extensions",
-    "rig_of",
-    "wanted_meshes",
-]
 
 # What they say is of materials, images, lights, sounds or behaviour: no vertex depends on it.
 _HARMLESS = (

@@ -38,8 +38,7 @@ from typing import Any
 from elastomorph.errors import ParameterError
 from elastomorph.io.blend_shapes import curve_from_json, curve_to_json, different_names
 from elastomorph.io.choices import choice_from_json, choice_to_json
-from elastomorph.io.gltf.container import GltfFile
-from elastomorph.io.gltf.lenient import object_of
+from elastomorph.io.gltf.container import GltfFile, object_of
 from elastomorph.io.gltf.morph_targets import MorphTargets
 from elastomorph.io.untrusted import MemoryBudget
 from elastomorph.model.bend_curve import BendCurve

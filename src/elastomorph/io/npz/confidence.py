@@ -18,8 +18,6 @@ from elastomorph.io.atomic import is_file, is_folder, require_name
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.numbers import as_numbers
 
-__all__ = ["NAME", "confidence_beside", "read_confidence", "require_shares", "write_confidence"]
-
 NAME = "confidence.npz"
 
 

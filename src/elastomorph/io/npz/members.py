@@ -21,8 +21,6 @@ from elastomorph.errors import FormatError
 from elastomorph.io.atomic import opened, replacing
 from elastomorph.io.untrusted import MemoryBudget
 
-__all__ = ["NpzMembers", "open_npz", "pack_arrays", "write_arrays"]
-
 _PACKED_AS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 # Bytes an element takes beside those in the archive: float64 copies and what checks them, or a

@@ -36,8 +36,6 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Choice, Morph
 from elastomorph.rig import Rig
 
-__all__ = ["read_rig_npz", "rig_arrays", "rig_of_members", "write_rig_npz"]
-
 _VERSION = 1
 _MOST_TERMS = 256
 

@@ -1,21 +1,309 @@
-"""Writes a layer of bends: it sublayers a file, and overrides its blend shapes and nothing else."""
+"""Writes a layer of bends: it sublayers a file, and overrides its blend shapes and nothing else.
+
+The original that it goes over is a file with its meshes, its blend shapes, and their places. What a
+bend adds to a blend shape that is there: in-betweens on its points, and its exact path. The shape
+itself, V₀ + Y on the points that it names, stays as it is: at weight 1 all programs show what they
+showed before. An in-between at w is stored as UsdSkel adds it to the points at rest,
+
+    Y(w) = w Y + Σ_k b_k(w) D_k
+
+with the bends D_k in the space of the mesh. A point that bends move but the shape does not joins
+its points with Y = 0; a point that the shape names twice gets the bends once.
+"""
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastomorph.errors import FileError, FormatError
-from elastomorph.io.atomic import replacing_path, same_file
-from elastomorph.io.usd.bent_shape import BentShape
+from elastomorph.io.atomic import opened, replacing_path, same_file
+from elastomorph.io.isolated import IsolatedReader
+from elastomorph.io.joined_rig import Placing, RigPart
+from elastomorph.io.npz.members import NpzMembers
+from elastomorph.io.usd.exact import checksum, path_from_json, path_to_json
 from elastomorph.io.usd.library import BENDS, LAYER, LAYER_VERSION, PATH, naming_failure, pxr
-from elastomorph.io.usd.original import OriginalFile
-from elastomorph.io.usd.prims import array_of_bends, inbetween_name
-from elastomorph.io.usd.writer import SUFFIXES
+from elastomorph.io.usd.reader import (
+    ADVICE,
+    FoundMesh,
+    FoundShape,
+    found_meshes,
+    members_of,
+    parts_of,
+    rig_of,
+)
+from elastomorph.io.usd.writer import (
+    COARSEST,
+    SUFFIXES,
+    array_of_bends,
+    as_float32,
+    inbetween_name,
+    rounded_bends,
+)
+from elastomorph.model.mesh import Mesh
+from elastomorph.model.morph import Morph
+from elastomorph.model.polygons import polygon_normals
+from elastomorph.rig import Rig
+
+_READER = IsolatedReader("elastomorph.io.usd.layer_worker", "USD", ADVICE)
+
+
+@dataclass(frozen=True, eq=False)
+class OriginalShape:
+    """A blend shape of the file."""
+
+    name: str  # Of its morph in the rig
+    prim: str  # Path of its prim
+    place: str  # The same, inside the variants that it depends on
+    unlisted: tuple[tuple[str, str], ...]  # Prims and variant sets that a layer must name
+    variants: tuple[str, ...]  # As ``set=choice``
+    instance: str | None  # The instance that it lies in
+    found: FoundShape
+    normals: NDArray[np.float64] | None  # (N, 3) offsets of the normals, where it has any
+
+    @property
+    def has_path(self) -> bool:
+        """Whether it has in-betweens, or a bent path that elastomorph wrote."""
+        path = path_from_json(self.found.path or "")
+        return bool(len(self.found.weights)) or (path is not None and bool(path.curves))
+
+
+@dataclass(frozen=True, eq=False)
+class OriginalMesh:
+    """A mesh of the file, and what it is of the rig."""
+
+    path: str  # Of its prim
+    mesh: Mesh  # As it is stored
+    held: NDArray[np.float64] | None  # (N, 4, 3) what joints do to each point, if they differ
+    part: RigPart  # Where these hold it at rest
+    vertices: slice  # Of the rig
+    shapes: tuple[OriginalShape, ...]
+
+    @property
+    def place(self) -> Placing:
+        """From where its joints hold it to the rig."""
+        return self.part.place
+
+    def own(self, fields: NDArray[np.float64], points: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(K, N, 3) fields of the rig on these points, in the space of the mesh."""
+        # a mesh that is scaled to a plane or a line has no inverse, but a nearest one
+        found = fields
+        if not self.place.is_identity:
+            found = fields @ np.linalg.pinv(self.place.linear).T
+        if self.held is not None:
+            turns = np.linalg.pinv(self.held[points, :3])
+            found = np.einsum("kni,nij->knj", found, turns)
+        return np.array(found)
+
+
+@dataclass(frozen=True, eq=False)
+class OriginalFile:
+    """The file that a layer of bends goes over."""
+
+    path: Path
+    digest: str  # SHA-256 of its content
+    files: tuple[Path, ...]  # That it is composed of, itself the first
+    header: str  # A layer, as text, of what a stage takes from its root layer alone
+    meshes: tuple[OriginalMesh, ...]
+    rig: Rig
+
+
+def read_original(path: str | Path) -> OriginalFile:
+    """The original in a file, or of a layer of bends that lies over it.
+
+    Errors are those of `elastomorph.io.usd.reader.read_usd`, and a FormatError for a layer whose
+    original is gone, or that holds more than bends.
+    """
+    with members_of(path, (), _READER) as members:
+        content = json.loads(members.array("layer", "u", (None,)).tobytes())
+        with _noted(Path(content["original"])) as original:
+            found = found_meshes(path, members)
+            parts = parts_of(path, found, members.budget)
+            rig = rig_of(path, found, parts, members.budget)
+            return OriginalFile(
+                original,
+                content["digest"],
+                tuple(Path(name) for name in content["files"]),
+                content["header"],
+                tuple(_meshes(path, members, found, parts, content["meshes"])),
+                rig,
+            )
+
+
+def original_of(path: str | Path) -> tuple[Path, tuple[Path, ...]]:
+    """The file that a layer of bends lies over, and all files that it is composed of."""
+    with members_of(path, ("files",), _READER) as members:
+        content = json.loads(members.array("layer", "u", (None,)).tobytes())
+    return Path(content["original"]), tuple(Path(name) for name in content["files"])
+
+
+@contextmanager
+def _noted(path: Path) -> Iterator[Path]:
+    """The path of a file that counts as read."""
+    with opened(path):
+        yield path
+
+
+def _meshes(
+    path: str | Path,
+    members: NpzMembers,
+    found: list[FoundMesh],
+    parts: list[RigPart],
+    entries: list[dict[str, Any]],
+) -> Iterator[OriginalMesh]:
+    start = 0
+    for i, (one, part, entry) in enumerate(zip(found, parts, entries, strict=True)):
+        count = len(part.mesh.vertices)
+        shapes = []
+        for k, (name, own) in enumerate(zip(part.morphs, entry["shapes"], strict=True)):
+            shape = one.shape(k, count)
+            normals = None
+            if f"{i}_shape_{k}_normals" in members.names:
+                normals = members.array(f"{i}_shape_{k}_normals", "f", (None, 3))
+                if normals.shape != shape.offsets[0].shape or not np.isfinite(normals).all():
+                    raise FormatError(
+                        path,
+                        f"the normalOffsets of {own['prim']} do not fit its offsets; the file is "
+                        "damaged or was written wrongly",
+                    )
+                normals = normals.astype(np.float64)
+            lists = tuple((prim, name) for prim, name in own["unlisted"])
+            shapes.append(
+                OriginalShape(
+                    name,
+                    own["prim"],
+                    own["place"],
+                    lists,
+                    tuple(own["variants"]),
+                    own["instance"],
+                    shape,
+                    normals,
+                )
+            )
+        vertices = slice(start, start + count)
+        yield OriginalMesh(entry["path"], one.mesh, one.held, part, vertices, tuple(shapes))
+        start += count
+
+
+@dataclass(frozen=True, eq=False)
+class BentShape:
+    """What a layer says of one blend shape, N points of it."""
+
+    original: OriginalShape
+    path: str  # The exact path, as JSON
+    bends: NDArray[np.floating]  # (K, N, 3) as they are stored; K may be 0
+    weights: NDArray[np.float32]  # (n,) of the in-betweens, rising
+    offsets: NDArray[np.float32]  # (1 + n, N, 3) of the shape and its in-betweens
+    normals: NDArray[np.float32] | None  # (1 + n, N, 3), where the shape has offsets of normals
+    # (N,) int32, where points joined those that the shape names; otherwise those stay
+    points: NDArray[np.int32] | None
+
+    @property
+    def bent(self) -> bool:
+        """Whether the path of this shape is not straight."""
+        return bool(len(self.bends))
+
+    @property
+    def bytes(self) -> int:
+        """Of the arrays that a layer holds of it."""
+        own = 1 if self.points is None else 0
+        arrays = [self.bends, self.offsets[own:], self.points]
+        arrays += [] if self.normals is None else [self.normals[own:]]
+        return sum(array.nbytes for array in arrays if array is not None)
+
+
+def bent_shape(
+    path: str | Path,
+    mesh: OriginalMesh,
+    shape: OriginalShape,
+    morph: Morph,
+    weights: NDArray[np.float64],
+    extent: float,
+) -> BentShape:
+    """What becomes of a blend shape where its morph is bent and has in-betweens at these weights.
+
+    Morph and ``extent`` D are those of the rig that the meshes of the file are together.
+    """
+    of_rig = morph.bends[:, mesh.vertices]
+    peaks = np.array([curve.height for curve in morph.bend_curves])
+    # a sum over no bends is 0 everywhere
+    moves = peaks @ np.linalg.norm(of_rig, axis=2) > COARSEST * extent
+    moved = np.flatnonzero(moves)
+    if not moved.size:
+        return straight_shape(path, shape, morph)
+    there = shape.found.points
+    joining = np.setdiff1d(moved, there).astype(np.int64)
+    points = np.concatenate([there, joining])
+    bends = mesh.own(of_rig[:, points], points)
+    again = np.ones(len(points), dtype=bool)
+    again[np.unique(points, return_index=True)[1]] = False
+    bends[:, again] = 0.0
+    target = np.concatenate([shape.found.offsets[0], np.zeros((len(joining), 3))])
+    floats = weights.astype(np.float32)
+    at = np.concatenate([[1.0], floats.astype(np.float64)])
+    factors = np.stack([curve(at) for curve in morph.bend_curves], axis=1)
+    factors[0] = 0.0
+    exact = at[:, None, None] * target + np.tensordot(factors, bends, axes=1)
+    offsets = as_float32(path, exact, "an offset")
+    scale = max(mesh.place.scale, np.finfo(float).tiny)
+    size = mesh.part.mesh.diameter * scale
+    text = path_to_json(
+        morph,
+        checksum([points.astype(np.int32), offsets, floats]),
+        bake_error=morph.bake_error * morph.neutral.diameter / size if size else 0.0,
+    )
+    stored = rounded_bends(path, bends, peaks, extent / scale)
+    normals = None
+    if shape.normals is not None:
+        given = np.concatenate([shape.normals, np.zeros((len(joining), 3))])
+        normals = as_float32(path, _normals(mesh.mesh, points, at, exact, given), "a normal")
+    joined = points.astype(np.int32) if joining.size else None
+    return BentShape(shape, text, stored, floats, offsets, normals, joined)
+
+
+def straight_shape(path: str | Path, shape: OriginalShape, morph: Morph) -> BentShape:
+    """A shape that no bend moves: what is known of its morph is kept beside it all the same."""
+    offsets = as_float32(path, shape.found.offsets[:1], "an offset")
+    none = np.zeros(0, dtype=np.float32)
+    belonging = checksum([shape.found.points.astype(np.int32), offsets, none])
+    text = path_to_json(morph, belonging, curves=(), bake_error=0.0)
+    return BentShape(shape, text, np.zeros((0, 0, 3)), none, offsets, None, None)
+
+
+def _normals(
+    mesh: Mesh,
+    points: NDArray[np.int64],
+    at: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    given: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(1 + n, N, 3) offsets of normals: of the straight path, and what the bends turn beside."""
+    found = at[:, None, None] * given
+    for row, time, own in zip(found[1:], at[1:], offsets[1:], strict=True):
+        pair = []
+        for moved in (own, time * offsets[0]):
+            vertices = mesh.vertices.copy()
+            np.add.at(vertices, points, moved)
+            pair.append(_vertex_normals(mesh, vertices)[points])
+        row += pair[0] - pair[1]
+    return found
+
+
+def _vertex_normals(mesh: Mesh, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(V, 3) unit normals, those of the polygons around a vertex by their areas."""
+    normals = np.zeros_like(vertices)
+    faces = mesh.faces
+    np.add.at(normals, faces.indices, polygon_normals(vertices, faces)[faces.corner_faces])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals / np.where(lengths > 0, lengths, 1.0)
 
 
 def require_layer_path(path: str | Path) -> None:

@@ -1,11 +1,24 @@
-"""Takes meshes and their blend shapes out of a USD file, in a process that may crash."""
+"""Takes meshes and their blend shapes out of a USD file, in a process that may crash.
+
+Of materials that is what UsdPreviewSurface says: other kinds of shaders are passed over, and so is
+everything that is no base colour or opacity. An image must be a file below a folder of the stage,
+or lie in a package there.
+
+A mesh stands at rest by its transform, or by the joints of a skeleton. UsdSkel puts a point at
+p · G · Σ_j w_j (B_j⁻¹ R_j) · S, with the weights w of the point and rows on the left: G is the
+transform in which the mesh was bound, B_j and R_j are those of the joints as bound and at rest, in
+the space of the skeleton, and S is the transform of the skeleton. Mostly the joints rest where they
+were bound, and B_j⁻¹ R_j is the identity.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +26,8 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 from elastomorph.io.choices import ListedMesh, chosen_meshes
-from elastomorph.io.isolated import RefusedError, serve
+from elastomorph.io.isolated import RefusedError, allow_for, serve
+from elastomorph.io.skinning import blended_matrices, common_matrix
 from elastomorph.io.usd.composed import Composed, open_composed
 from elastomorph.io.usd.library import (
     BENDS,
@@ -27,8 +41,247 @@ from elastomorph.io.usd.library import (
     STILL,
     pxr,
 )
-from elastomorph.io.usd.looks import coordinates_of, looks_of
-from elastomorph.io.usd.skins import place_at_rest
+
+
+def place_at_rest(prim: Any, points: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """The (4, 4) matrix from a mesh of so many points to the world, in which rows are multiplied.
+
+    Where joints hold the points differently, also (N, 4, 3) that come first, one a point.
+    """
+    geometry, binding = pxr("UsdGeom"), pxr("UsdSkel").BindingAPI(prim)
+    cache = geometry.XformCache(pxr("Usd").TimeCode.EarliestTime())
+    skeleton = binding.GetInheritedSkeleton()
+    if not skeleton or not binding.GetJointIndicesPrimvar().HasAuthoredValue():
+        return np.array(cache.GetLocalToWorldTransform(prim)), None
+    given = _value_at_rest(binding.GetGeomBindTransformAttr())
+    bound = np.eye(4) if given is None else np.array(given)
+    world = np.array(cache.GetLocalToWorldTransform(skeleton.GetPrim()))
+    held = _held(skeleton)
+    common = None if held is None else common_matrix(held)
+    if held is None or common is not None:
+        return (bound if common is None else bound @ common) @ world, None
+    joints, weights = _influences(prim, binding, skeleton, points)
+    used = np.unique(joints[weights > 0])
+    if not used.size:
+        return bound @ world, None
+    if (common := common_matrix(held[used])) is not None:
+        return bound @ common @ world, None
+    return world, np.asarray((bound @ blended_matrices(held, joints, weights))[..., :3])
+
+
+def _held(skeleton: Any) -> NDArray[np.float64] | None:
+    """(J, 4, 4) what each joint does at rest; None where the skeleton does not say all of it."""
+    names = list(_value_at_rest(skeleton.GetJointsAttr()) or [])
+    found = [
+        _value_at_rest(skeleton.GetBindTransformsAttr()),
+        _value_at_rest(skeleton.GetRestTransformsAttr()),
+    ]
+    if not names or any(own is None or len(own) != len(names) for own in found):
+        return None
+    bind, local = (np.array(own, dtype=np.float64).reshape(-1, 4, 4) for own in found)
+    parents = pxr("UsdSkel").Topology(names).GetParentIndices()
+    rest = local.copy()
+    for joint, parent in enumerate(parents):
+        if not parent < joint:
+            return None  # UsdSkel plays no skeleton in which a joint comes before its parent
+        if parent >= 0:
+            rest[joint] = local[joint] @ rest[parent]
+    try:
+        held = np.linalg.inv(bind) @ rest
+    except np.linalg.LinAlgError:
+        return None
+    return held if np.isfinite(held).all() else None
+
+
+def _influences(
+    prim: Any, binding: Any, skeleton: Any, points: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(N, K) joints of the skeleton that hold each point, and their weights, whose sums are 1."""
+    path = prim.GetPath()
+    indices, amounts = binding.GetJointIndicesPrimvar(), binding.GetJointWeightsPrimvar()
+    numbers = np.array(indices.ComputeFlattened() or [], dtype=np.int64)
+    weights = np.array(amounts.ComputeFlattened() or [], dtype=np.float64)
+    rigid = str(indices.GetInterpolation()) == "constant"
+    rows, width = (1 if rigid else points), max(indices.GetElementSize(), 1)
+    if not numbers.size == weights.size == rows * width:
+        raise RefusedError(
+            f"{path} has {numbers.size:,} joint indices and {weights.size:,} joint weights, "
+            f"expected {rows * width:,} for {points:,} points; export it again with its skin"
+        )
+    known = list(_value_at_rest(skeleton.GetJointsAttr()))
+    order = np.arange(len(known))
+    named = _value_at_rest(binding.GetJointsAttr())
+    if named is not None and len(named):
+        missing = next((name for name in named if name not in known), None)
+        if missing is not None:
+            raise RefusedError(
+                f"{path} is held by the joint '{str(missing)[:60]}', which its skeleton "
+                f"{skeleton.GetPath()} has not; export it again with its skeleton"
+            )
+        order = np.array([known.index(name) for name in named])
+    if numbers.size and not 0 <= numbers.min() <= numbers.max() < len(order):
+        raise RefusedError(
+            f"{path} is held by joints {numbers.min():,} to {numbers.max():,}, but there are "
+            f"{len(order):,}; export it again with its skeleton"
+        )
+    if not np.isfinite(weights).all() or (weights < 0).any():
+        raise RefusedError(f"the joint weights of {path} are no numbers from 0")
+    amount = np.broadcast_to(weights.reshape(rows, width), (points, width))
+    total = amount.sum(axis=1, keepdims=True)
+    if (total <= 0).any():
+        raise RefusedError(f"{path} has points that no joint holds; export it again with its skin")
+    return order[np.broadcast_to(numbers.reshape(rows, width), (points, width))], amount / total
+
+
+def _value_at_rest(attribute: Any) -> Any:
+    return attribute.Get() if attribute else None
+
+
+_WRAPS = {"repeat": "repeat", "mirror": "mirror", "clamp": "clamp", "black": "clamp"}
+
+
+def looks_of(
+    arrays: dict[str, NDArray[Any]], materials: dict[str, Any], opened: Composed
+) -> dict[str, dict[str, Any]]:
+    """What JSON can hold of the looks of materials by name; images go into the arrays."""
+    images: dict[str, int] = {}
+    found = {}
+    for name, material in materials.items():
+        shader = _source(material.ComputeSurfaceSource())
+        if shader and shader.GetIdAttr().Get() == "UsdPreviewSurface":
+            found[name] = _look(arrays, images, shader, opened)
+    return found
+
+
+def coordinates_of(material: Any) -> str | None:
+    """The name of the texture coordinates by which a material shows its base colour."""
+    shader = _source(material.ComputeSurfaceSource())
+    image = _input(shader, "diffuseColor")[1] if shader else None
+    reader = _maker(image, "st") if image is not None else None
+    if reader and reader.GetIdAttr().Get() == "UsdTransform2d":
+        reader = _maker(reader, "in")
+    if not reader or reader.GetIdAttr().Get() != "UsdPrimvarReader_float2":
+        return None
+    return str(_input(reader, "varname")[0] or "") or None
+
+
+def _maker(shader: Any, name: str) -> Any:
+    """The shader that an input is connected with."""
+    given = shader.GetInput(name)
+    sources = pxr("UsdShade").Utils.GetValueProducingAttributes(given) if given else []
+    return pxr("UsdShade").Shader(sources[0].GetPrim()) if sources else None
+
+
+def _look(
+    arrays: dict[str, NDArray[Any]], images: dict[str, int], shader: Any, opened: Composed
+) -> dict[str, Any]:
+    colour, texture = _input(shader, "diffuseColor")
+    alpha, mask = _input(shader, "opacity")
+    threshold, _ = _input(shader, "opacityThreshold")
+    cutoff = _number(threshold, 0.0)
+    clear = mask is not None or _number(alpha, 1.0) < 1.0
+    rgb = [_number(part, 0.18) for part in colour] if colour is not None else [0.18] * 3
+    look: dict[str, Any] = {
+        "colour": [*(rgb if texture is None else [1.0] * 3), 1.0 if mask else _number(alpha, 1.0)],
+        "opacity": "mask" if cutoff > 0 else "blend" if clear else "opaque",
+        "cutoff": cutoff,
+    }
+    if texture is not None:
+        look["texture"] = _with_texture(arrays, images, texture, opened)
+    return look
+
+
+def _input(shader: Any, name: str) -> tuple[Any, Any]:
+    """The value of an input, or the shader of the texture it is connected with."""
+    given = shader.GetInput(name)
+    if not given:
+        return None, None
+    for attribute in pxr("UsdShade").Utils.GetValueProducingAttributes(given):
+        source = pxr("UsdShade").Shader(attribute.GetPrim())
+        connected = source and source.GetPrim() != shader.GetPrim()
+        if connected and source.GetIdAttr().Get() == "UsdUVTexture":
+            return None, source
+        return attribute.Get(), None
+    return None, None
+
+
+def _with_texture(
+    arrays: dict[str, NDArray[Any]], images: dict[str, int], shader: Any, opened: Composed
+) -> dict[str, Any]:
+    asset, _ = _input(shader, "file")
+    path = str(getattr(asset, "resolvedPath", "") or "")
+    named = str(getattr(asset, "path", "") or "")
+    if path and path not in images and _is_near(path, opened):
+        content = _bytes(path)
+        if content is not None:
+            images[path] = len(images)
+            arrays[f"image_{images[path]}"] = np.frombuffer(content, dtype=np.uint8)
+    return {
+        "image": images.get(path),
+        "name": named[-60:],
+        "wrap": [_WRAPS.get(str(_input(shader, key)[0]), "repeat") for key in ("wrapS", "wrapT")],
+        **_transform(shader),
+    }
+
+
+def _transform(texture: Any) -> dict[str, Any]:
+    """A UsdTransform2d of the coordinates, turned into one that counts from the top."""
+    shader = _maker(texture, "st")
+    if not shader or shader.GetIdAttr().Get() != "UsdTransform2d":
+        return {}
+    across, down = _pair(_input(shader, "scale")[0], 1.0)
+    x, y = _pair(_input(shader, "translation")[0], 0.0)
+    turn = math.radians(_number(_input(shader, "rotation")[0], 0.0))
+    cosine, sine = math.cos(turn), math.sin(turn)
+    return {
+        "offset": [x - sine * down, 1.0 - cosine * down - y],
+        "rotation": turn,
+        "scale": [across, down],
+    }
+
+
+def _is_near(path: str, opened: Composed) -> bool:
+    """Whether a file, or the package it is in, lies where the stage may take files from."""
+    own, part = path, ""
+    if pxr("Ar").IsPackageRelativePath(path):
+        own, part = pxr("Ar").SplitPackageRelativePathOuter(path)
+    try:
+        whole = Path(own).resolve()
+        inside = any(whole.is_relative_to(folder) for folder in opened.folders)
+    except (OSError, RuntimeError, ValueError):
+        return False
+    return inside and ".." not in part.split("/")
+
+
+def _bytes(path: str) -> bytes | None:
+    if not pxr("Ar").IsPackageRelativePath(path):
+        try:
+            allow_for(Path(path).stat().st_size)
+            return Path(path).read_bytes()
+        except OSError:
+            return None
+    asset = pxr("Ar").GetResolver().OpenAsset(pxr("Ar").ResolvedPath(path))
+    return None if asset is None else bytes(asset.GetBuffer())
+
+
+def _source(found: Any) -> Any:
+    """The shader of what ComputeSurfaceSource gives: it alone, or first of several."""
+    return found[0] if isinstance(found, tuple) else found
+
+
+def _number(value: Any, otherwise: float) -> float:
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        return otherwise
+    return found if math.isfinite(found) else otherwise
+
+
+def _pair(value: Any, otherwise: float) -> tuple[float, float]:
+    if value is None or len(value) != 2:
+        return otherwise, otherwise
+    return _number(value[0], otherwise), _number(value[1], otherwise)
+
 
 _TEXTURE_NAMES = ("st", "uv", "UVMap", "map1", "Texture_uv", "st0")
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import ParameterError
 
-__all__ = ["TimecodeClock", "TimingError", "parse_timecode", "take_timing"]
-
 _LIVE_LINK_BASE = 60
 _MOST_DROPPED = 100_000
 _SAME_RATE = 5e-4

@@ -1,7 +1,15 @@
-"""Reads Wavefront OBJ text: all statements of a kind at once, one by one where one is unusual.
+"""Wavefront OBJ: meshes of polygons as text, the file most scans and face rigs come in.
 
-Ordinary files convert as tables. What does not is read strictly, corner by corner, which takes
-three times as long and either gives the same or says what is wrong and where.
+Vertices keep their order and polygons their corners, whatever texture coordinates, normals,
+groups or materials say. What is not kept: a vertex's weight and colour (columns 4 to 7 of ``v``,
+as MeshLab and some scanners write them; colours are read where they are asked for), normals
+(``vn``; they go stale as soon as a vertex moves), smoothing groups, points, lines, curves and
+surfaces.
+
+All statements of a kind are read at once, one by one where one is unusual: ordinary files convert
+as tables. What does not is read strictly, corner by corner, which takes three times as long and
+either gives the same or says what is wrong and where. Every number is written as the shortest
+decimal that reads back bit for bit.
 """
 
 from __future__ import annotations
@@ -11,26 +19,304 @@ import re
 from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, warn
-from elastomorph.io.atomic import read_bytes
-from elastomorph.io.obj.statements import (
-    Rows,
-    StatementError,
-    Statements,
-    encoding_of,
-    plain_text,
-    shown,
-)
+from elastomorph.io.atomic import read_bytes, replacing
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["read_obj"]
+
+def write_obj(path: str | Path, mesh: Mesh) -> None:
+    """Write a mesh as OBJ: vertices, polygons, texture coordinates, materials and groups.
+
+    Reading the file gives back the same mesh, coordinates bit for bit. Names stand in it as in the
+    file that the mesh was read from, if that was OBJ, and in UTF-8 otherwise.
+    """
+    lines: list[str] = []
+    encoding = _encoding(mesh)
+    if mesh.material_library is not None:
+        lines.append(_naming(path, "mtllib", mesh.material_library, encoding))
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
+    if mesh.uv is not None:
+        if not np.isfinite(mesh.uv.coordinates).all():
+            raise FormatError(path, "texture coordinates that are not finite cannot be written")
+        lines += ["vt " + " ".join(map(repr, row)) for row in mesh.uv.coordinates.tolist()]
+    switches = _switches(path, mesh, encoding)
+    for face, statement in enumerate(_faces(mesh)):
+        if face in switches:
+            lines += switches[face]
+        lines.append(statement)
+    content = "\n".join([*lines, ""]).encode(encoding)
+    with replacing(path) as file:
+        file.write(content)
+
+
+def _faces(mesh: Mesh) -> Iterator[str]:
+    """One ``f`` statement a polygon."""
+    corners = list(map(str, (mesh.faces.indices + 1).tolist()))
+    if mesh.uv is not None:
+        coordinates = (mesh.uv.corners + 1).tolist()
+        corners = [
+            f"{corner}/{coordinate}" if coordinate else corner
+            for corner, coordinate in zip(corners, coordinates, strict=True)
+        ]
+    for start, stop in pairwise(mesh.faces.offsets.tolist()):
+        yield "f " + " ".join(corners[start:stop])
+
+
+def _switches(path: str | Path, mesh: Mesh, encoding: str) -> dict[int, list[str]]:
+    """The ``g`` and ``usemtl`` statements that go before a polygon, by polygon."""
+    switches: dict[int, list[str]] = {}
+    for keyword, labels in (("g", mesh.groups), ("usemtl", mesh.materials)):
+        if labels is None:
+            continue
+        used: NDArray[np.int32] = np.unique(labels.of_face[labels.of_face >= 0])
+        statements = {-1: keyword}
+        for name in used.tolist():
+            statements[name] = _naming(path, keyword, labels.names[name], encoding)
+        # where the label is not that of the polygon before; none comes before the first
+        for face in np.flatnonzero(np.diff(labels.of_face, prepend=np.int32(-1))).tolist():
+            switches.setdefault(face, []).append(statements[int(labels.of_face[face])])
+    return switches
+
+
+def _encoding(mesh: Mesh) -> str:
+    """That of the file the mesh came from, unless a name has been added that it cannot hold."""
+    names = [name for labels in (mesh.materials, mesh.groups) if labels for name in labels.names]
+    encoding = mesh.source.encoding if mesh.source else "utf-8"
+    try:
+        "\n".join([*names, mesh.material_library or ""]).encode(encoding)
+    except UnicodeEncodeError:
+        return "utf-8"
+    return encoding
+
+
+def _naming(path: str | Path, keyword: str, name: str, encoding: str) -> str:
+    """The statement, if a reader of OBJ would get back just that name."""
+    try:
+        statement = f"{keyword} {name}".encode(encoding)
+        lines = statement.replace(b"\r", b"\n").split(b"\n")
+        kept = name_in(without_comment(lines[0], keyword.encode())) == name.encode(encoding)
+    except UnicodeEncodeError:
+        kept = False
+    if not (name and kept) or b"\0" in statement or is_continued(statement, keyword.encode()):
+        raise FormatError(
+            path,
+            f"the name {name!r} cannot be written as '{keyword}' of an OBJ file: it must be one "
+            "line of text without blanks at its ends, a lone # or a final backslash",
+        )
+    return f"{keyword} {name}"
+
+
+NAMING = frozenset({b"usemtl", b"mtllib", b"g", b"o"})
+
+IGNORED = frozenset(
+    # normals go stale as soon as a vertex moves; smoothing, points and lines are not polygons
+    b"vn s l p mg lod bevel c_interp d_interp usemap maplib shadow_obj trace_obj ctech stech "
+    # curves and surfaces
+    b"vp deg bmat step cstype curv curv2 surf parm trim hole scrv sp end con "
+    # statements that version 2 of the format already called superseded
+    b"bsp bzp cdc cdp res".split()
+)
+
+_UTF8_MARK = b"\xef\xbb\xbf"
+_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+
+_STRAY = (b"t", b"vw")
+_COMMENT_AFTER_NAME = re.compile(rb"(?:^|(?<=[ \t]))#(?=[ \t]|$)")
+
+
+class StatementError(ValueError):
+    """What is wrong with the statement on a line."""
+
+    def __init__(self, line: int, problem: str) -> None:
+        super().__init__(problem)
+        self.line = line
+
+
+class Rows:
+    """The statements of one keyword: the line of each, from 1, and what follows the keyword."""
+
+    def __init__(self) -> None:
+        self.lines: list[int] = []
+        self.bodies: list[bytes] = []
+
+    def without_comments(self) -> list[bytes]:
+        """What follows the keyword, up to the comment."""
+        if not any(b"#" in body for body in self.bodies):
+            return self.bodies
+        return [body.partition(b"#")[0] for body in self.bodies]
+
+
+class Statements:
+    """The statements of an OBJ file that matter.
+
+    Attributes:
+        vertices: The ``v`` statements.
+        texture: The ``vt`` statements.
+        faces: The ``f`` statements.
+        names: ``(line, name)`` of each ``usemtl``, ``g``, ``o`` and ``mtllib`` by keyword; the
+            name holds from its line on, and is empty for none.
+        stray: Lines of statements that are no part of the format but common in files.
+        problems: What is wrong with the first statement whose keyword is unknown, if any is.
+    """
+
+    def __init__(self, text: bytes) -> None:
+        """Take apart a text whose lines end in LF."""
+        self.vertices, self.texture, self.faces = Rows(), Rows(), Rows()
+        self.names: dict[bytes, list[tuple[int, bytes]]] = {keyword: [] for keyword in NAMING}
+        self.stray: dict[bytes, list[int]] = {keyword: [] for keyword in _STRAY}
+        self.problems: list[StatementError] = []
+        rows = {b"v": self.vertices, b"vt": self.texture, b"f": self.faces, b"fo": self.faces}
+        takers = {key: (own.lines.append, own.bodies.append) for key, own in rows.items()}
+        lines = text.split(b"\n")
+        if b"\\\n" in text or text.endswith(b"\\"):
+            _join_continued(lines)
+        for number, line in enumerate(lines, start=1):
+            keyword, _, body = line.partition(b" ")
+            take = takers.get(keyword)
+            if take is None:
+                if keyword in IGNORED:
+                    continue
+                words = line.split(None, 1)
+                if not words or words[0].startswith(b"#"):
+                    continue
+                keyword = words[0].removesuffix(b"\\")
+                body = words[1] if len(words) > 1 else b""
+                take = takers.get(keyword)
+            if take is not None:
+                take[0](number)
+                take[1](body)
+            else:
+                self._take_other(number, keyword, line)
+
+    def _take_other(self, number: int, keyword: bytes, line: bytes) -> None:
+        if keyword in NAMING:
+            self.names[keyword].append((number, name_in(without_comment(line, keyword))))
+        elif keyword in _STRAY:
+            self.stray[keyword].append(number)
+        elif keyword not in IGNORED and not self.problems:
+            problem = (
+                "unknown keyword '{}'; expected v, vt, vn, f, g, o, s, usemtl, mtllib, another "
+            )
+            problem += "keyword of the OBJ format, or # before a comment"
+            if keyword in (b"call", b"csh"):
+                problem = "'{}' draws in other files, which is not supported; merge them first"
+            problem = problem.format(shown(keyword))
+            self.problems.append(StatementError(number, problem))
+
+
+def plain_text(path: str | Path, content: bytes) -> bytes:
+    """The content with lines that end in LF."""
+    if content.startswith(_UTF16_MARKS):
+        raise FormatError(path, "this is UTF-16 text; save the file as UTF-8")
+    text = content.removeprefix(_UTF8_MARK)
+    if text.endswith(b"\0"):
+        text = text.rstrip(b"\0")  # padding, as ZBrush writes it
+    if b"\r" in text:
+        text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    nul = text.find(b"\0")
+    if nul >= 0:
+        raise FormatError(
+            path,
+            "a NUL byte: this is not text, or the file is damaged; export it again as OBJ in UTF-8",
+            line=text.count(b"\n", 0, nul) + 1,
+        )
+    return text
+
+
+def _join_continued(lines: list[bytes]) -> None:
+    """Put statements that a backslash continues on their first line; the others become empty."""
+    rest = enumerate(lines)
+    for number, line in rest:
+        words = line.split(None, 1)
+        if not words or words[0].startswith(b"#") or not line.endswith(b"\\"):
+            continue
+        keyword = words[0].removesuffix(b"\\")
+        parts = [without_comment(line, keyword)]
+        while is_continued(line, keyword) and parts[-1] == line:  # a comment is not continued
+            parts[-1] = line[:-1]
+            place, line = next(rest, (0, b""))
+            parts.append(without_comment(line, keyword))
+            if place:
+                lines[place] = b""
+        lines[number] = b" ".join(parts) if keyword else words[0] + b" " + b" ".join(parts)
+
+
+def without_comment(line: bytes, keyword: bytes) -> bytes:
+    """The line up to its comment.
+
+    After a name only a # that stands alone begins a comment: ``usemtl Material #25`` is a name.
+    """
+    if keyword in NAMING:
+        comment = _COMMENT_AFTER_NAME.search(line)
+        return line[: comment.start()] if comment else line
+    return line.partition(b"#")[0]
+
+
+def is_continued(line: bytes, keyword: bytes) -> bool:
+    """Whether a backslash at the end of a line joins it with the next.
+
+    In Shift-JIS, a backslash is also the second byte of letters: ``usemtl ソ`` ends in one.
+    """
+    in_letter = keyword in NAMING and line[-2:-1] >= b"\x81" and encoding_of([line]) != "utf-8"
+    return line.endswith(b"\\") and not in_letter
+
+
+def name_in(statement: bytes) -> bytes:
+    """All that follows the keyword, blanks inside included; empty where nothing does."""
+    return b"".join(statement.split(None, 1)[1:]).strip()
+
+
+def encoding_of(names: Sequence[bytes]) -> Literal["utf-8", "latin-1"]:
+    """UTF-8, or Latin-1 where that cannot be: every byte is a letter of it, and comes back."""
+    try:
+        for name in names:
+            name.decode("utf-8")
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8"
+
+
+def shown(word: bytes) -> str:
+    """A word of a file for a message: printable, and not long."""
+    text = word[:80].decode("ascii", "backslashreplace")
+    printable = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+    return printable if len(printable) <= 40 else printable[:37] + "..."
+
+
+_COLOURED = 6  # numbers of a vertex with a colour, at least
+
+
+def read_obj_colours(path: str | Path) -> NDArray[np.uint8] | None:
+    """The colours of the vertices of an OBJ file, or None where not every vertex has one.
+
+    Returns:
+        (V, 3) uint8, red first. In the file they are from 0 to 1, or to 255 if any is above 1.
+
+    Raises:
+        FileError: It cannot be read.
+        FormatError: Its vertices are damaged.
+    """
+    rows = Statements(plain_text(path, read_bytes(path))).vertices
+    if not rows.bodies or min(len(own.split()) for own in rows.without_comments()) < _COLOURED:
+        return None
+    try:
+        values = read_table(rows, VERTEX_COLUMNS, "expected 'v x y z r g b'")
+    except StatementError as problem:
+        raise FormatError(path, str(problem), line=problem.line) from None
+    colours = values[:, -3:]  # a weight would stand before them
+    if colours.max() <= 1:
+        colours = colours * 255
+    return np.clip(np.round(colours), 0, 255).astype(np.uint8)
+
 
 # Each piece can match in one way only: a long word that is no number is refused in one pass.
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")

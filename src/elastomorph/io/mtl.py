@@ -18,8 +18,6 @@ from elastomorph.io.images_beside import beside, image_beside
 from elastomorph.model.appearance import Material, Texture, Wrap
 from elastomorph.model.mesh import FaceLabels, Mesh
 
-__all__ = ["library_of", "with_looks"]
-
 _LARGEST_LIBRARY = 16 << 20
 _NUMBERS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2}  # numbers behind an option, at most
 _WORDS = ("-blendu", "-blendv", "-cc", "-clamp", "-boost", "-texres", "-bm", "-imfchan", "-type")

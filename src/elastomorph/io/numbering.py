@@ -15,8 +15,6 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import is_file, is_folder
 from elastomorph.io.npz.confidence import NAME as CONFIDENCE
 
-__all__ = ["find_frames", "frame_pattern"]
-
 _MOST_MISSING = 100_000
 _DIGITS = re.compile(r"([0-9]+)")
 

@@ -1,11 +1,19 @@
-"""Reads and writes PLY, binary or ASCII: positions bit for bit, and polygons.
+"""Stanford PLY: vertices and polygons, as ASCII or binary of either byte order.
 
-Nothing is allocated for rows that the rest of the file could not hold.
+Only positions, bit for bit, and polygons are read and written, and colours of vertices and images
+read where they are asked for. Normals and whatever else a file holds are passed over; groups have
+no place in PLY. Nothing is allocated for rows that the rest of the file could not hold.
+
+PLY itself knows of no images. By common use, as programs of photogrammetry write them, the header
+names them in lines ``comment TextureFile``, the polygons have a list ``texcoord`` of u and v for
+each corner and ``texnumber``, which image they show; or the vertices have ``s`` and ``t``, also
+called ``u`` and ``v``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -13,13 +21,237 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.io.atomic import read_bytes, replacing
-from elastomorph.io.ply.header import ENCODINGS, Element, PlyHeader, read_header
+from elastomorph.io.atomic import is_file, read_bytes, replacing
+from elastomorph.io.images_beside import image_beside
 from elastomorph.io.untrusted import naming_file
-from elastomorph.model.mesh import Mesh, Source
+from elastomorph.model.appearance import Material
+from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.polygons import Polygons
 
-__all__ = ["Column", "Wanted", "columns_of", "read_ply", "require_surface", "write_ply"]
+ENCODINGS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+"""Name of each encoding, and the byte order NumPy knows it by."""
+
+_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
+    "short": "i2", "int16": "i2", "ushort": "u2", "uint16": "u2",
+    "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+}  # fmt: skip
+_LONGEST_HEADER = 1 << 20
+_MOST_PROPERTIES = 1000
+_LONGEST_NAME = 100
+
+
+class Property(NamedTuple):
+    """A number, or where it has the type of a length, a list of numbers with its length before it.
+
+    The types have the byte order of the file.
+    """
+
+    name: str
+    kind: np.dtype[np.generic]
+    length: np.dtype[np.generic] | None = None
+
+
+@dataclass(frozen=True)
+class Element:
+    """A table of the file: ``length`` rows, each with the same properties."""
+
+    name: str
+    length: int
+    properties: list[Property] = field(default_factory=list)
+
+    def place(self, *names: str) -> int | None:
+        """The place of the first property of the first of the names that there is."""
+        own = [p.name for p in self.properties]
+        return next((own.index(name) for name in names if name in own), None)
+
+
+class PlyHeader(NamedTuple):
+    """The header: byte order (a value of `ENCODINGS`), elements, its bytes and lines, images."""
+
+    order: str
+    elements: list[Element]
+    size: int
+    lines: int
+    images: tuple[str, ...]
+
+
+def read_header(path: str | Path, content: bytes) -> PlyHeader:
+    """The header of a PLY file."""
+    newline = next((n for n in (b"\r\n", b"\n", b"\r") if content.startswith(b"ply" + n)), None)
+    if newline is None:
+        raise FormatError(path, "this is not a PLY file: it does not begin with the line 'ply'")
+    order: str | None = None
+    elements: list[Element] = []
+    images: list[str] = []
+    line, position = 1, len(b"ply" + newline)
+    while True:
+        line += 1
+        end = content.find(newline, position, _LONGEST_HEADER)
+        if end < 0:
+            raise FormatError(path, "the header has no line 'end_header'; the file was cut off")
+        row = content[position:end]
+        words = row.decode("ascii", "backslashreplace").split()
+        position = end + len(newline)
+        if words == ["end_header"]:
+            break
+        try:
+            if not words or words[0] in ("comment", "obj_info"):
+                if words[:2] == ["comment", "TextureFile"]:
+                    images.append(row.decode("utf-8", "replace").split(None, 2)[-1].strip())
+                continue
+            if words[0] == "format":
+                order = _order(words)
+            elif words[0] == "element":
+                elements.append(_element(words))
+            elif words[0] == "property" and elements and order is not None:
+                elements[-1].properties.append(_property(words, order))
+                if len(elements[-1].properties) > _MOST_PROPERTIES:
+                    raise ValueError(f"expected at most {_MOST_PROPERTIES:,} properties")
+            else:
+                raise ValueError("expected format, then element and property, then end_header")
+        except ValueError as expected:
+            shown = " ".join(words)[:80]
+            raise FormatError(path, f"{expected}, found '{shown}'", line=line) from None
+    if order is None:
+        raise FormatError(path, "the header has no line 'format'")
+    return PlyHeader(order, elements, position, line, tuple(images))
+
+
+def _order(words: list[str]) -> str:
+    if len(words) != 3 or words[1] not in ENCODINGS or words[2] != "1.0":
+        raise ValueError(f"expected 'format', one of {', '.join(ENCODINGS)}, and version 1.0")
+    return ENCODINGS[words[1]]
+
+
+def _element(words: list[str]) -> Element:
+    if (
+        len(words) != 3
+        or not words[2].isdecimal()
+        or len(words[2]) > 18
+        or len(words[1]) > _LONGEST_NAME
+    ):
+        raise ValueError("expected 'element', a name and how many there are")
+    return Element(words[1], int(words[2]))
+
+
+def _property(words: list[str], order: str) -> Property:
+    if len(words[-1]) > _LONGEST_NAME:
+        raise ValueError(f"expected a name of at most {_LONGEST_NAME} characters")
+    if len(words) == 3 and words[1] in _TYPES:
+        return Property(words[2], np.dtype(order + _TYPES[words[1]]))
+    if len(words) == 5 and words[1] == "list" and words[2] in _TYPES and words[3] in _TYPES:
+        count, kind = (np.dtype(order + _TYPES[word]) for word in words[2:4])
+        if count.kind in "iu":
+            return Property(words[4], kind, count)
+    raise ValueError(
+        "expected 'property TYPE NAME' or 'property list INTEGER-TYPE TYPE NAME' with types out "
+        f"of {', '.join(_TYPES)}"
+    )
+
+
+_OF_VERTICES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
+
+
+def with_ply_looks(mesh: Mesh) -> Mesh:
+    """A mesh with the images that its PLY names; any other is returned as it is.
+
+    An image that cannot be had is a `Texture` without content, which says why.
+
+    Raises:
+        FileError: The file cannot be read.
+        FormatError: It is damaged, or its coordinates are not two for each corner.
+    """
+    if mesh.source is None or not is_file(mesh.source.path):
+        return mesh
+    path = Path(mesh.source.path)
+    content = read_bytes(path)
+    header = read_header(path, content)
+    require_surface(path, header)
+    uv = _coordinates(path, content, header, mesh) if header.images else None
+    if uv is None:
+        return mesh
+    used = _used(path, content, header, mesh)
+    textures = {name: image_beside(path.parent, name) for name in header.images}
+    names = tuple(textures)
+    of_image = np.array([names.index(name) for name in header.images], dtype=np.int32)
+    within = (used >= 0) & (used < len(of_image))
+    labels = np.where(within, of_image[np.where(within, used, 0)], -1).astype(np.int32)
+    looks = {name: Material(texture=texture) for name, texture in textures.items()}
+    return Mesh(
+        mesh.vertices,
+        mesh.faces,
+        uv,
+        FaceLabels(names, labels),
+        source=mesh.source,
+        appearance=looks,
+    )
+
+
+def _coordinates(path: Path, content: bytes, header: PlyHeader, mesh: Mesh) -> UVMap | None:
+    """Those of corners, or of vertices; None where there are neither."""
+    faces = next((own for own in header.elements if own.name == "face"), None)
+    if faces is not None and faces.place("texcoord") is not None:
+        column = columns_of(path, content, header, {"face": ("texcoord",)})["texcoord"]
+        if not np.array_equal(column.sizes, 2 * mesh.faces.sizes):
+            raise FormatError(path, "'texcoord' needs two numbers for each corner of a polygon")
+        return UVMap(
+            column.values.reshape(-1, 2).astype(np.float64),
+            np.arange(len(mesh.faces.indices), dtype=np.int32),
+        )
+    vertices = next(own for own in header.elements if own.name == "vertex")
+    for pair in _OF_VERTICES:
+        if all(vertices.place(name) is not None for name in pair):
+            found = columns_of(path, content, header, {"vertex": pair})
+            values = np.stack([_one(path, found[name]) for name in pair], axis=1)
+            return UVMap(values.astype(np.float64), mesh.faces.indices.astype(np.int32))
+    return None
+
+
+def _used(path: Path, content: bytes, header: PlyHeader, mesh: Mesh) -> NDArray[np.int64]:
+    """(F,) which image each polygon shows."""
+    faces = next((own for own in header.elements if own.name == "face"), None)
+    if faces is None or faces.place("texnumber") is None:
+        return np.zeros(len(mesh.faces), dtype=np.int64)
+    column = columns_of(path, content, header, {"face": ("texnumber",)})["texnumber"]
+    return _one(path, column).astype(np.int64)
+
+
+def _one(path: Path, column: Column) -> NDArray[Any]:
+    """The numbers of a property that is no list."""
+    if not (column.sizes == 1).all():
+        raise FormatError(path, "texture coordinates of vertices are numbers, found lists")
+    return column.values
+
+
+_COLOURS = ("red", "green", "blue")
+
+
+def read_ply_colours(path: str | Path) -> NDArray[np.uint8] | None:
+    """The colours of the vertices of a PLY file, or None where it has none.
+
+    Returns:
+        (V, 3) uint8, red first. Whole numbers in the file are from 0 to 255, others from 0 to 1.
+
+    Raises:
+        FileError: It cannot be read.
+        FormatError: It is damaged.
+    """
+    content = read_bytes(path)
+    header = read_header(path, content)
+    require_surface(path, header)
+    vertices = next(own for own in header.elements if own.name == "vertex")
+    places = [vertices.place(name) for name in _COLOURS]
+    found = [vertices.properties[place] for place in places if place is not None]
+    if len(found) < len(_COLOURS) or any(each.length is not None for each in found):
+        return None
+    columns = columns_of(path, content, header, {"vertex": _COLOURS})
+    values = np.stack([columns[name].values for name in _COLOURS], axis=1).astype(np.float64)
+    if found[0].kind.kind == "f":
+        values = np.nan_to_num(values) * 255
+    return np.clip(np.round(values), 0, 255).astype(np.uint8)
+
 
 _AXES = ("x", "y", "z")
 _CORNERS = ("vertex_indices", "vertex_index")
