@@ -24,7 +24,7 @@ from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.draw.stage import Stage
 from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.pictures.settings import ARRAYS
-from elastomorph.farm.pictures.sheet import contact_sheet
+from elastomorph.farm.reading.sheets import contact_sheet
 from elastomorph.samples import expressions, head
 
 LABELS = tuple(name for name in ARRAYS if name != "colour")

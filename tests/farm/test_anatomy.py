@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.farm.sampling.anatomy import Anatomy
 from elastomorph.farm.sampling.columns import LEVELS, Column, Columns
+from elastomorph.farm.sampling.controls import Anatomy
 
 FACES = 4000
 

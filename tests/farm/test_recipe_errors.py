@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elastomorph as em
-from elastomorph.farm.sampling.reading_recipes import read_recipe, recipe_from
+from elastomorph.farm.sampling.recipe import read_recipe, recipe_from
 
 SPARSE = '[[mixture]]\nkind = "sparse"\n'
 

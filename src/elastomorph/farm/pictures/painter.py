@@ -1,23 +1,351 @@
-"""Pictures of faces of one rig, with labels that are right to the pixel."""
+"""Pictures of faces of one rig, with labels that are right to the pixel.
+
+The colour picture of a view has materials under a lamp and under light from all around, shadows of
+the lamp, hollows that are dark, smooth edges, and what shines through on top.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
+from elastomorph.draw.textures import encoded
 from elastomorph.errors import ParameterError
-from elastomorph.farm.pictures.colours import colour_picture
-from elastomorph.farm.pictures.scenes import Frame, Scene, scene_of
 from elastomorph.farm.pictures.settings import ARRAYS, LARGEST
 from elastomorph.farm.pictures.subject import PARTS, Subject
-from elastomorph.farm.pictures.view import View
+from elastomorph.farm.pictures.view import Frame, Points, Scene, Seen, View, mixed, scene_of
 from elastomorph.rig.build import extent_of
 from elastomorph.rig.rig import Rig
 
-__all__ = ["Painter"]
+Colours = NDArray[np.float32]
+
+_EXPOSURE = 0.9
+_GROUND = 0.5  # of the light from all around that comes from below
+_SOFT = np.isin(PARTS, ("skin", "lips", "gum", "tongue", "mouth", "nostril"))
+_AROUND = np.array([0.28, 0.14, 0.10], dtype=np.float32)
+"""How far light comes around the edge of what is lit, in skin: red farthest."""
+_GLOSS = 0.55
+
+
+def clothed(view: View, points: Points) -> Colours:
+    """(N, 4) linear colour and opacity of points in even light, without highlights."""
+    subject = view.subject
+    cloth = subject.cloth[points.triangle]
+    colours = np.stack([own.colour for own in subject.cloths])[cloth]
+    for number, own in enumerate(subject.cloths):
+        mine = np.flatnonzero(cloth == number) if own.texels is not None else cloth[:0]
+        if own.texels is None or not len(mine):
+            continue
+        triangle = points.triangle[mine]
+        places = subject.places[triangle]
+        level = own.texels.level(_texels_a_pixel(view, triangle, own.texels.levels[0].shape))
+        colours[mine] = own.texels.at(mixed(points.weights[mine], places), level)
+    return np.asarray(colours)
+
+
+def radiance(
+    view: View, points: Points, lit: NDArray[np.float32], open_: NDArray[np.float32]
+) -> tuple[Colours, NDArray[np.float32]]:
+    """(N, 3) linear light from points to the camera, and (N,) their opacity.
+
+    Args:
+        view: What they are on.
+        points: N of them.
+        lit: (N,) how much of the lamp they see, see `shadows`.
+        open_: (N,) how much of the light from all around, see `hollows`.
+    """
+    scene, subject = view.scene, view.subject
+    colours = clothed(view, points)
+    lamp, above = scene.lamp.astype(np.float32), scene.above.astype(np.float32)
+    facing = points.normal @ lamp
+    soft = np.where(_SOFT[subject.part[points.triangle]][:, None], _AROUND, np.float32(0))
+    # Light that enters skin leaves it elsewhere: beyond the edge of what is lit too.
+    around = np.clip((facing[:, None] + soft) / (1 + soft), 0, 1) ** (1 + soft)
+    direct = around * lit[:, None] * scene.light.astype(np.float32)
+    sky = (1 + _GROUND + (1 - _GROUND) * (points.normal @ above)) / 2
+    even = (sky * open_)[:, None] * scene.ambient.astype(np.float32)
+    shown = colours[:, :3] * (direct + even)
+    shown += (_highlight(view, points, lamp) * lit)[:, None] * scene.light.astype(np.float32)
+    unlit = np.array([own.unlit for own in subject.cloths])[subject.cloth[points.triangle]]
+    shown = np.where(unlit[:, None], colours[:, :3], np.float32(_EXPOSURE) * shown)
+    return shown, colours[:, 3]
+
+
+def _highlight(view: View, points: Points, lamp: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(N,) Blinn and Phong: how much of the lamp is mirrored to the camera."""
+    cloth = view.subject.cloth[points.triangle]
+    shine = np.array([own.shine for own in view.subject.cloths], dtype=np.float32)[cloth]
+    polish = np.array([own.polish for own in view.subject.cloths], dtype=np.float32)[cloth]
+    length = np.sqrt(np.einsum("ni,ni->n", points.position, points.position))
+    half = lamp - points.position / length[:, None]
+    half /= np.maximum(np.sqrt(np.einsum("ni,ni->n", half, half)), np.float32(1e-6))[:, None]
+    mirrored = np.maximum(np.einsum("ni,ni->n", half, points.normal), 0) ** (2 * polish)
+    before = np.clip(4 * (points.normal @ lamp), 0, 1)
+    return np.asarray(np.float32(_GLOSS) * shine * mirrored * before)
+
+
+def _texels_a_pixel(view: View, triangle: NDArray[np.int64], shape: tuple[int, ...]) -> float:
+    """How many texels of an image one pixel covers, over some seen triangles."""
+    corners = view.places[view.subject.triangles[triangle]]
+    pixels = _areas(corners).sum()
+    texels = _areas(view.subject.places[triangle].astype(np.float64)).sum() * shape[0] * shape[1]
+    return float(texels / max(pixels, 1e-12))
+
+
+def _areas(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.asarray(np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]) / 2)
+
+
+Shares = NDArray[np.float32]
+
+_LAMP = 0.07
+"""Radius of the lamp over its distance."""
+_RAYS, _TILE = 3, 3
+_GOLDEN = np.pi * (3 - np.sqrt(5))
+_LIFT, _LIFT_TURNED = 0.003, 0.05  # of D
+_DARK = -0.35
+"""Cosine below which no light comes round the edge of what is lit, see `shading`."""
+_REACH = 0.11
+"""How far hollows are felt, in D: mouth, nostrils and the corners of the eyes are dark."""
+_DIRECTIONS = 16
+_DARKNESS, _LEVEL = 1.1, 0.02
+
+
+def shadows(
+    view: View, points: Points, pixel: NDArray[np.int64], width: int, extent: float
+) -> Shares:
+    """(N,) how much of the lamp each point sees, from 0 to 1.
+
+    Rays start a little off the surface, farther where it is turned from the lamp, for smooth
+    normals reach beyond the polygons they are of. Each of three by three pixels asks other places
+    of the lamp, so that their mean has seen all of it.
+
+    Args:
+        view: What the points are on.
+        points: N of them.
+        pixel: (N,) row · width + column, where they are seen.
+        width: Of the picture.
+        extent: D.
+    """
+    lamp = view.scene.lamp
+    across = np.cross(lamp, [0.0, 1.0, 0.0] if abs(lamp[1]) < 0.9 else [1.0, 0.0, 0.0])
+    across /= np.linalg.norm(across)
+    along = np.cross(lamp, across)
+    facing = points.normal @ lamp.astype(np.float32)
+    asked = np.flatnonzero(facing > _DARK)
+    lifted = _LIFT + _LIFT_TURNED * np.clip(0.3 - facing[asked], 0, 0.6)
+    start = points.position[asked] + points.normal[asked] * (extent * lifted)[:, None]
+    own = pixel[asked] % width % _TILE + _TILE * (pixel[asked] // width % _TILE)
+    seen = np.zeros(len(facing), dtype=np.float32)
+    # Places on the lamp: turns by the golden angle, evenly spread in the disc.
+    places = np.arange(_RAYS * _TILE**2)
+    radius = _LAMP * np.sqrt((places + 0.5) / len(places))
+    aside = np.stack([radius * turn(places * _GOLDEN) for turn in (np.cos, np.sin)], axis=1)
+    ways = lamp + aside[:, :1] * across + aside[:, 1:] * along
+    for ray in range(_RAYS):
+        seen[asked] += view.solid.free(start, ways[own + ray * _TILE**2])
+    return seen / np.float32(_RAYS)
+
+
+def smoothed(shares: Shares, depth: NDArray[np.float32], step: float) -> Shares:
+    """(H, W) means of three by three pixels, of those within a step in depth.
+
+    Where there is nothing, which is at a depth of infinity, of all that are there.
+    """
+    height, width = shares.shape
+    around = np.pad(shares, 1)
+    beyond = np.pad(depth, 1, constant_values=np.inf)
+    total, count = np.zeros_like(shares), np.zeros_like(shares)
+    nothing = ~np.isfinite(depth)
+    here = np.where(nothing, 0, depth)
+    for down in range(3):
+        for right in range(3):
+            box = np.s_[down : down + height, right : right + width]
+            alike = (np.abs(beyond[box] - here) < step) | (nothing & np.isfinite(beyond[box]))
+            total += np.where(alike, around[box], 0)
+            count += alike
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), 1))
+
+
+def hollows(
+    position: NDArray[np.float32], normal: NDArray[np.float32], pixels: float, extent: float
+) -> Shares:
+    """(H, W) how much of the light from all around reaches each pixel, from 0 to 1.
+
+    What stands around within reach takes light away (McGuire et al., the Alchemy screen-space
+    ambient obscurance algorithm, 2011).
+
+    Args:
+        position: (H, W, 3) in the camera's axes; far away where there is nothing.
+        normal: (H, W, 3) unit.
+        pixels: How many of them D takes in the picture.
+        extent: D.
+    """
+    height, width = position.shape[:2]
+    reach = max(2, round(_REACH * pixels))
+    padded = np.pad(position, ((reach, reach), (reach, reach), (0, 0)), mode="edge")
+    taken = np.zeros((height, width), dtype=np.float32)
+    least = np.float32((_LEVEL * extent) ** 2)
+    for step in range(_DIRECTIONS):
+        radius = reach * np.sqrt((step + 0.5) / _DIRECTIONS)
+        angle = step * _GOLDEN
+        x, y = (reach + round(float(radius * turn(angle))) for turn in (np.cos, np.sin))
+        way = padded[y : y + height, x : x + width] - position
+        squared = np.einsum("hwk,hwk->hw", way, way)
+        above = np.einsum("hwk,hwk->hw", way, normal) - np.float32(0.004 * extent)
+        taken += np.maximum(above, 0) / (squared + least)
+    share = taken * np.float32(_DARKNESS * 2 * _REACH * extent / _DIRECTIONS)
+    # Means of three by three pixels, at the border of those that there are.
+    return uniform_filter(np.maximum(1 - share, 0), 3, mode="nearest")
+
+
+_FINER = 2
+"""Samples across a pixel at an edge; elsewhere its middle tells its colour."""
+_STEP = 0.01
+"""In D: neighbours farther apart in depth have an edge between them."""
+_BEND = 0.85
+"""Least cosine of the normals of neighbours without an edge between them."""
+_FAR = 1e6
+_CODES = np.rint(255 * encoded(np.linspace(0, 1, 4096))).astype(np.uint8)
+
+
+@dataclass(frozen=True, eq=False)
+class _Middles:
+    """What the middles of pixels show, (H, W).
+
+    Attributes:
+        depth: Along the camera's axis; infinite where nothing is.
+        edges: Whether a pixel differs from one beside it.
+        lit: How much of the lamp it sees, see `shadows`.
+        open_: How much of the light from all around, see `hollows`.
+    """
+
+    depth: NDArray[np.float32]
+    edges: NDArray[np.bool_]
+    lit: NDArray[np.float32]
+    open_: NDArray[np.float32]
+
+
+def colour_picture(
+    view: View, found: Seen, pixel: NDArray[np.int64], size: tuple[int, int], extent: float
+) -> NDArray[np.uint8]:
+    """(H, W, 3) sRGB.
+
+    Args:
+        view: The subject before the camera.
+        found: What rays through the middles of pixels meet.
+        pixel: (N,) row · width + column of each of those rays.
+        size: Height and width.
+        extent: D.
+    """
+    own, far = pixel[found.ray], _STEP * extent
+    middles = _middles(view, found.points, own, size, extent)
+    inner = ~middles.edges.reshape(-1)[own]
+    fine_pixel, fine = _refined(view, middles.edges)
+    every = Points.joined([found.points.only(inner), fine])
+    of_pixel = np.concatenate([own[inner], fine_pixel])
+    count = len(of_pixel) - len(fine_pixel)
+    behind = np.zeros(len(of_pixel))
+    behind[count:] = fine.position[:, 2] - middles.depth.reshape(-1)[fine_pixel]
+    lit, open_ = (
+        _taken(each, of_pixel, behind > far, behind < -far) for each in (middles.lit, middles.open_)
+    )
+    shown = radiance(view, every, lit, open_)[0]
+    picture = np.tile(view.scene.background.astype(np.float32), (size[0] * size[1], 1))
+    picture[own[inner]] = shown[:count]
+    _average(picture, fine_pixel, shown[count:])
+    for veil in reversed(found.veils):
+        where = pixel[veil.ray]
+        veiled = shadows(view, veil.points, where, size[1], extent)
+        colour, opacity = radiance(view, veil.points, veiled, middles.open_.reshape(-1)[where])
+        picture[where] += opacity[:, None] * (colour - picture[where])
+    codes = np.rint(np.clip(picture, 0, 1) * np.float32(len(_CODES) - 1)).astype(np.int64)
+    return np.asarray(_CODES[codes].reshape(*size, 3))
+
+
+def _middles(
+    view: View, points: Points, pixel: NDArray[np.int64], size: tuple[int, int], extent: float
+) -> _Middles:
+    row, column = pixel // size[1], pixel % size[1]
+    position = np.full((*size, 3), _FAR * extent, dtype=np.float32)
+    normal = np.zeros((*size, 3), dtype=np.float32)
+    cloth, lit = np.full(size, -1), np.ones(size, dtype=np.float32)
+    position[row, column], normal[row, column] = points.position, points.normal
+    cloth[row, column] = view.subject.cloth[points.triangle]
+    lit[row, column] = shadows(view, points, pixel, size[1], extent)
+    depth = np.where(cloth >= 0, position[..., 2], np.inf)
+    mean = float(points.position[:, 2].mean()) if len(pixel) else extent
+    wide = float(view.scene.intrinsics[0, 0]) * extent / mean
+    return _Middles(
+        depth=depth,
+        edges=_edges(position, normal, cloth, extent),
+        lit=smoothed(lit, depth, _STEP * extent),
+        open_=hollows(position, normal, wide, extent),
+    )
+
+
+def _edges(
+    position: NDArray[np.float32],
+    normal: NDArray[np.float32],
+    cloth: NDArray[np.int64],
+    extent: float,
+) -> NDArray[np.bool_]:
+    """(H, W) pixels that differ from the next one in material, depth or direction."""
+    edges = np.zeros(cloth.shape, dtype=bool)
+    depth = position[..., 2]
+    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        cosine = np.einsum("hwk,hwk->hw", normal[one], normal[other])
+        apart = np.abs(depth[one] - depth[other]) > _STEP * extent
+        differ = (cloth[one] != cloth[other]) | ((cloth[one] >= 0) & (apart | (cosine < _BEND)))
+        edges[one] |= differ
+        edges[other] |= differ
+    return edges
+
+
+def _refined(view: View, edges: NDArray[np.bool_]) -> tuple[NDArray[np.int64], Points]:
+    """What is seen at finer samples of the pixels at edges, and the pixel that each is of."""
+    row, column = np.nonzero(edges)
+    inside = (np.arange(_FINER) + 0.5) / _FINER - 0.5
+    down, right = (own.reshape(-1) for own in np.meshgrid(inside, inside, indexing="ij"))
+    x, y = column[:, None] + right, row[:, None] + down
+    found = view.look(np.column_stack([x.reshape(-1), y.reshape(-1)]))
+    of_sample = (row * edges.shape[1] + column).repeat(_FINER**2)
+    return of_sample[found.ray], found.points
+
+
+def _taken(
+    shares: NDArray[np.float32],
+    pixel: NDArray[np.int64],
+    beyond: NDArray[np.bool_],
+    before: NDArray[np.bool_],
+) -> NDArray[np.float32]:
+    """(N,) of (H, W) shares of light at pixels, for samples beyond or before what these show.
+
+    Those are of a surface that a pixel beside shows: the darkest beyond an edge, as in a nostril
+    or between lips, the brightest before it.
+    """
+    found = shares.reshape(-1)[pixel]
+    found[beyond] = minimum_filter(shares, 3).reshape(-1)[pixel[beyond]]
+    found[before] = maximum_filter(shares, 3).reshape(-1)[pixel[before]]
+    return np.asarray(found)
+
+
+def _average(
+    picture: NDArray[np.float32], pixel: NDArray[np.int64], shown: NDArray[np.float32]
+) -> None:
+    """Put the means of finer samples into their pixels; where nothing is seen is background."""
+    hits = np.bincount(pixel, minlength=len(picture))
+    touched = np.flatnonzero(hits)
+    total = np.stack([np.bincount(pixel, own, len(picture))[touched] for own in shown.T], axis=1)
+    free = (_FINER**2 - hits[touched])[:, None] * picture[touched]
+    picture[touched] = (total + free) / _FINER**2
+
 
 Label = tuple[tuple[int, ...], str, Mapping[str, Any]]
 _PIXELS = "x right, y down, the middle of the first pixel at 0, 0"

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-__all__ = ["ARRAYS", "SETTINGS", "Setting"]
-
 LARGEST = 4096
 """Most pixels that a picture has on a side."""
 

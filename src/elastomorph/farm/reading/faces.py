@@ -20,7 +20,7 @@ from elastomorph.farm.storage.stores import Order, naming_damage, naming_store, 
 from elastomorph.rig.rig import Rig
 
 if TYPE_CHECKING:
-    from elastomorph.farm.reading.picture_rows import PictureRows
+    from elastomorph.farm.reading.rows import PictureRows
     from elastomorph.farm.reading.torch_faces import FaceDataset
 
 _OWN = ("vertices", "weights", "values", "codes")
@@ -119,7 +119,7 @@ class FaceSet:
             ParameterError: There is no such array.
             MissingExtraError: Dask is not installed.
         """
-        from elastomorph.farm.reading.lazy import lazy_array
+        from elastomorph.farm.reading.rows import lazy_array
 
         return lazy_array(self, name)
 
@@ -129,7 +129,7 @@ class FaceSet:
         Raises:
             ParameterError: The data set holds no pictures.
         """
-        from elastomorph.farm.reading.picture_rows import PictureRows
+        from elastomorph.farm.reading.rows import PictureRows
 
         return PictureRows(self)
 

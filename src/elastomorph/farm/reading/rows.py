@@ -1,14 +1,102 @@
-"""Arrays with a row a face that are read or made when they are sliced."""
+"""Arrays with a row a face that are read or made when they are sliced, with NumPy or with Dask."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from elastomorph.errors import MissingExtraError, ParameterError
+from elastomorph.farm.storage.contents import IMAGES
+from elastomorph.numbers import power_of_two
+
+if TYPE_CHECKING:
+    from elastomorph.farm.reading.faces import FaceSet
+
+
+_CHUNK_BYTES = 32 * 2**20
+
+
+@dataclass(frozen=True, eq=False)
+class LazyRows:
+    """An array of a data set that is pickled as the place where it is."""
+
+    faces: FaceSet
+    name: str
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+
+    @property
+    def ndim(self) -> int:
+        """How many axes."""
+        return len(self.shape)
+
+    def __getitem__(self, index: Any) -> NDArray[Any]:
+        return self.faces.array(self.name)[index]
+
+
+def lazy_array(faces: FaceSet, name: str) -> Any:
+    """See `FaceSet.as_dask`."""
+    try:
+        from dask.array import from_array
+        from dask.base import tokenize
+    except ImportError:
+        raise MissingExtraError("dask", "farm") from None
+    rows = faces.array(name)
+    row_bytes = int(np.prod(rows.shape[1:])) * rows.dtype.itemsize
+    fitting = power_of_two(_CHUNK_BYTES // max(1, row_bytes))
+    return from_array(  # type: ignore[no-untyped-call]
+        LazyRows(faces, name, rows.shape, rows.dtype),
+        chunks=(min(faces.data.plan.unit, fitting), *rows.shape[1:]),
+        name=f"{name}-{tokenize(faces.__reduce__()[1][1], faces.data.order.key, name)}",
+        asarray=False,
+        lock=False,
+        meta=np.empty((0,) * len(rows.shape), rows.dtype),
+    )
+
+
+def pictured(faces: FaceSet) -> dict[str, Rows]:
+    """The arrays of the pictures that are stored, by their names without the folder."""
+    return {
+        name.removeprefix(IMAGES): rows
+        for name, rows in faces.labels.items()
+        if name.startswith(IMAGES)
+    }
+
+
+class PictureRows:
+    """``pictures[7]`` is a dict of what is stored of face 7, ``pictures[10:20]`` of ten of them.
+
+    Keys are ``weights`` ((J,) float64 of the rig's sliders) and the arrays of the pictures without
+    their folder, as they are stored: ``colour`` ((H, W, 3) uint8 sRGB), ``depth``, ``normals``,
+    ``parts``, ``landmarks``, ``camera``, ``head``, ``intrinsics``. What is asked for by several
+    numbers has one more axis in front.
+
+    Attributes:
+        arrays: The same by name, each to be sliced by itself; `Rows.attributes` say what they mean.
+    """
+
+    def __init__(self, faces: FaceSet) -> None:
+        found = pictured(faces)
+        if not found:
+            raise ParameterError(
+                f"{faces.data.order.url} holds no pictures; data sets made with  --render 256  do"
+            )
+        self.arrays: Mapping[str, Rows] = found | {"weights": faces.weights}
+
+    def __len__(self) -> int:
+        return len(self.arrays["weights"])
+
+    def __getitem__(self, index: Any) -> dict[str, NDArray[Any]]:
+        return {name: rows[index] for name, rows in self.arrays.items()}
+
+    def __iter__(self) -> Iterator[dict[str, NDArray[Any]]]:
+        return (self[number] for number in range(len(self)))
+
 
 Selection = slice | NDArray[np.int64]
 

@@ -11,7 +11,7 @@ from elastomorph.errors import ParameterError
 from elastomorph.farm.sampling.columns import LEVELS, TIME, Codes, Column
 from elastomorph.farm.sampling.controls import Controls, KeyedError
 from elastomorph.farm.sampling.keys import key
-from elastomorph.farm.sampling.laws import codes_of, normal
+from elastomorph.farm.sampling.lanes import codes_of, normal
 from elastomorph.farm.sampling.rules import FARTHEST, Span
 from elastomorph.rig.timing import NAMES, by_name
 

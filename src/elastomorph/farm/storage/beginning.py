@@ -26,10 +26,12 @@ from elastomorph.farm.storage.layout import (
     Plan,
     group_of,
     opened,
+    packed,
     plan_of,
+    rig_hash,
+    same_rig,
 )
 from elastomorph.farm.storage.posing import Poser
-from elastomorph.farm.storage.rigs import packed, rig_hash, same_rig
 from elastomorph.farm.storage.shards import zarr_codecs
 from elastomorph.farm.storage.stores import Objects, Order
 from elastomorph.farm.storage.wanted import LEAST, Wanted
