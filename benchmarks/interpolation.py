@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import elastomorph as em
-from elastomorph.rivals.curve_problem import CurveProblem
-from elastomorph.rivals.finite_difference import integrate
+from elastomorph.rivals.stepped_beams import CurveProblem, integrate
 from elastomorph.samples import expressions, head
 from measuring import best_seconds, data_folder
 

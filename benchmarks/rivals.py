@@ -30,9 +30,15 @@ from elastomorph.io.sequences import read_recording
 from elastomorph.model.geometry import connected_parts
 from elastomorph.paths import Method
 from elastomorph.rivals import RIVALS, Cost, with_rivals
-from elastomorph.rivals.comparison import OWN, cost_of, cost_texts, through_poses
-from elastomorph.rivals.own_method import OwnMethod
-from elastomorph.rivals.process import run, run_apart
+from elastomorph.rivals.comparison import (
+    OWN,
+    OwnMethod,
+    cost_of,
+    cost_texts,
+    run,
+    run_apart,
+    through_poses,
+)
 from elastomorph.samples import recorded_motion
 from measuring import data_folder
 from real_capture import marker_curves

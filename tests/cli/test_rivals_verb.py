@@ -12,7 +12,7 @@ from calls import status_of
 
 import elastomorph as em
 from elastomorph.rivals import VertexCubic, with_rivals
-from elastomorph.rivals.process import run
+from elastomorph.rivals.comparison import run
 
 SHEET = em.Mesh(
     [[x, y, 0.1 * x * y] for x in range(4) for y in range(4)],

@@ -17,7 +17,7 @@ from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.evaluation.confidence import Confidence
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
-from elastomorph.evaluation.key_frames import Choice, LargestError
+from elastomorph.evaluation.inbetweens import Choice, LargestError
 from elastomorph.evaluation.movements import evaluate_movements
 from elastomorph.io.npz.confidence import write_confidence
 from elastomorph.paths.through import cardinal_curves

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from elastomorph.evaluation.key_frames import (
+from elastomorph.evaluation.inbetweens import (
     Choice,
     LargestError,
     MeanSquare,

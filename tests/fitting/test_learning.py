@@ -11,10 +11,10 @@ import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.movements import find_movements
+from elastomorph.fitting import learning as repeating
 from elastomorph.fitting import recordings
-from elastomorph.fitting import repetitions as repeating
+from elastomorph.fitting.learning import Take
 from elastomorph.fitting.path_fit import Observed, Splines, fitted
-from elastomorph.fitting.takes import Take
 from elastomorph.io.sequences import read_recording
 from elastomorph.io.vertex_lists import read_curves
 

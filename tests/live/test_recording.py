@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from elastomorph.io.performance import read_performance
 from elastomorph.live.packets import COLUMNS, NAMES, decode, encode
-from elastomorph.live.phones import Phone
-from elastomorph.live.recording import Recorder
 from elastomorph.live.replay import packets_of
+from elastomorph.live.session import Phone, Recorder
 from elastomorph.rig.performance import Performance
 from streams import packet, weights
 

@@ -51,7 +51,7 @@ def rig() -> Rig:
 @pytest.fixture
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A page that takes long to draw, as on a busy machine, is waited for."""
-    monkeypatch.setattr("elastomorph.live.pages._PATIENCE", 1000.0)
+    monkeypatch.setattr("elastomorph.live.serving._PATIENCE", 1000.0)
 
 
 class Watcher:

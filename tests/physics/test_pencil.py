@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array, kron
 
 from elastomorph.errors import ParameterError
-from elastomorph.physics.pencil import Pencil
+from elastomorph.physics.plate import Pencil
 
 
 def strip(count: int) -> csc_array:

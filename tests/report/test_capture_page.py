@@ -22,8 +22,13 @@ from needs import MODULES, extra
 extra("embreex", "capture")
 cv2 = extra("cv2", "capture")
 
-from elastomorph.report.capture import (  # noqa: E402
+from elastomorph.report.capture import (  # noqa: E402  # noqa: E402
+    Trust,
     capture_page,
+    duration,
+    findings,
+    headline,
+    vertex_groups,
     write_capture_report,
     write_register_report,
 )
@@ -33,13 +38,6 @@ from elastomorph.report.capture_pictures import (  # noqa: E402
     confidence_colours,
     frontal,
     pose_picture,
-)
-from elastomorph.report.capture_tables import duration  # noqa: E402
-from elastomorph.report.capture_trust import (  # noqa: E402
-    Trust,
-    findings,
-    headline,
-    vertex_groups,
 )
 
 AXE = MODULES / "axe-core" / "axe.min.js"

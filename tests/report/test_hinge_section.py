@@ -16,7 +16,7 @@ from elastomorph.draw.sheet import text_size_for
 from elastomorph.evaluation.rigid_bodies import Hinge, find_hinge, find_rigid_parts, hinge_errors
 from elastomorph.model.mesh import FaceLabels
 from elastomorph.model.morph import Morph
-from elastomorph.report.hinge import Jaw, hinge_section
+from elastomorph.report.walkthrough import Jaw, hinge_section
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]

@@ -27,9 +27,9 @@ from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method
 from elastomorph.physics import Material
 from elastomorph.report import About, Picture, report_page, write_report
+from elastomorph.report.comparison import live_viewer
 from elastomorph.report.document import Section
 from elastomorph.report.facts import compared
-from elastomorph.report.live import live_viewer
 from elastomorph.report.recipe import recipe
 
 SCRIPT = (files("elastomorph.report") / "templates" / "copy.js").read_text(encoding="utf-8")
@@ -205,13 +205,13 @@ def test_markers_have_graphs_and_a_sentence_instead_of_a_viewer(markers: Evaluat
 def test_a_face_too_large_for_a_mail_is_thinned_and_then_left_out(
     evaluation: Evaluation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from elastomorph.report import live
+    from elastomorph.report import comparison
 
     def viewer(informed: Sequence[str]) -> Element:
         return shown(live_viewer(evaluation, "ball", informed=informed))
 
     size = len(viewer(["ease R=2"]).one("iframe").attributes["srcdoc"])
-    monkeypatch.setattr(live, "LARGEST", 20_000)
+    monkeypatch.setattr(comparison, "LARGEST", 20_000)
     thinned = viewer(["ease R=2"])
     assert len(thinned.one("iframe").attributes["srcdoc"]) < size
     judged = [result for result in evaluation.results if result.label != "ease R=2"]
@@ -219,7 +219,7 @@ def test_a_face_too_large_for_a_mail_is_thinned_and_then_left_out(
     kept = {"linear", "beam R=2", best}
     left_out = [result.label for result in evaluation.results if result.label not in kept]
     assert f"it does not hold {', '.join(left_out)}." in thinned.text
-    monkeypatch.setattr(live, "_MOST", 1000)
+    monkeypatch.setattr(comparison, "_MOST", 1000)
     none = viewer([])
     assert not none.all("iframe")
     assert "does not fit" in none.text
@@ -255,11 +255,11 @@ def test_the_viewer_holds_what_a_rig_gets_unless_asked_otherwise(
     evaluation: Evaluation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """However small it must be; and calls nothing recorded that was not."""
-    from elastomorph.report import live
+    from elastomorph.report import comparison
 
     methods = ["linear", "cosine", "ease:2", "rotation", "auto"]
     many = evaluate(evaluation.truth, methods, evaluation.curves)
-    monkeypatch.setattr(live, "LARGEST", 1)
+    monkeypatch.setattr(comparison, "LARGEST", 1)
     viewer = shown(live_viewer(many, "ball", truth="known way"))
     left_out = viewer.text.split("it does not hold ")[1].split(".")[0]
     assert "rotation" in left_out

@@ -19,8 +19,8 @@ from elastomorph.model.bend_curve import BendCurve
 from elastomorph.model.morph import Choice, Morph
 from elastomorph.paths import interpolate
 from elastomorph.report import Picture
-from elastomorph.report.advice import TargetPictures, advice, targets_table
 from elastomorph.report.subject import Subject, built_in_subject
+from elastomorph.report.walkthrough import TargetPictures, advice, targets_table
 from elastomorph.report.walkthrough_page import BeamTiming, beam_words, write_walkthrough_report
 from elastomorph.viewer.page import shipped_page
 

@@ -9,9 +9,13 @@ from sheets import between
 import elastomorph as em
 from elastomorph.physics import Load, Material
 from elastomorph.rivals import FiniteDifference, FiniteElement
-from elastomorph.rivals.curve_problem import CurveProblem, newmark
-from elastomorph.rivals.finite_difference import by_differences, integrate
-from elastomorph.rivals.finite_element import by_elements
+from elastomorph.rivals.stepped_beams import (
+    CurveProblem,
+    by_differences,
+    by_elements,
+    integrate,
+    newmark,
+)
 
 
 def smooth_problem(size: int, closed: bool, load: Load, closure: str = "limit") -> CurveProblem:

@@ -6,9 +6,7 @@ from sheets import between, turn
 
 import elastomorph as em
 from elastomorph.rivals import ElasticSolid
-from elastomorph.rivals.elastic_solid import Head
-from elastomorph.rivals.lattice import Closed, Lattice
-from elastomorph.rivals.solid import Solid
+from elastomorph.rivals.elastic_solid import Closed, Head, Lattice, Solid
 from elastomorph.samples import recorded_motion
 
 AXIS = np.array([1.0, 2.0, -0.5])

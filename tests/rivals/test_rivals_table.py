@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.rivals import RIVALS, Rival, VertexCubic, with_rivals
-from elastomorph.rivals.comparison import through_poses
-from elastomorph.rivals.process import run, run_apart
+from elastomorph.rivals.comparison import run, run_apart, through_poses
 from elastomorph.rivals.rival import Faces
 
 

@@ -22,9 +22,13 @@ from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.model.appearance import Material, Texture
 from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.viewer import ViewerServer
-from elastomorph.viewer.landmark_task import landmark_task, solved_cameras
+from elastomorph.viewer.landmark_task import (
+    PackedSurface,
+    landmark_task,
+    pack_surface,
+    solved_cameras,
+)
 from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
-from elastomorph.viewer.surfaces import PackedSurface, pack_surface
 
 FILE = {"version": 1, "vertices": {"chin": 3}, "photographs": {}, "points": {}}
 

@@ -18,15 +18,6 @@ from elastomorph.physics.beam import ModeTransform
 from elastomorph.rig import Rig
 from elastomorph.rig.sliders import spread_rows, weight_combinations
 
-__all__ = [
-    "PAPER_MILLISECONDS",
-    "PAPER_SECONDS",
-    "PAPER_VERTICES",
-    "DirectBlend",
-    "FaceSpeed",
-    "face_speeds",
-]
-
 PAPER_VERTICES = 5071
 PAPER_SECONDS = {259: 2.46, 7775: 72.748}
 """The paper's times for so many faces of `PAPER_VERTICES` vertices (Sec. 5)."""

@@ -1,11 +1,16 @@
-"""From captured motions to the material and the load they have in common."""
+"""From captured motions to the material and the load they have in common.
+
+The best material and load are found, and how far each constant may be from them. Motions are fitted
+together, then each time without one of them; and every curve alone.
+"""
 
 from __future__ import annotations
 
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,20 +18,382 @@ from numpy.typing import NDArray
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import MeshError, ParameterError, TimeLawWarning, TopologyError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
-from elastomorph.fitting.cross_validation import (
-    Constants,
-    Solution,
-    Validated,
-    constants,
-    fit_curves,
-    validated,
-)
-from elastomorph.fitting.modal_sums import LawSums, ModalSums, Objective, curve_sums
-from elastomorph.fitting.results import Errors, Fit
+from elastomorph.fitting.modal_sums import EXCURSION, LawSums, ModalSums, Objective, curve_sums
+from elastomorph.fitting.results import CurveFit, Errors, Fit, Ratio
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.paths import Method, interpolate
-from elastomorph.physics import CLOSURES
+from elastomorph.physics import CLOSURES, Load, Material
+
+CONFIDENCE = 0.95
+# Captures that differ by less than a millionth of the movement are the same capture.
+_PRECISION = 1e-12
+_GRID = 14
+_APART = 1.0
+_LARGEST_STEP = 1.0
+_BISECTIONS = 12
+
+
+class Optimum(NamedTuple):
+    """A point, (R + 1,) as in `elastomorph.fitting.modal_sums`, with its misfit and penalty."""
+
+    point: NDArray[np.float64]
+    cost: float
+
+
+def minimised(objective: Objective, start: NDArray[np.float64], free: NDArray[np.bool_]) -> Optimum:
+    """The optimum nearest to a start, with some parameters fixed."""
+    from scipy.optimize import least_squares
+
+    low, high = objective.bounds
+    point = np.clip(start, low, high)
+    if not free.any():
+        return Optimum(point, objective.cost(point))
+
+    def residuals(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        moved = point.copy()
+        moved[free] = values
+        return objective.residuals(moved)
+
+    solved = least_squares(
+        residuals,
+        point[free],
+        bounds=(low[free], high[free]),
+        xtol=1e-12,
+        ftol=1e-14,
+        gtol=1e-15,
+        max_nfev=200,
+    )
+    found = point.copy()
+    found[free] = solved.x
+    return Optimum(found, objective.cost(found))
+
+
+def best_load(objective: Objective) -> Optimum:
+    """The best load for curves so stiff that all follow it: p(t)/p(1) is linear in p."""
+    if objective.degree == 1:
+        return Optimum(objective.bounds[0], objective.cost(objective.bounds[0]))
+    sums = objective.sums
+    changes = np.zeros((sums.aims.shape[1], objective.degree - 1))
+    changes[0] = -1.0
+    changes[np.arange(1, objective.degree), np.arange(objective.degree - 1)] = 1.0
+    linear = np.zeros_like(sums.aims)
+    linear[:, 0] = 1.0
+    rows = (sums.factors @ changes).reshape(-1, objective.degree - 1)
+    shares = np.linalg.lstsq(rows, -sums.residuals(linear).ravel(), rcond=None)[0]
+    start = np.concatenate([objective.bounds[0][:2], shares])
+    return minimised(objective, start, np.arange(len(start)) >= 2)
+
+
+def solve(
+    objective: Objective, *, starts: int = 8, near: Sequence[NDArray[np.float64]] = ()
+) -> Optimum:
+    """The best point from the stiff limit, from `near`, and the best of a grid of materials."""
+    stiff = best_load(objective)
+    free = objective.free
+    if not free[:2].any():
+        return stiff
+    points = [stiff.point, *near, *_grid(objective, stiff.point, starts)]
+    found = [stiff] + [minimised(objective, point, free) for point in points]
+    inside = [one for one in found if objective.excursion(one.point) <= EXCURSION]
+    return min(inside or found, key=lambda one: one.cost)
+
+
+def _grid(
+    objective: Objective, stiff: NDArray[np.float64], count: int
+) -> list[NDArray[np.float64]]:
+    """The best materials of a grid around the stiffness of the modes, none close to another."""
+    b = objective.sums.stiffness[1:]
+    if not (count and b.size):
+        return []
+    steps = np.log(np.geomspace(1e-3 * b.min(), 3.0 * b.max(), _GRID))
+    points = [
+        np.concatenate([[damping, mass], stiff[2:]])
+        for damping in steps
+        for mass in (steps if objective.free[1] else stiff[1:2])
+    ]
+    chosen: list[NDArray[np.float64]] = []
+    for point in sorted(points, key=objective.cost):
+        if all(np.abs(point[:2] - other[:2]).max() > _APART for other in chosen):
+            chosen.append(point)
+        if len(chosen) == count:
+            break
+    return chosen
+
+
+def slack(objective: Objective, optimum: Optimum) -> float:
+    """How much worse than the best is still as good, at 95 % and for independent residuals.
+
+    misfit ≤ least misfit · (1 + F₁,ν / ν) with ν numbers more than parameters: the likelihood
+    ratio of normal errors of unknown size.
+    """
+    from scipy.special import fdtri
+
+    freedom = _degrees_of_freedom(objective)
+    misfit = objective.misfit(optimum.point)
+    return max(misfit * float(fdtri(1, freedom, CONFIDENCE)) / freedom, _PRECISION)
+
+
+def interval(objective: Objective, optimum: Optimum, index: int) -> tuple[float, float]:
+    """Where one parameter may be while the others adapt (profile likelihood), maybe infinite."""
+    if not objective.free[index]:
+        return -np.inf, np.inf
+    free = objective.free.copy()
+    free[index] = False
+    limit = optimum.cost + slack(objective, optimum)
+    border = [bound[index] for bound in objective.bounds]
+    ends = []
+    for sign, bound in zip((-1.0, 1.0), border, strict=True):
+        inside, point, step = float(optimum.point[index]), optimum.point, 1e-3
+        outside, bisected = np.nan, 0
+        while bisected < _BISECTIONS:
+            trial = point.copy()
+            if not np.isnan(outside):
+                trial[index] = 0.5 * (inside + outside)
+                bisected += 1
+            elif inside == bound:
+                break
+            else:
+                trial[index] = np.clip(inside + sign * step, *border)
+            others = minimised(objective, trial, free)
+            if others.cost > limit:
+                outside = float(trial[index])
+            else:
+                inside, point = float(trial[index]), others.point
+                step = min(2.0 * step, _LARGEST_STEP)
+        ends.append(sign * np.inf if np.isnan(outside) else outside)
+    return ends[0], ends[1]
+
+
+def load_intervals(
+    objective: Objective, optimum: Optimum, free: NDArray[np.bool_]
+) -> tuple[tuple[float, float], ...]:
+    """Intervals of p₁ … p_R from the Jacobian at the optimum, with some parameters fixed.
+
+    Infinite where a coefficient is not determined.
+    """
+    from scipy.special import stdtrit
+
+    degree = objective.degree
+    if degree == 1:
+        return ((1.0, 1.0),)
+    scale = np.sqrt(objective.sums.total)
+    chosen = np.flatnonzero(free)
+    columns = []
+    for number in chosen:
+        step = np.zeros(len(free))
+        step[number] = 1e-6
+        sides = [
+            objective.sums.residuals(objective.laws(optimum.point + s * step)) for s in (1, -1)
+        ]
+        columns.append((sides[0] - sides[1]).ravel() / (2e-6 * scale))
+    _, singular, right = np.linalg.svd(np.stack(columns, axis=1), full_matrices=False)
+    freedom = _degrees_of_freedom(objective)
+    variance = objective.misfit(optimum.point) / freedom
+    reach = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
+    loads = np.zeros((degree, len(chosen)))
+    shares = chosen >= 2
+    loads[1:, shares] = np.eye(degree - 1)
+    loads[0, shares] = -1.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = (loads @ right.T) / np.where(singular > 1e-10 * singular[0], singular, 0.0)
+    spread = np.nan_to_num(spread, nan=0.0, posinf=np.inf, neginf=-np.inf)
+    half = reach * np.sqrt(variance * (spread**2).sum(axis=1))
+    values = np.concatenate([[1.0 - optimum.point[2:].sum()], optimum.point[2:]])
+    return tuple((float(v - h), float(v + h)) for v, h in zip(values, half, strict=True))
+
+
+def _degrees_of_freedom(objective: Objective) -> int:
+    """Numbers measured beyond those fitted."""
+    return max(3 * objective.sums.count - int(objective.free.sum()), 1)
+
+
+# Starts of a fit without one motion, besides the optimum of them all.
+_FOLD_STARTS = 2
+_UNKNOWN = Ratio(None, 0.0, float("inf"))
+_STILL_SUM = 1e-18
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """One degree fitted to some motions; `stiff` is the best load for curves that all follow it."""
+
+    objective: Objective
+    optimum: Optimum
+    stiff: Optimum
+
+    @property
+    def load(self) -> Load:
+        """p(t) with p(1) = 1."""
+        return self.objective.load(self.optimum.point)
+
+    @property
+    def method(self) -> Method:
+        """The beam."""
+        return Method(
+            "beam",
+            material=self.objective.material(self.optimum.point),
+            load=self.load,
+            closure=self.objective.closure,
+        )
+
+    @property
+    def ease(self) -> Method:
+        """The straight line at the best pace of this degree."""
+        return Method("ease", load=self.objective.load(self.stiff.point))
+
+    @property
+    def laws(self) -> NDArray[np.float64]:
+        """(G, K) coefficients of the law of each B."""
+        return self.objective.laws(self.optimum.point)
+
+    @property
+    def rms(self) -> float:
+        """RMS distance to the motions that were fitted."""
+        sums = self.objective.sums
+        return float(np.sqrt(sums.misfit(self.laws) / sums.count))
+
+    @property
+    def bic(self) -> float:
+        """n ln(misfit) + parameters · ln n; what is exact to six digits is exact."""
+        sums = self.objective.sums
+        misfit = max(sums.misfit(self.laws) / sums.total, 1e-12)
+        parameters = int(self.objective.free.sum())
+        return float(sums.frames * np.log(misfit) + parameters * np.log(sums.frames))
+
+
+@dataclass(frozen=True, eq=False)
+class Validated:
+    """One degree fitted to all motions, and to all but one: no folds of a single motion.
+
+    `left_out_rms` is the RMS distance of each motion to the solution without it; NaN for one alone.
+    """
+
+    whole: Solution
+    folds: tuple[Solution, ...]
+    left_out_rms: float
+
+
+def solved(
+    parts: Sequence[LawSums],
+    degree: int,
+    closure: str,
+    starts: int,
+    near: Sequence[NDArray[np.float64]] = (),
+) -> Solution:
+    """All motions together."""
+    sums = LawSums.together(parts)
+    objective = Objective(sums, degree, closure)
+    stiff = best_load(Objective(sums, degree, "limit"))
+    return Solution(objective, solve(objective, starts=starts, near=near), stiff)
+
+
+def validated(parts: Sequence[LawSums], degree: int, closure: str, starts: int) -> Validated:
+    """All motions together, and without each of them."""
+    whole = solved(parts, degree, closure, starts)
+    if len(parts) < 2:
+        return Validated(whole, (), float("nan"))
+    others = [[*parts[:i], *parts[i + 1 :]] for i in range(len(parts))]
+    fewer, near = min(starts, _FOLD_STARTS), [whole.optimum.point]
+    folds = tuple(solved(fewer_parts, degree, closure, fewer, near) for fewer_parts in others)
+    squared = sum(part.misfit(fold.laws) for part, fold in zip(parts, folds, strict=True))
+    return Validated(whole, folds, float(np.sqrt(squared / sum(part.count for part in parts))))
+
+
+@dataclass(frozen=True, eq=False)
+class Constants:
+    """What a solution says of material and load, and how surely.
+
+    Ratios that nothing bounds from below are at the stiff end of their range in the solution; there
+    is no material where neither ratio matters.
+    """
+
+    solution: Solution
+    damping: Ratio
+    mass: Ratio
+    load_intervals: tuple[tuple[float, float], ...]
+    material: Material | None
+
+
+def constants(fitted: Validated) -> Constants:
+    """Intervals of a solution; constants that may be as small as you like are made so."""
+    whole = fitted.whole
+    objective, optimum = whole.objective, whole.optimum
+    allowed = optimum.cost + slack(objective, optimum)
+    free = objective.free.copy()
+    ends = [interval(objective, optimum, index) for index in (0, 1)]
+    stiff = objective.bounds[0]
+    for index in (1, 0):
+        if np.isinf(ends[index][0]):
+            smallest, others = optimum.point.copy(), free.copy()
+            smallest[index], others[index] = stiff[index], False
+            simpler = minimised(objective, smallest, others)
+            if simpler.cost <= allowed:
+                optimum, free = simpler, others
+    ratios = []
+    for index, (low, high) in enumerate(ends):
+        known = np.isfinite(low) and np.isfinite(high)
+        refits = [float(np.exp(fold.optimum.point[index])) for fold in fitted.folds]
+        ratios.append(
+            Ratio(
+                float(np.exp(optimum.point[index])) if known else None,
+                float(np.exp(low)),
+                float(np.exp(high)),
+                (min(refits), max(refits)) if refits and known else None,
+            )
+        )
+    needless = objective.closure == "limit" and (optimum.point[:2] == stiff[:2]).all()
+    return Constants(
+        Solution(objective, optimum, whole.stiff),
+        ratios[0],
+        ratios[1],
+        load_intervals(objective, optimum, free),
+        None if needless else objective.material(optimum.point),
+    )
+
+
+def fit_curves(
+    sums: Sequence[Sequence[ModalSums]],
+    curves: CurveNetwork,
+    degree: int,
+    closure: str,
+    starts: int,
+    diameter: float,
+    say: Callable[[str], None],
+) -> tuple[CurveFit, ...]:
+    """Each curve fitted alone: do all parts of a face have one material and one load?
+
+    Of each motion, the sums of each curve are given.
+    """
+    found = []
+    for number, curve in enumerate(curves):
+        name = curve.name or str(number)
+        say(f"curve {name} ({number + 1} of {len(curves)})")
+        motions = [parts[number] for parts in sums]
+        moving = [
+            p for p in motions if p.displacement.sum() > _STILL_SUM * diameter**2 and len(p.times)
+        ]
+        if not moving:
+            found.append(CurveFit(name, None, _UNKNOWN, _UNKNOWN, 0.0, 0.0, float("nan")))
+            continue
+        fitted = validated([LawSums.of(p, degree + 1) for p in moving], degree, closure, starts)
+        known = constants(fitted)
+        together = fitted.whole.objective.sums
+        linear = np.zeros_like(together.aims)
+        linear[:, 0] = 1.0
+        found.append(
+            CurveFit(
+                name,
+                known.solution.load,
+                known.damping,
+                known.mass,
+                known.solution.rms / diameter,
+                float(np.sqrt(together.misfit(linear) / together.count)) / diameter,
+                fitted.left_out_rms / diameter,
+            )
+        )
+    return tuple(found)
+
 
 DEGREES = (1, 2, 3, 4)
 HIGHEST = 6

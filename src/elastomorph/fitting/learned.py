@@ -16,8 +16,6 @@ from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig.timing import Timing, linear
 
-__all__ = ["Learned", "PathErrors", "Repetition", "bent", "never_worse"]
-
 _NONE = np.zeros((0, 0))
 # A path carries over if it makes errors of recordings left out so many times smaller.
 _CARRIES = 1.01

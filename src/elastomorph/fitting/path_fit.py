@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 from elastomorph.blas_threads import one_blas_thread
 from elastomorph.model.bend_curve import BendCurve
 
-__all__ = ["Observed", "PathFit", "Splines", "fitted", "unexplained", "worst_mended"]
-
 Floats = NDArray[np.float64]
 
 _ROUNDS: tuple[tuple[int, int], ...] = (

@@ -1,21 +1,250 @@
-"""A rig served to this machine, moved by a phone."""
+"""A rig served to this machine, moved by a phone: poses to its pages, and what people press back.
+
+As for pages themselves (`viewer.server`): the loopback only, a secret in the address, and only the
+page that was served with it may connect to the WebSocket, which browsers tell by its origin. Of
+poses a page is sent the newest when it has drawn the one before the last, so a page that is slow or
+hidden has nothing in wait for it.
+"""
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+import http
+import json
+import logging
+import secrets
+import socket
+import threading
+import time
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from elastomorph.errors import ParameterError
+from elastomorph.errors import MissingExtraError, ParameterError
 from elastomorph.io.atomic import require_writable
-from elastomorph.live.pages import Pages, require_websockets
 from elastomorph.live.receiver import PORT, Receiver
-from elastomorph.live.recording import next_file
-from elastomorph.live.session import Session
+from elastomorph.live.session import Session, next_file
 from elastomorph.rig import Rig
 from elastomorph.viewer import rig_scene, serve
 from elastomorph.viewer.listening import LOOPBACK
 from elastomorph.viewer.scene import Scene
+
+if TYPE_CHECKING:
+    from websockets.http11 import Request, Response
+    from websockets.sync.server import ServerConnection
+
+
+_MOST_BYTES = 256  # of what a page sends
+_MOST_PAGES = 8
+_STATUS = 0.25  # seconds from one status to the next
+_AHEAD = 2  # poses on their way to a page
+_PATIENCE = 1.0  # seconds after which a pose that was not drawn, as in a hidden page, is given up
+_POLICY = 1008
+
+
+def require_websockets() -> None:
+    """Refuse to begin without the package, before any work is done.
+
+    Raises:
+        MissingExtraError: It is not installed.
+    """
+    try:
+        import websockets.sync.server  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError("websockets", "live") from error
+
+
+class Pages:
+    """Serves pages while it is entered with ``with``.
+
+    Args:
+        session: What they show.
+
+    Raises:
+        MissingExtraError: websockets is not installed.
+    """
+
+    def __init__(self, session: Session) -> None:
+        require_websockets()
+        self.session = session
+        self.origins: frozenset[str] = frozenset()
+        """Where the page comes from; nobody may connect before it is known."""
+        self._token = secrets.token_urlsafe(24)
+        self._count = threading.Semaphore(_MOST_PAGES)
+        self._socket = socket.create_server((LOOPBACK, 0))
+        self._open = ExitStack()
+
+    @property
+    def port(self) -> int:
+        """The port it listens on."""
+        return int(self._socket.getsockname()[1])
+
+    @property
+    def address(self) -> str:
+        """Where pages find it."""
+        return f"ws://{LOOPBACK}:{self.port}/{self._token}/"
+
+    def admit_page(self, port: int) -> None:
+        """Let the page connect that is served at a port of the loopback."""
+        self.origins = frozenset(f"http://{name}:{port}" for name in (LOOPBACK, "localhost"))
+
+    def close(self) -> None:
+        """Free its port, also where it was never entered."""
+        self._open.close()
+        self._socket.close()
+
+    def __enter__(self) -> Pages:
+        from websockets.sync.server import serve
+
+        quiet = logging.getLogger(__name__)
+        quiet.addHandler(logging.NullHandler())
+        quiet.propagate = False  # who knocks without the secret is nobody's concern
+        server = serve(
+            self._handle,
+            sock=self._socket,
+            process_request=self._admit,
+            compression=None,
+            max_size=_MOST_BYTES,
+            max_queue=64,
+            server_header=None,
+            close_timeout=_PATIENCE,  # a page that hangs must not keep Ctrl-C waiting
+            logger=quiet,
+        )
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        self._open.callback(thread.join)
+        self._open.callback(server.shutdown)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        """None for the page that was served; for everybody else the same few words."""
+        token = request.path.removeprefix("/").removesuffix("/")
+        known = secrets.compare_digest(token.encode(), self._token.encode())
+        origins = request.headers.get_all("Origin")
+        hosts = request.headers.get_all("Host")
+        own = len(origins) == 1 and origins[0] in self.origins
+        if known and own and hosts == [f"{LOOPBACK}:{self.port}"]:
+            return None
+        return connection.respond(http.HTTPStatus.NOT_FOUND, "Not Found\n")
+
+    def _handle(self, connection: ServerConnection) -> None:
+        if not self._count.acquire(blocking=False):
+            connection.close(_POLICY, "too many pages")
+            return
+        try:
+            _Page(self.session, connection).run()
+        finally:
+            self._count.release()
+
+
+class _Page:
+    """One page that is connected: a thread sends, another hears what it says."""
+
+    def __init__(self, session: Session, connection: ServerConnection) -> None:
+        self._session, self._connection = session, connection
+        self._sent: dict[int, tuple[float | None, float]] = {}
+        self._last = 0
+        self._watches = self._begins = True
+        self._moved = threading.Condition()
+        self._gone = False
+
+    def run(self) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        sender = threading.Thread(target=self._send, daemon=True)
+        sender.start()
+        with suppress(ConnectionClosed):
+            for message in self._connection:
+                if not self._hear(message):
+                    self._connection.close(_POLICY, "not understood")
+        with self._moved:
+            self._gone = True
+            self._moved.notify_all()
+        sender.join()
+
+    def _send(self) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        sliders = {"sliders": list(self._session.match.sliders)}
+        with suppress(ConnectionClosed):
+            self._tell(sliders)
+            told = 0.0
+            while not (self._gone or self._session.closed):
+                if time.monotonic() >= told + _STATUS:
+                    told = time.monotonic()
+                    self._tell({"status": self._session.status().for_page()})
+                if not self._may_send():
+                    continue
+                pose = self._session.newest(self._last, _STATUS)
+                if pose is not None:
+                    with self._moved:
+                        # The first may have waited for the page, not the page for it.
+                        arrived = None if self._begins else pose.arrived
+                        self._sent[pose.number] = (arrived, time.monotonic())
+                        self._last, self._begins = pose.number, False
+                    shown = {"weights": pose.weights, "head": pose.head}
+                    self._tell({"pose": pose.number, **shown})
+            self._connection.close()
+
+    def _may_send(self) -> bool:
+        """Whether another pose may go, after waiting a little for it."""
+
+        def free() -> bool:
+            given_up = time.monotonic() - _PATIENCE
+            for number, (_, sent) in list(self._sent.items()):
+                if sent < given_up:
+                    del self._sent[number]
+            return self._gone or (self._watches and len(self._sent) < _AHEAD)
+
+        with self._moved:
+            return self._moved.wait_for(free, _STATUS)
+
+    def _tell(self, message: dict[str, Any]) -> None:
+        self._connection.send(json.dumps(message, separators=(",", ":"), allow_nan=False))
+
+    def _hear(self, message: str | bytes) -> bool:
+        """Do what a page says; False where that is nothing it may say."""
+        try:
+            said = json.loads(message)
+        except (ValueError, RecursionError):
+            return False
+        if not isinstance(said, dict) or len(said) != 1:
+            return False
+        ((what, value),) = said.items()
+        is_number = isinstance(value, int) and not isinstance(value, bool)
+        switches = {
+            "watches": self._watch,
+            "neutral": self._session.set_neutral,
+            "record": self._session.record,
+        }
+        if what == "drawn" and is_number:
+            self._was_drawn(value)
+        elif what == "phone" and is_number:
+            self._session.choose(value)
+        elif what in switches and isinstance(value, bool):
+            switches[what](value)
+        else:
+            return False
+        return True
+
+    def _watch(self, watches: bool) -> None:
+        with self._moved:
+            self._watches, self._begins, self._last = watches, True, 0
+            self._sent.clear()
+            self._moved.notify_all()
+
+    def _was_drawn(self, number: int) -> None:
+        with self._moved:
+            arrived = self._sent.get(number, (None, 0.0))[0]
+            # Those before it were taken over by it, and will never be drawn.
+            for sent in [sent for sent in self._sent if sent <= number]:
+                del self._sent[sent]
+            self._moved.notify_all()
+        if arrived is not None:
+            self._session.was_drawn(arrived)
 
 
 def require_possible(

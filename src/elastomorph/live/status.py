@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from elastomorph.live.recording import Recorder
+    from elastomorph.live.session import Recorder
 
 SILENT = 1.0
 """Seconds without packets after which a stream is said to have stopped."""

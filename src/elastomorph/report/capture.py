@@ -1,18 +1,30 @@
-"""The report of a capture: what photographs gave, and how far it is to be trusted."""
+"""The report of a capture: what photographs gave, and how far it is to be trusted.
+
+Tables of photographs, agreement and time; trust in a sentence, in tables, and as a list of
+vertices.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import json
+import math
+from base64 import b64encode
+from collections.abc import Callable, Collection, Mapping, Sequence
 from colorsys import hsv_to_rgb
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from elastomorph.capturing.cameras.coverage import times_seen
 from elastomorph.capturing.geometry.camera import Camera
+from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.registered import FLAGGED, Registered
 from elastomorph.errors import FileError
-from elastomorph.evaluation.words import SPACE, counted
+from elastomorph.evaluation.words import SPACE, counted, significant
 from elastomorph.model.mesh import Mesh
 from elastomorph.report.capture_pictures import (
     Shown,
@@ -22,17 +34,288 @@ from elastomorph.report.capture_pictures import (
     frontal,
     pose_picture,
 )
-from elastomorph.report.capture_tables import (
-    agreement,
-    photographs_section,
-    size_words,
-    times,
-)
-from elastomorph.report.capture_trust import Trust, findings, headline, trust_section
 from elastomorph.report.document import Section, document, require_page_path, write_page
 from elastomorph.report.facts import face_words
 
-__all__ = ["capture_page", "write_capture_report", "write_register_report"]
+_BEFORE = 0.005  # of D: part of the head that may stand before a vertex without hiding it
+
+
+@dataclass(frozen=True, eq=False)
+class Trust:
+    """What is known of the vertices of a pose.
+
+    Attributes:
+        flagged: (V,) which are not to be trusted.
+        seen: (V,) which some camera saw well enough to measure them.
+    """
+
+    flagged: NDArray[np.bool_]
+    seen: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, mesh: Registered, cameras: Sequence[Camera]) -> Trust:
+        """Of a pose and the cameras of its photographs, both in one frame."""
+        surface = Surface(mesh.vertices, mesh.faces.triangles())
+        return cls(mesh.flagged, times_seen(surface, cameras, _BEFORE * mesh.diameter) > 0)
+
+    @property
+    def unseen(self) -> int:
+        """Flagged vertices that no camera saw."""
+        return int((self.flagged & ~self.seen).sum())
+
+    @property
+    def doubtful(self) -> int:
+        """Vertices that are flagged although cameras saw them."""
+        return int((self.flagged & self.seen).sum())
+
+    @property
+    def trusted(self) -> int:
+        """All others."""
+        return int((~self.flagged).sum())
+
+    @property
+    def share(self) -> float:
+        """Of what cameras saw, how much is to be trusted."""
+        return self.trusted / max(self.trusted + self.doubtful, 1)
+
+
+def headline(trust: Mapping[str, Trust]) -> str:
+    """How many poses there are, and how much of what was seen is to be trusted."""
+    shares = {pose: own.share for pose, own in trust.items()}
+    worst = min(shares, key=lambda pose: shares[pose])
+    vertices = f"{len(trust[worst].seen):,} vertices"
+    poses = f"{counted(len(trust), 'pose')} of {vertices}{' each' if len(trust) > 1 else ''}"
+    least = f", least in {worst}" if len({_percent(share) for share in shares.values()}) > 1 else ""
+    return f"{poses}. Of what the cameras saw, {_span(shares.values())} can be trusted{least}."
+
+
+def findings(trust: Mapping[str, Trust]) -> list[str]:
+    """What is not to be trusted, and for which of two reasons."""
+    unseen = {pose: own.unseen / len(own.seen) for pose, own in trust.items()}
+    doubtful = {pose: own.doubtful / len(own.seen) for pose, own in trust.items()}
+    found = []
+    if any(unseen.values()):
+        found.append(
+            f"No camera saw {_span(unseen.values())} of the vertices, as on the back of a head or "
+            "within the mouth. They were placed by what is around them."
+        )
+    if any(doubtful.values()):
+        most = max(doubtful, key=lambda pose: doubtful[pose])
+        found.append(
+            f"{_span(doubtful.values())} of the vertices are doubtful although cameras saw them"
+            f"{f', most in {most}' if len(trust) > 1 else ''}. The pictures pose by pose show "
+            "where."
+        )
+    return found
+
+
+def trust_section(poses: Mapping[str, Registered], trust: Mapping[str, Trust]) -> Section:
+    """How many vertices of each pose are to be trusted, where the others are, and their list."""
+    rows = [
+        (
+            pose,
+            [
+                f"{own.trusted:,}",
+                f"{own.doubtful:,}",
+                f"{own.unseen:,}",
+                f"{_percent(own.share)}{SPACE}%",
+            ],
+        )
+        for pose, own in trust.items()
+    ]
+    unseen, doubtful = (
+        {
+            pose: np.flatnonzero(own.flagged & (own.seen == seen)).tolist()
+            for pose, own in trust.items()
+        }
+        for seen in (False, True)
+    )
+    listed = {"version": 1, "below": FLAGGED, "doubtful": doubtful, "unseen": unseen}
+    text = json.dumps(listed, separators=(",", ":"), ensure_ascii=False)
+    first = next(iter(poses.values()))
+    content = {
+        "rows": rows,
+        "groups": _by_group(first, trust),
+        "heads": ["Material" if first.groups is None else "Group", "Vertices", *poses],
+        "least": f"{FLAGGED:g}",
+        "link": f"data:application/json;base64,{b64encode(text.encode()).decode('ascii')}",
+        "words": counted(
+            sum(own.unseen + own.doubtful for own in trust.values()), "entry", "entries"
+        ),
+    }
+    return Section("trust", "What can be trusted", content)
+
+
+def _by_group(mesh: Mesh, trust: Mapping[str, Trust]) -> list[tuple[str, list[str]]]:
+    """Doubtful vertices of each group in each pose, the worst group first; none of one group."""
+    groups = vertex_groups(mesh)
+    if len(groups) < 2:
+        return []
+    counts = {
+        name: [int((own.flagged & own.seen & chosen).sum()) for own in trust.values()]
+        for name, chosen in groups.items()
+    }
+    return [
+        (name, [f"{groups[name].sum():,}", *(f"{count:,}" for count in counts[name])])
+        for name in sorted(groups, key=lambda name: -max(counts[name]))
+    ]
+
+
+def vertex_groups(mesh: Mesh) -> dict[str, NDArray[np.bool_]]:
+    """(V,) which vertices each group of a mesh has, or each material where there are no groups.
+
+    A vertex of several is of the first; those of none are unnamed.
+    """
+    labels = mesh.groups if mesh.groups is not None else mesh.materials
+    if labels is None:
+        return {"whole mesh": np.ones(len(mesh.vertices), dtype=bool)}
+    group = np.full(len(mesh.vertices), len(labels.names))
+    of_corner = labels.of_face[mesh.faces.corner_faces]
+    named = of_corner >= 0
+    np.minimum.at(group, mesh.faces.indices[named], of_corner[named])
+    names = [*labels.names, "unnamed"]
+    return {name: group == k for k, name in enumerate(names) if (group == k).any()}
+
+
+def _percent(share: float) -> str:
+    """In whole per cent, or tenths of little; never rounded to all of it."""
+    parts = 10 if share < 0.1 else 1
+    return f"{math.floor(100 * parts * share) / parts:g}"
+
+
+def _span(shares: Collection[float]) -> str:
+    low, high = _percent(min(shares)), _percent(max(shares))
+    return f"{low}{SPACE}%" if low == high else f"{low} to {high}{SPACE}%"
+
+
+Figures = Mapping[str, Any]
+
+_HEADS = {
+    "points": "Points",
+    "matches": "Matches",
+    "median": "Median",
+    "mean": "Mean",
+    "p95": "95 % below",
+    "max": "Largest",
+    "views": "Photographs a vertex, median",
+    "seen": "Vertices in 4 photographs or more",
+}
+_SHARES = ("seen",)
+
+
+def photographs_section(figures: Figures) -> Section:
+    """Reprojection error of each photograph, and why some are not used."""
+    poses = figures.get("poses", {})
+    rejected = [
+        (name, [pose, why])
+        for pose, own in poses.items()
+        for name, why in own.get("rejected", {}).items()
+    ]
+    rows, bars = [], []
+    highest = max(
+        (error for own in poses.values() for error in own.get("reprojection", {}).values()),
+        default=1.0,
+    )
+    for pose, own in poses.items():
+        errors = own.get("reprojection", {})
+        worst = max(errors, key=lambda name: errors[name], default="")
+        cells = [
+            f"{own.get('cameras', len(errors))} of {own.get('photographs', len(errors))}",
+            f"{own.get('points', 0):,}",
+            f"{np.mean(list(errors.values())):.3f}" if errors else "",
+            f"{errors[worst]:.3f} ({worst})" if worst else "",
+        ]
+        rows.append((pose, cells))
+        bars.append(
+            {
+                "pose": pose,
+                "errors": [
+                    {"name": name, "text": f"{error:.3f}", "share": error / (highest or 1.0)}
+                    for name, error in errors.items()
+                ],
+            }
+        )
+    content = {
+        "heads": ["Pose", "Photographs used", "Points", "Reprojection, mean, px", "Worst, px"],
+        "rows": rows,
+        "bars": bars,
+        "highest": f"{highest:.2f}{SPACE}px",
+        "rejected": rejected,
+    }
+    return Section("photographs", "Photograph by photograph", content)
+
+
+def agreement(figures: Figures) -> Section:
+    """How well surfaces fit, and apart from it how well skin is where it was."""
+    poses = figures.get("poses", {})
+    content = {
+        "surface": _measured(poses, "surface"),
+        "correspondence": _measured(poses, "correspondence"),
+        "landmarks": [
+            (name, [f"{error:.1f}"]) for name, error in figures.get("landmarks", {}).items()
+        ],
+        "frames": [
+            (pose, [f"{100 * own['frame']['rms_of_extent']:.3f}", f"{own['frame']['agreeing']:,}"])
+            for pose, own in poses.items()
+            if "frame" in own
+        ],
+    }
+    return Section("agreement", "Surface and correspondence", content)
+
+
+def _measured(poses: Mapping[str, Any], kind: str) -> dict[str, Any] | None:
+    """One row a pose of what was measured of one kind; None where nothing was."""
+    found = {pose: own[kind] for pose, own in poses.items() if own.get(kind)}
+    names = list(dict.fromkeys(name for own in found.values() for name in own))
+    if not names:
+        return None
+    rows = [(pose, [_cell(name, own.get(name)) for name in names]) for pose, own in found.items()]
+    return {"heads": ["Pose", *(_HEADS.get(name, name) for name in names)], "rows": rows}
+
+
+def _cell(name: str, value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, int):
+        return f"{value:,}"
+    return f"{100 * value:.1f}{SPACE}%" if name in _SHARES else f"{100 * value:.3f}"
+
+
+def times(figures: Figures) -> Section:
+    """How long each stage took, whenever it was made."""
+    seconds: Mapping[str, float] = figures.get("seconds", {})
+    total = sum(seconds.values())
+    rows = [
+        {
+            "name": name,
+            "text": duration(own),
+            "share": own / max(max(seconds.values()), 1e-9),
+        }
+        for name, own in seconds.items()
+    ]
+    return Section("times", "How long it took", {"rows": rows, "total": duration(total)})
+
+
+def duration(seconds: float) -> str:
+    """Such as "0.4 s", "38 s", "4 min 10 s" or "1 h 5 min"."""
+    if seconds < 9.95:
+        return f"{seconds:.1f}{SPACE}s"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole}{SPACE}s"
+    minutes, rest = divmod(whole, 60)
+    if minutes < 60:
+        return f"{minutes}{SPACE}min {rest}{SPACE}s"
+    return f"{minutes // 60}{SPACE}h {minutes % 60}{SPACE}min"
+
+
+def size_words(diameter: float, unit: str) -> str:
+    """D, the size of the neutral."""
+    return (
+        f"D = {significant(diameter)} {unit or 'units'}, the distance of the two vertices of the "
+        "neutral that are farthest apart"
+    )
+
 
 _MOST = 12
 """Pictures of poses from scans; of a take of hundreds some, evenly chosen."""

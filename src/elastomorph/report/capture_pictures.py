@@ -22,16 +22,6 @@ from elastomorph.draw.over_photographs import box_of, over_photograph
 from elastomorph.model.mesh import Mesh
 from elastomorph.report.images import Picture
 
-__all__ = [
-    "Shown",
-    "beside",
-    "camera_picture",
-    "confidence_colours",
-    "front_picture",
-    "frontal",
-    "pose_picture",
-]
-
 Points = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 

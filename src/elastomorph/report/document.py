@@ -16,8 +16,6 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import replacing
 from elastomorph.templates import rendered
 
-__all__ = ["Section", "document", "require_page_path", "write_page"]
-
 
 @dataclass(frozen=True)
 class Section:

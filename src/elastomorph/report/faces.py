@@ -13,8 +13,6 @@ from elastomorph.evaluation import Evaluation, MethodResult
 from elastomorph.evaluation.words import Lengths, listed, percent
 from elastomorph.report.images import Picture
 
-__all__ = ["evaluation_pictures", "look_alikes", "telling_frame"]
-
 _COLUMNS = 11
 _ALIKE = 2.5e-3
 """As a fraction of D: half a pixel of a face in the strip."""

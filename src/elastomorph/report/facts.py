@@ -17,8 +17,6 @@ from elastomorph.numbers import first_few
 from elastomorph.paths import Method
 from elastomorph.report.document import Section
 
-__all__ = ["About", "compared", "curve_words", "diameter_words", "face_words", "method_labels"]
-
 _NAMED = 12
 
 

@@ -17,8 +17,6 @@ from markupsafe import Markup
 from elastomorph.draw.pictures import Image, imported
 from elastomorph.report.document import Section
 
-__all__ = ["Graph", "Picture", "inline_svg", "picture_sections"]
-
 # Of WebP: at 82 no edge of a shaded face frays, at a tenth of the size of a PNG.
 _QUALITY = 82
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")

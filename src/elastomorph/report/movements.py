@@ -17,8 +17,6 @@ from elastomorph.report.images import Graph
 from elastomorph.report.outcome import error_table, errors, outcome, ranked
 from elastomorph.report.recipe import recipe
 
-__all__ = ["movements_page", "write_movements_report"]
-
 _SCOPE = (
     "All of this was measured on the movements of one take. On other faces and takes other methods "
     "have come closest."

@@ -14,8 +14,6 @@ from elastomorph.evaluation.words import SPACE, Lengths, counted
 from elastomorph.report.document import Section
 from elastomorph.report.facts import About
 
-__all__ = ["error_table", "errors", "outcome", "ranked", "table_1_section"]
-
 _TIMED = {"LME": "lme", "LAE": "lae", "mean LME": "mean_lme", "mean LAE": "mean_lae"}
 _LOW = "Low confidence too"
 _UNMASKED = {"LME": "unmasked_lme", "LAE": "unmasked_lae"}

@@ -22,8 +22,6 @@ from elastomorph.physics.equation import HIGHEST_ORDER
 from elastomorph.report.document import Section
 from elastomorph.report.facts import About
 
-__all__ = ["recipe"]
-
 _PACKAGES = {
     "elastomorph": "elastomorph",
     "numpy": "NumPy",

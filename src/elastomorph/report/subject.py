@@ -20,8 +20,6 @@ from elastomorph.rig import Rig
 from elastomorph.rig.performance.naming import shape_of
 from elastomorph.samples.paper_expressions import EXPRESSIONS, compose_expressions
 
-__all__ = ["Subject", "built_in_subject", "rig_subject"]
-
 
 @dataclass(frozen=True, eq=False)
 class Subject:

@@ -1,35 +1,51 @@
-"""The whole paper on one face, and what goes beyond it: paths, errors, graphs and pictures."""
+"""The whole paper on one face, and what goes beyond it: paths, errors, graphs and pictures.
+
+It begins with what to do with each target of the rig. Its sections on orbits say how far methods
+leave the arc of the jaw, and of the eyeball under a lid.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import tomlkit
 
 from elastomorph.curves import CurveNetwork, extract_curves
 from elastomorph.draw.comparisons import closure_comparison
 from elastomorph.draw.curves_picture import curves_picture
-from elastomorph.draw.hinge import eyelid_graph, hinge_faces, hinge_graph
+from elastomorph.draw.framing import camera_for
+from elastomorph.draw.hinge import eyelid_graph, hinge_faces, hinge_graph, looks_of
+from elastomorph.draw.pictures import Image, heat_colours
+from elastomorph.draw.stage import Stage
 from elastomorph.draw.time_laws import time_law_graph
 from elastomorph.evaluation import DEFAULT_METHODS, Evaluation, evaluate, every_method
-from elastomorph.evaluation.rigid_bodies import HingeError, find_eyelid, find_hinge, hinge_errors
+from elastomorph.evaluation.rigid_bodies import (
+    Eyelid,
+    Hinge,
+    HingeError,
+    find_eyelid,
+    find_hinge,
+    hinge_errors,
+)
 from elastomorph.evaluation.shape import ClosureSeam, closure_seams
 from elastomorph.evaluation.summary import informed_methods
-from elastomorph.evaluation.target_paths import TargetPaths, target_paths
-from elastomorph.evaluation.words import Lengths
+from elastomorph.evaluation.target_paths import TargetPath, TargetPaths, target_paths
+from elastomorph.evaluation.words import SPACE, Lengths, counted, listed, percent
 from elastomorph.io import write
 from elastomorph.io.atomic import made_folder, replacing
 from elastomorph.io.vertex_lists import write_curves
 from elastomorph.model.morph import Morph
 from elastomorph.paths import Method, interpolate, prepare
-from elastomorph.report.advice import TargetPictures, advice, targets_table
+from elastomorph.paths.auto import INBETWEEN_PAYS
 from elastomorph.report.comparison import write_evaluation
 from elastomorph.report.document import Section
 from elastomorph.report.faces import evaluation_pictures
-from elastomorph.report.hinge import Jaw, eyelid_section, hinge_section
-from elastomorph.report.images import Picture
+from elastomorph.report.images import Graph, Picture
 from elastomorph.report.outcome import table_1_section
 from elastomorph.report.subject import Subject
 from elastomorph.report.walkthrough_page import (
@@ -42,7 +58,316 @@ from elastomorph.report.walkthrough_page import (
 )
 from elastomorph.rig.performance.naming import shape_of
 
-__all__ = ["Walkthrough", "walk_through"]
+_ALIKE = 1.05
+"""Times the smallest distance: no more than that apart, methods do equally well."""
+_LAST_DIGIT = 1e-5
+"""As a fraction of D: the last digit of the table."""
+_LEAST = "0.001"
+
+
+@dataclass(frozen=True, eq=False)
+class Jaw:
+    """The jaw on its hinge.
+
+    Attributes:
+        hinge: What turns.
+        morphs: Its paths, by the labels of their methods.
+        errors: How far each method leaves the arc.
+        image: What turns, coloured by its distance from the arc, drawn already.
+    """
+
+    hinge: Hinge
+    morphs: Mapping[str, Morph]
+    errors: list[HingeError]
+    image: Image
+
+
+def hinge_section(jaw: Jaw, target: str, unit: str = "") -> Section:
+    """The numbers, the picture and the graph of a jaw on its hinge."""
+    hinge, errors = jaw.hinge, jaw.errors
+    lengths = Lengths(hinge.neutral.diameter, unit)
+    worst = max(errors, key=lambda error: error.parts)
+    best = min(errors, key=lambda error: error.parts)
+    picture = Picture(
+        "On the hinge",
+        jaw.image,
+        f"{counted(len(errors), 'picture')} of what turns with {target}, halfway: "
+        f"{worst.label} is darkest, up to {lengths(worst.parts)} off the arc.",
+        "Pale is on the arc, dark is off it, on one scale for all. A straight line cuts the corner "
+        "of every arc, most of all where the way is longest.",
+    )
+    graph = Graph.drawn(
+        lambda file: hinge_graph(hinge, jaw.morphs, file, unit),
+        "hinge",
+        "The way of the jaw",
+        f"Left the way of one vertex, right the distance from the arc over time. {worst.label} "
+        f"leaves the arc by up to {lengths(worst.parts)}, {best.label} by no more than "
+        f"{_length(best.parts, lengths)}.",
+        "Left the broad green line is the true arc: linear is its chord, whatever its timing. "
+        "Right: the farthest vertex of all that turns, at even timing.",
+    )
+    content = {
+        "headline": _hinge_headline(best, errors, lengths),
+        "words": _hinge_words(hinge, target),
+        "caption": "Largest distance from the true arc at t = 0.25, 0.5 and 0.75, in % of D",
+        **_table(hinge, errors, lengths),
+        "picture": picture,
+        "graph": graph,
+    }
+    return Section("hinge", "The jaw on its hinge", content)
+
+
+def eyelid_section(
+    lid: Eyelid,
+    morphs: Mapping[str, Morph],
+    dips: Mapping[str, float],
+    target: str,
+    unit: str = "",
+) -> Section:
+    """The way of a lid over the eyeball by labelled paths, and how far they dip (Fig. 2)."""
+    lengths = Lengths(next(iter(morphs.values())).neutral.diameter, unit)
+    worst, best = max(dips, key=dips.__getitem__), min(dips, key=dips.__getitem__)
+    told = f"by {_length(dips[worst], lengths)} on {worst}, by {_length(dips[best], lengths)}"
+    graph = Graph.drawn(
+        lambda file: eyelid_graph(lid, morphs, file, unit),
+        "eyelid",
+        "The way of the lid",
+        f"Left the way of the lid's edge beside the eyeball, right its height above it over time: "
+        f"it sinks towards the eye {told} on {best}.",
+        "As in the paper's Figure 2: a straight line is a chord that cuts towards the eye.",
+    )
+    headline = f"With {target} the edge of the lid sinks towards the eye {told} on {best}."
+    return Section("eyelid", "The eyelid on the eyeball", {"headline": headline, "graph": graph})
+
+
+def _hinge_words(hinge: Hinge, target: str) -> str:
+    """What turns, by how much, and why its arc is known."""
+    parts, along = _names(hinge)
+    words = (
+        f"With {target}, {parts} ({counted(len(hinge.parts), 'vertex', 'vertices')}) turn as one "
+        f"rigid body by {math.degrees(hinge.screw.angle):.1f}°"
+    )
+    if len(hinge.along):
+        words += f", and {along} ({counted(len(hinge.along), 'vertex', 'vertices')}) with them"
+    words += (
+        ". Neutral and target give the axis away, so here the true way is known: every vertex runs "
+        "on a circle."
+    )
+    if hinge.residual > _LAST_DIGIT:
+        words += (
+            f" The target itself is up to {percent(hinge.residual)} off a rigid turn, which no "
+            "method can undo: it is in the numbers, and is what the graph shows at t = 1."
+        )
+    return words
+
+
+def _names(hinge: Hinge) -> tuple[str, str]:
+    own = looks_of(hinge.neutral, hinge.parts)
+    more = [name for name in looks_of(hinge.neutral, hinge.along) if name not in own]
+    return (listed(own) if own else "rigid parts", listed(more) if more else "others")
+
+
+def _hinge_headline(best: HingeError, errors: Sequence[HingeError], lengths: Lengths) -> str:
+    straight = next((error for error in errors if error.label == "linear"), None)
+    good = [error.label for error in errors if error.parts <= max(_ALIKE * best.parts, _LAST_DIGIT)]
+    verb = "keeps" if len(good) == 1 else "keep"
+    most = max(error.parts for error in errors if error.label in good)
+    said = f"{listed(good)} {verb} the jaw within {_length(most, lengths)} of its arc"
+    if straight is None or straight.label in good:
+        return f"{said}."
+    return f"{said}; a straight line leaves it by {lengths(straight.parts)}."
+
+
+def _length(fraction: float, lengths: Lengths) -> str:
+    """As a length and in % of D; what the table shows as 0 is not written to more digits."""
+    return lengths(fraction) if fraction > _LAST_DIGIT else f"{_LEAST}{SPACE}% of D"
+
+
+def _table(
+    hinge: Hinge, errors: Sequence[HingeError], lengths: Lengths
+) -> dict[str, Sequence[object]]:
+    parts, along = _names(hinge)
+    heads = ["Method", parts.capitalize()]
+    if len(hinge.along):
+        heads.append(along.capitalize())
+    rows = []
+    for error in errors:
+        values = (error.parts, error.along)[: len(heads) - 1]
+        most = max(values)
+        less = "" if most > _LAST_DIGIT else f"<{SPACE}"
+        length = f"{less}{lengths.plain(max(most, _LAST_DIGIT))}"
+        rows.append((error.label, [*(f"{100 * value:.3f}" for value in values), length]))
+    return {"heads": [*heads, "The worst, as a length"], "rows": rows}
+
+
+_SIDES = (168, 210)
+_MOST_SHOWN = 24
+"""Of a group; more of them are a click away."""
+
+
+class TargetPictures:
+    """Draws each target once its path is known, coloured by how far that is off the straight line.
+
+    Use as a context manager.
+    """
+
+    def __init__(self, subject: Subject) -> None:
+        neutral = subject.neutral
+        self.drawn: dict[str, Picture] = {}
+        self._extent = 0.0
+        if len(neutral.faces):
+            poses = np.stack([neutral.vertices, subject.targets[subject.jaw].vertices])
+            camera = camera_for(neutral, poses=poses, head=subject.head, size=_SIDES)
+            self._stage: Stage | None = Stage(neutral, camera, size=_SIDES)
+        else:
+            self._stage = None
+
+    def draw(self, name: str, morph: Morph, extent: float) -> None:
+        """Draw a target; ``extent`` is the D of its colours."""
+        if self._stage is None:
+            return
+        colours, words = None, f"{name}, for which the straight line is enough."
+        if len(morph.bends):
+            middle = morph.neutral.vertices + 0.5 * morph.delta
+            away = np.linalg.norm(morph.at(0.5) - middle, axis=1) / (extent or 1.0)
+            colours = heat_colours(away, INBETWEEN_PAYS)
+            most = percent(float(away.max()))
+            words = f"{name}, darkest where halfway the bent path is {most} off the straight line."
+        image = self._stage.picture(morph.target.vertices, colours=colours)
+        self.drawn[name] = Picture(name, image, words, "")
+
+    def __enter__(self) -> TargetPictures:
+        if self._stage is not None:
+            self._stage.__enter__()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._stage is not None:
+            self._stage.__exit__(*error)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Targets with one verdict."""
+
+    title: str
+    why: str
+    targets: Sequence[TargetPath]
+    folded: bool = False
+    then: str = ""  # What to do next, below the pictures
+
+
+def advice(paths: TargetPaths, pictures: Mapping[str, Picture], subject: Subject) -> Section:
+    """The first section: in a sentence, then group by group with a picture of each target."""
+    empty = [target for target in paths.targets if target.empty]
+    pays = [target for target in paths.targets if target.inbetween_pays]
+    bend = [t for t in paths.targets if not t.choice.straight and not t.inbetween_pays]
+    keep = [t for t in paths.targets if t.choice.straight and not t.inbetween_pays and not t.empty]
+    # A share tells more than a length in a unit that nobody knows.
+    lengths = Lengths(paths.extent or None if subject.unit else None, subject.unit)
+    groups = [
+        _Group(
+            f"Bend, and sculpt an in-between: {len(pays)}",
+            f"Halfway the bent path is more than {lengths(INBETWEEN_PAYS)} off the straight line, "
+            "or polygons turn over. Only a shape sculpted or scanned there can say which is right.",
+            pays,
+            then=_sculpted(pays),
+        ),
+        _Group(f"Bend: {len(bend)}", "The path turns what turns. Nothing to sculpt.", bend),
+        _Group(f"Keep straight: {len(keep)}", "A bend would change nothing one sees.", keep, True),
+        _Group(f"Empty: {len(empty)}", "They move nothing: sculpt or remove them.", empty, True),
+    ]
+    coloured = any(target.bends and target.name in pictures for target in paths.targets)
+    content = {
+        "headline": _headline(len(pays), len(bend), len(keep), len(empty)),
+        "cost": _cost(paths),
+        "command": subject.command if any(target.bends for target in paths.targets) else "",
+        "groups": [_shown(group, pictures, lengths) for group in groups if group.targets],
+        "scale": f"{lengths.plain(INBETWEEN_PAYS)} and more" if coloured else "",
+        "colours": "How far at t = 0.5 the bent path is off the straight line; below each picture "
+        "the most. D is the extent of all that the targets move.",
+    }
+    return Section("advice", "What to do with each target", content)
+
+
+def _sculpted(pays: Sequence[TargetPath]) -> str:
+    """How an in-between comes into the rig."""
+    key = tomlkit.key(pays[0].name).as_string() if pays else ""
+    return (
+        f"Name what you sculpt in elastomorph.toml, under [inbetweens.{key}] and the like, and the "
+        "paths go through it."
+    )
+
+
+def _headline(pays: int, bend: int, keep: int, empty: int) -> str:
+    said = []
+    if pays + bend:
+        said.append(f"bend {counted(pays + bend, 'target')}")
+    if pays:
+        which = "it" if pays + bend == 1 else f"{pays} of them"
+        said.append(f"sculpt an in-between for {which}")
+    if keep:
+        every = f"{'all ' if keep > 1 else ''}{counted(keep, 'target')}"
+        said.append(f"keep {keep if said else every} straight")
+    text = listed(said) if said else "" if empty else "there are no targets"
+    if empty:
+        moving = f"{counted(empty, 'target')} {'moves' if empty == 1 else 'move'} nothing"
+        text = f"{text}; {moving}" if text else moving
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _cost(paths: TargetPaths) -> str:
+    bends = sum(target.bends for target in paths.targets)
+    if not bends:
+        return "The rig stays as it is."
+    size = sum(target.bytes for target in paths.targets) / 1e6
+    return (
+        f"All bends together cost {counted(bends, 'more morph target')}, {size:.2g}{SPACE}MB; end "
+        "shapes and sliders stay what they are. This writes them:"
+    )
+
+
+def _shown(group: _Group, pictures: Mapping[str, Picture], lengths: Lengths) -> dict[str, Any]:
+    cards = [
+        {
+            "name": target.name,
+            "words": "" if group.folded else _words(target, lengths),
+            "picture": pictures.get(target.name),
+        }
+        for target in group.targets
+    ]
+    first = 0 if group.folded else _MOST_SHOWN
+    return {
+        "title": group.title,
+        "why": group.why,
+        "then": group.then,
+        "shown": cards[:first],
+        "folded": cards[first:],
+        "folded_words": "Show them" if group.folded else f"{len(cards) - first} more",
+    }
+
+
+def _words(target: TargetPath, lengths: Lengths) -> str:
+    """Such as "0.13 cm, +2 targets"."""
+    said = [lengths.plain(target.choice.distance)]
+    if target.bends:
+        said.append(f"+{counted(target.bends, 'target')}")
+    if target.flips:
+        said.append(f"{counted(target.flips, 'polygon')} turned over")
+    return ", ".join(said)
+
+
+def targets_table(paths: TargetPaths, unit: str) -> Section:
+    """The numbers behind the advice, a row a target."""
+    allowed = max((target.choice.allowed for target in paths.targets), default=0.0)
+    content = {
+        "allowed": f"{100 * allowed:g}",
+        "pays": f"{100 * INBETWEEN_PAYS:g}",
+        "extent": Lengths(paths.extent or None, unit).plain(1.0),
+        "targets": paths.targets,
+    }
+    return Section("targets", "Each target in numbers", content, appendix=True)
+
 
 _JAW_METHODS = ("linear", "arc", "rotation", "auto")
 _LID_METHODS = ("linear", "beam:2", "auto")

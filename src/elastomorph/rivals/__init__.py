@@ -1,17 +1,16 @@
 """What the paper compares with, on the same faces and in the same table: comparison, not product.
 
-None of these is a method of a rig. Each is a file with its source, its parameters, and what is ours
+None of these is a method of a rig. Each names its source, its parameters, and what is ours
 where the source leaves it open.
 """
 
 from elastomorph.rivals.comparison import Comparison, Cost, with_rivals
 from elastomorph.rivals.deformation_gradients import DeformationGradients
 from elastomorph.rivals.elastic_solid import ElasticSolid
-from elastomorph.rivals.finite_difference import FiniteDifference
-from elastomorph.rivals.finite_element import FiniteElement
 from elastomorph.rivals.mass_spring import MassSpring
 from elastomorph.rivals.pde_surface import PdeSurface
 from elastomorph.rivals.rival import Rival
+from elastomorph.rivals.stepped_beams import FiniteDifference, FiniteElement
 from elastomorph.rivals.vertex_cubic import VertexCubic
 
 __all__ = [

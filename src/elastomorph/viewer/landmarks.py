@@ -15,7 +15,7 @@ from elastomorph.capturing.landmarks.landmarks import parse_landmarks, write_lan
 from elastomorph.errors import ParameterError
 from elastomorph.io.atomic import read_bytes, replacing, size_of
 from elastomorph.viewer.answers import HTML, Answer, Offer, Receiver, Resource, Sent, text
-from elastomorph.viewer.landmark_task import LandmarkPlace, LandmarkTask
+from elastomorph.viewer.landmark_task import LandmarkPlace, LandmarkTask, PackedSurface
 from elastomorph.viewer.server import ViewerServer
 from elastomorph.viewer.shipped import (
     alone_head,
@@ -25,9 +25,6 @@ from elastomorph.viewer.shipped import (
     require_web_page,
     served_policy,
 )
-from elastomorph.viewer.surfaces import PackedSurface
-
-__all__ = ["serve_landmarks", "write_landmark_page"]
 
 _PAGE = "landmarks_page"
 _FINISHED = "finish"

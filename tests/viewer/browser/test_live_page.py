@@ -143,7 +143,7 @@ def test_a_stream_that_stops_and_comes_back(visit: Visit, faces: Faces, stage: S
 
 
 def test_delays_are_shown(visit: Visit, stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("elastomorph.live.pages._PATIENCE", 1000.0)  # a busy machine draws slowly
+    monkeypatch.setattr("elastomorph.live.serving._PATIENCE", 1000.0)  # a busy machine draws slowly
     begun = time.monotonic()
     page = visit(stage.live.address, size=SMALL, **COARSE)
     says(page, "no packets yet")
