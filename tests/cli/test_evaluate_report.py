@@ -55,7 +55,7 @@ def test_every_method_and_its_in_betweens(scans: Path) -> None:
     for label in ("linear", "beam R=2", "plate R=2", "arc", "rotation", "auto"):
         assert f'<th scope="row" class="name">{label}' in text
     assert "straight within 0.0500\u00a0% of D" in text
-    assert "knew frames of this very recording" in text
+    assert "Given frames of this very recording" in text
     assert "What would help" in text
     assert "m = 2, c = 1, k = 1" in text
 

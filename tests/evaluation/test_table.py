@@ -110,7 +110,7 @@ def test_json_holds_the_arrays(evaluation: Evaluation) -> None:
     assert page["diameter"] == evaluation.diameter
     assert page["times"] == evaluation.truth.times.tolist()
     assert [curve["name"] for curve in page["curves"]] == [c.name for c in evaluation.curves]
-    assert len(page["conclusions"]) == 2
+    assert len(page["conclusions"]) == 3
     for method, result in zip(page["methods"], evaluation.results, strict=True):
         assert method["label"] == result.label
         for name in ("path_times", "path_average_times", "average", "maximum", "path_average"):

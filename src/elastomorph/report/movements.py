@@ -18,7 +18,7 @@ from elastomorph.report.outcome import error_table, errors, outcome, ranked
 from elastomorph.report.recipe import recipe
 
 _SCOPE = (
-    "All of this was measured on the movements of one take. On other faces and takes other methods "
+    "Errors are means of the movements of one take. On other faces and takes other methods "
     "have come closest."
 )
 
