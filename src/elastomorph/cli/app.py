@@ -20,8 +20,6 @@ from typer.core import TyperGroup
 from elastomorph.cli import completion
 from elastomorph.errors import ElastomorphError
 
-__all__ = ["VERBS", "app", "loaded", "main"]
-
 VERBS = {
     "demo": "Show on a face what each target needs, how every method does, and the paper's "
     "pictures.",

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from elastomorph.report import About
     from elastomorph.rivals import Comparison
 
-__all__ = ["Asked", "compared", "confidence_for", "read_motion"]
-
 _MOST_INBETWEENS = 3
 _LONG = 200
 _LONG_WORDS = (

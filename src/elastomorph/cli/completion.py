@@ -21,19 +21,6 @@ from typing import Annotated
 
 import typer
 
-__all__ = [
-    "Expressions",
-    "answered",
-    "asked",
-    "goals",
-    "joined",
-    "methods",
-    "poses",
-    "rigs_of_cameras",
-    "sliders",
-    "views",
-]
-
 _WEIGHTS = ("0.25", "0.5", "0.75", "1")
 _BREAKS = frozenset("=:")
 _MOST_BYTES = 1 << 20

@@ -14,8 +14,6 @@ from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.draw.pictures import RGB, Image, colour_bytes
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["Box", "box_of", "over_photograph"]
-
 Box = tuple[int, int, int, int]
 """Left, top, right and bottom of a part of a photograph in pixels, the last two outside."""
 

@@ -23,8 +23,6 @@ from elastomorph.paths.rotation import Turning
 from elastomorph.paths.rotations import SurfaceEdges
 from elastomorph.paths.straight import Linear
 
-__all__ = ["INBETWEEN_PAYS", "Auto"]
-
 INBETWEEN_PAYS = 2.5e-3
 """Where the straight and the turning path part by more halfway, as a fraction of D, only a scanned
 or sculpted in-between can say which of them is right."""

@@ -15,8 +15,6 @@ from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.numbers import as_number
 
-__all__ = ["bake", "bake_polynomial", "bend_basis", "chebyshev_nodes", "largest_sum"]
-
 
 def chebyshev_nodes(count: int) -> NDArray[np.float64]:
     """(count,) times at which a polynomial of that many coefficients is sampled."""

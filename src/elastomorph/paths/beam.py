@@ -14,8 +14,6 @@ from elastomorph.paths.loaded import Loaded
 from elastomorph.paths.method import Prepared
 from elastomorph.physics import BASES, STIFFNESSES, BeamModes, Material
 
-__all__ = ["Beam"]
-
 
 @dataclass(frozen=True)
 class Beam(Loaded):

@@ -17,8 +17,6 @@ from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.region import blend_into_rest, weights_inside
 from elastomorph.paths.welding import Welding
 
-__all__ = ["interpolate", "prepare"]
-
 
 def interpolate(
     neutral: Mesh,

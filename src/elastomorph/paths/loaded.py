@@ -15,8 +15,6 @@ from elastomorph.model.morph import Morph
 from elastomorph.paths.method import Method, Prepared
 from elastomorph.physics import Load
 
-__all__ = ["Loaded"]
-
 # A bend below this part of the displacement is rounding noise of transforms and solves.
 _NOISE = 1e-13
 

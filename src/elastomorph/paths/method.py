@@ -16,8 +16,6 @@ from elastomorph.physics import Material
 if TYPE_CHECKING:
     from elastomorph.curves import CurveNetwork
 
-__all__ = ["Method", "Prepared"]
-
 Prepared = Callable[[Mesh], Morph]
 """From a target to the path that leads there."""
 

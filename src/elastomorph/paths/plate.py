@@ -17,8 +17,6 @@ from elastomorph.paths.method import Prepared
 from elastomorph.physics import Material
 from elastomorph.physics.plate import PlateModes
 
-__all__ = ["Plate"]
-
 
 @dataclass(frozen=True)
 class Plate(Loaded):

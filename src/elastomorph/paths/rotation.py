@@ -32,8 +32,6 @@ from elastomorph.paths.rotations import (
     VertexRotations,
 )
 
-__all__ = ["Rotation", "Turning", "rotation_path"]
-
 # Fewer than for arcs: the equation that joins the edges smooths by itself.
 _RINGS = 2
 # A point is inside a surface where the surface winds around it by more than half a turn; heads are

@@ -14,8 +14,6 @@ from elastomorph.model.morph import Morph
 from elastomorph.paths.loaded import Loaded
 from elastomorph.paths.method import Method, Prepared
 
-__all__ = ["Cosine", "Ease", "Linear", "straight_path"]
-
 # The Taylor series of the cosine on [0, π] is exact to double precision from here on.
 _COSINE_DEGREE = 30
 

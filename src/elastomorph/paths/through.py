@@ -32,8 +32,6 @@ from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.model.morph import Morph
 from elastomorph.paths.method import Method, Prepared
 
-__all__ = ["LAWS", "Through", "cardinal_curves", "inner_curvatures", "law_for", "through"]
-
 LAWS = ("smooth", "spline", "piecewise")
 
 # What `piecewise` was called before it had company.

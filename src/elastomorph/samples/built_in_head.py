@@ -18,8 +18,6 @@ from elastomorph.model.mesh import FaceLabels, Mesh
 from elastomorph.model.polygons import Polygons
 from elastomorph.model.sequence import MeshSequence
 
-__all__ = ["expressions", "head", "recorded_motion", "shapes"]
-
 
 @cache
 def head() -> Mesh:

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["EXPRESSIONS", "compose_expressions", "sided"]
-
 EXPRESSIONS: dict[str, dict[str, float]] = {
     "sad": {"mouthFrown": 1.0, "browInnerUp": 1.0, "mouthShrugLower": 0.4},
     "angry": {"browDown": 1.0, "noseSneer": 0.8, "mouthPress": 0.6, "eyeSquint": 0.5},

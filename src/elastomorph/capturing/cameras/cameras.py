@@ -31,8 +31,6 @@ from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.photographs.photographs import FEWEST, Photograph, Photographs
 from elastomorph.errors import CaptureError
 
-__all__ = ["Say", "solve_pose"]
-
 # Called with what is being done and the part of it that is done, from 0 to 1.
 Say = Callable[[str, float], None]
 

@@ -11,8 +11,6 @@ from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.landmarks.typical_face import typical_face
 
-__all__ = ["missing_cameras", "times_seen"]
-
 Points = NDArray[np.float64]
 
 # Cameras that have to see a vertex for it to be measured, and how much it may be turned away.

@@ -12,8 +12,6 @@ from elastomorph.capturing.cameras.matching import Guide, Pairs, guided, neighbo
 from elastomorph.capturing.cameras.sparse import Shots, Sparse
 from elastomorph.capturing.geometry.camera import Camera
 
-__all__ = ["cloud", "farthest_off", "matched", "misfits", "reprojection", "well_seen"]
-
 _FEWEST_POINTS = 40
 _FEWER, _WORSE = 0.15, 3.0  # points and error of a photograph against the middle one
 _CLOUD_TRACK, _CLOUD_ERROR = 3, 1.5

@@ -20,8 +20,6 @@ from elastomorph.capturing.photographs.photographs import Photograph
 from elastomorph.capturing.photographs.pixels import read_mask, read_upright
 from elastomorph.errors import MissingExtraError
 
-__all__ = ["Features", "find_features", "quiet_pycolmap", "seen_enlarged"]
-
 _MOST = 8192
 _PEAK = 0.003  # half of what pycolmap asks for: skin has little contrast
 _ENLARGED_BELOW = 1400  # px, longer side

@@ -30,8 +30,6 @@ from elastomorph.capturing.geometry.camera import Camera, nearest_to_lines
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError
 
-__all__ = ["solve_in_rig", "solve_rig", "solve_with"]
-
 _STRONGEST = 1500
 _MOST_POSES = 4  # more add little to what these say of the cameras
 _OFF_LINE = 0.002  # focal lengths; rough points are only to guide

@@ -19,8 +19,6 @@ from elastomorph.capturing.cameras.matching import Pairs
 from elastomorph.capturing.cameras.reconstruction import mapped, verified
 from elastomorph.capturing.cameras.sparse import Lens, Shots, Sparse
 
-__all__ = ["Start", "found_cameras"]
-
 # Focal lengths in longer sides of the photograph: 43, 28, 61, 86 and 122 mm on 35-mm film.
 _LADDER = (1.2, 0.78, 1.7, 2.4, 3.4)
 _ENOUGH = 0.9  # of the photographs that have something in common with others

@@ -22,8 +22,6 @@ from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.similarity import Similarity, agreeing, fit_similarity
 from elastomorph.errors import CaptureError
 
-__all__ = ["Frame", "brought", "near_still", "paired", "still_vertices"]
-
 _RATIO = 0.85
 _AGREES = 0.001  # of the size of the cloud
 _STILL_NEAR = 0.015  # of the size of the template

@@ -20,8 +20,6 @@ from elastomorph.capturing.cameras.reconstruction import pycolmap_camera
 from elastomorph.capturing.cameras.sparse import Lens, Shots, Sparse
 from elastomorph.capturing.geometry.camera import Camera
 
-__all__ = ["found_late"]
-
 _FEWEST, _LEAST_SHARE = 20, 0.25
 _OFF = 0.003  # focal lengths
 

@@ -18,8 +18,6 @@ from scipy.spatial import cKDTree
 from elastomorph.capturing.cameras.features import Features
 from elastomorph.capturing.geometry.camera import Camera
 
-__all__ = ["Guide", "Pairs", "compared", "guided", "strongest"]
-
 # Photograph and photograph, the second later → (M, 2) uint32 features of each.
 Pairs = dict[tuple[int, int], NDArray[np.uint32]]
 

@@ -26,8 +26,6 @@ from elastomorph.capturing.photographs.pixels import upright_size
 from elastomorph.errors import CaptureError, FileError, FormatError
 from elastomorph.io.atomic import made_folder, read_bytes, replacing
 
-__all__ = ["Given", "given_cameras", "write_bundler", "write_colmap"]
-
 Points = NDArray[np.float64]
 Given = tuple[tuple[Camera, ...], ...]
 """Cameras of the photographs of a pose, or two sets of them of which one is right."""

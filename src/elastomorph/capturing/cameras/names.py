@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError
 
-__all__ = ["LARGEST_SHARE", "same_cameras"]
-
 LARGEST_SHARE = 0.5
 """Of the photographs of a pose: as many have to be from cameras that took the neutral."""
 

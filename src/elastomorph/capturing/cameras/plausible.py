@@ -16,8 +16,6 @@ from elastomorph.capturing.cameras.sparse import Sparse
 from elastomorph.capturing.photographs.photographs import FEWEST, Photograph
 from elastomorph.errors import CaptureError
 
-__all__ = ["remarks_on", "require_plausible", "spanned"]
-
 _FEWEST_POINTS = 200
 _WIDEST_ANGLE, _LEAST_SPAN = 60.0, 15.0  # degrees
 _OFF_CENTRE, _CROPPED = 0.25, 0.04  # of the longer side

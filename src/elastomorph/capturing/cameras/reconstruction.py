@@ -19,8 +19,6 @@ from elastomorph.capturing.cameras.matching import Pairs
 from elastomorph.capturing.cameras.sparse import Lens, Shots, Sparse
 from elastomorph.capturing.geometry.camera import Camera
 
-__all__ = ["mapped", "pycolmap_camera", "refined", "verified"]
-
 _MODEL = "SIMPLE_RADIAL"
 _THREADS = 2
 _SEED = 1

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera
 
-__all__ = ["SolvedPose"]
-
 
 @dataclass(frozen=True, eq=False)
 class SolvedPose:

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["correlation", "flow_engine"]
-
 Picture = NDArray[np.uint8]
 
 # Pixels of the Gaussian in which pictures are correlated.

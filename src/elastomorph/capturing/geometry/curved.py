@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.surface import Surface
 
-__all__ = ["curved"]
-
 
 def curved(surface: Surface) -> Surface:
     """The surface with each triangle made four; its own vertices come first and stay.

@@ -9,8 +9,6 @@ from elastomorph.capturing.landmarks.landmarks import Distance
 from elastomorph.errors import CaptureError, ParameterError
 from elastomorph.numbers import as_number
 
-__all__ = ["distance_of", "require_known"]
-
 _FORM = "expected two points that were clicked and how far they are apart: a,b=8.9"
 
 

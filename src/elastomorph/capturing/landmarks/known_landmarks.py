@@ -15,8 +15,6 @@ from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io.atomic import is_file, read_bytes
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["POINT_SETS", "known_landmarks"]
-
 _BUILT_IN: Mapping[str, int] = {
     "nose_tip": 476,
     "right_eye_outer": 3617,

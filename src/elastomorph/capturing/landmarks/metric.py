@@ -16,8 +16,6 @@ from elastomorph.capturing.geometry.similarity import Similarity, fit_similarity
 from elastomorph.capturing.landmarks.landmarks import Distance, fit_landmarks
 from elastomorph.errors import CaptureError
 
-__all__ = ["factor_of", "fit_to_scale"]
-
 _DISAGREE = 0.05
 _FARTHEST_FROM_TEMPLATE = 2.0
 

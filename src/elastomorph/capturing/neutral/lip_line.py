@@ -23,8 +23,6 @@ from elastomorph.capturing.geometry.sampling import sampled
 from elastomorph.capturing.geometry.surface import Hits, Surface
 from elastomorph.capturing.geometry.table import Table
 
-__all__ = ["Lips"]
-
 Points = NDArray[np.float64]
 Rows = NDArray[np.int64]
 

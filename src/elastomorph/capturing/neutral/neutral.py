@@ -28,8 +28,6 @@ from elastomorph.capturing.neutral.stereo import offsets_from, pairs_of
 from elastomorph.capturing.photographs.crops import cropped, no_finer
 from elastomorph.errors import CaptureError
 
-__all__ = ["NeutralSurface", "Say", "neutral_surface"]
-
 Points = NDArray[np.float64]
 # Called with what is being done and the part of it that is done, from 0 to 1.
 Say = Callable[[str, float], None]

@@ -21,8 +21,6 @@ from elastomorph.capturing.geometry.camera import Camera, open_colours
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["Painted", "paint"]
-
 Points = NDArray[np.float64]
 
 _LEAST_COSINE = 0.2

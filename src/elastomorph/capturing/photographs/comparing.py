@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from elastomorph.capturing.photographs.photographs import FEWEST, Photograph, Photographs
 from elastomorph.errors import CaptureError
 
-__all__ = ["compared", "look_of", "of_use", "shown"]
-
 Look = NDArray[np.float32]
 
 _SHARE_OF_GROUP = 0.25

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import View
 
-__all__ = ["cropped", "no_finer"]
-
 Points = NDArray[np.float64]
 
 # Pixels around the head that are kept, and the least that the head itself has to have.

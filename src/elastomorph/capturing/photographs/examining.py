@@ -21,8 +21,6 @@ from elastomorph.capturing.photographs.pixels import opened_photograph, read_mas
 from elastomorph.capturing.photographs.sharpness import sharpness
 from elastomorph.errors import CaptureError, ElastomorphError, FormatError
 
-__all__ = ["examine"]
-
 _EXAMINED_AT = 1000  # px, longer side
 
 

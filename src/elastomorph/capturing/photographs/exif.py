@@ -12,8 +12,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Exif", "read_exif"]
-
 _ORIENTATION, _MAKE, _MODEL, _EXIF_FOLDER = 274, 271, 272, 0x8769
 _FOCAL_LENGTH, _FOCAL_35 = 37386, 41989
 _PLANE_X, _PLANE_Y, _PLANE_UNIT = 41486, 41487, 41488

@@ -14,8 +14,6 @@ from pathlib import Path
 
 from elastomorph.errors import FileError
 
-__all__ = ["find_masks", "find_poses"]
-
 _READ = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 _PHONES = (".heic", ".heif", ".avif")  # opened, so that the refusal says what to do
 _NOT_READ = {

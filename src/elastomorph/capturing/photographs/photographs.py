@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-__all__ = ["FEWEST", "Photograph", "Photographs"]
-
 FEWEST = 6  # photographs of a pose; fewer leave most of a face seen by less than three cameras
 
 

@@ -22,8 +22,6 @@ from elastomorph.errors import FileError, FormatError, MissingExtraError
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["opened_photograph", "read_mask", "read_upright", "upright_size"]
-
 _MOST_PIXELS = 200_000_000
 _SMALLEST_SIDE = 64
 _BRANDS_OF_HEIF = (b"heic", b"heix", b"hevc", b"hevx", b"heim", b"heis", b"mif1", b"msf1", b"avif")

@@ -12,8 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve, gaussian_filter
 
-__all__ = ["sharpness"]
-
 _FINE, _COARSE, _AROUND = 0.8, 3.2, 8.0  # px
 _SHOWS_SOMETHING = 70  # percentile
 # What is left of white noise of variance 1, and nothing of what is smooth (Immerkær 1996); where

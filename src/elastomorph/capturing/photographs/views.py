@@ -9,8 +9,6 @@ from typing import overload
 
 from elastomorph.capturing.geometry.camera import Camera, View, open_view
 
-__all__ = ["Views"]
-
 _LONGEST = 2400  # px; what is finer costs memory and time, and skin shows no more
 _MOST_BYTES = 400 << 20
 

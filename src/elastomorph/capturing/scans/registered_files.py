@@ -33,17 +33,6 @@ from elastomorph.io.npz.confidence import NAME, read_confidence, write_confidenc
 from elastomorph.io.registry import read, write
 from elastomorph.model.mesh import Mesh
 
-__all__ = [
-    "FIGURES",
-    "described",
-    "digest_of",
-    "keep_pose",
-    "read_registered",
-    "require_place",
-    "write_figures",
-    "written_to",
-]
-
 FIGURES = "register.json"
 _VERSION = 1
 # What a run that has not ended yet keeps of each pose, and the next one reads if it never ends.

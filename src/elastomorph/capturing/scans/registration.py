@@ -42,8 +42,6 @@ from elastomorph.errors import CaptureError, FormatError, ParameterError, warn
 from elastomorph.model.mesh import Mesh, require_mesh, require_same_topology
 from elastomorph.rig import Rig
 
-__all__ = ["register", "register_all"]
-
 Points = NDArray[np.float64]
 Say = Callable[[str], None]
 Source = str | Path | Mesh

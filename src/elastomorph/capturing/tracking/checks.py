@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.matches import Matches, consistent
 
-__all__ = ["skin_agreement", "surface_agreement"]
-
 Points = NDArray[np.float64]
 
 _NEAR = 0.02

@@ -27,8 +27,6 @@ from elastomorph.io.isolated import own_process
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.temporaries import temporary_folder
 
-__all__ = ["done_apart"]
-
 _ROOM = "elastomorph.capturing"
 _GIVEN, _FOUND, _PROBLEM, _NOISE = "given.npz", "found.npz", "problem.json", "noise.txt"
 _REFUSED = 3

@@ -20,8 +20,6 @@ from elastomorph.capturing.work.captured import Captured
 from elastomorph.capturing.work.request import requested
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["capture"]
-
 
 def capture(
     photos: str | Path | Mapping[str, object],

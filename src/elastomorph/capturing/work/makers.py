@@ -35,8 +35,6 @@ from elastomorph.capturing.work.sources import code_of
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError
 
-__all__ = ["Makers", "Placed", "Posed"]
-
 Points = NDArray[np.float64]
 
 _APART = 0.03  # of the longer side: clicks farther from one point than this are of several

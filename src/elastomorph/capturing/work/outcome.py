@@ -19,8 +19,6 @@ from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.capturing.work.work import Work
 from elastomorph.io.atomic import made_folder
 
-__all__ = ["made"]
-
 _OFTEN = 4  # photographs in which a vertex is well seen
 
 

@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 from elastomorph.errors import FormatError
 from elastomorph.io.npz.members import NpzMembers
 
-__all__ = ["content_digest", "packed", "unpacked"]
-
 _LAYOUT = "layout"
 _ROOM = "elastomorph.capturing"
 _SCALARS = (bool, int, str, type(None))

@@ -12,8 +12,6 @@ from elastomorph.capturing.work.template import Template
 from elastomorph.errors import FileError, ParameterError
 from elastomorph.io.atomic import require_folder, same_file
 
-__all__ = ["WORKING", "folder_named", "require_place"]
-
 WORKING = ".capture"
 
 _BYTES_BEFORE, _BYTES_A_POSE = 100 << 20, 40 << 20

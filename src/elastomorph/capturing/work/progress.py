@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 
-__all__ = ["Progress", "StageSay"]
-
 StageSay = Callable[[str, float], None]
 """Called by a stage with what it does and the part of it that is done, from 0 to 1."""
 

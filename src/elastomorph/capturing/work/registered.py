@@ -14,8 +14,6 @@ from elastomorph.model.mesh import Mesh, require_mesh
 from elastomorph.model.polygons import Polygons
 from elastomorph.numbers import as_numbers
 
-__all__ = ["FLAGGED", "Registered"]
-
 FLAGGED = LEAST
 """Below this confidence the error of a vertex is expected to be above 0.5 % of D."""
 

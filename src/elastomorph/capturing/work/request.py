@@ -27,8 +27,6 @@ from elastomorph.errors import (
 )
 from elastomorph.model.mesh import Mesh
 
-__all__ = ["Request", "requested"]
-
 LANDMARKS_FILE = "landmarks.json"
 
 _LIBRARIES = (

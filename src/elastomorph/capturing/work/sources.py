@@ -7,8 +7,6 @@ from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-__all__ = ["code_of"]
-
 _FOLDER = Path(__file__).parents[1]
 _MAKERS = _FOLDER / "work" / "makers.py"
 # Each imports nothing of those behind it, as pyproject.toml has it too.

@@ -29,8 +29,6 @@ from elastomorph.io.atomic import made_folder, unnoted
 from elastomorph.io.npz.members import open_npz, write_arrays
 from elastomorph.io.rig_cache import settings_digest
 
-__all__ = ["Made", "WorkingFolder"]
-
 T = TypeVar("T")
 
 _LOCK = ".lock"

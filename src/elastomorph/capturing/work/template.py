@@ -20,8 +20,6 @@ from elastomorph.model.mesh import Mesh
 from elastomorph.paths.welding import Welding
 from elastomorph.rig import Rig
 
-__all__ = ["KNOWN", "Template", "mesh_or_rig", "read_template"]
-
 KNOWN = tuple(dict.fromkeys([*known_suffixes(MESH_FORMATS), *known_suffixes(RIG_FORMATS)]))
 """Suffixes of all files that hold a mesh or a rig."""
 

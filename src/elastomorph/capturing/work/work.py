@@ -24,8 +24,6 @@ from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError
 from elastomorph.io.rig_cache import content_digests
 
-__all__ = ["Work"]
-
 
 class Work:
     """A capture at work in a folder that is its own meanwhile."""
