@@ -18,7 +18,7 @@ import numpy as np
 import elastomorph as em
 from elastomorph.capturing.landmarks.landmarks import read_landmarks
 from elastomorph.draw import drag_picture
-from elastomorph.rig.tracked import Tracked
+from elastomorph.rig.tracking import Tracked
 from measuring import data_folder
 
 PLACES = Path(__file__).with_name("animface_places.json")

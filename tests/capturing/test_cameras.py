@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from spotted import FOCAL, NOISE, OFF, SIZE, cameras, centres_off, egg, finder, seen, taken
 
+import elastomorph.capturing.cameras.cameras as cameras_module
 import elastomorph.capturing.cameras.cameras as module
-import elastomorph.capturing.cameras.focal as focal_module
 from elastomorph.capturing.cameras.cameras import solve_pose
 from elastomorph.capturing.cameras.features import Features
 from elastomorph.capturing.cameras.solved import SolvedPose
@@ -166,7 +166,7 @@ def test_a_photograph_that_no_lens_would_place_sets_off_no_further_tries(shown, 
         kept = np.arange(len(looks)) % 12 == 0
         strange = replace(strange, descriptors=np.where(kept[:, None], strange.descriptors, looks))
     shown({c.name: seen(c, EGG, k) for k, c in enumerate(few)} | {"03.jpg": strange})
-    calls = counted(monkeypatch, focal_module, "mapped")
+    calls = counted(monkeypatch, cameras_module, "mapped")
     found = solve_pose(taken(few))
     assert (len(calls), len(found.cameras)) == (1, 7)
 

@@ -16,7 +16,7 @@ from small_captures import landmarks, template, write_photographs
 
 import elastomorph as em
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, Landmarks, write_landmarks
-from elastomorph.capturing.work import places
+from elastomorph.capturing.work import request
 from elastomorph.capturing.work import request as requests
 from elastomorph.capturing.work.request import Request, requested
 from elastomorph.capturing.work.template import Template
@@ -255,7 +255,7 @@ def test_folders_are_not_made_where_one_is_refused(
 ) -> None:
     before = sorted(tmp_path.rglob("*"))
     whole = shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(places.shutil, "disk_usage", lambda _: whole._replace(free=0))
+    monkeypatch.setattr(request.shutil, "disk_usage", lambda _: whole._replace(free=0))
     with pytest.raises(em.FileError, match="0 MiB are free on its disk"):
         asked(photos, tmp_path / "new" / "poses", working=tmp_path / "working" / name)
     assert sorted(tmp_path.rglob("*")) == before
@@ -277,7 +277,7 @@ def test_an_output_that_is_a_file(photos: Path, tmp_path: Path) -> None:
 
 def test_a_disk_without_room(photos: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(places.shutil, "disk_usage", lambda _: whole._replace(free=200 << 20))
+    monkeypatch.setattr(request.shutil, "disk_usage", lambda _: whole._replace(free=200 << 20))
     with pytest.raises(em.FileError, match="200 MiB are free on its disk, about 260 are needed"):
         asked(photos, tmp_path / "poses")
 

@@ -9,11 +9,9 @@ from PIL import ExifTags, Image, ImageOps, TiffImagePlugin
 from scipy.ndimage import gaussian_filter
 
 from elastomorph.capturing.photographs.comparing import compared
-from elastomorph.capturing.photographs.examining import examine
-from elastomorph.capturing.photographs.exif import Exif, read_exif
+from elastomorph.capturing.photographs.examining import examine, sharpness
 from elastomorph.capturing.photographs.finding import find_masks, find_poses
-from elastomorph.capturing.photographs.pixels import read_mask, read_upright
-from elastomorph.capturing.photographs.sharpness import sharpness
+from elastomorph.capturing.photographs.pixels import Exif, read_exif, read_mask, read_upright
 from elastomorph.errors import CaptureError, FileError, FormatError
 
 RANDOM = np.random.default_rng(5)

@@ -26,9 +26,8 @@ from elastomorph.capturing.scans.correspondence import ScanPoints  # noqa: E402
 from elastomorph.capturing.scans.face import Face, read_face  # noqa: E402
 from elastomorph.capturing.scans.nonrigid import Elastic, Held  # noqa: E402
 from elastomorph.capturing.scans.placing import Marks, placed_next, stillness  # noqa: E402
-from elastomorph.capturing.scans.registration import require_alike  # noqa: E402
+from elastomorph.capturing.scans.registration import require_alike, trusted  # noqa: E402
 from elastomorph.capturing.scans.scans import read_scan  # noqa: E402
-from elastomorph.capturing.scans.trust import trusted  # noqa: E402
 
 pytestmark = pytest.mark.photographs
 

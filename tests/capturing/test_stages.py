@@ -13,8 +13,8 @@ import pytest
 from children import started
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
+from elastomorph.capturing.work.makers import code_of
 from elastomorph.capturing.work.packing import content_digest, packed
-from elastomorph.capturing.work.sources import code_of
 from elastomorph.capturing.work.stages import Made, WorkingFolder
 from elastomorph.errors import FileError
 
@@ -105,12 +105,12 @@ def test_another_version_is_made_again(tmp_path: Path) -> None:
 def test_the_version_of_a_stage_is_its_code_and_all_code_of_the_rooms_below_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from elastomorph.capturing.work import sources
+    from elastomorph.capturing.work import makers
 
     for room in ("geometry", "cameras", "neutral"):
         (tmp_path / room).mkdir()
         (tmp_path / room / "code.py").write_text(room)
-    monkeypatch.setattr(sources, "_FOLDER", tmp_path)
+    monkeypatch.setattr(makers, "_FOLDER", tmp_path)
 
     def versions() -> list[str]:
         code_of.cache_clear()

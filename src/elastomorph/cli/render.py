@@ -19,7 +19,7 @@ from elastomorph.cli.verb import Answer, verb
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
-    from elastomorph.cli.posing import PoseWords
+    from elastomorph.cli.shots import PoseWords
     from elastomorph.rig import Rig
 
 
@@ -117,7 +117,7 @@ def render(
       elastomorph render rig.glb -p smile=1 --strip 0,0.5,1 --method linear --method arc -o a.png
     """
     from elastomorph.cli import render_words as said
-    from elastomorph.cli.posing import PoseWords
+    from elastomorph.cli.shots import PoseWords
     from elastomorph.draw.sheet import Style
 
     posed, methods, colour = PoseWords.of(pose or ()), method or [], said.background_of(background)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from elastomorph.model.markers import Markers
     from elastomorph.rig.handles import Handle
-    from elastomorph.rig.tracked import Tracked
+    from elastomorph.rig.tracking import Tracked
 
 _RATE = 60.0
 _MOST = 1000  # vertices of meshes with those of the rig: more say nothing new

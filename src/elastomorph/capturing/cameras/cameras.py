@@ -7,29 +7,278 @@ adjusted too where the photographs fix it: photographs are cropped, and lenses s
 
 A small reprojection error alone proves nothing: a wrong lens can be made up for by wrong cameras.
 So what was found is also held against what is known of photographs and lenses.
+
+Cameras from matches whatever is known of the focal length: by EXIF, fixed, or found by trying.
+
+Started from a focal length that is wrong by a third, mapping finds few cameras or none. Where EXIF
+gives none, or few cameras are found with the one it gives, several are tried, from that of a phone
+to that of a portrait lens; the one with which most cameras are found is taken, and among those the
+one that leaves the smallest errors.
+
+What solved cameras are held against beside their reprojection error.
+
+Wrong lenses and wrong cameras can agree with each other to half a pixel. What gives them away is
+what photographs of a head are like: the lens of EXIF, an axis near the middle of the photograph,
+little distortion, cameras around the head that look at it, and points in front of them.
+
+Cameras of photographs that mapping passed over, from the points that the others see.
+
+Mapping goes from photograph to photograph by their strongest features. One of which only weaker
+ones are found again, at the end of a ring or a little blurred, has all of its features compared
+with the points themselves.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from elastomorph.capturing.cameras.exact import cloud, farthest_off, matched, misfits, reprojection
-from elastomorph.capturing.cameras.features import Features, find_features, seen_enlarged
-from elastomorph.capturing.cameras.focal import Start, found_cameras
-from elastomorph.capturing.cameras.late import found_late
+from elastomorph.capturing.cameras.exact import (
+    cloud,
+    farthest_off,
+    matched,
+    misfits,
+    reprojection,
+    well_seen,
+)
+from elastomorph.capturing.cameras.features import (
+    Features,
+    find_features,
+    quiet_pycolmap,
+    seen_enlarged,
+)
 from elastomorph.capturing.cameras.matching import Pairs, compared, strongest
-from elastomorph.capturing.cameras.plausible import remarks_on, require_plausible
-from elastomorph.capturing.cameras.reconstruction import refined
+from elastomorph.capturing.cameras.reconstruction import mapped, pycolmap_camera, refined, verified
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.cameras.sparse import Lens, Shots, Sparse
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.photographs.photographs import FEWEST, Photograph, Photographs
 from elastomorph.errors import CaptureError
+
+_FEWEST, _LEAST_SHARE_LATE = 20, 0.25
+_OFF = 0.003  # focal lengths
+
+
+def found_late(
+    sparse: Sparse, chosen: Sequence[Features], features: Sequence[Features], shots: Shots
+) -> Sparse:
+    """With the cameras of photographs that were passed over, where points say where they are.
+
+    Args:
+        sparse: Cameras and points.
+        chosen: The features of each photograph that were mapped.
+        features: All of them.
+        shots: The photographs.
+    """
+    missing = [k for k, camera in enumerate(sparse.cameras) if camera is None]
+    if not missing or not len(sparse.points):
+        return sparse
+    numbers = np.flatnonzero(well_seen(sparse))
+    points, looks = cloud(sparse, chosen)
+    cameras = list(sparse.cameras)
+    owners, seen = [sparse.owners], [sparse.seen]
+    for k in missing:
+        lens = _lens(sparse, shots, k)
+        pairs = compared(features[k].unit, looks)
+        if lens is None or len(pairs) < _FEWEST:
+            continue
+        places = features[k].places[pairs[:, 0]]
+        camera, agree = _placed(shots.names[k], lens, places, points[pairs[:, 1]])
+        if camera is None or np.count_nonzero(agree) < max(_FEWEST, _LEAST_SHARE_LATE * len(pairs)):
+            continue
+        cameras[k] = camera
+        mine = pairs[agree].astype(np.int64)
+        owners.append(numbers[mine[:, 1]])
+        seen.append(np.stack([np.full(len(mine), k), mine[:, 0]], axis=1))
+    return replace(
+        sparse, cameras=tuple(cameras), owners=np.concatenate(owners), seen=np.concatenate(seen)
+    )
+
+
+def _lens(sparse: Sparse, shots: Shots, photograph: int) -> Lens | None:
+    for k, camera in enumerate(sparse.cameras):
+        if camera is not None and shots.lens_of[k] == shots.lens_of[photograph]:
+            return Lens.of(camera)
+    return None
+
+
+def _placed(
+    name: str, lens: Lens, places: NDArray[np.float64], points: NDArray[np.float64]
+) -> tuple[Camera | None, NDArray[np.bool_]]:
+    """A camera that sees points at places, and which of them agree."""
+    with quiet_pycolmap() as pycolmap:
+        options = pycolmap.AbsolutePoseEstimationOptions()
+        options.ransac.random_seed = 1
+        options.ransac.max_error = _OFF * lens.focal
+        camera = pycolmap_camera(pycolmap, 0, lens, known=True)
+        found = pycolmap.estimate_and_refine_absolute_pose(places + 0.5, points, camera, options)
+    if found is None:
+        return None, np.zeros(len(places), dtype=bool)
+    matrix = found["cam_from_world"].matrix()
+    turn, shift = np.array(matrix[:, :3]), np.array(matrix[:, 3])
+    camera_of = Camera(name, lens.size, lens.focal, lens.centre, lens.radial, turn, shift)
+    return camera_of, np.asarray(found["inlier_mask"], dtype=bool)
+
+
+_FEWEST_POINTS = 200
+_WIDEST_ANGLE, _LEAST_SPAN = 60.0, 15.0  # degrees
+_OFF_CENTRE, _CROPPED = 0.25, 0.04  # of the longer side
+_MOST_DISTORTION = 0.35  # at the corner
+_FOCAL_OFF = 0.12
+_ERROR, _AT_SIZE = 1.2, 2000  # px mean in a photograph of this longer side
+
+
+def require_plausible(pose: str, sparse: Sparse, given: int) -> None:
+    """Refuse cameras that cannot be.
+
+    Raises:
+        CaptureError: And why.
+    """
+    cameras = [camera for camera in sparse.cameras if camera is not None]
+    if len(cameras) < min(FEWEST, given) or len(sparse.points) < _FEWEST_POINTS:
+        raise CaptureError(
+            f"pose '{pose}': only {len(cameras)} cameras and {len(sparse.points)} points are "
+            "found; take more photographs, closer to each other, of skin that is sharp"
+        )
+    span = spanned(sparse)
+    if span < _LEAST_SPAN:
+        raise CaptureError(
+            f"pose '{pose}': all photographs are taken from within {span:.0f} degrees of each "
+            "other; walk around the face, from one ear to the other"
+        )
+    for camera in cameras:
+        longest = max(camera.size)
+        off = camera.centre - (np.array(camera.size) - 1) / 2
+        corner = float(np.hypot(*camera.size)) / 2 / camera.focal
+        if abs(off).max() > _OFF_CENTRE * longest or abs(camera.radial) * corner**2 > (
+            _MOST_DISTORTION
+        ):
+            raise CaptureError(
+                f"pose '{pose}': no lens has what was found for {camera.name} (focal length "
+                f"{camera.focal:,.0f} px, axis {abs(off).max():,.0f} px off the middle, distortion "
+                f"{camera.radial:.2f}); give original photographs, neither cropped nor corrected, "
+                "all with the same lens and zoom"
+            )
+
+
+def remarks_on(sparse: Sparse, taken: Sequence[Photograph]) -> Iterator[str]:
+    """What is unusual in cameras that may be right."""
+    told = set()
+    for photograph, camera in zip(taken, sparse.cameras, strict=True):
+        if camera is None or photograph.lens in told:
+            continue
+        told.add(photograph.lens)
+        longest = max(camera.size)
+        if photograph.focal and abs(camera.focal / photograph.focal - 1) > _FOCAL_OFF:
+            yield (
+                f"the focal length is {camera.focal:,.0f} px; the EXIF of {photograph.name} says "
+                f"{photograph.focal:,.0f} px and was not followed"
+            )
+        off = camera.centre - (np.array(camera.size) - 1) / 2
+        if abs(off).max() > _CROPPED * longest:
+            yield (
+                f"the axis of the lens is {off[0]:+.0f}, {off[1]:+.0f} px from the middle: the "
+                "photographs may be cropped, or turned without their EXIF"
+            )
+    longest = max(max(photograph.size) for photograph in taken)
+    limit = _ERROR * max(0.5, longest / _AT_SIZE)
+    if sparse.error > limit:
+        yield (
+            f"features are {sparse.error:.2f} px from where they should be, {limit:.1f} px is "
+            "usual: the face moved between photographs, or the focus changed"
+        )
+    span = spanned(sparse)
+    if span < _WIDEST_ANGLE:
+        yield f"the photographs span {span:.0f} degrees only; the sides of the face will lack"
+
+
+def spanned(sparse: Sparse) -> float:
+    """Largest angle between two cameras, seen from the middle of the points, in degrees."""
+    middle: NDArray[np.float64] = np.median(sparse.points, axis=0)
+    places = [camera.position for camera in sparse.cameras if camera is not None]
+    away = np.array(places) - middle
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    return float(np.degrees(np.arccos(np.clip(away @ away.T, -1.0, 1.0).min())))
+
+
+# Focal lengths in longer sides of the photograph: 43, 28, 61, 86 and 122 mm on 35-mm film.
+_LADDER = (1.2, 0.78, 1.7, 2.4, 3.4)
+_ENOUGH = 0.9  # of the photographs that have something in common with others
+# Matches of a photograph against those of the middle one; with fewer, blurred or of something else,
+# no lens would place it.
+_IN_COMMON = 0.25
+
+
+@dataclass(frozen=True)
+class Start:
+    """What is known of a lens: its photographs' size, a focal length in px, and if that is sure."""
+
+    size: tuple[int, int]
+    focal: float | None
+    lens: Lens | None = None  # Known already, and kept
+
+    def as_lens(self, ratio: float) -> Lens:
+        """The lens, with this focal length in longer sides where none is known."""
+        if self.lens is not None:
+            return self.lens
+        return Lens.plain(self.size, self.focal or ratio * max(self.size))
+
+
+def found_cameras(
+    shots: Shots,
+    starts: Sequence[Start],
+    pairs: Pairs,
+    folder: Path,
+    say: Callable[[str], None],
+) -> tuple[Sparse | None, float]:
+    """The cameras that most photographs agree on, None where none are found, and how many would do.
+
+    Args:
+        shots: The photographs.
+        starts: What is known of each lens.
+        pairs: Matches of them.
+        folder: For files that are no longer needed afterwards.
+        say: Told what is tried.
+    """
+    known = all(start.lens or start.focal for start in starts)
+    fixed = all(start.lens for start in starts)
+    lenses = [start.as_lens(_LADDER[0]) for start in starts]
+    kept, geometries = verified(shots, lenses, pairs, known=known)
+    in_common = np.zeros(len(shots.names))
+    for pair, matches in kept.items():
+        in_common[list(pair)] += len(matches)
+    enough = _ENOUGH * np.count_nonzero(in_common >= _IN_COMMON * np.median(in_common))
+    best: Sparse | None = None
+    if known:
+        best = mapped(shots, lenses, geometries, folder, fixed=fixed)
+        if fixed or (best is not None and best.found >= enough):
+            return best, enough
+    for ratio in _LADDER:
+        say(f"trying a focal length of {ratio:g} times the longer side")
+        # What EXIF says did not do, where it said anything.
+        lenses = [Start(start.size, None, start.lens).as_lens(ratio) for start in starts]
+        _, again = verified(shots, lenses, kept, known=True)
+        best = _better(best, mapped(shots, lenses, again, folder))
+    return best, enough
+
+
+def _better(one: Sparse | None, other: Sparse | None) -> Sparse | None:
+    """That with more cameras; of as many, that with smaller errors."""
+    if one is None or other is None:
+        return other if one is None else one
+
+    def merit(sparse: Sparse) -> tuple[Any, ...]:
+        return sparse.found, -sparse.error
+
+    return max(one, other, key=merit)
+
 
 # Called with what is being done and the part of it that is done, from 0 to 1.
 Say = Callable[[str, float], None]
