@@ -58,6 +58,33 @@ def write(file: SmallFile, path: Path) -> Path:
     return path
 
 
+@pytest.mark.parametrize("suffix", ["glb", "gltf"])
+def test_what_is_added_is_packed_where_that_is_asked(tmp_path: Path, suffix: str) -> None:
+    """Without loss; the rest of the file, and the way back, are as without."""
+    path = flap_character(normals=True).write(tmp_path / f"a.{suffix}")
+    plain, small = (
+        em.bend(path, tmp_path / f"{name}.{suffix}", compress=name == "packed")
+        for name in ("plain", "packed")
+    )
+    assert plain.output is not None
+    assert small.output is not None
+    files = [open_gltf(own) for own in (path, small.output)]
+    first = len(files[0].document["bufferViews"])
+    views = files[1].document["bufferViews"]
+    assert views[:first] == files[0].document["bufferViews"]
+    assert all(meshopt.EXTENSIONS[0] in own["extensions"] for own in views[first:])
+    assert meshopt.EXTENSIONS[0] in files[1].document["extensionsRequired"]
+    found, expected = em.read_rig(small.output), em.read_rig(plain.output)
+    for t in (0.3, 0.7):
+        np.testing.assert_array_equal(found.pose({"open": t}), expected.pose({"open": t}))
+    em.unbend(small.output, tmp_path / f"back.{suffix}")
+    back = open_gltf(tmp_path / f"back.{suffix}")
+    assert back.document == files[0].document
+    assert back.buffer(0) == files[0].buffer(0)
+    again = em.bend(path, tmp_path / f"again.{suffix}")  # nothing of it is left in the source
+    assert again.bytes == plain.bytes
+
+
 @pytest.mark.parametrize("name", meshopt.EXTENSIONS)
 def test_bends_of_a_packed_file_are_packed(tmp_path: Path, name: str) -> None:
     path = write(packed(flap_character(normals=True), name), tmp_path / "a.glb")

@@ -31,6 +31,7 @@ def bend(
     keys_tolerance: float | None = None,
     max_targets: int | None = None,
     fold: bool = False,
+    compress: bool = False,
     source: str | Path | None = None,
     curves: str | Path | None = None,
     say: Callable[[str], None] = lambda _: None,
@@ -57,11 +58,14 @@ def bend(
             targets move: 1.1e-4 by default (of which methods bake their paths within 1e-4), of the
             in-betweens of USD 5e-4.
         keys_tolerance: How closely animations follow the paths between their keys, likewise: 1e-4
-            by default. Only for glTF, as the two that follow.
+            by default. Only for glTF, as the three that follow.
         max_targets: The most morph targets that a mesh may have; the bends that gain most come
             first.
         fold: Whether a bend that is a multiple of its Δ becomes a curve of the weight of Δ, which
             costs no target, but needs a runtime or an animation to be seen.
+        compress: Whether what is added is packed by meshoptimizer, without loss; what the file had
+            stays as it is. Of a file that it has packed, what is added always is. Players need its
+            decoder: EXT_meshopt_compression.
         source: A bent character, or a file of its curves (.json), that a pipeline has made this
             file from. It gets the curves of that back, and no paths are made: its targets are
             found by their names, then by their numbers, then by their shapes.
@@ -82,7 +86,7 @@ def bend(
     options: dict[str, Any] = {"method": method, "only": only, "say": say}
     _require_curves(path, output, source, curves)
     if source is not None:
-        made = (method, only, tolerance, keys_tolerance, max_targets, fold or None)
+        made = (method, only, tolerance, keys_tolerance, max_targets, fold or compress or None)
         if any(given is not None for given in made):
             raise ParameterError(
                 f"{path}: the curves of {source} are given back as they are; leave out what says "
@@ -93,11 +97,13 @@ def bend(
         return give_back(path, output, source, curves, say)
     if Path(path).suffix.lower() in _USD:
         given = {"keys_tolerance": keys_tolerance, "max_targets": max_targets, "fold": fold or None}
+        given["compress"] = compress or None
         return _bend_usd(path, output, given, tolerance=tolerance, **options)
     from elastomorph.bending.gltf import bend_gltf
 
     options |= {"tolerance": tolerance, "keys_tolerance": keys_tolerance}
-    return bend_gltf(path, output, max_targets=max_targets, fold=fold, curves=curves, **options)
+    options |= {"fold": fold, "compress": compress, "curves": curves}
+    return bend_gltf(path, output, max_targets=max_targets, **options)
 
 
 def _require_curves(

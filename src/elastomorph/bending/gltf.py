@@ -42,6 +42,7 @@ from elastomorph.io.atomic import size_of
 from elastomorph.io.gltf.accessors import DTYPES, read_floats
 from elastomorph.io.gltf.clips import POINTER, MovedWeights, moved_weights
 from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.meshopt import EXTENSIONS, require_meshopt
 from elastomorph.io.untrusted import naming_file
 from elastomorph.numbers import as_number
 from elastomorph.paths import Method
@@ -301,10 +302,13 @@ def bend_gltf(
     keys_tolerance: float | None = None,
     max_targets: int | None = None,
     fold: bool = False,
+    compress: bool = False,
     curves: str | Path | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> BendReport:
     """Bend a .glb, .vrm or .gltf file; without an output, only say what would come of it."""
+    if compress:
+        require_meshopt()
     say(f"reading {path}")
     with of_bounded_depth(path):
         character = Character.read(path)
@@ -327,7 +331,7 @@ def bend_gltf(
         say=say,
     )
     with of_bounded_depth(path):
-        edit = CharacterEdit(character, face, plan, fewest)
+        edit = CharacterEdit(character, face, plan, fewest, compress=compress)
         edit.add_bends(say)
         edit.add_clips(KEYS_TOLERANCE if keys_tolerance is None else keys_tolerance, say)
         report = edit.written(output, say)
@@ -385,12 +389,22 @@ def _accessors(file: GltfFile, face: Face) -> Iterator[Any]:
 class CharacterEdit:
     """A copy of a document on its way to being bent."""
 
-    def __init__(self, character: Character, face: Face, plan: Plan, tolerance: float) -> None:
+    def __init__(
+        self,
+        character: Character,
+        face: Face,
+        plan: Plan,
+        tolerance: float,
+        *,
+        compress: bool = False,
+    ) -> None:
         self._character, self._face, self._plan = character, face, plan
         file = character.file
         self._document = copy.deepcopy(file.document)
         counts = (len(file.items("accessors")), len(file.items("bufferViews")))
         self._packing = Packing.of(file, _accessors(file, face))
+        if self._packing is None and compress:
+            self._packing = Packing(EXTENSIONS[0], len(file.items("buffers")), 0)
         self._additions = Additions(*counts, self._packing)
         shared = (self._document, self._additions, plan.extent, tolerance)
         self._meshes = [MeshEdit(file, mesh, *shared) for mesh in face.meshes]
@@ -471,6 +485,11 @@ class CharacterEdit:
         if not additions.accessors:
             return character.chunk, {}
         buffers = document.setdefault("buffers", [])
+        if self._packing is not None and self._packing.fallback == len(buffers):  # it is ours
+            name = self._packing.extension
+            buffers.append({"byteLength": 0, "extensions": {name: {"fallback": True}}})
+            for key in ("extensionsUsed", "extensionsRequired"):
+                document[key] = [*dict.fromkeys([*document.get(key, []), name])]
         into_chunk = character.binary_is_buffer_0
         chunk, beside = character.chunk, {}
         if into_chunk:

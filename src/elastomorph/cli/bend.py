@@ -59,6 +59,9 @@ def bend(
     fold: Annotated[
         bool, typer.Option("--fold", help="Bends along their target cost no target, but a runtime.")
     ] = False,
+    compress: Annotated[
+        bool, typer.Option("--compress", help="glTF: pack what is added, without loss (meshopt).")
+    ] = False,
     source: Annotated[
         Path | None,
         typer.Option("--from", help="The bent file this was made from: gives its curves back."),
@@ -91,6 +94,7 @@ def bend(
         keys_tolerance=keys_tolerance,
         max_targets=max_targets,
         fold=fold,
+        compress=compress,
         source=source,
         curves=None if dry_run else curves,
         say=say,
