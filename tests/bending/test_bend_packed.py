@@ -60,7 +60,7 @@ def write(file: SmallFile, path: Path) -> Path:
 
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
 def test_what_is_added_is_packed_where_that_is_asked(tmp_path: Path, suffix: str) -> None:
-    """Without loss; the rest of the file, and the way back, are as without."""
+    """Rounded by a little; the rest of the file, and the way back, are as without."""
     path = flap_character(normals=True).write(tmp_path / f"a.{suffix}")
     plain, small = (
         em.bend(path, tmp_path / f"{name}.{suffix}", compress=name == "packed")
@@ -76,7 +76,10 @@ def test_what_is_added_is_packed_where_that_is_asked(tmp_path: Path, suffix: str
     assert meshopt.EXTENSIONS[0] in files[1].document["extensionsRequired"]
     found, expected = em.read_rig(small.output), em.read_rig(plain.output)
     for t in (0.3, 0.7):
-        np.testing.assert_array_equal(found.pose({"open": t}), expected.pose({"open": t}))
+        straight = em.read_rig(path).pose({"open": t})
+        bent = np.abs(expected.pose({"open": t}) - straight).max()
+        away = np.abs(found.pose({"open": t}) - expected.pose({"open": t})).max()
+        assert 0 < away < 2e-4 * bent
     em.unbend(small.output, tmp_path / f"back.{suffix}")
     back = open_gltf(tmp_path / f"back.{suffix}")
     assert back.document == files[0].document

@@ -31,11 +31,13 @@ class Packing:
         extension: The name of the extension.
         fallback: Number of the buffer, without bytes, that views have their decoded place in.
         length: Its length.
+        asked: Whether it is only what is added that is packed, as the user asks.
     """
 
     extension: str
     fallback: int
     length: int
+    asked: bool = False
 
     @classmethod
     def of(cls, file: GltfFile, accessors: Iterable[Any]) -> Packing | None:
@@ -76,6 +78,11 @@ class Additions:
         self._known: dict[bytes, int] = {}
 
     @property
+    def packs(self) -> bool:
+        """Whether what is added is packed because the user asks, so that it may be rounded."""
+        return self._packing is not None and self._packing.asked
+
+    @property
     def size(self) -> int:
         """Bytes of all that was added so far."""
         return sum(map(len, self._contents))
@@ -96,8 +103,9 @@ class Additions:
         use = f"{rows.dtype.str} {rows.shape} {normalized} {bounds}".encode()
         key = hashlib.blake2b(use + rows.tobytes(), digest_size=16).digest()
         if key not in self._known:
-            # A packed view of zeros takes next to nothing, and sparse ones are not packed.
-            whole = sparse >= dense or (self._packing is not None and len(moved) > 0)
+            # A packed file gets whole views, as its own are: zeros take next to nothing.
+            like_others = self._packing is not None and not self.packs
+            whole = sparse >= dense or (like_others and len(moved) > 0)
             if fractions and not whole:
                 rows = (rows / np.iinfo(rows.dtype).max).astype(np.float32)
                 normalized = False
@@ -164,13 +172,14 @@ class Additions:
     def placed(self, buffer: int, start: int) -> tuple[list[dict[str, Any]], bytes]:
         """The buffer views, and their bytes, which follow ``start`` others in a buffer."""
         views, blob = [], bytearray(-start % 4)
-        for own, content in zip(self._views, self._contents, strict=True):
+        for use, own, content in zip(self._shared, self._views, self._contents, strict=True):
             stored = bytes(content)
             offset = start + len(blob)
             place: dict[str, Any] = {"buffer": buffer, "byteOffset": offset}
             place["byteLength"] = len(stored)
             if self._packing is not None:
-                stride = own.get("byteStride", 4)
+                # Floats are packed by vectors; views of sparse values themselves have no stride.
+                stride = own.get("byteStride", 12 if use == ("values", 4) else 4)
                 stored += bytes(-len(stored) % stride)
                 place = self._unpacked(len(stored))
                 stored, packing = meshopt.packed_view(stored, stride, "ATTRIBUTES")

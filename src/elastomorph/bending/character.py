@@ -63,9 +63,10 @@ def bend(
             first.
         fold: Whether a bend that is a multiple of its Δ becomes a curve of the weight of Δ, which
             costs no target, but needs a runtime or an animation to be seen.
-        compress: Whether what is added is packed by meshoptimizer, without loss; what the file had
-            stays as it is. Of a file that it has packed, what is added always is. Players need its
-            decoder: EXT_meshopt_compression.
+        compress: Whether what is added is packed by meshoptimizer, bends rounded to a
+            ten-thousandth of their largest displacement; what the file had stays as it is. Of a
+            file that it has packed, what is added always is. Players need its decoder:
+            EXT_meshopt_compression.
         source: A bent character, or a file of its curves (.json), that a pipeline has made this
             file from. It gets the curves of that back, and no paths are made: its targets are
             found by their names, then by their numbers, then by their shapes.

@@ -404,7 +404,7 @@ class CharacterEdit:
         counts = (len(file.items("accessors")), len(file.items("bufferViews")))
         self._packing = Packing.of(file, _accessors(file, face))
         if self._packing is None and compress:
-            self._packing = Packing(EXTENSIONS[0], len(file.items("buffers")), 0)
+            self._packing = Packing(EXTENSIONS[0], len(file.items("buffers")), 0, asked=True)
         self._additions = Additions(*counts, self._packing)
         shared = (self._document, self._additions, plan.extent, tolerance)
         self._meshes = [MeshEdit(file, mesh, *shared) for mesh in face.meshes]

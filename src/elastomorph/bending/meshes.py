@@ -151,27 +151,29 @@ class MeshSpace:
 
 _WHOLE = {5120: "|i1", 5122: "<i2"}
 _FINER = {"|i1": "<i2"}
+_ROUNDED = 1e-4  # of the largest number of a bend that is rounded
 
 
 @dataclass(frozen=True)
 class Encoding:
-    """The type of the components of an accessor."""
+    """The type of the components of an accessor, and whether single precision is rounded."""
 
     dtype: str
     normalized: bool
+    rounded: bool = False
 
     @classmethod
-    def of(cls, file: GltfFile, accessor: Any) -> Encoding:
+    def of(cls, file: GltfFile, accessor: Any, *, rounded: bool = False) -> Encoding:
         """That of an accessor of the file; single precision where there is none."""
         entry = {} if accessor is None else file.item("accessors", accessor, "a morph target")
         code = entry.get("componentType")
         dtype = _WHOLE.get(code, "<f4") if type(code) is int else "<f4"
-        return cls(dtype, dtype != "<f4" and entry.get("normalized") is True)
+        return cls(dtype, dtype != "<f4" and entry.get("normalized") is True, rounded)
 
     @property
     def finer(self) -> Encoding:
         """The next with more bits, for what these hold too roughly; itself where there is none."""
-        return Encoding(_FINER.get(self.dtype, self.dtype), self.normalized)
+        return Encoding(_FINER.get(self.dtype, self.dtype), self.normalized, self.rounded)
 
     def encoded(
         self, values: NDArray[np.float64], *, directions: bool = False
@@ -190,7 +192,12 @@ class Encoding:
             steps = np.round(values / unit)
             if np.abs(steps).max(initial=0.0) <= limits.max:
                 return steps.astype(kind), self.normalized, steps * unit - values
-        rows = values.astype(np.float32)
+        if self.rounded and values.any():
+            # Multiples of a power of two leave bytes of zeros, which pack well.
+            step = 2.0 ** np.floor(np.log2(_ROUNDED * np.abs(values).max()))
+            rows = (np.round(values / step) * step).astype(np.float32)
+        else:
+            rows = values.astype(np.float32)
         return rows, False, rows - values
 
 
@@ -291,7 +298,7 @@ class MeshEdit:
             kinds = dict.fromkeys(["POSITION", *(kind for kind in _KINDS if kind in example)])
             target: dict[str, Any] = {}
             for kind in kinds:
-                encoding = Encoding.of(self._file, example.get(kind))
+                encoding = Encoding.of(self._file, example.get(kind), rounded=self._additions.packs)
                 space = self._spaces.get(number)
                 key = (kind, encoding, space or number)
                 if key not in known:

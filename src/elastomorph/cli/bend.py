@@ -60,7 +60,7 @@ def bend(
         bool, typer.Option("--fold", help="Bends along their target cost no target, but a runtime.")
     ] = False,
     compress: Annotated[
-        bool, typer.Option("--compress", help="glTF: pack what is added, without loss (meshopt).")
+        bool, typer.Option("--compress", help="glTF: pack what is added (EXT_meshopt_compression).")
     ] = False,
     source: Annotated[
         Path | None,
