@@ -124,7 +124,7 @@ class Additions:
 
         They share a view with others in whose place keys of the same view were.
         """
-        place = self._append(("keys", bounds, beside), values.tobytes())
+        place = self._append(("keys", values.itemsize, bounds, beside), values.tobytes())
         accessor = place | self._kind(values.reshape(-1, 1))
         accessor |= {"normalized": True} if values.dtype.kind != "f" else {}
         if bounds:
@@ -177,12 +177,13 @@ class Additions:
             offset = start + len(blob)
             place: dict[str, Any] = {"buffer": buffer, "byteOffset": offset}
             place["byteLength"] = len(stored)
-            if self._packing is not None:
-                # Floats are packed by vectors; views of sparse values themselves have no stride.
-                stride = own.get("byteStride", 12 if use == ("values", 4) else 4)
+            # Rows are packed as they are read: whole elements, of which meshoptimizer takes fours.
+            stride = own.get("byteStride", use[1] * (3 if use[0] == "values" else 1))
+            mode = "INDICES" if use[0] == "places" else "ATTRIBUTES"
+            if self._packing is not None and (mode == "INDICES" or stride % 4 == 0):
                 stored += bytes(-len(stored) % stride)
                 place = self._unpacked(len(stored))
-                stored, packing = meshopt.packed_view(stored, stride, "ATTRIBUTES")
+                stored, packing = meshopt.packed_view(stored, stride, mode)
                 packed = {"buffer": buffer, "byteOffset": offset, "byteLength": len(stored)}
                 place["extensions"] = {self._packing.extension: packed | packing}
             views.append(place | own)
