@@ -76,7 +76,7 @@ def test_what_is_added_is_packed_where_that_is_asked(tmp_path: Path, suffix: str
     assert meshopt.EXTENSIONS[0] in files[1].document["extensionsRequired"]
     found, expected = em.read_rig(small.output), em.read_rig(plain.output)
     for t in (0.3, 0.7):
-        straight = em.read_rig(path, "linear").pose({"open": t})
+        straight = em.read_rig(path, method="linear").pose({"open": t})
         bent = np.abs(expected.pose({"open": t}) - straight).max()
         away = np.abs(found.pose({"open": t}) - expected.pose({"open": t})).max()
         assert 0 < away < 2e-4 * bent
