@@ -32,9 +32,8 @@ import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.fitting.learned import Learned, PathErrors, never_worse
-from elastomorph.fitting.learning import Take
+from elastomorph.fitting.learning import Recordings, Take
 from elastomorph.fitting.path_fit import Splines, fitted
-from elastomorph.fitting.recordings import Recordings
 from elastomorph.model.bend_curve import BendCurve
 from learning import REPETITIONS, marker_take
 from measuring import data_folder

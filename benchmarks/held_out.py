@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 import elastomorph as em
 from dragging import NOISY_PRIOR
 from elastomorph.fitting import path_fit
-from elastomorph.fitting.recordings import KNOTS
+from elastomorph.fitting.learning import KNOTS
 from elastomorph.rig import Rig
 from elastomorph.rig.solving import PRIOR as PLAIN
 from elastomorph.rig.tracking import PRIOR, SMOOTH

@@ -11,8 +11,8 @@ import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.curve_errors import CurveVertices
 from elastomorph.evaluation.movements import find_movements
+from elastomorph.fitting import learning
 from elastomorph.fitting import learning as repeating
-from elastomorph.fitting import recordings
 from elastomorph.fitting.learning import Take
 from elastomorph.fitting.path_fit import Observed, Splines, fitted
 from elastomorph.io.sequences import read_recording
@@ -115,9 +115,9 @@ def test_dense_meshes_are_learned_from_a_sample(
     """Curves from some vertices, shapes for all: nearly as good as all at once."""
     take = movement(network, 2, noise=0.02)
     whole = em.learn(take, 1, curves=network).errors.lme
-    monkeypatch.setattr(recordings, "_LEAST_SAMPLE", 8)
-    monkeypatch.setattr(recordings, "_SAMPLE", 8 * len(TIMES))
-    monkeypatch.setattr(recordings, "_BLOCK", 5 * len(TIMES))
+    monkeypatch.setattr(learning, "_LEAST_SAMPLE", 8)
+    monkeypatch.setattr(learning, "_SAMPLE", 8 * len(TIMES))
+    monkeypatch.setattr(learning, "_BLOCK", 5 * len(TIMES))
     assert em.learn(take, 1, curves=network).errors.lme < 1.15 * whole
 
 
@@ -359,8 +359,8 @@ def test_a_bend_more_is_never_worse(
     network: CurveNetwork, timing: str, seed: int, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On all vertices, the sample being a few; where curves are too stiff for what was recorded."""
-    monkeypatch.setattr(recordings, "_SAMPLE", 10 * len(TIMES))
-    monkeypatch.setattr(recordings, "_LEAST_SAMPLE", 10)
+    monkeypatch.setattr(learning, "_SAMPLE", 10 * len(TIMES))
+    monkeypatch.setattr(learning, "_LEAST_SAMPLE", 10)
     random = np.random.default_rng(seed)
     take = wavering(network, 6, 4)
     frames = take.frames.copy()
@@ -380,8 +380,8 @@ def test_a_bend_more_goes_on_from_the_path_of_fewer(
     network: CurveNetwork, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where a fit from nothing is worse on all vertices than what there was."""
-    monkeypatch.setattr(recordings, "_SAMPLE", 10 * len(TIMES))
-    monkeypatch.setattr(recordings, "_LEAST_SAMPLE", 10)
+    monkeypatch.setattr(learning, "_SAMPLE", 10 * len(TIMES))
+    monkeypatch.setattr(learning, "_LEAST_SAMPLE", 10)
     take = wavering(network, 6, 4)
     frames = take.frames.copy()
     frames[1:-1] += 0.02 * np.random.default_rng(1).normal(size=frames[1:-1].shape)
