@@ -128,10 +128,10 @@ def test_importing_the_report_imports_no_drawing_package() -> None:
 @pytest.mark.parametrize(
     ("missing", "package", "call"),
     [
-        ("vtkmodules", "vtk", "report.render(square)"),
-        ("matplotlib", "matplotlib", "report.render(square, scalars=[0, 1, 2, 3])"),
-        ("matplotlib", "matplotlib", "report.time_law_graph('graph.png')"),
-        ("PIL", "pillow", "report.write_picture(np.zeros((2, 2, 3), np.uint8), 'picture.png')"),
+        ("vtkmodules", "vtk", "draw.render(square)"),
+        ("matplotlib", "matplotlib", "draw.render(square, scalars=[0, 1, 2, 3])"),
+        ("matplotlib", "matplotlib", "draw.time_law_graph('graph.png')"),
+        ("PIL", "pillow", "draw.write_picture(np.zeros((2, 2, 3), np.uint8), 'picture.png')"),
     ],
 )
 def test_a_missing_package_is_named_with_the_extra_that_brings_it(
@@ -139,7 +139,7 @@ def test_a_missing_package_is_named_with_the_extra_that_brings_it(
 ) -> None:
     done = _python(
         f"import sys; sys.modules[{missing!r}] = None\n{SPHERE}\n"
-        "from elastomorph import report\n"
+        "from elastomorph import draw\n"
         "from elastomorph.errors import MissingExtraError\n"
         f"try:\n    {call}\nexcept MissingExtraError as error:\n    print(error)"
     )

@@ -50,7 +50,7 @@ def test_the_benchmark_of_real_captures(data_dir: Path) -> None:
         text=True,
         encoding="utf-8",
         env={**os.environ, "PYTHONIOENCODING": "utf-8"},
-        timeout=280,
+        timeout=1100,
         check=False,
     )
     assert ran.returncode == 0, ran.stderr
