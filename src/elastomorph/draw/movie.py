@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from fractions import Fraction
@@ -120,7 +119,7 @@ def _last_line(complaints: IO[bytes]) -> str:
     return lines[-1].strip() if lines else ""
 
 
-COLOURS = 255
+_COLOURS = 255
 _UNCHANGED = 255
 _SAMPLED_FRAMES = 16
 _SAMPLED_PIXELS = 400_000
@@ -129,18 +128,15 @@ _DITHER = 5.0
 
 
 def write_gif(path: str | Path, frames: Iterable[Image], durations: list[int]) -> None:
-    """Write (H, W, 3) uint8 pictures as a GIF that plays again and again, each for tens of ms."""
-    packed, shape = _packed(frames)
-    if not packed:
+    """Write (H, W, 3) uint8 pictures as a GIF that plays again and again, each for tens of ms.
+
+    One palette serves all frames, the pattern of the dither stands still and the most frequent
+    colour is exact. (The palettes that ffmpeg finds tint the whites of eyes.)
+    """
+    drawn = list(frames)  # all must wait for the palette
+    if not drawn:
         raise ParameterError("a GIF needs at least 1 frame, found 0")
-    chosen = np.unique(np.linspace(0, len(packed) - 1, _SAMPLED_FRAMES).astype(int))
-    samples = np.stack([_unpacked(packed[number], shape) for number in chosen])
-    background = _most_frequent(samples[0].reshape(-1, 3))
-    palette = _palette(samples.reshape(-1, 3), background)
-    nearest = _nearest_table(palette)
-    pattern = dither_pattern(shape[0], shape[1])
-    indexed = (_indexed(_unpacked(each, shape), palette, nearest, pattern) for each in packed)
-    coming = _changes(indexed, palette)
+    coming = _changes(drawn, _palette(drawn[:: -(-len(drawn) // _SAMPLED_FRAMES)]))
     with replacing(path) as file:
         next(coming).save(
             file,
@@ -155,6 +151,41 @@ def write_gif(path: str | Path, frames: Iterable[Image], durations: list[int]) -
         )
 
 
+def _palette(frames: list[Image]) -> NDArray[np.uint8]:
+    """(255, 3) colours: the most frequent of the first frame, then those of the other pixels."""
+    pixels = np.stack(frames).reshape(-1, 3)
+    colours, counts = np.unique(frames[0].reshape(-1, 3), axis=0, return_counts=True)
+    background = colours[None, counts.argmax()]
+    others = pixels[(pixels != background).any(axis=1)]
+    sheet = np.concatenate([background, others[:: 1 + len(others) // _SAMPLED_PIXELS]])
+    pillow = imported("PIL.Image")
+    found = pillow.fromarray(sheet[None]).quantize(
+        _COLOURS - 1, method=pillow.Quantize.MEDIANCUT, kmeans=2
+    )
+    chosen = np.array(found.getpalette(), dtype=np.uint8).reshape(-1, 3)
+    return np.resize(np.concatenate([background, chosen]), (_COLOURS, 3))
+
+
+def _changes(frames: list[Image], palette: NDArray[np.uint8]) -> Iterator[Any]:
+    """Pillow's pictures of the first frame, and of what differs in each from the one before."""
+    from scipy.spatial import cKDTree
+
+    # the nearest colour to each cell of 4 × 4 × 4 levels
+    cells = np.stack(np.meshgrid(*[np.arange(64) * 4 + 1.5] * 3, indexing="ij"), axis=-1)
+    nearest = cKDTree(palette.astype(float)).query(cells)[1].astype(np.uint8)
+    pattern = dither_pattern(*frames[0].shape[:2])[..., None]
+    before = None
+    for frame in frames:
+        noisy = np.clip(np.rint(frame + pattern), 0, 255).astype(np.uint8) >> 2
+        indices = nearest[tuple(np.moveaxis(noisy, -1, 0))]
+        indices[(frame == palette[0]).all(axis=2)] = 0
+        new = indices if before is None else np.where(indices == before, _UNCHANGED, indices)
+        picture = imported("PIL.Image").fromarray(new.astype(np.uint8))
+        picture.putpalette(palette.tobytes())
+        before = indices
+        yield picture
+
+
 def dither_pattern(height: int, width: int) -> NDArray[np.float64]:
     """Bayer's 8 × 8 pattern over a picture: (height, width) levels with mean 0."""
     bayer = np.zeros((1, 1))
@@ -163,69 +194,3 @@ def dither_pattern(height: int, width: int) -> NDArray[np.float64]:
     levels = (bayer + 0.5) / bayer.size - 0.5
     repeats = (-(-height // len(levels)), -(-width // len(levels)))
     return _DITHER * np.tile(levels, repeats)[:height, :width]
-
-
-def _packed(frames: Iterable[Image]) -> tuple[list[bytes], tuple[int, ...]]:
-    """The frames compressed without loss, for all must wait for the palette; and their shape."""
-    packed: list[bytes] = []
-    shape: tuple[int, ...] = (0, 0, 3)
-    for frame in frames:
-        shape = frame.shape
-        packed.append(zlib.compress(frame.tobytes(), 1))
-    return packed, shape
-
-
-def _unpacked(packed: bytes, shape: tuple[int, ...]) -> Image:
-    return np.frombuffer(zlib.decompress(packed), dtype=np.uint8).reshape(shape)
-
-
-def _most_frequent(pixels: Image) -> NDArray[np.uint8]:
-    colours, counts = np.unique(pixels, axis=0, return_counts=True)
-    return np.asarray(colours[counts.argmax()])
-
-
-def _palette(pixels: Image, background: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(255, 3) colours: the background, then 254 of the other pixels."""
-    others = pixels[(pixels != background).any(axis=1)]
-    others = others[:: max(1, len(others) // _SAMPLED_PIXELS)]
-    if not len(others):
-        others = background[None]
-    pillow = imported("PIL.Image")
-    sheet = pillow.fromarray(np.ascontiguousarray(others[None]))
-    found = sheet.quantize(COLOURS - 1, method=pillow.Quantize.MEDIANCUT, kmeans=2)
-    chosen = np.array(found.getpalette(), dtype=np.uint8).reshape(-1, 3)[: COLOURS - 1]
-    unused = np.broadcast_to(background, (COLOURS - 1 - len(chosen), 3))
-    return np.concatenate([background[None], chosen, unused])
-
-
-def _nearest_table(palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(64, 64, 64) nearest colour of the palette to each cell of 4 × 4 × 4 levels."""
-    from scipy.spatial import cKDTree
-
-    middle = np.arange(64) * 4 + 1.5
-    cells = np.stack(np.meshgrid(middle, middle, middle, indexing="ij"), axis=-1)
-    return np.asarray(cKDTree(palette.astype(float)).query(cells)[1]).astype(np.uint8)
-
-
-def _indexed(
-    frame: Image,
-    palette: NDArray[np.uint8],
-    nearest: NDArray[np.uint8],
-    pattern: NDArray[np.float64],
-) -> NDArray[np.uint8]:
-    """(H, W) the colour of each pixel."""
-    noisy = np.clip(np.rint(frame + pattern[..., None]), 0, 255).astype(np.uint8) >> 2
-    indices: NDArray[np.uint8] = nearest[noisy[..., 0], noisy[..., 1], noisy[..., 2]]
-    indices[(frame == palette[0]).all(axis=2)] = 0
-    return indices
-
-
-def _changes(indexed: Iterable[NDArray[np.uint8]], palette: NDArray[np.uint8]) -> Iterator[Any]:
-    """Pillow's pictures of the first frame, and of what differs in each from the one before."""
-    before: NDArray[np.uint8] | None = None
-    for indices in indexed:
-        new = indices if before is None else np.where(indices == before, _UNCHANGED, indices)
-        picture = imported("PIL.Image").fromarray(new.astype(np.uint8), mode="P")
-        picture.putpalette(palette.tobytes())
-        before = indices
-        yield picture
