@@ -9,19 +9,17 @@ from painted import grid, ring
 from elastomorph.capturing.geometry.deformation import Deformation
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.confidence import (
+    Observations,
     beside,
     confidences,
     contradictions,
     expected_errors,
     filled,
-    spreads,
-    stretched,
-)
-from elastomorph.capturing.tracking.observations import (
-    Observations,
     normal_equations,
     photographs,
     residuals,
+    spreads,
+    stretched,
     supported,
 )
 

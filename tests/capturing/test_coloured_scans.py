@@ -19,9 +19,9 @@ from small_scans import in_single_steps, marked, middle, posed, rig, scanned  # 
 
 from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
 from elastomorph.capturing.geometry.surface import Surface  # noqa: E402
-from elastomorph.capturing.scans.face import read_face  # noqa: E402
 from elastomorph.capturing.scans.nonrigid import Elastic  # noqa: E402
 from elastomorph.capturing.scans.placing import Marks, placed_next  # noqa: E402
+from elastomorph.capturing.scans.registered_files import read_face  # noqa: E402
 from elastomorph.capturing.scans.registration import neutral_person  # noqa: E402
 from elastomorph.capturing.scans.scans import read_scan  # noqa: E402
 from elastomorph.model.appearance import Material, Texture  # noqa: E402

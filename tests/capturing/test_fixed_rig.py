@@ -11,9 +11,8 @@ from spotted import cameras, centres_off, egg, finder, renamed, seen, taken
 import elastomorph.capturing.cameras.cameras as solving
 import elastomorph.capturing.cameras.fixed_rig as module
 from elastomorph.capturing.cameras.cameras import solve_pose
-from elastomorph.capturing.cameras.fixed_rig import looked_at, solve_in_rig, solve_rig
+from elastomorph.capturing.cameras.fixed_rig import looked_at, same_cameras, solve_in_rig, solve_rig
 from elastomorph.capturing.cameras.frames import brought
-from elastomorph.capturing.cameras.names import same_cameras
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.photographs.photographs import Photograph, Photographs
 from elastomorph.errors import CaptureError

@@ -5,8 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from elastomorph.capturing.geometry.similarity import Similarity
-from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks, write_landmarks
-from elastomorph.capturing.landmarks.metric import factor_of, fit_to_scale
+from elastomorph.capturing.landmarks.landmarks import (
+    Landmarks,
+    factor_of,
+    fit_to_scale,
+    read_landmarks,
+    write_landmarks,
+)
 from elastomorph.errors import CaptureError, FormatError
 
 RANDOM = np.random.default_rng(6)

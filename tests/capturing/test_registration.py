@@ -23,9 +23,9 @@ from elastomorph.capturing.landmarks.known_landmarks import known_landmarks  # n
 from elastomorph.capturing.landmarks.landmarks import Landmarks  # noqa: E402
 from elastomorph.capturing.scans import registration  # noqa: E402
 from elastomorph.capturing.scans.correspondence import ScanPoints  # noqa: E402
-from elastomorph.capturing.scans.face import Face, read_face  # noqa: E402
 from elastomorph.capturing.scans.nonrigid import Elastic, Held  # noqa: E402
 from elastomorph.capturing.scans.placing import Marks, placed_next, stillness  # noqa: E402
+from elastomorph.capturing.scans.registered_files import Face, read_face  # noqa: E402
 from elastomorph.capturing.scans.registration import require_alike, trusted  # noqa: E402
 from elastomorph.capturing.scans.scans import read_scan  # noqa: E402
 

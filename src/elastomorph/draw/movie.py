@@ -172,7 +172,7 @@ def _changes(frames: list[Image], palette: NDArray[np.uint8]) -> Iterator[Any]:
 
     # the nearest colour to each cell of 4 × 4 × 4 levels
     cells = np.stack(np.meshgrid(*[np.arange(64) * 4 + 1.5] * 3, indexing="ij"), axis=-1)
-    nearest = cKDTree(palette.astype(float)).query(cells)[1].astype(np.uint8)
+    nearest = np.asarray(cKDTree(palette.astype(float)).query(cells)[1]).astype(np.uint8)
     pattern = dither_pattern(*frames[0].shape[:2])[..., None]
     before = None
     for frame in frames:

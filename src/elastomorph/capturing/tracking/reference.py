@@ -1,11 +1,20 @@
-"""The neutral with its photographs, prepared once for all poses that are followed from it."""
+"""The neutral with its photographs, prepared once for all poses that are followed from it.
+
+Pieces of skin around each vertex.
+
+Samples lie all over the neutral's surface. Those near a vertex *along the surface*, so that the
+lower lip is never near the upper one, are its patch.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sparse
 from numpy.typing import NDArray
 
 from elastomorph.capturing.geometry.camera import Camera, View
@@ -13,11 +22,143 @@ from elastomorph.capturing.geometry.deformation import Deformation
 from elastomorph.capturing.geometry.sampling import blurred, sampled
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.lips import touching
-from elastomorph.capturing.tracking.patches import Patches
 from elastomorph.model.geometry import largest_distance
 
 Points = NDArray[np.float64]
 Single = NDArray[np.float32]
+
+# Rows of distances along the surface that are held at once.
+_ROWS = 256
+# How much longer than straight the way along the surface to a sample of the patch may be.
+_DETOUR = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Samples of a surface and which of them belong to which vertex.
+
+    Attributes:
+        surface: the neutral.
+        triangles: (S,) of each sample.
+        weights: (S, 3) of the triangle's corners.
+        first: (V + 1,) where the entries of each vertex begin.
+        samples: (E,) sample of each entry.
+        closeness: (E,) float32, how much it counts for the vertex by its distance.
+        ramps: (E, 2) float32, where it lies beside the vertex, in radii.
+    """
+
+    surface: Surface
+    triangles: NDArray[np.int64]
+    weights: Points
+    first: NDArray[np.int64]
+    samples: NDArray[np.int64]
+    closeness: Single
+    ramps: Single
+
+    @classmethod
+    def of(
+        cls, surface: Surface, wanted: NDArray[np.bool_], spacing: float, radius: float
+    ) -> Patches:
+        """Patches of a radius around the `wanted` vertices, of samples so far apart."""
+        from scipy.spatial import cKDTree
+
+        corners = surface.triangles
+        near = np.flatnonzero(wanted[corners].any(axis=1))
+        triangles, weights = _spread(surface, near, spacing)
+        places = np.einsum("si,sij->sj", weights, surface.vertices[corners[triangles]])
+        tree = cKDTree(places)
+        vertices = np.flatnonzero(wanted)
+        found: Any = tree.query_ball_point(surface.vertices[vertices], radius, workers=2)
+        counts = np.array([len(each) for each in found], dtype=np.int64)
+        samples = np.concatenate([np.zeros(0, dtype=np.int64), *found]).astype(np.int64)
+        owners = np.repeat(vertices, counts)
+        kept = _connected(surface, owners, triangles[samples], radius)
+        samples, owners = samples[kept], owners[kept]
+        off = (places[samples] - surface.vertices[owners]) / radius
+        far = np.linalg.norm(off, axis=1)
+        first = np.searchsorted(owners, np.arange(len(surface.vertices) + 1))
+        closeness = np.exp(-2 * far**2).astype(np.float32)
+        across, up = _tangents(surface.normals)
+        ramps = np.stack(
+            [np.einsum("ij,ij->i", off, way[owners]) for way in (across, up)], axis=1
+        ).astype(np.float32)
+        return cls(surface, triangles, weights, first, samples, closeness, ramps)
+
+    def entries(self, vertices: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The entries of some vertices, and for each the vertex's place among them."""
+        counts = self.first[vertices + 1] - self.first[vertices]
+        owners = np.repeat(np.arange(len(vertices)), counts)
+        starts = np.cumsum(counts) - counts
+        return np.arange(len(owners)) + (self.first[vertices] - starts)[owners], owners
+
+    @cached_property
+    def mixing(self) -> Any:
+        """(V, V) sparse: how much the place of each vertex counts in the patch of each."""
+        count = len(self.surface.vertices)
+        owners = np.repeat(np.arange(count), np.diff(self.first))
+        corners = self.surface.triangles[self.triangles[self.samples]]
+        values = self.weights[self.samples] * self.closeness[:, None].astype(np.float64)
+        mixed = sparse.coo_array(
+            (values.ravel(), (np.repeat(owners, 3), corners.ravel())), shape=(count, count)
+        ).tocsr()
+        return sparse.diags_array(1 / np.maximum(mixed.sum(axis=1), 1e-30)) @ mixed
+
+    def at(self, vertices: Points) -> Points:
+        """(S, 3) places of the samples on the surface with (V, 3) vertices."""
+        corners = vertices[self.surface.triangles[self.triangles]]
+        found: Points = np.einsum("si,sij->sj", self.weights, corners)
+        return found
+
+
+def _spread(
+    surface: Surface, near: NDArray[np.int64], spacing: float
+) -> tuple[NDArray[np.int64], Points]:
+    """Samples in some triangles, about one in each square of the spacing.
+
+    Inside a triangle they follow the R₂ sequence (Roberts, 2018), folded where it leaves it.
+    """
+    areas = np.linalg.norm(surface.face_normals[near], axis=1) / 2
+    counts = np.maximum(1, np.round(areas / spacing**2)).astype(np.int64)
+    triangles = np.repeat(near, counts)
+    number = np.arange(len(triangles)) - np.repeat(np.cumsum(counts) - counts, counts)
+    u, v = (number + 0.5) * 0.7548776662466927 % 1, (number + 0.5) * 0.5698402909980532 % 1
+    out = u + v > 1
+    u, v = np.where(out, 1 - u, u), np.where(out, 1 - v, v)
+    return triangles, np.stack([1 - u - v, u, v], axis=1)
+
+
+def _tangents(normals: Points) -> tuple[Points, Points]:
+    """(N, 3) and (N, 3) directions along a surface with (N, 3) normals."""
+    least = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    across = np.cross(normals, least)
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30)
+    return across, np.cross(normals, across)
+
+
+def _connected(
+    surface: Surface, owners: NDArray[np.int64], triangles: NDArray[np.int64], radius: float
+) -> NDArray[np.bool_]:
+    """Which pairs of a vertex and a triangle are near along the surface and face one way."""
+    from scipy.sparse.csgraph import dijkstra
+
+    faces, graph = surface.triangles, surface.ways
+    sides = surface.vertices[faces] - surface.vertices[np.roll(faces, 1, axis=1)]
+    longest = np.linalg.norm(sides, axis=2).max(axis=1)
+    normals = surface.face_normals[triangles]
+    kept: NDArray[np.bool_] = np.einsum("ij,ij->i", normals, surface.normals[owners]) > 0
+    asked = np.unique(owners)
+    for rows in np.array_split(asked, len(asked) // _ROWS + 1):
+        if not len(rows):
+            continue
+        begin, end = np.searchsorted(owners, [rows[0], rows[-1] + 1])
+        mine = slice(begin, end)
+        limit = _DETOUR * radius + longest[triangles[mine]]
+        ways = dijkstra(graph, directed=False, indices=rows, limit=float(limit.max(initial=0)))
+        row = np.searchsorted(rows, owners[mine])
+        way = ways[row[:, None], faces[triangles[mine]]].min(axis=1)
+        kept[mine] &= way <= limit
+    return kept
+
 
 # Of the angle between a normal and the direction to a camera, below which nothing is believed.
 LEAST_COSINE = 0.2

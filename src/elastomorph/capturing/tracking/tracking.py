@@ -36,24 +36,21 @@ from elastomorph.capturing.geometry.deformation import Deformation
 from elastomorph.capturing.geometry.sampling import pixel_grid, prepared, sampled
 from elastomorph.capturing.geometry.surface import Surface
 from elastomorph.capturing.tracking.confidence import (
+    Observations,
     beside,
     confidences,
     contradictions,
     expected_errors,
     filled,
+    normal_equations,
+    photographs,
     spreads,
     stretched,
+    supported,
 )
 from elastomorph.capturing.tracking.lips import folded
 from elastomorph.capturing.tracking.matches import Matches, consistent
-from elastomorph.capturing.tracking.observations import (
-    Observations,
-    normal_equations,
-    photographs,
-    supported,
-)
-from elastomorph.capturing.tracking.patches import Patches
-from elastomorph.capturing.tracking.reference import PATCH_RADIUS, Level, Reference
+from elastomorph.capturing.tracking.reference import PATCH_RADIUS, Level, Patches, Reference
 from elastomorph.errors import CaptureError
 
 Points = NDArray[np.float64]

@@ -17,15 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastomorph.capturing.cameras.coverage import missing_cameras
+from elastomorph.capturing.cameras.fixed_rig import same_cameras
 from elastomorph.capturing.cameras.frames import Frame, brought, near_still, still_vertices
 from elastomorph.capturing.cameras.models import Given
-from elastomorph.capturing.cameras.names import same_cameras
 from elastomorph.capturing.cameras.solved import SolvedPose
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.geometry.similarity import Similarity
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.landmarks import Landmarks, triangulated
-from elastomorph.capturing.landmarks.metric import fit_to_scale
+from elastomorph.capturing.landmarks.landmarks import Landmarks, fit_to_scale, triangulated
 from elastomorph.capturing.neutral.neutral import neutral_surface
 from elastomorph.capturing.neutral.texture import Painted, paint
 from elastomorph.capturing.photographs.examining import examine
@@ -39,6 +38,8 @@ from elastomorph.capturing.work.apart import done_apart
 from elastomorph.capturing.work.progress import StageSay
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError
+
+Points = NDArray[np.float64]
 
 _FOLDER = Path(__file__).parents[1]
 _MAKERS = _FOLDER / "work" / "makers.py"
@@ -81,8 +82,6 @@ def _version(package: str) -> str:
     except PackageNotFoundError:
         return ""
 
-
-Points = NDArray[np.float64]
 
 _APART = 0.03  # of the longer side: clicks farther from one point than this are of several
 # The room of code whose work a stage is.
