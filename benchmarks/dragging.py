@@ -32,7 +32,7 @@ from elastomorph.io import read_rig
 from elastomorph.rig import Rig
 from elastomorph.rig.build import extent_of
 from elastomorph.rig.handles import HandledPoints, asked
-from elastomorph.rig.solving import PRIOR
+from elastomorph.rig.tracking import PRIOR
 from measuring import data_folder
 
 FACES, ACTIVE, HANDLES, GOAL = 24, 5, (1, 3, 10, 20), 5.0

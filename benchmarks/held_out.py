@@ -28,15 +28,14 @@ from dragging import NOISY_PRIOR
 from elastomorph.fitting import path_fit
 from elastomorph.fitting.learning import KNOTS
 from elastomorph.rig import Rig
-from elastomorph.rig.solving import PRIOR as PLAIN
-from elastomorph.rig.tracking import PRIOR, SMOOTH
+from elastomorph.rig.tracking import PRIOR, SMOOTH, TRACKING_PRIOR
 from learning import REPETITIONS, Take, marker_take, movements
 from measuring import data_folder
 
 APEXES = {"jaw": (132, 408, 606, 848, 1006, 1123), "eyebrows": (203, 508, 625)}
 NOISE, EVERY = 0.01, 4
-SOLVE = (PLAIN, 1e-4, 1e-3, NOISY_PRIOR, 1e-2, 3e-2)
-TRACK = ((1e-5, PRIOR, 1e-3, 1e-2, 1e-1), (3e-5, SMOOTH, 3e-3, 3e-2))
+SOLVE = (PRIOR, 1e-4, 1e-3, NOISY_PRIOR, 1e-2, 3e-2)
+TRACK = ((1e-5, TRACKING_PRIOR, 1e-3, 1e-2, 1e-1), (3e-5, SMOOTH, 3e-3, 3e-2))
 SCHEDULE = path_fit._ROUNDS
 EXPONENTS = (4, 16, SCHEDULE[-1][0], 128)
 SPLINES = (3, 5, KNOTS, 9, 12)
@@ -66,9 +65,9 @@ def main() -> None:
             random = np.random.default_rng(2).normal(size=frames[name].shape)
             return error(rigs[name], frames[name], frames[name] + noise * size * random, how) / size
 
-        words, advised = f"noise of {noise:.0%} of D", (NOISY_PRIOR if noise else PLAIN,)
+        words, advised = f"noise of {noise:.0%} of D", (NOISY_PRIOR if noise else PRIOR,)
         compare(f"solve, {words}", partial(off, error=solved), product(SOLVE), advised)
-        usual = (PRIOR, SMOOTH)
+        usual = (TRACKING_PRIOR, SMOOTH)
         compare(f"track, {words}", partial(off, error=tracked), product(*TRACK), usual)
     compare("learn, exponent", partial(learned, takes), product(EXPONENTS), (SCHEDULE[-1][0],))
     compare("learn, knots", partial(carried, takes), product(SPLINES), (KNOTS,))

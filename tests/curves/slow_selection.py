@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from elastomorph.curves.selection import Chains
+from elastomorph.curves.extraction import Chains
 
 Run = tuple[list[int], bool]
 

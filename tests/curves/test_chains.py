@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from topologies import patiently
 
-from elastomorph.curves.selection import ordered_chains
+from elastomorph.curves.extraction import ordered_chains
 
 
 def links_of(chains: list[tuple[list[int], bool]], count: int) -> np.ndarray:

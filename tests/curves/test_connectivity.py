@@ -7,7 +7,7 @@ from hypothesis import given
 from slow_loops import slow_straight
 from topologies import anything, cube, fan, grid, patiently
 
-from elastomorph.curves.loops import edge_ends, straight_successors
+from elastomorph.curves.extraction import edge_ends, straight_successors
 from elastomorph.model.mesh import Mesh
 
 

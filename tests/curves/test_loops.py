@@ -22,7 +22,7 @@ from topologies import (
 )
 
 from elastomorph.curves import Curve, edge_loops
-from elastomorph.curves.loops import edge_ends, trace_loops
+from elastomorph.curves.extraction import edge_ends, trace_loops
 from elastomorph.model.mesh import Mesh
 
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from slow_selection import slow_choice
 from topologies import anything, figure_eight, grid, patiently, together
 
-from elastomorph.curves.loops import edge_ends, trace_loops
-from elastomorph.curves.selection import choose_runs, ordered_chains
+from elastomorph.curves.extraction import choose_runs, edge_ends, ordered_chains, trace_loops
 from elastomorph.model.mesh import Mesh
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from topologies import fan, grid
 
-from elastomorph.curves.extraction import join_short_curves
-from elastomorph.curves.selection import GrowingCurves, ordered_chains
+from elastomorph.curves.extraction import GrowingCurves, join_short_curves, ordered_chains
 from elastomorph.model.mesh import Mesh
 
 

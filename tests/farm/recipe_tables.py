@@ -8,9 +8,8 @@ from typing import Any
 from elastomorph.farm.pictures.settings import SETTINGS
 from elastomorph.farm.sampling.keys import keys_of
 from elastomorph.farm.sampling.mixtures import Mixture
-from elastomorph.farm.sampling.recipe import KINDS, Pictures
+from elastomorph.farm.sampling.recipe import KINDS, Identity, Pictures, Timing
 from elastomorph.farm.sampling.rules import Exclusion
-from elastomorph.farm.sampling.singles import Identity, Timing
 
 HEADER = "| key | what it says | such as | default | must be |\n|---|---|---|---|---|"
 SCENE_HEADER = "| key | what it says | default | must be from |\n|---|---|---|---|"

@@ -18,7 +18,7 @@ import pytest
 import elastomorph as em
 from children import started
 from elastomorph.farm.making import executors
-from elastomorph.farm.storage import beginning
+from elastomorph.farm.making import run as beginning
 from needs import extra
 
 extra("distributed", "farm")

@@ -21,10 +21,10 @@ import zarr
 import elastomorph as em
 from elastomorph.errors import FileError, FormatError
 from elastomorph.farm.making import executors
+from elastomorph.farm.making import run as beginning
 from elastomorph.farm.making import unit as units
 from elastomorph.farm.making.unit import unit_shards
 from elastomorph.farm.making.verify import verify_faces
-from elastomorph.farm.storage import beginning
 from elastomorph.farm.storage.layout import DataSet, Plan
 from elastomorph.farm.storage.stores import Objects
 from elastomorph.io.performance import write_performance_csv

@@ -11,7 +11,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.farm.reading import rows as rows_module
+from elastomorph.farm.reading import faces as rows_module
 
 FACES = 2100  # More than one chunk of 2,048
 

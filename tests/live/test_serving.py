@@ -22,7 +22,7 @@ from elastomorph.errors import FileError, MissingExtraError, ParameterError
 from elastomorph.io.performance import read_performance
 from elastomorph.live import LivePage, Replay, Weather, encode
 from elastomorph.live.packets import COLUMNS
-from elastomorph.live.receiver import Receiver
+from elastomorph.live.serving import Receiver
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance
 from needs import extra

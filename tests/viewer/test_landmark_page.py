@@ -22,13 +22,14 @@ from elastomorph.capturing.work.stages import WorkingFolder
 from elastomorph.model.appearance import Material, Texture
 from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.viewer import ViewerServer
-from elastomorph.viewer.landmark_task import (
+from elastomorph.viewer.landmarks import (
     PackedSurface,
     landmark_task,
     pack_surface,
+    serve_landmarks,
     solved_cameras,
+    write_landmark_page,
 )
-from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
 
 FILE = {"version": 1, "vertices": {"chin": 3}, "photographs": {}, "points": {}}
 

@@ -13,7 +13,7 @@ from elastomorph.cli.view import Open, Port, shown
 from elastomorph.errors import ParameterError
 
 if TYPE_CHECKING:
-    from elastomorph.viewer.landmark_task import LandmarkTask
+    from elastomorph.viewer.landmarks import LandmarkTask
 
 _PAGES = (".html", ".htm")
 
@@ -97,7 +97,7 @@ def _task(
     """What is asked for, with what the file holds already."""
     from elastomorph.capturing.landmarks.landmarks import read_landmarks
     from elastomorph.io.atomic import is_file
-    from elastomorph.viewer.landmark_task import landmark_task, solved_cameras
+    from elastomorph.viewer.landmarks import landmark_task, solved_cameras
 
     cameras = None if working is None else solved_cameras(working)
     known = read_landmarks(file) if file is not None and is_file(file) else None

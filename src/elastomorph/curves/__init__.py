@@ -1,9 +1,13 @@
 """A face mesh as curves: edge loops traced, chosen and joined until each vertex is on one."""
 
-from elastomorph.curves.extraction import extract_curves
-from elastomorph.curves.loops import edge_loops
-from elastomorph.curves.network import Curve, CurveNetwork, require_curves_of
-from elastomorph.curves.region import region_of, region_weights
+from elastomorph.curves.extraction import edge_loops, extract_curves
+from elastomorph.curves.network import (
+    Curve,
+    CurveNetwork,
+    region_of,
+    region_weights,
+    require_curves_of,
+)
 
 __all__ = [
     "Curve",

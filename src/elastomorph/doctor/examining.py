@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from elastomorph.doctor.checks import motion, placement, sides, surface, winding
 from elastomorph.doctor.checks import targets as shapes
 from elastomorph.doctor.checks.order import NeutralOrder
+from elastomorph.doctor.checks.sides import find_mirror
 from elastomorph.doctor.findings import (
     Examination,
     Finding,
@@ -30,7 +31,6 @@ from elastomorph.doctor.findings import (
     unreadable,
 )
 from elastomorph.doctor.frames import Frame, frame_between
-from elastomorph.doctor.mirror import find_mirror
 from elastomorph.doctor.neutral import Neutral
 from elastomorph.doctor.settings import ExaminationSettings
 from elastomorph.errors import ElastomorphError

@@ -7,9 +7,8 @@ would.
 from __future__ import annotations
 
 from elastomorph.live.packets import FacePacket, PacketError, decode, encode
-from elastomorph.live.receiver import PORT
 from elastomorph.live.replay import Replay, Weather
-from elastomorph.live.serving import LivePage, require_possible
+from elastomorph.live.serving import PORT, LivePage, require_possible
 
 __all__ = [
     "PORT",

@@ -9,8 +9,7 @@ from elastomorph.curves import CurveNetwork
 from elastomorph.model.geometry import moved_extent
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method, prepare
-from elastomorph.rig.rig import Rig
-from elastomorph.rig.targets import paths_to
+from elastomorph.rig.rig import Rig, paths_to
 
 
 def bare_rig(neutral: Mesh, targets: Mapping[str, Mesh]) -> Rig:

@@ -7,13 +7,14 @@ import pytest
 from planted_faults import grid, only, turn
 
 from elastomorph.doctor.checks.sides import (
+    Mirror,
     asymmetric_pairs,
+    find_mirror,
     missing_sides,
     parse_sides,
     sided_pairs,
     swapped_sides,
 )
-from elastomorph.doctor.mirror import Mirror, find_mirror
 from elastomorph.doctor.neutral import Neutral
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh

@@ -15,8 +15,7 @@ from visiting import Visit
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.capturing.landmarks.landmarks import read_landmarks, triangulated
 from elastomorph.viewer import ViewerServer
-from elastomorph.viewer.landmark_task import landmark_task
-from elastomorph.viewer.landmarks import serve_landmarks
+from elastomorph.viewer.landmarks import landmark_task, serve_landmarks
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -13,8 +13,7 @@ from test_looks import LOW
 from visiting import DESK, PHONE, Visit
 
 from elastomorph.viewer import ViewerServer
-from elastomorph.viewer.landmark_task import landmark_task
-from elastomorph.viewer.landmarks import serve_landmarks
+from elastomorph.viewer.landmarks import landmark_task, serve_landmarks
 from needs import MODULES, NO_NODE
 
 if TYPE_CHECKING:

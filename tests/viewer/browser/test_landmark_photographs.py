@@ -15,8 +15,7 @@ from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
 from elastomorph.samples import head
 from elastomorph.viewer import ViewerServer
-from elastomorph.viewer.landmark_task import landmark_task
-from elastomorph.viewer.landmarks import serve_landmarks, write_landmark_page
+from elastomorph.viewer.landmarks import landmark_task, serve_landmarks, write_landmark_page
 
 PLACES = {"IMG_1.jpg": dots(1), "IMG_2.jpg": dots(2), "IMG_3.jpg": dots(3, (480, 640))}
 

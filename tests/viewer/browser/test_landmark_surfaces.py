@@ -19,9 +19,8 @@ import elastomorph as em
 from elastomorph.capturing.landmarks.landmarks import read_landmarks
 from elastomorph.model.mesh import FaceLabels, UVMap
 from elastomorph.samples import head
-from elastomorph.viewer import landmark_task as tasks
-from elastomorph.viewer.landmark_task import landmark_task
-from elastomorph.viewer.landmarks import serve_landmarks
+from elastomorph.viewer import landmarks as tasks
+from elastomorph.viewer.landmarks import landmark_task, serve_landmarks
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -9,9 +9,8 @@ from pathlib import Path
 from elastomorph.blas_threads import usable_cores
 from elastomorph.farm.making.executors import make_units
 from elastomorph.farm.making.progress import rate_text, size_text, time_text
-from elastomorph.farm.making.run import begun
+from elastomorph.farm.making.run import begun, unit_size
 from elastomorph.farm.sampling.sampler import FaceSampler
-from elastomorph.farm.storage.beginning import unit_size
 from elastomorph.farm.storage.contents import Label
 from elastomorph.farm.storage.manifest import NAME
 from elastomorph.farm.storage.posing import TOGETHER

@@ -15,8 +15,7 @@ from elastomorph.draw.pictures import Image, as_pillow, imported, written
 from elastomorph.draw.sheet import picture_grid
 from elastomorph.errors import ParameterError
 from elastomorph.farm.pictures.subject import PARTS
-from elastomorph.farm.reading.faces import FaceSet
-from elastomorph.farm.reading.rows import pictured
+from elastomorph.farm.reading.faces import FaceSet, pictured
 
 _LEAST_SIDE = 224  # pixels that a picture has at least
 _ABREAST = 2

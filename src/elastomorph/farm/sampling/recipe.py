@@ -1,6 +1,8 @@
 """A recipe: what the faces of a data set are, as tables of TOML.
 
 Every key is read here, and what is not read is refused.
+
+Columns that are drawn each by itself: time, identity, head, camera, light.
 """
 
 from __future__ import annotations
@@ -19,12 +21,99 @@ from numpy.typing import NDArray
 from elastomorph.character.document import Document, Where, as_found, nearest, open_document, shown
 from elastomorph.errors import ElastomorphError, ParameterError
 from elastomorph.farm.pictures.settings import ARRAYS, LARGEST, SETTINGS
-from elastomorph.farm.sampling.controls import KeyedError
+from elastomorph.farm.sampling.columns import LEVELS, TIME, Codes, Column
+from elastomorph.farm.sampling.controls import Controls, KeyedError
 from elastomorph.farm.sampling.keys import RecipeKey, key, read_keys, read_value, stated
+from elastomorph.farm.sampling.lanes import codes_of, normal
 from elastomorph.farm.sampling.mixtures import Dirichlet, Grid, Mixture, Sparse, Take, Uniform
 from elastomorph.farm.sampling.rules import FARTHEST, Exclusion, Span
-from elastomorph.farm.sampling.singles import Identity, Timing
 from elastomorph.numbers import is_whole
+from elastomorph.rig.timing import NAMES, by_name
+
+
+@dataclass(frozen=True, eq=False)
+class Single:
+    """A column, and the code of each lane; None where each lane is its own code."""
+
+    column: Column
+    table: Codes | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """A common time of the paths of a face: its weights are then the ζ of `Rig.blend`."""
+
+    range: Span = key(
+        (0.0, 1.0), "span", "from where to where on the paths", "[0, 1]", least=-10, most=10
+    )
+    law: str = key(
+        "linear", "text", f"how a uniform number becomes t: {', '.join(NAMES)}", '"minimum-jerk"'
+    )
+
+    def single(self) -> Single:
+        """The column of times.
+
+        Raises:
+            KeyedError: There is no such law.
+        """
+        try:
+            law = by_name(self.law)
+        except ParameterError as error:
+            raise KeyedError(("law",), str(error)) from None
+        low, high = self.range
+        times = low + (high - low) * law.at(np.arange(LEVELS + 1) / LEVELS)
+        column = Column.within(TIME, float(times.min()), float(times.max()))
+        return Single(column, codes_of(column, times))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identity:
+    """Sliders that say who it is: no mixture moves them, each has its own number."""
+
+    sliders: tuple[str, ...] = key(
+        (), "texts", "names, patterns or groups", '["identity*"]', needed=True
+    )
+    range: Span = key(
+        (-3.0, 3.0),
+        "span",
+        "their limits, where [limits] has none",
+        "[-2, 2]",
+        least=-FARTHEST,
+        most=FARTHEST,
+    )
+    law: str = key(
+        "normal", "text", "normal, cut off at the limits, or uniform", '"uniform"',
+        choices=("normal", "uniform"),
+    )  # fmt: skip
+    mean: float = key(0.0, "number", "of the normal law", "0.5")
+    deviation: float = key(1.0, "number", "of the normal law", "0.7", above=0, most=FARTHEST)
+
+    def singles(self, controls: Controls) -> Iterator[tuple[int, Single]]:
+        """The place and the law of each slider.
+
+        Raises:
+            KeyedError: The mean is out of their limits, or there is one of a law that has none.
+        """
+        if self.law == "uniform" and (self.mean, self.deviation) != (0.0, 1.0):
+            raise KeyedError(
+                ("law",), "'mean' and 'deviation' are of the normal law, not of the uniform one"
+            )
+        for place in sorted(controls.others):
+            column = controls.columns[place]
+            if self.law == "uniform":
+                yield place, Single(column)
+                continue
+            try:
+                values = normal(column.low, column.high, self.mean, self.deviation)
+            except ParameterError as error:
+                raise KeyedError(("mean",), f"of {column.name!r} {error}") from None
+            yield place, Single(column, codes_of(column, values))
+
+
+def scene_singles(scene: Mapping[str, Span]) -> list[Single]:
+    """Head, camera, light and background: each uniform in its range."""
+    return [Single(Column(name, *span)) for name, span in scene.items()]
+
 
 VERSION = 1
 """The form of recipes that this package writes and reads."""

@@ -19,9 +19,15 @@ from elastomorph.farm.sampling.columns import LEVELS, Codes, Columns
 from elastomorph.farm.sampling.controls import Anatomy, Controls, KeyedError, places_of
 from elastomorph.farm.sampling.lanes import Lanes, random_lanes, stride_of, whole_numbers
 from elastomorph.farm.sampling.mixtures import Drawing
-from elastomorph.farm.sampling.recipe import Recipe, read_recipe, recipe_from, recipe_from_text
+from elastomorph.farm.sampling.recipe import (
+    Recipe,
+    Single,
+    read_recipe,
+    recipe_from,
+    recipe_from_text,
+    scene_singles,
+)
 from elastomorph.farm.sampling.rules import Excluding, slider_columns
-from elastomorph.farm.sampling.singles import Single, scene_singles
 from elastomorph.numbers import is_whole
 from elastomorph.rig.rig import Rig
 

@@ -2,16 +2,18 @@
 
 from elastomorph.rig.performance.matching import Drive, Match, match
 from elastomorph.rig.performance.naming import is_rotation
-from elastomorph.rig.performance.performance import Performance, play, slider_weights
-from elastomorph.rig.performance.poses import fitted_poses, through_poses, unknown_sliders
-from elastomorph.rig.performance.turning import (
+from elastomorph.rig.performance.performance import (
     HEAD_ANGLES,
     HeadTurn,
+    Performance,
     angles_of,
     head_angles,
     head_quaternions,
     head_rotations,
+    play,
+    slider_weights,
 )
+from elastomorph.rig.performance.poses import fitted_poses, through_poses, unknown_sliders
 
 __all__ = [
     "HEAD_ANGLES",
