@@ -31,8 +31,7 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation.curve_errors import CurveVertices
-from elastomorph.fitting.learned import Learned, PathErrors, never_worse
-from elastomorph.fitting.learning import Recordings, Take
+from elastomorph.fitting.learning import Learned, PathErrors, Recordings, Take, never_worse
 from elastomorph.fitting.path_fit import Splines, fitted
 from elastomorph.model.bend_curve import BendCurve
 from learning import REPETITIONS, marker_take

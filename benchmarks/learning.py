@@ -27,8 +27,7 @@ import numpy as np
 import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.evaluation import find_movements
-from elastomorph.io.point_cache import write_mdd
-from elastomorph.io.sequences import Recording, read_recording
+from elastomorph.io.sequences import Recording, read_recording, write_mdd
 from elastomorph.io.vertex_lists import read_curves
 from elastomorph.samples import recorded_motion
 from measuring import data_folder

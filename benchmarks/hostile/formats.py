@@ -22,9 +22,8 @@ from elastomorph.io.npz.rig import read_rig_npz, write_rig_npz
 from elastomorph.io.obj import read_obj, write_obj
 from elastomorph.io.performance import read_performance, write_performance, write_performance_csv
 from elastomorph.io.ply import read_ply, write_ply
-from elastomorph.io.point_cache import read_mdd, read_pc2, write_mdd, write_pc2
 from elastomorph.io.poses import read_poses, write_poses
-from elastomorph.io.sequences import read_recording
+from elastomorph.io.sequences import read_mdd, read_pc2, read_recording, write_mdd, write_pc2
 from elastomorph.io.vertex_lists import read_curves, read_region
 from elastomorph.rig.performance import Performance
 from hostile import archives, documents, scenes, texts

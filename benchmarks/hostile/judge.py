@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastomorph.errors import ElastomorphError, ElastomorphWarning
-from elastomorph.io.point_cache import PointCache
-from elastomorph.io.sequences import Recording
+from elastomorph.io.sequences import PointCache, Recording
 from elastomorph.model.mesh import Mesh
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.rig import Rig

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.tracking.checks import skin_agreement, surface_agreement
 from elastomorph.capturing.tracking.matches import Matches
+from elastomorph.capturing.work.outcome import skin_agreement, surface_agreement
 from needs import extra
 
 extra("embreex", "capture")

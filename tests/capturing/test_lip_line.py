@@ -6,8 +6,7 @@ from painted import grid, photograph, ring
 
 from elastomorph.capturing.geometry.camera import Camera, View
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.neutral.neutral import Lips
-from elastomorph.capturing.photographs.crops import cropped
+from elastomorph.capturing.neutral.neutral import Lips, cropped
 from needs import extra
 
 extra("cv2", "capture")

@@ -12,13 +12,13 @@ import pytest
 import elastomorph as em
 from characters import shapes, sheet
 from elastomorph.character import read_settings, rig_from_settings
-from elastomorph.character.survey import survey
 from elastomorph.character.template import (
     arkit_names,
     correctives,
     missing_arkit,
     settings_text,
     slider_groups,
+    survey,
     turning,
     write_settings,
 )

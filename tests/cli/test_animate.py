@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import elastomorph as em
 from elastomorph.cli import app
 from elastomorph.errors import ElastomorphError
-from elastomorph.io.point_cache import read_mdd, read_pc2
+from elastomorph.io.sequences import read_mdd, read_pc2
 
 ROWS = [
     "Timecode,BlendShapeCount,BrowInnerUp,JawOpen,TongueOut,HeadYaw",

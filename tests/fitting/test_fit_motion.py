@@ -12,7 +12,7 @@ import elastomorph as em
 from elastomorph.curves import CurveNetwork
 from elastomorph.errors import CurveError, MeshError, ParameterError, TopologyError
 from elastomorph.fitting import Fit, fit
-from elastomorph.fitting.modal_sums import EXCURSION
+from elastomorph.fitting.results import EXCURSION
 
 Synthesis = Callable[..., list[em.MeshSequence]]
 

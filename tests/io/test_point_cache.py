@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from elastomorph.errors import FileError, FormatError, ParameterError
-from elastomorph.io import point_cache
-from elastomorph.io.point_cache import PointCache, read_mdd, read_pc2, write_mdd, write_pc2
+from elastomorph.io import sequences
+from elastomorph.io.sequences import PointCache, read_mdd, read_pc2, write_mdd, write_pc2
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths import interpolate
 from elastomorph.rig import Rig
@@ -266,12 +266,12 @@ def test_a_file_that_becomes_shorter_while_it_is_read(
     """Another program may write it again at that moment."""
     path = tmp_path / "a.mdd"
     write_mdd(path, np.zeros((100, 50, 3)))
-    real = point_cache._require_size
+    real = sequences._require_size
 
     def then_cut(*arguments: Any) -> None:
         real(*arguments)
         os.truncate(path, 30_000)
 
-    monkeypatch.setattr(point_cache, "_require_size", then_cut)
+    monkeypatch.setattr(sequences, "_require_size", then_cut)
     with pytest.raises(FormatError, match=r"a\.mdd: it became shorter while it was read"):
         read_mdd(path)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import elastomorph as em
-from elastomorph.io.point_cache import write_mdd, write_pc2
-from elastomorph.io.sequences import read_markers, read_recording
+from elastomorph.io.sequences import read_markers, read_recording, write_mdd, write_pc2
 from foreign_files import chunks_of, glb
 from small_meshes import grid
 

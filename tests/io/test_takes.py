@@ -13,7 +13,7 @@ import elastomorph as em
 from elastomorph.errors import FileError, FormatError, ParameterError
 from elastomorph.io import takes
 from elastomorph.io.npz.mesh import write_npz_take
-from elastomorph.io.point_cache import read_mdd, read_pc2
+from elastomorph.io.sequences import read_mdd, read_pc2
 from elastomorph.io.takes import holds_positions, write_take
 from elastomorph.model.bend_curve import BendCurve
 from elastomorph.rig import Rig

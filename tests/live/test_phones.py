@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from elastomorph.live.packets import encode
-from elastomorph.live.session import MOST_PHONES, Phone, Phones, Session
-from elastomorph.live.status import PhoneStatus
+from elastomorph.live.session import MOST_PHONES, Phone, Phones, PhoneStatus, Session
 from streams import packet
 
 DAY = 86_400 * 60

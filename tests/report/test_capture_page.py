@@ -22,22 +22,20 @@ from needs import MODULES, extra
 extra("embreex", "capture")
 cv2 = extra("cv2", "capture")
 
-from elastomorph.report.capture import (  # noqa: E402  # noqa: E402
+from elastomorph.report.capture import (  # noqa: E402  # noqa: E402  # noqa: E402
     Trust,
+    beside,
+    camera_picture,
     capture_page,
+    confidence_colours,
     duration,
     findings,
+    frontal,
     headline,
+    pose_picture,
     vertex_groups,
     write_capture_report,
     write_register_report,
-)
-from elastomorph.report.capture_pictures import (  # noqa: E402
-    beside,
-    camera_picture,
-    confidence_colours,
-    frontal,
-    pose_picture,
 )
 
 AXE = MODULES / "axe-core" / "axe.min.js"

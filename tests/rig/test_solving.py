@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 import elastomorph as em
 from elastomorph.rig import Rig
 from elastomorph.rig.handles import HandledPoints, asked
-from elastomorph.rig.nearest import Box, nearest
+from elastomorph.rig.tracking import Box, nearest
 
 EVERY = range(10)
 

@@ -5,7 +5,7 @@ from sheets import between, turn
 
 import elastomorph as em
 from elastomorph.rivals import DeformationGradients
-from elastomorph.rivals.deformation_gradients import polar
+from elastomorph.rivals.elastic_solid import polar
 
 AXIS = np.array([1.0, 2.0, -0.5])
 TIMES = [0.0, 0.3, 0.5, 1.0]

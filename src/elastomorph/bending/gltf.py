@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.bending.additions import Additions, Packing, data_uri
 from elastomorph.bending.curves import write_curves
 from elastomorph.bending.face import Face
 from elastomorph.bending.files import (
@@ -33,7 +32,14 @@ from elastomorph.bending.files import (
     write_character,
 )
 from elastomorph.bending.keys import Columns, Keys, bent_keys
-from elastomorph.bending.meshes import MeshEdit, NormalBends, spaces_of
+from elastomorph.bending.meshes import (
+    Additions,
+    MeshEdit,
+    NormalBends,
+    Packing,
+    data_uri,
+    spaces_of,
+)
 from elastomorph.bending.plan import BentMorph, Plan, make_plan
 from elastomorph.bending.report import BendReport, BentTarget
 from elastomorph.bending.undo import record

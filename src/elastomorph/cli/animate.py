@@ -11,7 +11,7 @@ import typer
 
 from elastomorph.cli import completion, options, takes
 from elastomorph.cli.output import print_json, progress
-from elastomorph.cli.turning import at_frames, head_turn, turn_line
+from elastomorph.cli.render import at_frames, head_turn, turn_line
 from elastomorph.cli.verb import AsJson, verb
 from elastomorph.errors import FileError, ParameterError
 

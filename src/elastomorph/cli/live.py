@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from elastomorph.cli import options
-from elastomorph.cli.faces import face_file
 from elastomorph.cli.output import Say, print_json, progress
 from elastomorph.cli.verb import AsJson, verb
+from elastomorph.cli.view import face_file
 
 if TYPE_CHECKING:
     from elastomorph.live import LivePage

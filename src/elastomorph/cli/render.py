@@ -1,10 +1,16 @@
-"""``elastomorph render``: pictures, strips, clips and films of a rig, without a display."""
+"""``elastomorph render``: pictures, strips, clips and films of a rig, without a display.
+
+How a take turns the head of a rig, for films and files.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from math import pi
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
 from elastomorph.cli import completion, options, takes
@@ -14,13 +20,55 @@ from elastomorph.cli.shots import (
     require_sense,
     written_picture,
 )
-from elastomorph.cli.turning import head_turn, turn_line
 from elastomorph.cli.verb import Answer, verb
-from elastomorph.errors import ParameterError
+from elastomorph.errors import ParameterError, warn
 
 if TYPE_CHECKING:
     from elastomorph.cli.shots import PoseWords
     from elastomorph.rig import Rig
+    from elastomorph.rig.performance import HeadTurn, Performance
+
+
+_FARTHEST = 2 * pi
+
+
+def head_turn(rig: Rig, take: Performance, *, still: bool) -> HeadTurn | None:
+    """How a head is turned in each frame of a take; None where it is still, or is to be."""
+    from elastomorph.draw.head import head_of, neck_of
+    from elastomorph.rig.performance import HeadTurn
+
+    angles = take.head
+    if still or not angles.any():
+        return None
+    most = float(np.abs(angles).max())
+    if most > _FARTHEST:
+        _tell_turn(
+            f"{take.source} turns the head by up to {most:.3g} radians: should these be degrees, "
+            "write them in radians, or leave the head still with --still-head"
+        )
+    morphs = rig.morphs.values()
+    if head_of(rig.neutral, morphs) is not None:
+        _tell_turn(
+            "the whole character turns with its head, for a rig has no bones; --still-head leaves "
+            "it as it is"
+        )
+    return HeadTurn(neck_of(rig.neutral, morphs), angles)
+
+
+def at_frames(turn: HeadTurn | None, take: Performance) -> HeadTurn | None:
+    """The same turn in the frames of a take that was resampled."""
+    return None if turn is None else replace(turn, angles=take.head)
+
+
+def turn_line(turn: HeadTurn) -> str:
+    """How far a head turns, in a line."""
+    most = np.degrees(np.abs(turn.angles).max(axis=0)).tolist()
+    named = zip(most, ("yaw", "pitch", "roll"), strict=True)
+    return f"the head turns by up to {', '.join(f'{angle:.3g}° {name}' for angle, name in named)}"
+
+
+def _tell_turn(sentence: str) -> None:
+    warn(sentence)
 
 
 Output = Annotated[

@@ -1,4 +1,7 @@
-"""``elastomorph view``: a face and its paths in the browser."""
+"""``elastomorph view``: a face and its paths in the browser.
+
+The faces that a page shows, as the command line names them.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastomorph.cli import completion, options
-from elastomorph.cli.faces import face_file
+from elastomorph.cli.options import NamedRig
 from elastomorph.cli.output import Say, print_json, progress
 from elastomorph.cli.verb import AsJson, verb
 from elastomorph.errors import ParameterError
@@ -19,6 +22,22 @@ if TYPE_CHECKING:
     from elastomorph.rig import Rig
     from elastomorph.viewer import Scene, ViewerServer
     from elastomorph.viewer.answers import Offer, Work
+    from elastomorph.viewer.face_files import FaceFile
+
+
+def face_file(named: NamedRig, name: str, say: Say) -> FaceFile:
+    """A rig that was named, to be read when it is shown; ``name`` is how it was called."""
+    from elastomorph.viewer.face_files import FaceFile, gltf_in
+
+    def read(stored: Rig | None) -> Rig:
+        return named.full(say, stored=stored)
+
+    if named.settings is not None:
+        return FaceFile.by_settings(name, named.followed or named.settings, read)
+    character = None if named.place is None else gltf_in(named.place)
+    settled = named.method is not None or bool(named.mesh)
+    return FaceFile(name, read, character, tuple(named.mesh), settled)
+
 
 _PAGES = (".html", ".htm")
 

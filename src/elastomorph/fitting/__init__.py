@@ -1,8 +1,7 @@
 """Materials, loads and paths from captured motion."""
 
 from elastomorph.fitting.fit import fit
-from elastomorph.fitting.learned import Learned, PathErrors
-from elastomorph.fitting.learning import learn
+from elastomorph.fitting.learning import Learned, PathErrors, learn
 from elastomorph.fitting.results import CurveFit, Errors, Fit, Ratio
 
 __all__ = ["CurveFit", "Errors", "Fit", "Learned", "PathErrors", "Ratio", "fit", "learn"]

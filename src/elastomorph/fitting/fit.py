@@ -18,8 +18,17 @@ from numpy.typing import NDArray
 from elastomorph.curves import CurveNetwork, extract_curves, require_curves_of
 from elastomorph.errors import MeshError, ParameterError, TimeLawWarning, TopologyError
 from elastomorph.evaluation.curve_errors import CurveVertices, curve_errors
-from elastomorph.fitting.modal_sums import EXCURSION, LawSums, ModalSums, Objective, curve_sums
-from elastomorph.fitting.results import CurveFit, Errors, Fit, Ratio
+from elastomorph.fitting.results import (
+    EXCURSION,
+    CurveFit,
+    Errors,
+    Fit,
+    LawSums,
+    ModalSums,
+    Objective,
+    Ratio,
+    curve_sums,
+)
 from elastomorph.model.mesh import require_same_topology
 from elastomorph.model.sequence import MeshSequence, require_motion
 from elastomorph.paths import Method, interpolate
@@ -35,7 +44,7 @@ _BISECTIONS = 12
 
 
 class Optimum(NamedTuple):
-    """A point, (R + 1,) as in `elastomorph.fitting.modal_sums`, with its misfit and penalty."""
+    """A point, (R + 1,) as in `elastomorph.fitting.results`, with its misfit and penalty."""
 
     point: NDArray[np.float64]
     cost: float

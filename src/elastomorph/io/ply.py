@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.io.atomic import is_file, read_bytes, replacing
-from elastomorph.io.images_beside import image_beside
+from elastomorph.io.mtl import image_beside
 from elastomorph.io.untrusted import naming_file
 from elastomorph.model.appearance import Material
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap

@@ -18,9 +18,8 @@ from elastomorph.errors import FileError, FormatError
 from elastomorph.io.atomic import is_folder
 from elastomorph.io.npz.mesh import write_npz_take
 from elastomorph.io.numbering import frame_pattern
-from elastomorph.io.point_cache import write_mdd, write_pc2
 from elastomorph.io.registry import write
-from elastomorph.io.sequences import write_face_files
+from elastomorph.io.sequences import write_face_files, write_mdd, write_pc2
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import HeadTurn, Match, Performance, play, slider_weights
 

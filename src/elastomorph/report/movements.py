@@ -11,11 +11,11 @@ from elastomorph.evaluation.movements import JudgedMovement, coverage_of, mean_l
 from elastomorph.evaluation.summary import MethodSummary, informed_methods, places, summaries
 from elastomorph.evaluation.words import Lengths, counted, percent
 from elastomorph.model.sequence import MeshSequence
+from elastomorph.report.comparison import recipe
 from elastomorph.report.document import Section, document, require_page_path, write_page
 from elastomorph.report.facts import About, curve_words, diameter_words, face_words, method_labels
 from elastomorph.report.images import Graph
 from elastomorph.report.outcome import error_table, errors, outcome, ranked
-from elastomorph.report.recipe import recipe
 
 _SCOPE = (
     "Errors are means of the movements of one take. On other faces and takes other methods "

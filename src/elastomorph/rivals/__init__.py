@@ -5,8 +5,7 @@ where the source leaves it open.
 """
 
 from elastomorph.rivals.comparison import Comparison, Cost, with_rivals
-from elastomorph.rivals.deformation_gradients import DeformationGradients
-from elastomorph.rivals.elastic_solid import ElasticSolid
+from elastomorph.rivals.elastic_solid import DeformationGradients, ElasticSolid
 from elastomorph.rivals.mass_spring import MassSpring
 from elastomorph.rivals.pde_surface import PdeSurface
 from elastomorph.rivals.rival import Rival

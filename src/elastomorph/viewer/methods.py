@@ -20,7 +20,7 @@ from elastomorph.character import PathMaker, Settings
 from elastomorph.character.document import parse_document
 from elastomorph.character.editing import said_of, save_methods, with_methods
 from elastomorph.character.read import settings_of
-from elastomorph.character.survey import ways_by_name
+from elastomorph.character.template import ways_by_name
 from elastomorph.errors import FormatError, ParameterError
 from elastomorph.evaluation.target_paths import ROW
 from elastomorph.io.atomic import is_file, read_bytes

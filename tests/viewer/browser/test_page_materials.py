@@ -20,8 +20,8 @@ from test_skins import QUARTERS, colours
 from visiting import FRAME, Visit, empty_page, settled, wait
 
 from cards import BLUE, FLAT, GREEN, RED, WHITE, image_of
-from elastomorph.cli.faces import face_file
 from elastomorph.cli.options import NamedRig
+from elastomorph.cli.view import face_file
 from elastomorph.viewer.face_files import FaceFile
 from elastomorph.viewer.file_scenes import read_scene
 from gltf_builder import GltfBuilder

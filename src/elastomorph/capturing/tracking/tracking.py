@@ -48,9 +48,8 @@ from elastomorph.capturing.tracking.confidence import (
     stretched,
     supported,
 )
-from elastomorph.capturing.tracking.lips import folded
 from elastomorph.capturing.tracking.matches import Matches, consistent
-from elastomorph.capturing.tracking.reference import PATCH_RADIUS, Level, Patches, Reference
+from elastomorph.capturing.tracking.reference import PATCH_RADIUS, Level, Patches, Reference, folded
 from elastomorph.errors import CaptureError
 
 Points = NDArray[np.float64]
