@@ -32,6 +32,18 @@ def as_numbers(values: ArrayLike, what: str, *, switches: bool = False) -> NDArr
     return given.astype(np.float64, order="C", copy=False)
 
 
+def path_times(times: ArrayLike) -> NDArray[np.float64]:
+    """Times of paths, of any shape: as `as_numbers`, within ± `LARGEST_WEIGHT`."""
+    moments = as_numbers(times, "times")
+    far = ~(np.abs(moments) <= LARGEST_WEIGHT)
+    if far.any():
+        raise ParameterError(
+            f"times of a path are about 0 to 1, at most {LARGEST_WEIGHT:g}, found "
+            f"{moments[far][0]:g}"
+        )
+    return moments
+
+
 def as_number(
     value: object, what: str, *, above: float | None = None, least: float | None = None
 ) -> float:

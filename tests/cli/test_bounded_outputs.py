@@ -140,6 +140,15 @@ class TestWeights:
         assert run(*words) == 1
         assert sorted(folder.iterdir()) == before
 
+    @pytest.mark.parametrize("words", [["-w", "jawOpen=1", "-o", "a.obj"], ["-o", "a.npy"]])
+    def test_of_a_time_no_slider_is_named(
+        self, folder: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        assert run("blend", "rig.npz", *words, "-t", "1e30") == 1
+        told = capsys.readouterr().err
+        assert "times of a path are about 0 to 1, at most 1000, found 1e+30" in told
+        assert "jawOpen" not in told
+
     def test_percentages_and_signs_pass(self) -> None:
         rig = em.read_rig("rig.npz")
         for weight in (-1.0, 100.0, 1000.0):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from elastomorph.errors import MeshError, ParameterError
 from elastomorph.model.bend_curve import BendCurve, as_times
 from elastomorph.model.mesh import LARGEST, Mesh, require_same_topology
-from elastomorph.numbers import LARGEST_WEIGHT, as_numbers
+from elastomorph.numbers import as_numbers, path_times
 
 
 @dataclass(frozen=True)
@@ -128,13 +128,8 @@ class Morph:
         Raises:
             ParameterError: A time is not a finite number, or beyond 1,000.
         """
-        t = as_times(times)
+        t = path_times(as_times(times))
         moments = np.atleast_1d(t)
-        if np.abs(moments).max(initial=0.0) > LARGEST_WEIGHT:
-            raise ParameterError(
-                f"times of a path are about 0 to 1, at most {LARGEST_WEIGHT:g}, found "
-                f"{moments[np.abs(moments).argmax()]:g}"
-            )
         weights = np.zeros((moments.size, len(self.bend_curves)))
         for column, curve in zip(weights.T, self.bend_curves, strict=True):
             column[:] = curve(moments)

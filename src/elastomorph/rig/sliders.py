@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import ParameterError
-from elastomorph.numbers import LARGEST_WEIGHT, as_number, as_numbers
+from elastomorph.numbers import LARGEST_WEIGHT, as_number, as_numbers, path_times
 
 Weights = Mapping[str, float] | ArrayLike
 
@@ -78,12 +78,12 @@ class Sliders:
                 ) from None
         return self._usable(row)
 
-    def table(self, weights: ArrayLike, what: str = "weights") -> NDArray[np.float64]:
+    def table(self, weights: ArrayLike) -> NDArray[np.float64]:
         """(S, sliders) float64 from an array."""
-        table = as_numbers(weights, what, switches=True)
+        table = as_numbers(weights, "weights", switches=True)
         if table.ndim != 2 or table.shape[1] != len(self.names):
             raise ParameterError(
-                f"{what} must have shape (S, {len(self.names)}), one column for each slider "
+                f"weights must have shape (S, {len(self.names)}), one column for each slider "
                 f"({', '.join(self.names[:4])}, …); found {table.shape}"
             )
         return self._usable(table)
@@ -175,7 +175,7 @@ def named_moments(
         chosen = [name in t for name in sliders.names]
         moments[0, chosen] = given[chosen]
     else:
-        moments[:] = sliders.row(np.full(len(sliders.names), as_number(t, "the time")))
+        moments[:] = path_times(as_number(t, "the time"))
     zeta = _normalized(row) if normalize else row
     return sliders.drive(zeta)[0], sliders.spread(moments)[0]
 
@@ -188,14 +188,14 @@ def table_moments(
     if times is None:
         driven = sliders.drive(table)
         return (driven != 0).astype(float), driven
-    moments = as_numbers(times, "times")
+    moments = path_times(times)
     if moments.shape == (len(table),):
         moments = moments[:, None]
     elif moments.shape not in ((), table.shape):
         raise ParameterError(
             f"times must be one number, ({len(table)},) or {table.shape}, found {moments.shape}"
         )
-    moments = sliders.table(np.broadcast_to(moments, table.shape), "times")
+    moments = np.broadcast_to(moments, table.shape)
     zeta = _normalized(table) if normalize else table
     return sliders.drive(zeta), sliders.spread(moments)
 
