@@ -146,9 +146,10 @@ def test_files_beside_the_folder_are_followed(
 def test_files_outside_the_root_are_not(inside_and_outside: tuple[Path, Path], arc: str) -> None:
     inside, outside = inside_and_outside
     path = composed(inside, ARCS[arc].format("../outside.usda"))
-    with pytest.raises(FormatError, match=r"composed of '\.\./outside\.usda', which is no file in"):
+    wanted = r"composed of '\.\./outside\.usda', which is no file in .* name a higher folder"
+    with pytest.raises(FormatError, match=wanted):
         read_in_this_process(path, inside, f"--root={inside}")
-    with pytest.raises(FormatError, match="does not lie in the folder"):
+    with pytest.raises(FormatError, match=r"is not in the root .* name a higher one"):
         read_in_this_process(path, inside, f"--root={inside / 'parts'}")
     assert read_in_this_process(path, inside, f"--root={outside.parent}").names
 

@@ -45,7 +45,9 @@ def open_composed(source: str, root: str | None = None) -> Composed:
     file = Path(source).parent.resolve() / Path(source).name
     folder = file.parent if root is None else Path(root).resolve()
     if not file.resolve().is_relative_to(folder) and root is not None:
-        raise RefusedError(f"it does not lie in the folder {folder}, in which its files must be")
+        raise RefusedError(
+            f"it is not in the root {folder}, as its files must be; name a higher one"
+        )
     layer = pxr("Sdf").Layer.FindOrOpen(str(file))
     if layer is None:
         raise RefusedError("USD cannot read it")
@@ -129,7 +131,8 @@ def _refusal(layer: Any, asset: str) -> str:
     if original is None or original.asset != asset:
         return (
             f"it is composed of '{asset[:200]}', which is no file in the folder of its files; "
-            "put all of them into one folder, or write it as one file (usdcat --flatten)"
+            "name a higher folder, which holds all of them, as the root (--root), or write it as "
+            "one file (usdcat --flatten)"
         )
     if is_file(_beside(layer, asset)):
         return (
