@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 import tarfile
 from pathlib import Path
 
@@ -111,6 +112,18 @@ def test_shards_hold_samples_of_one_key_in_order(
                     )
     assert keys == [f"{i:09d}" for i in range(COUNT)]
     assert found == labels
+
+
+@pytest.mark.parametrize("to", export.LAYOUTS)
+def test_pictures_that_cannot_be_read_leave_no_folder(
+    faces: em.FaceSet, tmp_path: Path, to: str
+) -> None:
+    shutil.copytree(faces.data.order.folder, tmp_path / "damaged.zarr")
+    shard = tmp_path / "damaged.zarr/images/colour/c.0.0.0.0"
+    shard.write_bytes(shard.read_bytes()[:-100])
+    with pytest.raises(em.ElastomorphError):
+        em.open_faces(tmp_path / "damaged.zarr").export(tmp_path / "out" / "faces", to)
+    assert not (tmp_path / "out").exists()
 
 
 def test_gaze_is_the_turn_of_the_eyeball(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elastomorph as em
+from elastomorph.farm.sampling import controls
 from elastomorph.farm.sampling.recipe import read_recipe, recipe_from
 
 SPARSE = '[[mixture]]\nkind = "sparse"\n'
@@ -194,3 +195,27 @@ def test_whatever_is_given_is_a_recipe_or_refused(content: dict[str, object]) ->
     assert sampler.codes(0, 3).shape == (3, len(sampler.columns))
     again = em.FaceSampler.restored(RIG, sampler.recipe.text(), sampler.tables)
     assert again.recipe == sampler.recipe
+
+
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        {"mixture": [{"kind": "sparse", "sliders": ["x" * 100_000 + "*"]}]},
+        {"limits": {"x" * 100_000: [0, 1]}},
+        {"mixture": [{"kind": "take", "files": ["x" * 100_000 + "*"]}]},
+    ],
+)
+def test_a_long_pattern_is_not_repeated_whole(recipe: dict[str, object]) -> None:
+    with pytest.raises(em.ParameterError) as raised:
+        em.FaceSampler(RIG, recipe)
+    assert len(str(raised.value)) < 1000
+
+
+def test_words_are_looked_up_and_each_pattern_is_tried_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried = []
+    monkeypatch.setattr(controls, "fnmatchcase", lambda *own: tried.append(own) or True)
+    places = controls.places_of(RIG.sliders, [*NAMES, "jaw*"] * 1000, ())
+    assert places == [*range(len(NAMES))]
+    assert len(tried) == len(NAMES)

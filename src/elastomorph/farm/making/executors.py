@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import socket
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import (
     FIRST_COMPLETED,
     CancelledError,
@@ -104,7 +104,7 @@ def client_of(scheduler: str | Client) -> Iterator[Client | None]:
         yield client
 
 
-def make_units(data: DataSet, units: list[int], client: Client | None = None) -> Iterator[Made]:
+def make_units(data: DataSet, units: Iterable[int], client: Client | None = None) -> Iterator[Made]:
     """Make units, several under way for each thread; each is yielded as it is finished.
 
     Raises:
@@ -113,9 +113,8 @@ def make_units(data: DataSet, units: list[int], client: Client | None = None) ->
         FileError: The store cannot be written.
     """
     if client is None:
-        if units:
-            data.prepare()
-        threads = min(usable_cores(), len(units)) or 1
+        data.prepare()
+        threads = usable_cores()
         task = partial(make_unit, data.order, data.identity)
         with ThreadPoolExecutor(threads) as pool:
             yield from _made(pool, lambda: threads + 1, task, units)
@@ -141,7 +140,7 @@ def make_units(data: DataSet, units: list[int], client: Client | None = None) ->
 
 
 def _made(
-    pool: Executor, most: Callable[[], int], task: Callable[[int], Made], units: list[int]
+    pool: Executor, most: Callable[[], int], task: Callable[[int], Made], units: Iterable[int]
 ) -> Iterator[Made]:
     left, going = iter(units), set[Future[Made]]()
     try:

@@ -348,12 +348,13 @@ def work_off(
     progress: Callable[[Progress], object] = lambda _: None,
 ) -> None:
     """Make all units that are not finished."""
-    waiting = data.manifest.pending()
-    sizes = {unit: len(data.manifest.rows(unit)) for unit in waiting}
-    state = Progress(data.faces, data.faces - sum(sizes.values()))
+    manifest, finished = data.manifest, data.manifest.all_finished()
+    # One after another: of all that are to be made a list may be larger than the memory.
+    waiting = (unit for unit in range(manifest.units) if unit not in finished)
+    state = Progress(data.faces, sum(len(manifest.rows(unit)) for unit in finished))
     progress(state)
     try:
-        for made in make_units(data, waiting, client):
+        for made in make_units(data, waiting, client) if len(finished) < manifest.units else ():
             state.add(made)
             progress(state)
     except KeyboardInterrupt:

@@ -78,7 +78,7 @@ def estimate(rig: Rig, sampler: FaceSampler, faces: int | None, wanted: Wanted) 
             data = begun(order, rig, sampler, faces, tried_with)
             data.prepare()
             start, tried, size = time.perf_counter(), 0, 0
-            for made in make_units(data, list(range(data.manifest.units))):
+            for made in make_units(data, range(data.manifest.units)):
                 tried, size = tried + made.faces, size + made.bytes
                 if (spent := time.perf_counter() - start) > _SECONDS:
                     break

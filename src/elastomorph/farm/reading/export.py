@@ -10,6 +10,7 @@ import io
 import json
 import tarfile
 from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,6 +67,7 @@ def export_faces(
     if to not in LAYOUTS:
         raise ParameterError(f"faces are exported to {', '.join(LAYOUTS)}, found {to!r}")
     samples = _samples(faces, progress)
+    samples = chain([next(samples)], samples)  # what cannot be read makes no folder
     folder = made_folder(path)
     if any(folder.iterdir()):
         raise FileError(path, "there is something in this folder; name an empty or a new one")

@@ -158,11 +158,12 @@ class KeyedError(ParameterError):
 
 def places_of(sliders: Sliders, words: Iterable[str], where: Where) -> list[int]:
     """Columns of the sliders that words name, rising: names, patterns such as eye*, or groups."""
+    columns = {name: i for i, name in enumerate(sliders.names)}
     found: set[int] = set()
-    for word in words:
-        own = set(sliders.groups.get(word, ())) if word not in sliders.names else {word}
-        chosen = [i for i, name in enumerate(sliders.names) if name in own]
-        chosen = chosen or [i for i, name in enumerate(sliders.names) if fnmatchcase(name, word)]
+    for word in dict.fromkeys(words):
+        own = columns.keys() & ({word} if word in columns else sliders.groups.get(word, ()))
+        chosen = [columns[name] for name in own]
+        chosen = chosen or [i for name, i in columns.items() if fnmatchcase(name, word)]
         if not chosen:
             hint = nearest(word, (*sliders.names, *sliders.groups))
             raise KeyedError(where, f"the rig has no slider, group or pattern {word!r}: {hint}")

@@ -100,9 +100,10 @@ def read_value(document: Document, where: Where, own: RecipeKey, given: Any) -> 
             document.refuse(
                 where, f"'{shown(where)}' goes from {low:g} to {high:g}; the lowest stands first"
             )
+    bounds = own.bounds
     for each in value if isinstance(value, tuple) else (value,):
-        if own.bounds and not own.holds(each):
-            document.refuse(where, f"'{shown(where)}' must be {own.bounds}, found {as_found(each)}")
+        if bounds and not own.holds(each):
+            document.refuse(where, f"'{shown(where)}' must be {bounds}, found {as_found(each)}")
         if own.choices and each not in own.choices:
             hint = nearest(each, own.choices)
             document.refuse(where, f"'{shown(where)}' cannot be {each!r}: {hint}")

@@ -27,6 +27,7 @@ from elastomorph.farm.sampling.keys import RecipeKey, key, read_keys, read_value
 from elastomorph.farm.sampling.lanes import codes_of, normal
 from elastomorph.farm.sampling.mixtures import Dirichlet, Grid, Mixture, Sparse, Take, Uniform
 from elastomorph.farm.sampling.rules import FARTHEST, Exclusion, Span
+from elastomorph.io.untrusted import shortened
 from elastomorph.numbers import is_whole
 from elastomorph.rig.timing import NAMES, by_name
 
@@ -220,7 +221,7 @@ class GivenRecipe(Document):
 
     def refuse(self, where: object, problem: str) -> NoReturn:
         """Refuse it; there is no line to name."""
-        raise ParameterError(f"recipe: {problem}")
+        raise ParameterError(f"recipe: {shortened(problem)}")
 
 
 Described = TypeVar("Described")

@@ -59,19 +59,16 @@ class Manifest:
         sizes = dict(zip(self.arrays, entry[1::2].tolist(), strict=True))
         return all(self.objects.size(self.shard(n, unit)) == size for n, size in sizes.items())
 
-    def pending(self) -> list[int]:
-        """The units that are not finished."""
-        entries = self.entries()
+    def all_finished(self) -> set[int]:
+        """The units that are written whole, in one look at what is stored."""
         there = {name: self.objects.sizes(name) for name in self.arrays}
-        found = []
-        for unit in range(self.units):
-            entry = entries.get(unit)
-            if entry is None or entry[0] != len(self.rows(unit)):
-                found.append(unit)
-                continue
+        found = set()
+        for unit, entry in self.entries().items():
             sizes = zip(self.arrays.items(), entry[1::2].tolist(), strict=True)
-            if any(there[name].get(_shard_name(unit, n), 0) != size for (name, n), size in sizes):
-                found.append(unit)
+            if entry[0] == len(self.rows(unit)) and all(
+                there[name].get(_shard_name(unit, n), 0) == size for (name, n), size in sizes
+            ):
+                found.add(unit)
         return found
 
     def entries(self) -> dict[int, NDArray[np.uint64]]:
