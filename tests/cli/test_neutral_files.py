@@ -1,4 +1,4 @@
-"""A neutral without shapes, as a GLB or a USD file, goes wherever a mesh file goes."""
+"""A neutral without shapes, as a GLB, USD or FBX file, goes wherever a mesh file goes."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ import pytest
 from calls import status_of as run
 
 import elastomorph as em
+from elastomorph.capturing.scans.registered_files import read_face
+from fbx_samples import Model, as_binary, scene
 from needs import installed
 from small_meshes import grid
 
 installed("pxr", "usd")
+installed("ufbx", "fbx")
 
 NEUTRALS = [
     "neutral.glb",
@@ -22,6 +25,7 @@ NEUTRALS = [
     "neutral.usdc",
     "neutral.usdz",
     "neutral.npz",
+    "neutral.fbx",
 ]
 
 
@@ -48,6 +52,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     Sdf.Layer.FindOrOpen("neutral.usda").Export("neutral.usdc")
     assert UsdUtils.CreateNewUsdzPackage("neutral.usdc", "neutral.usdz")
     em.write("neutral.npz", em.Rig(neutral, {}))
+    polygons = [polygon.tolist() for polygon in neutral.faces]
+    model = Model("face", neutral.vertices.tolist(), polygons)
+    Path("neutral.fbx").write_bytes(as_binary(scene(model)))
     em.write("rig.glb", em.Rig(neutral, {"up": em.interpolate(neutral, raised, "linear")}))
     return tmp_path
 
@@ -80,6 +87,10 @@ class TestNeutrals:
         assert json.loads(capsys.readouterr().out)["vertices"] == 42
         assert run("curves", name, "-o", "curves.json") == 0
         assert run("doctor", name, "target.obj") == 0
+
+    def test_as_a_template(self, name: str) -> None:
+        """As `register` and `capture` read it."""
+        np.testing.assert_array_equal(read_face(name).mesh.vertices, grid(7, 6).vertices)
 
     @pytest.mark.parametrize("door", ["folder", "settings"])
     def test_beside_its_targets(self, name: str, door: str) -> None:
