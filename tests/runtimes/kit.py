@@ -11,7 +11,11 @@ from typing import Any
 import jsonschema
 import numpy as np
 
-from foreign_files import glb
+import elastomorph as em
+from acceptance.runtime import bent_weights
+from elastomorph.io.gltf import write_glb
+from elastomorph.model.mesh import FaceLabels
+from foreign_files import chunks_of, glb
 
 RUNTIMES = Path(__file__).parents[2] / "runtimes"
 KIT = RUNTIMES / "conformance"
@@ -49,6 +53,43 @@ def require_conforming(program: list[str]) -> None:
     assert len(whys) == len(REFUSED)
     accepted = [own["why"] for own, why in zip(REFUSED, whys, strict=True) if not why]
     assert not accepted, f"not refused: {accepted}"
+
+
+def face(*, materials: bool = False) -> em.Rig:
+    """A rig with bends of several kinds of curve, and a corrective; in two materials if asked."""
+    rng = np.random.default_rng(3)
+    of_faces = FaceLabels(("skin", "teeth"), np.array([0, 0, 1], np.int32)) if materials else None
+    polygons = [[0, 1, 2], [2, 3, 4, 5], [6, 7, 8]]
+    neutral = em.Mesh(rng.normal(size=(9, 3)), polygons, materials=of_faces)
+    tent = em.BendCurve([0, 0.25, 1], [[0, 4], [1, -4 / 3]])
+
+    def morph(*curves: em.BendCurve, moved: int = 9) -> em.Morph:
+        shifts = rng.normal(size=(1 + len(curves), 9, 3)) * (np.arange(9) < moved)[:, None]
+        target = neutral.with_vertices(neutral.vertices + shifts[0])
+        return em.Morph(neutral, target, shifts[1:], curves)
+
+    morphs = {
+        "jaw": morph(em.BendCurve.power(3), tent),
+        "smile": morph(em.BendCurve.polynomial([0, 1, -1]), moved=6),  # of the skin alone
+        "both": morph(tent),
+    }
+    return em.Rig(neutral, morphs, correctives={"both": ["jaw", "both"]})
+
+
+def require_each_mesh_bent(program: list[str], folder: Path) -> None:
+    """A program that answers the kit bends each mesh of a face in materials by its own extras."""
+    write_glb(folder / "face.glb", face(materials=True), tolerance=0)
+    meshes = chunks_of(folder / "face.glb")[0]["meshes"]
+    assert ["smile" in own["extras"]["targetNames"] for own in meshes] == [True, False]
+    sliders = {"jaw": 0.6, "smile": 1.2, "both": -0.3}
+    for mesh in meshes:
+        extras = mesh["extras"]
+        vector = {"extras": extras, "poses": [{"sliders": sliders}]}
+        (folder / "vector.json").write_text(json.dumps(vector), encoding="utf-8")
+        (answer,) = _answers(program, folder / "vector.json")
+        expected = bent_weights(extras["elastomorph"], extras["targetNames"], sliders)
+        require_same(answer["double"], expected, DOUBLE)
+        require_same(answer["single"], expected, SINGLE)
 
 
 def _answers(program: list[str], path: Path) -> list[Any]:

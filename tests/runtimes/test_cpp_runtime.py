@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from kit import RUNTIMES, VECTORS, require_conforming
+from kit import RUNTIMES, VECTORS, require_conforming, require_each_mesh_bent
 
 from needs import program
 
@@ -29,6 +29,11 @@ def compiled(source: Path, out: Path, *flags: str) -> Path:
 @pytest.mark.parametrize("flags", [["-O2"], CHECKED], ids=["optimised", "checked"])
 def test_it_passes_the_kit(tmp_path: Path, flags: list[str]) -> None:
     require_conforming([str(compiled(CPP / "conform.cpp", tmp_path / "conform", *flags))])
+
+
+def test_each_mesh_of_a_face_in_materials_is_bent(tmp_path: Path) -> None:
+    program = compiled(CPP / "conform.cpp", tmp_path / "conform", "-O2")
+    require_each_mesh_bent([str(program)], tmp_path)
 
 
 def test_damaged_extras_are_refused_and_frames_allocate_nothing(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from kit import RUNTIMES, VECTORS, require_conforming
+from kit import RUNTIMES, VECTORS, require_conforming, require_each_mesh_bent
 
 from needs import program
 
@@ -32,6 +32,11 @@ def compiled(source: Path, out: Path) -> Path:
 
 def test_it_passes_the_kit(mono: str, tmp_path: Path) -> None:
     require_conforming([mono, str(compiled(CSHARP / "Conform.cs", tmp_path / "Conform.exe"))])
+
+
+def test_each_mesh_of_a_face_in_materials_is_bent(mono: str, tmp_path: Path) -> None:
+    program = compiled(CSHARP / "Conform.cs", tmp_path / "Conform.exe")
+    require_each_mesh_bent([mono, str(program)], tmp_path)
 
 
 def test_damaged_extras_are_refused(mono: str, tmp_path: Path) -> None:

@@ -7,12 +7,10 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from engines import require_bent
-from kit import RUNTIMES, VECTORS, glb_of, require_conforming
+from kit import RUNTIMES, VECTORS, face, glb_of, require_conforming, require_each_mesh_bent
 
-import elastomorph as em
 from elastomorph.io.gltf import write_glb
 from foreign_files import chunks_of, glb
 from needs import MODULES, WEB, node
@@ -30,26 +28,12 @@ def ran(*command: str | Path) -> str:
     return done.stdout
 
 
-def face() -> em.Rig:
-    """A rig with bends of several kinds of curve, and a corrective."""
-    rng = np.random.default_rng(3)
-    neutral = em.Mesh(rng.normal(size=(9, 3)), [[0, 1, 2], [2, 3, 4, 5], [6, 7, 8]])
-    tent = em.BendCurve([0, 0.25, 1], [[0, 4], [1, -4 / 3]])
-
-    def morph(*curves: em.BendCurve) -> em.Morph:
-        moved = neutral.with_vertices(neutral.vertices + rng.normal(size=(9, 3)))
-        return em.Morph(neutral, moved, rng.normal(size=(len(curves), 9, 3)), curves)
-
-    morphs = {
-        "jaw": morph(em.BendCurve.power(3), tent),
-        "smile": morph(em.BendCurve.polynomial([0, 1, -1])),
-        "both": morph(tent),
-    }
-    return em.Rig(neutral, morphs, correctives={"both": ["jaw", "both"]})
-
-
 def test_it_passes_the_kit() -> None:
     require_conforming([node(), str(JS / "conform.mjs")])
+
+
+def test_each_mesh_of_a_face_in_materials_is_bent(tmp_path: Path) -> None:
+    require_each_mesh_bent([node(), str(JS / "conform.mjs")], tmp_path)
 
 
 @pytest.mark.parametrize("file", ["follower.test.mjs", "frames.test.mjs"])
@@ -63,6 +47,12 @@ class TestEngines:
 
     def test_a_written_file_is_bent(self, player: str, tmp_path: Path) -> None:
         write_glb(tmp_path / "a.glb", face(), tolerance=0)
+        require_bent(player, tmp_path / "a.glb", POSE, tmp_path)
+
+    def test_each_mesh_of_a_face_in_materials_is_bent(self, player: str, tmp_path: Path) -> None:
+        """As `export` writes them: a mesh a material, with only the targets that move it."""
+        write_glb(tmp_path / "a.glb", face(materials=True), tolerance=0)
+        assert len(chunks_of(tmp_path / "a.glb")[0]["meshes"]) == 2
         require_bent(player, tmp_path / "a.glb", POSE, tmp_path)
 
     def test_a_fold_is_followed(self, player: str, tmp_path: Path) -> None:
