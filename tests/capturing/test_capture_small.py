@@ -153,8 +153,7 @@ def test_figures_of_an_independent_judge_are_within_twice_those_measured(
     assert still["moving"].mean > 20 * own["moving"].mean
     trusted = outcome.confidence["p01"] >= 0.5
     seen = judge.front & (judge.neutral_views >= 2)
-    # Three kinds of processors leave 14.2 to 15.0 % of it without trust.
-    assert 1 - trusted[seen].mean() < 0.3
+    assert trusted[seen].mean() > 0.85
     assert trusted[judge.skin & (judge.neutral_views == 0)].mean() < 0.25
 
 

@@ -56,11 +56,25 @@ def test_names_are_one_or_several() -> None:
 
 def test_a_choice_is_the_same_from_a_file() -> None:
     """With what it counts; files without counts are read, and negative ones are damaged."""
-    for choice in (Choice(0.1, 5e-4), Choice(0.0, 5e-4, False, 3, 4)):
+    for choice in (Choice(0.1, 5e-4), Choice(0.0, 5e-4, False, 3, 4, 5, 6, 7e-4)):
         assert choice_from_json(json.loads(json.dumps(choice_to_json(choice)))) == choice
     stored = choice_to_json(Choice(0.1, 5e-4, shrunk=2))
     assert stored is not None
     assert "hidden" not in stored
-    for wrong in ({**stored, "shrunk": -1}, {**stored, "hidden": "many"}, ["distance"]):
+    for wrong in (
+        {**stored, "shrunk": -1},
+        {**stored, "hidden": "many"},
+        {**stored, "deeper": -1e-4},
+        ["distance"],
+    ):
         with pytest.raises(ParameterError):
             choice_from_json(wrong)
+
+
+def test_a_choice_tells_what_was_eased_and_what_is_left() -> None:
+    assert Choice(0.01, 5e-4, deeper=4e-5, crossing=3).text == Choice(0.01, 5e-4).text
+    told = Choice(0.01, 5e-4, eased=1063, crossing=4, deeper=7.8e-4)
+    for words in ("1,063 vertices bend less", "0.078 % of D deeper, 4 vertices cross"):
+        assert words in told.passing
+    assert told.text.endswith(f"; {told.passing}")
+    assert "cross" not in Choice(0.01, 5e-4, deeper=7e-4).text

@@ -18,7 +18,7 @@ from elastomorph.numbers import first_few
 
 _MOST_SHOWN = 12
 # What a choice counts, written where there is any.
-_COUNTS = ("shrunk", "hidden")
+_COUNTS = {"shrunk": int, "hidden": int, "eased": int, "crossing": int, "deeper": float}
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def choice_from_json(content: Any) -> Choice | None:
     try:
         distance, allowed = float(content["distance"]), float(content["allowed"])
         exact = content["exact"]
-        counts = [int(content.get(name, 0)) for name in _COUNTS]
+        counts = [number(content.get(name, 0)) for name, number in _COUNTS.items()]
     except (AttributeError, TypeError, LookupError, ValueError, OverflowError):
         exact = None
     if not isinstance(exact, bool) or not all(

@@ -27,6 +27,13 @@ class Choice:
             grows it from one, so that there is no rotation to find.
         hidden: Vertices of connected parts that go straight for they end inside the others, where
             nobody sees how they turn.
+        eased: Vertices whose bends are smaller because surfaces that face each other, as lips do,
+            would pass through each other by more than 0.1 % of D deeper than on the straight line,
+            in the neutral and in the target.
+        crossing: Vertices that this path leads through the surface they face and the straight line
+            does not, at the time with most of them.
+        deeper: How much deeper such surfaces still pass through each other than on the straight
+            line, in the neutral and in the target, at most, as a fraction of D.
     """
 
     distance: float
@@ -34,11 +41,22 @@ class Choice:
     exact: bool = True
     shrunk: int = 0
     hidden: int = 0
+    eased: int = 0
+    crossing: int = 0
+    deeper: float = 0.0
 
     @property
     def straight(self) -> bool:
         """Whether the straight line was taken."""
         return self.distance <= self.allowed
+
+    @property
+    def passing(self) -> str:
+        """What was eased where surfaces pass through each other, and what is left, if any."""
+        eased = f"{self.eased:,} vertices bend less, not to pass through the surface they face"
+        left = f"surfaces pass through each other up to {100 * self.deeper:.2g} % of D deeper"
+        left += f", {self.crossing:,} vertices cross" * bool(self.crossing)
+        return "; ".join([eased] * bool(self.eased) + [left] * (self.deeper >= 5e-5))
 
     @property
     def text(self) -> str:
@@ -47,6 +65,7 @@ class Choice:
         off = f"{bound}{100 * self.distance:.2g} % of D"
         gone = f"; {self.shrunk:,} vertices that shrink to a point go straight" * bool(self.shrunk)
         gone += f"; {self.hidden:,} that end inside other parts go straight" * bool(self.hidden)
+        gone += f"; {self.passing}" * bool(self.passing)
         if self.straight:
             return f"auto: straight, turning differs by {off}{gone}"
         return f"auto: turned, the straight line is {off} away{gone}"

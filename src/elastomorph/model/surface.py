@@ -66,6 +66,39 @@ def winding_number(point: NDArray[np.float64], triangles: NDArray[np.float64]) -
     return float(np.arctan2(volume, x * y * z + ab * z + bc * x + ca * y).sum() / (2.0 * np.pi))
 
 
+def closest_weights(
+    points: NDArray[np.float64], corners: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(N, 3) weights of the corners (N, 3, 3) of triangles at the points closest to (N, 3) points.
+
+    The nearest point of the plane where that is inside, else of the edge or corner whose region
+    the point is in (Ericson, Real-Time Collision Detection, 5.1.5).
+    """
+    a, b, c = np.moveaxis(corners, 1, 0)
+    weights = np.full((len(points), 3), np.nan)
+    far = np.full(len(points), np.inf)
+    for start, stop, first, second in ((a, b, 0, 1), (b, c, 1, 2), (c, a, 2, 0)):
+        edge = stop - start
+        length = np.einsum("ij,ij->i", edge, edge)
+        along = np.einsum("ij,ij->i", points - start, edge) / np.maximum(length, 1e-300)
+        along = np.clip(along, 0, 1)
+        off = start + along[:, None] * edge - points
+        distance = np.einsum("ij,ij->i", off, off)
+        nearer = distance < far
+        far[nearer] = distance[nearer]
+        weights[nearer] = 0
+        weights[nearer, first] = 1 - along[nearer]
+        weights[nearer, second] = along[nearer]
+    normal = np.cross(b - a, c - a)
+    area = np.einsum("ij,ij->i", normal, normal)
+    area = np.where(area > 0, area, np.inf)
+    v = np.einsum("ij,ij->i", np.cross(points - a, c - a), normal) / area
+    w = np.einsum("ij,ij->i", np.cross(b - a, points - a), normal) / area
+    inside = (v > 0) & (w > 0) & (v + w < 1)
+    weights[inside] = np.stack([1 - v - w, v, w], axis=-1)[inside]
+    return weights
+
+
 def _without_duplicates(polygons: NDArray[np.int32]) -> NDArray[np.int32]:
     """The rows of (F, n) vertex indices, each set of vertices once, the first of them kept."""
     ordered = np.sort(polygons, axis=1)

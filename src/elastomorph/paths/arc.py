@@ -65,13 +65,25 @@ class Arc(Method):
 
 
 @dataclass(frozen=True, eq=False)
-class Arcs:
-    """The arcs between two shapes, before they are stored: of the (V,) vertices that move."""
+class TurnedPath:
+    """The rotations of a path between two shapes."""
 
     neutral: Mesh
     target: Mesh
     around: Neighbourhoods
     rotations: VertexRotations
+
+    def baked(self, bend: PolynomialBend, tolerance: float, label: str) -> Morph:
+        """A path as few bends, eased where polygons would turn over."""
+        ends, bent = (self.neutral, self.target), (bend.coefficients, bend.bent)
+        morph = bake_polynomial(*bent, *ends, tolerance=tolerance, method=label)
+        return without_flips(morph, self.around, self.rotations.whole)
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs(TurnedPath):
+    """The arcs between two shapes, before they are stored: of the (V,) vertices that move."""
+
     moving: NDArray[np.bool_]
     bend: ArcBend
 
@@ -98,25 +110,7 @@ class Arcs:
         """The path as bends within a tolerance."""
         count = moments_needed(2.0 * float(self.bend.half.max(initial=0.0)))
         bend = PolynomialBend(at_nodes(self.bend.at, count), self.moving)
-        return stored(
-            bend, self.neutral, self.target, self.around, self.rotations, tolerance, label
-        )
-
-
-def stored(
-    bend: PolynomialBend,
-    neutral: Mesh,
-    target: Mesh,
-    around: Neighbourhoods,
-    rotations: VertexRotations,
-    tolerance: float,
-    label: str,
-) -> Morph:
-    """A path as few bends, eased where polygons would turn over."""
-    morph = bake_polynomial(
-        bend.coefficients, bend.bent, neutral, target, tolerance=tolerance, method=label
-    )
-    return without_flips(morph, around, rotations.whole)
+        return self.baked(bend, tolerance, label)
 
 
 def neighbourhoods(neutral: Mesh, curves: CurveNetwork | None = None) -> Neighbourhoods:

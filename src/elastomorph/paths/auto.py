@@ -7,6 +7,7 @@ of a face hardly turn anything, and a straight line costs nothing to store or pl
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from elastomorph.paths.arc import Arcs, neighbourhoods
 from elastomorph.paths.method import Method, Prepared
 from elastomorph.paths.rotation import Turning
 from elastomorph.paths.rotations import SurfaceEdges
+from elastomorph.paths.rotations.passing import Sheets
 from elastomorph.paths.straight import Linear
 
 INBETWEEN_PAYS = 2.5e-3
@@ -86,6 +88,7 @@ class Auto(Method):
         straight = Linear().prepare(neutral)
         around = neighbourhoods(neutral, curves)
         surface = _surface(neutral)
+        sheets = cache(partial(Sheets.of, neutral, around))
         within = self.straight_within
 
         def to(target: Mesh) -> Morph:
@@ -103,13 +106,19 @@ class Auto(Method):
             choice = replace(choice, shrunk=shrunk)
             if choice.straight:
                 return replace(straight(target), choice=choice)
-            path = found.stored(self.tolerance, "arc" if surface is None else "rotation")
+            if isinstance(found, Arcs):
+                path = replace(found.stored(self.tolerance, "arc"), choice=choice)
+            else:
+                path = found.stored(self.tolerance, "rotation", sheets(), scale, choice)
             middle = (neutral.vertices + target.vertices) / 2.0
             left = _longest(path.at(0.5) - middle) / scale
             if left < choice.distance - path.bake_error * neutral.diameter / scale:
-                # Closer than rounding to bends explains: eased where the face would fold.
-                choice = replace(choice, distance=left)
-            return replace(straight(target) if choice.straight else path, choice=choice)
+                # Closer than rounding to bends explains: eased where the face would fold or pass.
+                choice = replace(path.choice or choice, distance=left)
+                path = replace(path, choice=choice)
+            if choice.straight:
+                return replace(straight(target), choice=replace(choice, crossing=0, deeper=0.0))
+            return path
 
         return to
 

@@ -7,7 +7,8 @@ that do not move stay, and components that move rigidly follow their screw, both
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,13 @@ from numpy.typing import NDArray
 import elastomorph.paths.options as options
 from elastomorph.curves import CurveNetwork
 from elastomorph.model.mesh import Mesh
-from elastomorph.model.morph import Morph
+from elastomorph.model.morph import Choice, Morph
 from elastomorph.model.surface import winding_number
 from elastomorph.paths.arc import (
+    TurnedPath,
     bent_path,
     local_rotations,
     neighbourhoods,
-    stored,
     warn_of_loose,
 )
 from elastomorph.paths.method import Method, Prepared
@@ -29,8 +30,8 @@ from elastomorph.paths.rotations import (
     LeastDistortion,
     Neighbourhoods,
     SurfaceEdges,
-    VertexRotations,
 )
+from elastomorph.paths.rotations.passing import Sheets, without_passing
 
 # Fewer than for arcs: the equation that joins the edges smooths by itself.
 _RINGS = 2
@@ -44,7 +45,9 @@ _AWAY, _LEFT = 2.0, 0.25
 
 @dataclass(frozen=True)
 class Rotation(Method):
-    """Least distortion; where polygons would turn over, and do not on the straight line, eased.
+    """Least distortion, eased where it would turn polygons over, or pass deep through itself.
+
+    Both count only beyond what the straight line does.
 
     Attributes:
         tolerance: How closely the bends hold the path, as a fraction of D; smaller ones cost more
@@ -65,24 +68,21 @@ class Rotation(Method):
             BakeError: A turn is too sharp to be stored.
         """
         around, surface = neighbourhoods(neutral), SurfaceEdges.of(neutral)
+        sheets, scale = cache(partial(Sheets.of, neutral, around)), neutral.diameter or 1.0
 
         def to(target: Mesh) -> Morph:
             warn_of_loose(neutral, target, around)
             turning = Turning.of(neutral, target, around, surface)
-            return turning.stored(self.tolerance, self.label)
+            return turning.stored(self.tolerance, self.label, sheets(), scale, None)
 
         return to
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
+class Turning(TurnedPath):
     """The least distorted path between two shapes, before it is stored."""
 
-    neutral: Mesh
-    target: Mesh
-    around: Neighbourhoods
     surface: SurfaceEdges
-    rotations: VertexRotations
     equation: LeastDistortion
 
     @classmethod
@@ -91,25 +91,14 @@ class Turning:
     ) -> Turning:
         """Find the rotations of a target; nothing is solved yet."""
         rotations = local_rotations(neutral, target, around, _RINGS)
-        return cls._by(neutral, target, around, surface, rotations)
-
-    @classmethod
-    def _by(
-        cls,
-        neutral: Mesh,
-        target: Mesh,
-        around: Neighbourhoods,
-        surface: SurfaceEdges,
-        rotations: VertexRotations,
-    ) -> Turning:
         equation = LeastDistortion.of(neutral.vertices, target.vertices, rotations, surface)
-        return cls(neutral, target, around, surface, rotations, equation)
+        return cls(neutral, target, around, rotations, surface, equation)
 
     def without(self, vertices: NDArray[np.bool_]) -> Turning:
         """The same path, on which some components go straight."""
-        return self._by(
-            self.neutral, self.target, self.around, self.surface, self.rotations.without(vertices)
-        )
+        rotations, start, end = self.rotations.without(vertices), self.neutral, self.target
+        equation = LeastDistortion.of(start.vertices, end.vertices, rotations, self.surface)
+        return replace(self, rotations=rotations, equation=equation)
 
     def hidden(self, least: float) -> NDArray[np.bool_]:
         """(V,) components that end inside the others, where they are not seen.
@@ -140,12 +129,12 @@ class Turning:
         # A target that hides most of what it turns hides what ends almost inside, too.
         return found | nearly if found.sum() > nearly.sum() else found
 
-    def stored(self, tolerance: float, label: str) -> Morph:
-        """The path as bends within a tolerance."""
-        bend = self.equation.bend()
-        return stored(
-            bend, self.neutral, self.target, self.around, self.rotations, tolerance, label
-        )
+    def stored(
+        self, tolerance: float, label: str, sheets: Sheets, scale: float, choice: Choice | None
+    ) -> Morph:
+        """The path as bends within a tolerance, eased by D, and what was eased in its choice."""
+        morph = replace(self.baked(self.equation.bend(), tolerance, label), choice=choice)
+        return without_passing(morph, self.around, sheets, self.rotations.whole, scale)
 
 
 def rotation_path(

@@ -563,8 +563,11 @@ def _beam_timing(subject: Subject, curves: CurveNetwork) -> BeamTiming:
 
 def _targets_csv(paths: TargetPaths) -> str:
     lines = ["target,needs,off the straight line,allowed,bends,bytes,bake error,flips"]
+    lines[0] += ",eased,crossing,deeper"
     for path in paths.targets:
         choice = path.choice
         numbers = f"{choice.distance:.9g},{choice.allowed:.9g},{path.bends},{path.bytes}"
-        lines.append(f"{path.name},{path.words},{numbers},{path.bake_error:.9g},{path.flips}")
+        numbers += f",{path.bake_error:.9g},{path.flips}"
+        numbers += f",{choice.eased},{choice.crossing},{choice.deeper:.9g}"
+        lines.append(f"{path.name},{path.words},{numbers}")
     return "\n".join(lines) + "\n"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from elastomorph.capturing.geometry.camera import Camera
 from elastomorph.errors import MissingExtraError
 from elastomorph.model.geometry import sides_of
+from elastomorph.model.surface import closest_weights
 
 Points = NDArray[np.float64]
 Triangles = NDArray[np.integer]
@@ -231,34 +232,3 @@ class Surface:
 def edges_of(triangles: Triangles) -> NDArray[np.int64]:
     """(E, 2) vertices at the ends of the edges of (T, 3) triangles, the smaller first."""
     return np.unique(np.sort(sides_of(triangles), axis=1), axis=0)
-
-
-def closest_weights(points: Points, corners: Points) -> Points:
-    """(N, 3) weights of the corners (N, 3, 3) of triangles at the points closest to (N, 3) points.
-
-    The nearest point of the plane where that is inside, else of the edge or corner whose region
-    the point is in (Ericson, Real-Time Collision Detection, 5.1.5).
-    """
-    a, b, c = np.moveaxis(corners, 1, 0)
-    weights = np.full((len(points), 3), np.nan)
-    far = np.full(len(points), np.inf)
-    for start, stop, first, second in ((a, b, 0, 1), (b, c, 1, 2), (c, a, 2, 0)):
-        edge = stop - start
-        length = np.einsum("ij,ij->i", edge, edge)
-        along = np.einsum("ij,ij->i", points - start, edge) / np.maximum(length, 1e-300)
-        along = np.clip(along, 0, 1)
-        off = start + along[:, None] * edge - points
-        distance = np.einsum("ij,ij->i", off, off)
-        nearer = distance < far
-        far[nearer] = distance[nearer]
-        weights[nearer] = 0
-        weights[nearer, first] = 1 - along[nearer]
-        weights[nearer, second] = along[nearer]
-    normal = np.cross(b - a, c - a)
-    area = np.einsum("ij,ij->i", normal, normal)
-    area = np.where(area > 0, area, np.inf)
-    v = np.einsum("ij,ij->i", np.cross(points - a, c - a), normal) / area
-    w = np.einsum("ij,ij->i", np.cross(b - a, points - a), normal) / area
-    inside = (v > 0) & (w > 0) & (v + w < 1)
-    weights[inside] = np.stack([1 - v - w, v, w], axis=-1)[inside]
-    return weights

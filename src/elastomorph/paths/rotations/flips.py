@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _TIMES = np.arange(1, 64) / 64
 # Rounds of halving; what still flips after them goes straight, with a ring more each round.
-_ROUNDS = 12
+ROUNDS = 12
 # Rings over which an eased bend fades into the full bends around it.
 _RINGS = 4
 # What rounding may add to the bounds, as a part of them.
@@ -48,17 +48,17 @@ def without_flips(
     rounds = 0
     while (flipped := _flipped(morph, check, share)).any():
         before = share.copy()
-        if rounds < _ROUNDS:
-            share *= _easing(flipped, around.adjacency)
+        if rounds < ROUNDS:
+            share *= easing(flipped, around.adjacency)
         else:
-            share[around.within(flipped, rounds - _ROUNDS)] = 0.0
+            share[around.within(flipped, rounds - ROUNDS)] = 0.0
         rounds += 1
         # Easing moves neighbours apart: what was safe with full bends need not be safe now.
         check = _touching(faces, bent & (share != before))
     return replace(morph, bends=morph.bends * share[:, None]) if rounds else morph
 
 
-def _easing(flipped: NDArray[np.bool_], adjacency: csr_array) -> NDArray[np.float64]:
+def easing(flipped: NDArray[np.bool_], adjacency: csr_array) -> NDArray[np.float64]:
     """(V,) ½ at flipped vertices, rising to 1 over the rings around them."""
     reached = flipped.astype(np.float64)
     rings = reached.copy()
@@ -117,7 +117,7 @@ def _suspects(morph: Morph, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     )
     mixed = 2.0 * half - 0.5 * (first + last)
     corner, origin = faces.indices, faces.indices[faces.offsets[:-1]][faces.corner_faces]
-    apart = _reach(morph, some.bends[:, corner] - some.bends[:, origin])
+    apart = reach(morph, some.bends[:, corner] - some.bends[:, origin])
     length = np.maximum(
         *(np.linalg.norm(p[corner] - p[origin], axis=1) for p in (some.start, some.end))
     )
@@ -133,7 +133,7 @@ def _suspects(morph: Morph, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return suspects
 
 
-def _reach(morph: Morph, bends: NDArray[np.float64]) -> NDArray[np.float64]:
+def reach(morph: Morph, bends: NDArray[np.float64]) -> NDArray[np.float64]:
     """(C,) a bound of the length of Σ b_k(t) d_k over the 63 times, for (K, C, 3) vectors d_k.
 
     Bend curves are much alike; in their singular directions the sum of the lengths is a close one.
