@@ -87,6 +87,39 @@ def test_depth_of_the_target_is_that_of_the_shapes() -> None:
     assert passing(pushed(mesh, 0.2, GAP + target), sheets(mesh), D)[0] == 0
 
 
+def test_depth_of_the_neutral_is_that_of_the_shapes() -> None:
+    """The same backwards: a neutral e behind, found in the target, which is in front."""
+    mesh, depth, by = hairpin(), 0.4, 0.9
+    back = pushed(mesh, by, GAP + depth)
+    turned = em.Morph(back.target, back.neutral, back.bends, back.bend_curves)
+    expected = passing(back, sheets(mesh), D)
+    assert expected[0] > ALLOWED
+    found = passing(turned, sheets(turned.neutral), D)
+    assert found[0] == pytest.approx(expected[0], rel=1e-9)
+    assert found[1] == expected[1]
+    np.testing.assert_array_equal(found[2], expected[2])
+
+
+def test_what_faces_in_one_shape_only_is_found() -> None:
+    """Flaps eight edges apart that the target, or the neutral, brings together."""
+    mesh = hairpin(8.0)
+    closing = pushed(mesh, 0.0, 7.6)
+    bends = pushed(mesh, 6.0).bends
+    for start, end in ((mesh, closing.target), (closing.target, mesh)):
+        morph = em.Morph(start, end, bends, (CURVE,))
+        assert passing(morph, sheets(start), D)[0] > ALLOWED
+
+
+def test_more_than_is_allowed_is_deep_and_no_less() -> None:
+    """Which vertices are too deep is decided at .1 % of D, on both flaps."""
+    mesh = hairpin()
+    half = len(mesh.vertices) // 2
+    for by, deep in ((0.98 * ALLOWED * D, False), (1.02 * ALLOWED * D, True)):
+        found = passing(pushed(mesh, GAP + by), sheets(mesh), D)
+        assert found[0] == pytest.approx(by / D, rel=1e-9)
+        assert found[2][:half].any() == found[2][half:].any() == deep
+
+
 def test_what_is_farther_than_some_edges_does_not_face() -> None:
     """Eight edges: the flaps have nothing to do with each other, whatever bends do."""
     mesh = hairpin(8.0)
@@ -111,14 +144,19 @@ def test_the_two_sides_of_a_cheek_do_not_face_each_other() -> None:
 
 def test_easing_leaves_less_than_is_allowed_and_keeps_what_is_far() -> None:
     mesh = hairpin()
-    morph = replace(pushed(mesh, GAP + 0.5), choice=Choice(0.01, 5e-4))
+    morph = replace(pushed(mesh, GAP + 0.68), choice=Choice(0.01, 5e-4))
     eased = without_passing(morph, around(mesh), sheets(mesh), (), D)
     assert passing(morph, sheets(mesh), D)[0] > ALLOWED
     assert passing(eased, sheets(mesh), D)[0] <= ALLOWED
     assert eased.choice is not None
     changed = (eased.bends != morph.bends).any(axis=(0, 2))
     assert eased.choice.eased == changed.sum() > 0
-    assert 0 <= eased.choice.deeper <= ALLOWED
+    assert 0 < eased.choice.deeper <= ALLOWED
+    assert eased.choice.crossing > 0
+    # All of what was too deep and three rings more are halved alike.
+    deep = around(mesh).within(passing(morph, sheets(mesh), D)[2], 3) & (morph.bends[0, :, 2] != 0)
+    assert (eased.bends[0, deep, 2] <= -0.0).all()
+    assert (np.abs(eased.bends[0, deep, 2]) <= 0.5 * np.abs(morph.bends[0, deep, 2])).all()
     assert without_passing(eased, around(mesh), sheets(mesh), (), D).bends is eased.bends
     share = eased.bends[0, changed, 2] / morph.bends[0, changed, 2]
     assert (share >= 0).all()
