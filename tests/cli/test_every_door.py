@@ -158,7 +158,10 @@ def test_straight_within_is_part_of_the_method(here: Path) -> None:
         (["inspect", "ours.glb", "jawOpen.obj"], "by itself"),
         (["export", "", "-o", "out.npz"], "is empty"),
         (["export", "face", "-o", ""], "is empty"),
-        (["export", "face", "-o", "out"], "expected one of .glb, .usd, .usda, .usdc, .npz\n"),
+        (
+            ["export", "face", "-o", "out"],
+            "expected one of .glb, .usd, .usda, .usdc, .usdz, .npz\n",
+        ),
         (["export", "face", "-o", "out.fbx"], "only read; write one of .glb"),
         (["export", "neutral.obj", "-o", "out.glb"], "neutral.obj"),
         (["export", "motion.npz", "-o", "out.glb"], "motion.npz"),

@@ -30,9 +30,9 @@ from elastomorph.draw.dressed import welded_corners
 from elastomorph.draw.stage import Stage
 from elastomorph.draw.textures import MOST_PIXELS, encoded, linear, pixels_of, places_in
 from elastomorph.errors import ElastomorphWarning
-from elastomorph.model.appearance import Material, Texture
+from elastomorph.model.appearance import Finish, Material, Texture
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
-from scenes import seen_at
+from scenes import ball, seen_at
 
 SIZE = (120, 120)
 
@@ -137,6 +137,9 @@ def test_a_mask_shows_what_reaches_its_cutoff() -> None:
     pixels = [[(*RED, 255), (*GREEN, 120)], [(*BLUE, 0), (*WHITE, 140)]]
     masked = unlit(texture(pixels), opacity="mask", cutoff=0.5)
     assert seen(card(masked), QUARTERS) == [RED, PAPER, PAPER, WHITE]
+    for opacity, shown in ((0.4, PAPER), (0.6, RED)):  # without an image
+        bare = Material((1.0, 0.0, 0.0, opacity), opacity="mask", unlit=True)
+        assert seen(card(bare), QUARTERS) == [shown] * 4
     low = replace(masked, cutoff=0.4)
     assert seen(card(low), QUARTERS) == [RED, GREEN, PAPER, WHITE]
 
@@ -262,3 +265,21 @@ def test_a_crowd_of_corners_at_one_place_is_no_seam() -> None:
     count = 500
     mesh = Mesh(np.zeros((3 * count, 3)), np.arange(3 * count).reshape(-1, 3), appearance={})
     assert len(np.unique(welded_corners(mesh))) == 3 * count
+
+
+def test_what_is_smooth_has_highlights_where_its_image_is_black() -> None:
+    """A black ball, wet and dry: light falls on it from the upper left of the camera."""
+    mesh = ball()
+    uv = UVMap(np.zeros((1, 2)), np.zeros(len(mesh.faces.indices), dtype=np.int32))
+    labels = FaceLabels(("ball",), np.zeros(len(mesh.faces), dtype=np.int32))
+
+    def brightest(roughness: float, **how: Any) -> int:
+        black = Material(texture=texture([[(0, 0, 0)]]), finish=Finish(roughness))
+        own = Mesh(mesh.vertices, mesh.faces, uv, labels, appearance={"ball": black})
+        with Stage(own, size=(120, 120), supersampling=1) as stage:
+            picture = stage.picture(background=(0.0, 0.0, 0.0), **how)
+        return int(picture.max())
+
+    assert brightest(0.05) > 150
+    assert brightest(0.9) < 30
+    assert brightest(0.05, lit=False) == 0

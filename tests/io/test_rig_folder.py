@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from mesh_samples import house, same_bits
 from test_rig_npz import assert_same_rig
 
 import elastomorph as em
+from cards import card, image_of
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.errors import FileError, FormatError, ParameterError, TopologyError
 from elastomorph.io import rig_cache, rig_folder
@@ -21,7 +23,7 @@ from elastomorph.io.rig_folder import find_rig_files, read_rig_folder
 from elastomorph.paths import Method
 from elastomorph.physics import Load, Material
 from elastomorph.rig import Rig
-from needs import not_root
+from needs import extra, not_root
 
 
 @pytest.fixture(autouse=True)
@@ -474,3 +476,30 @@ def test_a_production_rig_comes_from_the_cache_the_second_time(
     assert cached
     assert_same_rig(first, second)
     assert len(first) == 57
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".usdz"])
+def test_looks_of_a_material_library_come_with_it_and_are_exported(
+    tmp_path: Path, suffix: str
+) -> None:
+    """The first time, and from the cache."""
+    if suffix == ".usdz":
+        extra("pxr", "usd")
+    rig = tmp_path / "rig"
+    rig.mkdir()
+    mesh = replace(card(None), material_library="card.mtl")
+    em.write(rig / "neutral.obj", mesh)
+    em.write(rig / "up.obj", mesh.with_vertices(mesh.vertices + [0, 0, 1]))
+    (rig / "card.mtl").write_text("newmtl card\nKd 1 1 1\nmap_Kd skin.png\n")
+    (rig / "skin.png").write_bytes(image_of())
+    for cached in (False, True):
+        found, from_cache = read(rig)
+        assert from_cache is cached
+        em.write(tmp_path / f"card{suffix}", found)
+        exported = em.read_rig(tmp_path / f"card{suffix}")
+        for own in (found, exported):
+            assert own.neutral.appearance is not None
+            texture = own.neutral.appearance["card"].texture
+            assert texture is not None
+            assert texture.image == image_of()
+            assert all(morph.neutral is own.neutral for morph in own.morphs.values())

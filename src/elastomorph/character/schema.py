@@ -191,7 +191,7 @@ def export_options(settings: Settings, path: str | Path) -> dict[str, Any]:
     if suffix == ".glb":
         timed = {} if settings.timing is None else {"timing": by_name(settings.timing)}
         return {**settings.glb, **timed, **kept}
-    if suffix in (".usd", ".usda", ".usdc"):
+    if suffix in (".usd", ".usda", ".usdc", ".usdz"):
         unit = settings.character.unit
         measured = {} if unit is None else {"meters_per_unit": UNITS[unit]}
         return {**settings.usd, **measured, **kept}

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 @verb
 def export(
     rig: options.RigName,
-    output: Annotated[Path, typer.Option("--output", "-o", help=".glb, .usd, .usda, .usdc, .npz")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help=".glb, .usd, .usda, .usdc, .usdz, .npz")
+    ],
     method: options.MethodText = None,
     mesh: options.MeshNames = None,
     settings: options.SettingsFile = None,
@@ -89,7 +91,7 @@ def _require_format(output: Path, names: list[str]) -> None:
         ".glb": ["normals", "tolerance", "timing", "compress", "clips"],
         ".npz": [],
     }
-    known |= {usd: ["tolerance"] for usd in (".usd", ".usda", ".usdc")}
+    known |= {usd: ["tolerance"] for usd in (".usd", ".usda", ".usdc", ".usdz")}
     for name in names:
         if name not in known.get(suffix, names):
             formats = ", ".join(own for own, options in known.items() if name in options)

@@ -33,7 +33,7 @@ Recordings = Annotated[
 ]
 Output = Annotated[
     Path | None,
-    typer.Option("--output", "-o", help="The path as a rig: .glb, .usd, .usda, .usdc, .npz"),
+    typer.Option("--output", "-o", help="The path as a rig: .glb, .usd, .usda, .usdc, .usdz, .npz"),
 ]
 Bends = Annotated[int, typer.Option("--bends", "-k", help="Shapes beside the target itself.")]
 Shapes = Annotated[str, typer.Option(help="free, or scanned: each belongs to a recorded frame.")]

@@ -29,7 +29,8 @@ _OUTPUTS = ("output", "picture", "sheet", "grid", "report", "repair_to", "record
 _DRAWN = {".png", ".jpg", ".jpeg", ".webp", ".gif", ".mp4"}
 _FILES = {
     *_DRAWN,
-    *(".obj", ".ply", ".npz", ".npy", ".mdd", ".pc2", ".glb", ".vrm", ".usd", ".usda", ".usdc"),
+    *(".obj", ".ply", ".npz", ".npy", ".mdd", ".pc2", ".glb", ".vrm"),
+    *(".usd", ".usda", ".usdc", ".usdz"),
     *(".csv", ".json", ".toml", ".html", ".svg", ".pdf"),
 }
 """Suffixes of what is a file and no folder, whatever verb writes it."""

@@ -20,8 +20,10 @@ AMBIENT = 0.17
 IMAGE_AMBIENT, IMAGE_DIFFUSE = 0.40, 0.88
 # A heat map is read by its colours: less of them is left to light and shade than on skin.
 HEAT_AMBIENT, HEAT_DIFFUSE = 0.30, 0.72
+_WET = 0.8
 # Where VTK's shader has multiplied its colour with the texture.
 _OPACITY = "//VTK::TCoord::Impl"
+_SHINE = _OPACITY + "\n  gl_FragData[0].rgb += specular;\n"
 _MASK = _OPACITY + "\n  if (gl_FragData[0].a < {}) discard;\n  gl_FragData[0].a = 1.0;\n"
 
 
@@ -90,7 +92,9 @@ class Part:
             self.actor.ForceTranslucentOn()
             return
         self.actor.ForceOpaqueOn()
-        if material.opacity == "mask":
+        if material.opacity == "mask" and self._texture is None:
+            self.actor.SetVisibility(material.colour[3] >= material.cutoff)
+        elif material.opacity == "mask":
             self.actor.GetShaderProperty().AddFragmentShaderReplacement(
                 _OPACITY, True, _MASK.format(material.cutoff), False
             )
@@ -122,6 +126,12 @@ class Part:
         self._shade.SetAmbient(ambient)
         self._shade.SetDiffuse(diffuse)
         self._shade.SetSpecular(0.0 if painted else self._look.shine)
+        if self._texture is not None and self._look.shine > _WET:
+            # VTK multiplies highlights with the texture too: on a black pupil there are none.
+            shader = self.actor.GetShaderProperty()
+            shader.ClearFragmentShaderReplacement(_OPACITY, True)
+            if lighting and not painted:
+                shader.AddFragmentShaderReplacement(_OPACITY, True, _SHINE, False)
 
     def sort(self, positions: NDArray[np.float64], towards: NDArray[np.float64]) -> None:
         """Draw the polygons from the farthest to the nearest, for what blends.

@@ -24,6 +24,8 @@ from elastomorph.draw.textures import encoded, pixels_of, places_in, warn_of
 from elastomorph.model.appearance import Material, Texture, Wrap
 from elastomorph.model.mesh import Mesh
 
+_SMOOTH = 0.15
+"""Roughness below which a surface has a small, bright highlight, whatever its name."""
 _MOST_ALIKE = 64
 """Corners at one place, beyond which it is no seam; their pairs would take too long."""
 
@@ -101,7 +103,10 @@ def _dress(
     own = material or Material()
     kind = LOOKS.get(part_of_name(name), LOOKS["skin"])
     red, green, blue = encoded(np.array(own.colour[:3])).tolist()
-    look = Look((red, green, blue), kind.shine, kind.polish)
+    shine, polish = kind.shine, kind.polish
+    if own.finish is not None and own.finish.roughness < _SMOOTH:  # as wet as an eye
+        shine, polish = 0.9, 150.0
+    look = Look((red, green, blue), shine, polish)
     image, problem = (None, "") if mesh.uv is None else pixels_of(own)
     if image is None or own.texture is None:
         return Dress(polygons, look, material=own), problem

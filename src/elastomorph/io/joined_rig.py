@@ -182,6 +182,7 @@ def _joined_mesh(parts: Sequence[RigPart], source: str) -> Mesh:
         material_library=next((m.material_library for m in meshes if m.material_library), None),
         source=Source(source, split=any(m.source is not None and m.source.split for m in meshes)),
         appearance=_joined_appearance(meshes),
+        copyright="; ".join(dict.fromkeys(m.copyright for m in meshes if m.copyright)),
     )
 
 

@@ -19,6 +19,7 @@ import re
 from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
@@ -44,12 +45,12 @@ def write_obj(path: str | Path, mesh: Mesh) -> None:
     if mesh.material_library is not None:
         lines.append(_naming(path, "mtllib", mesh.material_library, encoding))
     lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    if mesh.uv is not None:
-        if not np.isfinite(mesh.uv.coordinates).all():
-            raise FormatError(path, "texture coordinates that are not finite cannot be written")
-        lines += ["vt " + " ".join(map(repr, row)) for row in mesh.uv.coordinates.tolist()]
+    if mesh.uv is not None and not np.isfinite(mesh.uv.coordinates).all():
+        raise FormatError(path, "texture coordinates that are not finite cannot be written")
+    places, polygons = _statements(mesh.faces, mesh.uv)
+    lines += places
     switches = _switches(path, mesh, encoding)
-    for face, statement in enumerate(_faces(mesh)):
+    for face, statement in enumerate(polygons):
         if face in switches:
             lines += switches[face]
         lines.append(statement)
@@ -58,17 +59,19 @@ def write_obj(path: str | Path, mesh: Mesh) -> None:
         file.write(content)
 
 
-def _faces(mesh: Mesh) -> Iterator[str]:
-    """One ``f`` statement a polygon."""
-    corners = list(map(str, (mesh.faces.indices + 1).tolist()))
-    if mesh.uv is not None:
-        coordinates = (mesh.uv.corners + 1).tolist()
+@lru_cache(maxsize=1)
+def _statements(faces: Polygons, uv: UVMap | None) -> tuple[list[str], list[str]]:
+    """Texture coordinates and one ``f`` a polygon, kept for the next of many poses of one mesh."""
+    corners = list(map(str, (faces.indices + 1).tolist()))
+    places: list[str] = []
+    if uv is not None:
+        places = ["vt " + " ".join(map(repr, row)) for row in uv.coordinates.tolist()]
         corners = [
             f"{corner}/{coordinate}" if coordinate else corner
-            for corner, coordinate in zip(corners, coordinates, strict=True)
+            for corner, coordinate in zip(corners, (uv.corners + 1).tolist(), strict=True)
         ]
-    for start, stop in pairwise(mesh.faces.offsets.tolist()):
-        yield "f " + " ".join(corners[start:stop])
+    bounds = pairwise(faces.offsets.tolist())
+    return places, ["f " + " ".join(corners[start:stop]) for start, stop in bounds]
 
 
 def _switches(path: str | Path, mesh: Mesh, encoding: str) -> dict[int, list[str]]:

@@ -104,7 +104,7 @@ MESH_FORMATS: tuple[Format[Mesh], ...] = (
     Format("NumPy archive", (".npz",), _npz),
 )
 
-_USD_FILES = (".usd", ".usda", ".usdc")
+_USD_FILES = (".usd", ".usda", ".usdc", ".usdz")
 _STILL = {"still": True}
 _USD_CORE = ("pxr", "usd-core", "usd")
 
@@ -113,7 +113,6 @@ RIG_FORMATS: tuple[Format[Rig], ...] = (
     Format("glTF", (".gltf",), _gltf, read_only=True),
     Format("VRM", (".vrm",), _gltf, read_only=True),
     Format("USD", _USD_FILES, _usd, package=_USD_CORE, still=_STILL),
-    Format("USD package", (".usdz",), _usd, read_only=True, still=_STILL),
     Format("Autodesk FBX", (".fbx",), _fbx, read_only=True, still=_STILL),
     Format("NumPy archive", (".npz",), _npz_rig),
 )
@@ -204,7 +203,8 @@ def write(path: str | Path, thing: Mesh | Rig, **options: Any) -> Any:
     Args:
         path: The file; its suffix names the format and its folder must exist.
         thing: A mesh (.obj, .ply, .npz): positions come back bit for bit; PLY keeps vertices and
-            polygons, OBJ and NPZ everything. Or a rig (.glb, .usd, .usda, .usdc, .npz).
+            polygons, OBJ and NPZ everything. Or a rig (.glb, .usd, .usda, .usdc, .usdz,
+            .npz).
         **options: Of the format, see its writer.
 
     Returns:

@@ -26,6 +26,7 @@ from elastomorph.io.registry import (
     require_there,
 )
 from elastomorph.io.rig_cache import RigCache, read_or_build
+from elastomorph.io.scan_colours import dressed
 from elastomorph.model.mesh import Mesh, require_same_topology
 from elastomorph.paths import Method
 from elastomorph.rig import Rig
@@ -99,10 +100,14 @@ def _built_in(
 
     kept = read_or_build(place, {source: source.name}, BUILT_IN, built, say)
     # An archive says of its neutral where it is from; this one is that of the samples.
-    neutral = samples.head()
+    return _on(samples.head(), kept)
+
+
+def _on(neutral: Mesh, rig: Rig) -> Rig:
+    """A rig on a neutral that is its own in all but what it says of itself."""
     morphs = {
         name: replace(own, neutral=neutral, target=neutral.with_vertices(own.target.vertices))
-        for name, own in kept.morphs.items()
+        for name, own in rig.morphs.items()
     }
     return Rig(neutral, morphs)
 
@@ -175,7 +180,8 @@ def read_rig_folder(
         **settings: Further settings of the method.
 
     Returns:
-        The rig; its morphs in the order of their names, capitals first.
+        The rig; its morphs in the order of their names, capitals first. Its neutral has the looks
+        that the material library of an OBJ, or the images of a PLY, give it.
 
     Raises:
         FileError: No such folder, no neutral or several, no targets, or two of one name.
@@ -195,7 +201,9 @@ def read_rig_folder(
         bare = bare_rig(face, read_targets(face, files.targets, say))
         return with_paths(bare, method, curves=curves, say=say, **settings)  # type: ignore[arg-type]
 
-    return read_or_build(place, {file: file.name for file in files.all}, folder, built, say)
+    rig = read_or_build(place, {file: file.name for file in files.all}, folder, built, say)
+    face = dressed(rig.neutral)
+    return rig if face is rig.neutral else _on(face, rig)
 
 
 def find_rig_files(folder: str | Path, neutral: str | Path | None = None) -> RigFiles:

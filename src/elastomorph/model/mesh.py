@@ -81,6 +81,7 @@ class Mesh:
         material_library: The material file an OBJ names, if any.
         source: The file it came from, if any.
         appearance: What its materials look like, by their names, where the file says so.
+        copyright: Whose it is and its licence, in one line; files that are written say so.
 
     Raises:
         MeshError: Coordinates are not finite (V, 3) numbers up to `LARGEST` with V ≥ 1, or a
@@ -95,6 +96,7 @@ class Mesh:
     material_library: str | None = None
     source: Source | None = None
     appearance: Mapping[str, Material] | None = None
+    copyright: str = ""
 
     def __init__(
         self,
@@ -106,6 +108,7 @@ class Mesh:
         material_library: str | None = None,
         source: Source | None = None,
         appearance: Mapping[str, Material] | None = None,
+        copyright: str = "",
     ) -> None:
         own = as_vertices(vertices)
         polygons = Polygons.of(faces)
@@ -126,7 +129,8 @@ class Mesh:
         vars(self).update(  # frozen, so that nothing can be set by its name
             vertices=own, faces=polygons, uv=uv, materials=materials, groups=groups
         )
-        vars(self).update(material_library=material_library, source=source, appearance=appearance)
+        vars(self).update(material_library=material_library, source=source)
+        vars(self).update(appearance=appearance, copyright=copyright)
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} polygons)"

@@ -345,7 +345,7 @@ class Rig:
             yield self.batch(part, now, buffer[: len(part)], normalize=normalize)
 
     def save(self, path: str | Path, **options: Any) -> Any:
-        """Write the rig to a file (.glb, .usd, .usda, .usdc, .npz): `elastomorph.write`.
+        """Write the rig to a file (.glb, .usd, .usda, .usdc, .usdz, .npz): `elastomorph.write`.
 
         Args:
             path: The file; its suffix names the format and its folder must exist.

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fbx_samples import as_binary, as_text, quad, scene
 
 from effort import worked
 from elastomorph.errors import FormatError
 from elastomorph.io import read_rig
 from elastomorph.io.fbx import read_fbx
 from elastomorph.rig import Rig
+from fbx_samples import as_binary, as_text, quad, scene
 from needs import installed
 
 installed("ufbx", "fbx")

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fbx_samples import Z_UP, Element, Model, Shape, as_binary, as_text, quad, scene
 
 import elastomorph as em
 from elastomorph.errors import (
@@ -22,6 +21,7 @@ from elastomorph.io.fbx import read_fbx
 from elastomorph.io.fbx.reader import FbxMesh, read_meshes
 from elastomorph.io.npz.members import open_npz
 from elastomorph.rig import Rig
+from fbx_samples import Z_UP, Element, Model, Shape, as_binary, as_text, quad, scene
 from needs import installed
 
 installed("ufbx", "fbx")

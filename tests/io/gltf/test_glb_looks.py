@@ -119,3 +119,13 @@ def test_a_mesh_without_looks_has_the_materials_it_always_had(tmp_path: Path) ->
     assert [m["name"] for m in document["materials"]] == ["unnamed"]
     assert not {"images", "textures", "samplers", "extensionsUsed"} & set(document)
     assert read_glb(tmp_path / "bare.glb").neutral.appearance is None
+
+
+def test_a_file_says_whose_a_mesh_is_and_says_it_again(tmp_path: Path) -> None:
+    plain = card(None)
+    owned = Mesh(plain.vertices, plain.faces, copyright="© somebody, MIT licence")
+    found = back(owned.with_vertices(2 * owned.vertices), tmp_path / "owned.glb")
+    asset = chunks_of(tmp_path / "owned.glb")[0]["asset"]
+    assert asset["copyright"] == found.copyright == "© somebody, MIT licence"
+    assert back(plain, tmp_path / "plain.glb").copyright == ""
+    assert "copyright" not in chunks_of(tmp_path / "plain.glb")[0]["asset"]

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cards import PIXELS, image_of
+from cards import PIXELS, card, image_of, texture
 from elastomorph.bending.usd import bend_usd
-from elastomorph.io.usd import read_usd
-from elastomorph.model.appearance import Material
+from elastomorph.errors import FileError
+from elastomorph.io.usd import read_usd, write_usd
+from elastomorph.model.appearance import Finish, Layer, Material, Texture
 from elastomorph.model.mesh import Mesh
+from elastomorph.rig import Rig
 
 pytest.importorskip("pxr")
 
@@ -189,3 +191,127 @@ def test_a_large_image_beside_a_small_stage_is_no_harm(tmp_path: Path) -> None:
     texture = look(tmp_path, SHOWN).texture
     assert texture is not None
     assert len(texture.image) > 60_000_000
+
+
+def rig_of(mesh: Mesh) -> Rig:
+    up = mesh.with_vertices(mesh.vertices + [0, 0, 1])
+    return Rig(mesh, {"up": up}, method="linear")
+
+
+WRITTEN = [
+    Material((0.5, 0.25, 1.0, 1.0), finish=Finish(0.25, 1.0)),
+    Material(texture=texture(wrap=("mirror", "clamp")), finish=Finish(0.5)),
+    Material((0.5, 0.25, 1.0, 0.5), texture(), "blend", finish=Finish(0.125)),
+    Material(texture=texture(), opacity="mask", cutoff=0.25, finish=Finish(1.0)),
+    Material((1.0, 0.5, 0.0, 0.5), opacity="blend", finish=Finish(1.0)),
+]
+
+
+@pytest.mark.parametrize("suffix", [".usda", ".usdc", ".usdz"])
+@pytest.mark.parametrize("material", WRITTEN)
+def test_looks_that_are_written_come_back(tmp_path: Path, material: Material, suffix: str) -> None:
+    path = tmp_path / f"card{suffix}"
+    write_usd(path, rig_of(card(material)))
+    found = read_usd(path).neutral.appearance
+    assert found is not None
+    own = found["card"]
+    assert own.colour == material.colour
+    assert own.opacity == material.opacity
+    assert own.cutoff == (0.25 if material.opacity == "mask" else 0.0)
+    assert own.finish is not None
+    assert material.finish is not None
+    assert (own.finish.roughness, own.finish.metal) == (
+        material.finish.roughness,
+        material.finish.metal,
+    )
+    if material.texture is None:
+        assert own.texture is None
+        return
+    assert own.texture is not None
+    assert own.texture.image == material.texture.image
+    assert own.texture.wrap == material.texture.wrap
+    image = "card_squares.png"
+    beside = {path.name} if suffix == ".usdz" else {path.name, image}
+    assert {each.name for each in tmp_path.iterdir()} == beside
+
+
+def test_a_transform_of_coordinates_is_written(tmp_path: Path) -> None:
+    from elastomorph.draw.textures import places_in
+
+    moved = texture(offset=(0.5, 0.25), scale=(2.0, 3.0), rotation=1.5)
+    write_usd(tmp_path / "card.usda", rig_of(card(Material(texture=moved))))
+    found = read_usd(tmp_path / "card.usda").neutral.appearance
+    assert found is not None
+    own = found["card"].texture
+    assert own is not None
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.25, 0.5]])
+    np.testing.assert_allclose(places_in(own, corners), places_in(moved, corners), atol=1e-6)
+
+
+def test_pxr_finds_each_image_by_the_surface_bound_to_a_part(tmp_path: Path) -> None:
+    """As renderers of other people look for it: binding, surface, texture, primvar, file."""
+    from pxr import Usd, UsdGeom, UsdShade
+
+    layers: dict[Layer, Texture] = {
+        name: texture([[(number, 0, 0)]])
+        for number, name in enumerate(("bumps", "glow", "finish", "creases"))
+    }
+    look = Material(texture=texture(), finish=Finish(0.5, 0.25, (0.5, 0.5, 0.5), layers=layers))
+    write_usd(tmp_path / "card.usdc", rig_of(card(look)))
+    stage = Usd.Stage.Open(str(tmp_path / "card.usdc"))
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/Face/Mesh"))
+    (subset,) = UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets()
+    material, _ = UsdShade.MaterialBindingAPI(subset.GetPrim()).ComputeBoundMaterial()
+    surface, _, _ = material.ComputeSurfaceSource()
+    assert surface.GetIdAttr().Get() == "UsdPreviewSurface"
+    images = {None: look.texture, **layers}
+    for key, channel, layer in (
+        ("diffuseColor", "rgb", None),
+        ("emissiveColor", "rgb", "glow"),
+        ("roughness", "g", "finish"),
+        ("metallic", "b", "finish"),
+        ("occlusion", "r", "creases"),
+        ("normal", "rgb", "bumps"),
+    ):
+        (source,), _ = surface.GetInput(key).GetConnectedSources()
+        assert source.sourceName == channel
+        shown = UsdShade.Shader(source.source.GetPrim())
+        assert shown.GetIdAttr().Get() == "UsdUVTexture"
+        file = Path(shown.GetInput("file").Get().resolvedPath)
+        assert file.parent == tmp_path
+        expected = images[layer]
+        assert expected is not None
+        assert file.read_bytes() == expected.image
+        (place,), _ = shown.GetInput("st").GetConnectedSources()
+        name = UsdShade.Shader(place.source.GetPrim()).GetInput("varname").Get()
+        assert UsdGeom.PrimvarsAPI(mesh).GetPrimvar(name).HasValue()
+
+
+def test_an_image_that_usd_does_not_know_is_left_out(tmp_path: Path) -> None:
+    webp = Texture(image_of(kind="WEBP"), "skin")
+    mesh = card(Material((1.0, 0.5, 0.0, 1.0), webp, finish=Finish(1.0)))
+    with pytest.warns(UserWarning, match="'skin' is left out .USD shows PNG and JPEG images alone"):
+        write_usd(tmp_path / "card.usda", rig_of(mesh))
+    assert [each.name for each in tmp_path.iterdir()] == ["card.usda"]
+    found = read_usd(tmp_path / "card.usda").neutral.appearance
+    assert found is not None
+    assert found["card"].colour == (1.0, 0.5, 0.0, 1.0)
+
+
+def test_where_an_image_cannot_be_written_nothing_is(tmp_path: Path) -> None:
+    (tmp_path / "card_squares1.png").mkdir()
+    two = Finish(layers={"glow": texture([[(9, 9, 9)]])})
+    with pytest.raises(FileError, match=r"card_squares1\.png: this is a folder"):
+        write_usd(tmp_path / "card.usda", rig_of(card(Material(texture=texture(), finish=two))))
+    assert [each.name for each in tmp_path.iterdir()] == ["card_squares1.png"]
+
+
+def test_a_stage_says_whose_a_mesh_is(tmp_path: Path) -> None:
+    from pxr import Sdf
+
+    mesh = card(None)
+    owned = Mesh(mesh.vertices, mesh.faces, copyright="© somebody")
+    for each, said in ((mesh, ""), (owned, "© somebody")):
+        write_usd(tmp_path / "card.usda", rig_of(each))
+        layer = Sdf.Layer.OpenAsAnonymous(str(tmp_path / "card.usda"))
+        assert layer.comment == said

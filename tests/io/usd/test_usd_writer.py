@@ -273,7 +273,7 @@ def test_files_that_cannot_be_written_leave_the_old_one(tmp_path: Path) -> None:
         write_usd(tmp_path / "a.usdc", Rig(mesh, {}))
     assert (tmp_path / "a.usdc").read_bytes() == b"old"
     with pytest.raises(FormatError, match=r"expected a name that ends in \.usd, \.usda, \.usdc"):
-        write_usd(tmp_path / "a.usdz", sample_rig())
+        write_usd(tmp_path / "a.usdx", sample_rig())
     with pytest.raises(FileError, match="does not exist"):
         write_usd(tmp_path / "no" / "a.usdc", sample_rig())
     with pytest.raises(ParameterError, match="expected a Rig"):

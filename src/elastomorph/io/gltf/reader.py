@@ -15,7 +15,7 @@ from elastomorph.errors import ParameterError, warn
 from elastomorph.io.choices import ListedMesh, chosen_meshes, wanted_names
 from elastomorph.io.gltf.accessors import EXTENSION as DRACO
 from elastomorph.io.gltf.appearance import read_appearance
-from elastomorph.io.gltf.container import GltfFile, open_gltf
+from elastomorph.io.gltf.container import GltfFile, object_of, open_gltf
 from elastomorph.io.gltf.mesh_extras import is_part, restored_surface, rows_of_parts, unpacked
 from elastomorph.io.gltf.meshopt import EXTENSIONS as MESHOPT
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
@@ -276,7 +276,12 @@ def _restored(
         warn(f"{file.path}: {lost}")
         return None
     own, source = vertices[: stored["vertices"]], Source(str(file.path))
-    return Mesh(own, **surface, source=source, appearance=looks)
+    return Mesh(own, **surface, source=source, appearance=looks, copyright=_copyright(file))
+
+
+def _copyright(file: GltfFile) -> str:
+    found = object_of(file.document.get("asset")).get("copyright")
+    return found if isinstance(found, str) else ""
 
 
 def _neutral(file: GltfFile, primitives: Primitives, looks: dict[str, Material] | None) -> Mesh:
@@ -301,6 +306,7 @@ def _neutral(file: GltfFile, primitives: Primitives, looks: dict[str, Material] 
         materials=materials,
         source=Source(str(file.path), split=True),
         appearance=looks,
+        copyright=_copyright(file),
     )
 
 

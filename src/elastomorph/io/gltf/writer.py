@@ -397,11 +397,13 @@ class _Content:
         views, buffers, blob = accessors.finish()
         needed = [] if grid is None else ["EXT_meshopt_compression", "KHR_mesh_quantization"]
         looks = Looks(neutral.appearance)
+        asset = {"generator": "elastomorph", "version": "2.0"}
+        asset |= {"copyright": neutral.copyright} if neutral.copyright else {}
         document = without_empty(
             {
                 "accessors": accessors.accessors,
                 "animations": animations,
-                "asset": {"generator": "elastomorph", "version": "2.0"},
+                "asset": asset,
                 "bufferViews": views,
                 "buffers": buffers,
                 "extensionsRequired": needed,

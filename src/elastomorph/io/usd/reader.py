@@ -33,7 +33,7 @@ from elastomorph.io.untrusted import MemoryBudget, naming_file
 from elastomorph.io.usd.exact import checksum, path_from_json, prim_names
 from elastomorph.io.usd.library import ROOT, STILL
 from elastomorph.io.usd.writer import SUFFIXES
-from elastomorph.model.appearance import Material, Texture
+from elastomorph.model.appearance import Finish, Material, Texture
 from elastomorph.model.mesh import FaceLabels, Mesh, Source, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.model.polygons import Polygons
@@ -86,7 +86,7 @@ def _appearance(stored: dict[str, Any], members: NpzMembers) -> dict[str, Materi
             }
             texture = Texture(image=content, problem=problem, **lists)
         # Which side polygons show is said of meshes, and few stages say it.
-        own = {**look, "colour": tuple(look["colour"])}
+        own = {**look, "colour": tuple(look["colour"]), "finish": Finish(*look["finish"])}
         found[name] = Material(texture=texture, double_sided=True, **own)
     return None if all(material.plain for material in found.values()) else found
 

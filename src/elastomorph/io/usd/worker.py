@@ -1,8 +1,8 @@
 """Takes meshes and their blend shapes out of a USD file, in a process that may crash.
 
 Of materials that is what UsdPreviewSurface says: other kinds of shaders are passed over, and so is
-everything that is no base colour or opacity. An image must be a file below a folder of the stage,
-or lie in a package there.
+everything that is no base colour, opacity, roughness or metal. An image must be a file below a
+folder of the stage, or lie in a package there.
 
 A mesh stands at rest by its transform, or by the joints of a skeleton. UsdSkel puts a point at
 p · G · Σ_j w_j (B_j⁻¹ R_j) · S, with the weights w of the point and rows on the left: G is the
@@ -182,11 +182,17 @@ def _look(
     clear = mask is not None or _number(alpha, 1.0) < 1.0
     rgb = [_number(part, 0.18) for part in colour] if colour is not None else [0.18] * 3
     look: dict[str, Any] = {
-        "colour": [*(rgb if texture is None else [1.0] * 3), 1.0 if mask else _number(alpha, 1.0)],
+        "colour": [*rgb, 1.0 if mask else _number(alpha, 1.0)],
         "opacity": "mask" if cutoff > 0 else "blend" if clear else "opaque",
         "cutoff": cutoff,
+        "finish": [
+            _number(_input(shader, name)[0], value)
+            for name, value in (("roughness", 0.5), ("metallic", 0.0))
+        ],
     }
     if texture is not None:
+        factors = _input(texture, "scale")[0] or [1.0] * 4
+        look["colour"] = [_number(part, 1.0) for part in (*factors[:3], factors[3] if mask else 1)]
         look["texture"] = _with_texture(arrays, images, texture, opened)
     return look
 

@@ -3,21 +3,24 @@
 The file holds, in whatever program opens it, /Face (a SkelRoot), /Face/Mesh with its blend shapes
 and subsets below it, /Face/Skeleton of one joint, /Face/Animation with the weights, and
 /Face/Materials. +Y is up. Where the head turns, the joint that holds the face turns about the neck.
+Images of materials are files beside it, which have its name before theirs, or lie in the package.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elastomorph.errors import FormatError, ParameterError
-from elastomorph.io.atomic import replacing_path
+from elastomorph.io.atomic import replacing, replacing_path
 from elastomorph.io.blend_shapes import driven_weights, require_turn
 from elastomorph.io.usd.exact import checksum, path_to_json, prim_names
 from elastomorph.io.usd.inbetweens import Placement, place_inbetweens
@@ -32,6 +35,7 @@ from elastomorph.io.usd.library import (
     naming_failure,
     pxr,
 )
+from elastomorph.io.usd.materials import Images, define_look
 from elastomorph.model.mesh import FaceLabels, Mesh, UVMap
 from elastomorph.model.morph import Morph
 from elastomorph.rig import Rig
@@ -91,7 +95,9 @@ def _set_texture_coordinates(path: str | Path, prim: Any, uv: UVMap) -> None:
         primvar.SetUnauthoredValuesIndex(len(coordinates) - 1)
 
 
-def define_subsets(stage: Any, prim: Any, mesh: Mesh, taken: list[str], materials: str) -> None:
+def define_subsets(
+    stage: Any, prim: Any, mesh: Mesh, taken: list[str], materials: str, images: Images
+) -> None:
     """Subsets of the polygons: one a material, bound to it in this scope, and one a group.
 
     Their names differ from those that other children of the mesh prim have taken.
@@ -107,6 +113,10 @@ def define_subsets(stage: Any, prim: Any, mesh: Mesh, taken: list[str], material
             material = shade.Material.Define(stage, f"{materials}/{name}")
             material.GetPrim().SetDisplayName(original)
             shade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
+            if look := (mesh.appearance or {}).get(original):
+                define_look(stage, material, look, None if mesh.uv is None else images)
+        looks = (mesh.appearance or {}).values()
+        prim.CreateDoubleSidedAttr(any(look.double_sided for look in looks))
     if mesh.groups is not None:
         _define_family(stage, prim, mesh.groups, GROUP_FAMILY, names)
 
@@ -311,6 +321,7 @@ def turn_joint(
 
 
 SUFFIXES = (".usd", ".usda", ".usdc")
+_PACKAGE = ".usdz"
 _ROOT = "/Face"
 
 
@@ -383,7 +394,8 @@ def write_usd(
     programs must drive them.
 
     Args:
-        path: The file: .usda is text, .usdc and .usd are binary.
+        path: The file: .usda is text, .usdc and .usd are binary, .usdz a package with its images.
+            Images of the others lie beside it, with its name before theirs.
         rig: The rig.
         tolerance: Distance between the two paths that is small enough, as a fraction of D.
         most_inbetweens: Largest number of in-betweens of a morph.
@@ -407,22 +419,44 @@ def write_usd(
         raise ParameterError(f"expected a Rig to write, found {type(rig).__name__}")
     require_usd_settings(tolerance, most_inbetweens, fps, meters_per_unit)
     suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise FormatError(path, f"expected a name that ends in {', '.join(SUFFIXES)}")
+    if suffix not in (*SUFFIXES, _PACKAGE):
+        raise FormatError(path, f"expected a name that ends in {', '.join((*SUFFIXES, _PACKAGE))}")
     _require_texts(path, rig)
     motion = animation and (*driven_weights(rig, *animation[:2]), str(animation[2]))
-    with replacing_path(path) as temporary, naming_failure(path):
+    images = Images("" if suffix == _PACKAGE else f"{Path(path).stem}_")
+    with replacing_path(path) as temporary, naming_failure(path), ExitStack() as beside:
         stage = pxr("Usd").Stage.CreateInMemory()
         pxr("UsdGeom").SetStageMetersPerUnit(stage, meters_per_unit)
-        shapes = _author(path, stage, rig, tolerance, most_inbetweens, motion, fps, turn)
+        shapes = _author(path, stage, rig, tolerance, most_inbetweens, motion, fps, turn, images)
         if settings is not None:
             text = json.dumps(settings, ensure_ascii=False, allow_nan=False)
             set_text(stage.GetPrimAtPath(f"{_ROOT}/Mesh"), SETTINGS, text)
-        kind, mode = ("usda" if suffix == ".usda" else "usdc"), temporary.stat().st_mode
-        stage.GetRootLayer().Export(str(temporary), args={"format": kind})
+        layer, mode = stage.GetRootLayer(), temporary.stat().st_mode
+        layer.comment = rig.neutral.copyright
+        if suffix == _PACKAGE:
+            _pack(temporary, layer, images)
+        else:
+            for content, name in images.names.items():
+                beside.enter_context(replacing(Path(path).parent / name)).write(content)
+            kind = "usda" if suffix == ".usda" else "usdc"
+            layer.Export(str(temporary), args={"format": kind})
         temporary.chmod(mode)
         size = temporary.stat().st_size
     return UsdReport(Path(path), size, tolerance, shapes)
+
+
+def _pack(path: Path, layer: Any, images: Images) -> None:
+    """Write a package of a layer and its images."""
+    with TemporaryDirectory() as folder:
+        first = Path(folder) / "face.usdc"
+        layer.Export(str(first))
+        package = pxr("Sdf").ZipFileWriter.CreateNew(str(path))
+        package.AddFile(str(first), first.name)
+        for content, name in images.names.items():
+            file = Path(folder) / name
+            file.write_bytes(content)
+            package.AddFile(str(file), name)
+        package.Save()
 
 
 def require_usd_settings(
@@ -460,6 +494,7 @@ def _author(
     animation: tuple[NDArray[np.float64], NDArray[np.float64], str] | None,
     fps: float,
     turn: HeadTurn | None,
+    images: Images,
 ) -> tuple[BlendShapeReport, ...]:
     require_turn(turn, 0 if animation is None else len(animation[0]))
     pxr("UsdGeom").SetStageUpAxis(stage, pxr("UsdGeom").Tokens.y)
@@ -478,7 +513,7 @@ def _author(
         high[shapes.points] += np.maximum(shapes.offsets.max(axis=0), 0)
         weights, errors = placement.weights.tolist(), (placement.error, placement.straight_error)
         reports.append(BlendShapeReport(name, plain, tuple(weights), *errors, len(shapes.points)))
-    define_subsets(stage, mesh, rig.neutral, names, f"{_ROOT}/Materials")
+    define_subsets(stage, mesh, rig.neutral, names, f"{_ROOT}/Materials", images)
     skeleton = define_skeleton(stage, f"{_ROOT}/Skeleton", mesh, len(low), names)
     define_animation(stage, f"{_ROOT}/Animation", skeleton, names, animation, fps)
     if turn is not None and animation is not None:
