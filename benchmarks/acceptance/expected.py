@@ -46,8 +46,11 @@ class Face:
                 place = slice(start, start + len(surface.positions))
                 places[node, surface.number[1]] = place
                 start = place.stop
-                triangles.append(corners(scene.file, *surface.number) + place.start)
                 linear, shift = held[..., :3], held[..., 3]
+                faces = corners(scene.file, *surface.number) + place.start
+                # What a node mirrors has its front on the other side.
+                mirrored = np.median(np.linalg.det(linear)) < 0
+                triangles.append(faces[:, ::-1] if mirrored else faces)
                 whole.append(np.einsum("...ij,...j->...i", linear, surface.positions) + shift)
                 of_name = dict(zip(scene.names(mesh), surface.targets, strict=False))
                 for name, parts in moves.items():
