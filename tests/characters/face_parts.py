@@ -1,4 +1,4 @@
-"""The built-in head in metres, cut into the parts and split at the seams that exporters make."""
+"""The small head in metres, cut into the parts and split at the seams that exporters make."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 # ARKit names, as characters of the web have them: without an underscore before Left and Right.
 NAMES = {
@@ -19,7 +19,7 @@ NAMES = {
     "jawLeft": "jawLeft",
     "browInnerUp": "browInnerUp",
 }
-LOOK = "eyeLookDownLeft"  # the eyeball turns, which the shapes of the built-in head do not have
+LOOK = "eyeLookDownLeft"  # the eyeball turns, which the shapes of the small head do not have
 MATERIALS = {
     "head": ("skin", "lids", "nostrils", "lips", "mouth"),
     "eyes": ("pupil_L", "iris_L", "eye_L", "pupil_R", "iris_R", "eye_R"),

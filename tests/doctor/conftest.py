@@ -1,11 +1,11 @@
-"""The built-in head with a few of its shapes: a sound rig to plant faults in."""
+"""The small head with a few of its shapes: a sound rig to plant faults in."""
 
 from __future__ import annotations
 
 import pytest
 
 from elastomorph.model.mesh import Mesh
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 SOUND = (
     "browInnerUp",
@@ -20,7 +20,7 @@ SOUND = (
 
 @pytest.fixture(scope="session")
 def face() -> Mesh:
-    """The built-in head."""
+    """The small head."""
     return head()
 
 

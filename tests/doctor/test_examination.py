@@ -35,7 +35,7 @@ from elastomorph.errors import FormatError, ParameterError
 from elastomorph.model.geometry import component_of
 from elastomorph.model.mesh import Mesh
 from elastomorph.physics import Material
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 SMILE = "mouthSmile_L.obj"
 

@@ -13,8 +13,8 @@ from elastomorph.draw.framing import Turntable, camera_for, drawn_vertices, turn
 from elastomorph.draw.stage import BACKGROUND, Stage
 from elastomorph.errors import ParameterError
 from elastomorph.model.mesh import Mesh
-from elastomorph.samples import head
 from scenes import ball, joined, seen_at
+from small_head import head
 
 SIZE = (200, 250)
 

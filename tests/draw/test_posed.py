@@ -23,7 +23,7 @@ from elastomorph.model.mesh import Mesh
 from elastomorph.paths import Method, prepare
 from elastomorph.rig import Rig
 from elastomorph.rig.timing import by_name, from_keys
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def _covered(image: NDArray[np.uint8]) -> NDArray[np.bool_]:
 
 @pytest.fixture(scope="module")
 def posed() -> PosedRig:
-    """The built-in head, opening its jaw."""
+    """The small head, opening its jaw."""
     to = prepare(head(), "beam:2")
     return PosedRig("beam", Rig(head(), {"jawOpen": to(shapes()["jawOpen"])}), {"jawOpen": 1.0})
 

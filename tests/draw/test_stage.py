@@ -217,7 +217,7 @@ def test_the_range_of_a_heat_map_is_fixed(sphere: Mesh) -> None:
 
 
 def test_the_built_in_head_has_eyes_lips_and_skin() -> None:
-    from elastomorph.samples import head
+    from small_head import head
 
     mesh = head()
     camera = camera_for(mesh, size=HEAD_SIZE)

@@ -15,8 +15,8 @@ from elastomorph.draw.pictures import Image
 from elastomorph.draw.posed import PosedRig, compare, pose_picture
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig.build import extent_of
-from elastomorph.samples import head, shapes
 from scenes import ball, seen_at
+from small_head import head, shapes
 
 
 def test_the_head_is_what_targets_move_and_what_is_around() -> None:

@@ -19,7 +19,7 @@ from elastomorph.model.morph import Morph
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import Method, interpolate
 from elastomorph.physics import Material
-from elastomorph.samples import recorded_motion
+from small_head import recorded_motion
 
 TIMES = np.array([0.0, 0.15, 0.4, 0.55, 0.8, 1.0])
 ERRORS = ("average", "maximum", "path_average", "path_maximum")

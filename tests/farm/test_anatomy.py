@@ -10,6 +10,7 @@ import pytest
 import elastomorph as em
 from elastomorph.farm.sampling.columns import LEVELS, Column, Columns
 from elastomorph.farm.sampling.controls import Anatomy
+from small_head import bare_head
 
 FACES = 4000
 
@@ -31,7 +32,7 @@ def looks(face: dict[str, np.ndarray], side: str, way: str, other: str) -> np.nd
 
 @pytest.fixture(scope="module")
 def drawn() -> dict[str, np.ndarray]:
-    return weights_of(em.read_rig("built-in"))
+    return weights_of(bare_head())
 
 
 def test_both_eyes_look_to_one_place(drawn: dict[str, np.ndarray]) -> None:
@@ -52,7 +53,7 @@ def test_both_eyes_look_to_one_place(drawn: dict[str, np.ndarray]) -> None:
 def test_lips_are_shut_by_no_more_than_the_jaw_is_open(drawn: dict[str, np.ndarray]) -> None:
     """And mouthClose is drawn as often as without the rule: the jaw comes along."""
     assert np.all(drawn["mouthClose"] <= drawn["jawOpen"])
-    free = weights_of(em.read_rig("built-in"), {})
+    free = weights_of(bare_head(), {})
     assert np.mean(free["mouthClose"] > free["jawOpen"]) > 0.07
     assert np.mean(drawn["mouthClose"] > 0) > 0.85 * np.mean(free["mouthClose"] > 0)
 
@@ -80,7 +81,7 @@ def test_antagonists_do_not_pull_at_once(
 
 def test_a_recipe_has_the_rules_where_it_asks_for_them(tmp_path: Path) -> None:
     """In a file too; the text that a data set keeps makes the same faces again."""
-    rig = em.read_rig("built-in")
+    rig = bare_head()
     file = tmp_path / "recipe.toml"
     file.write_text('anatomy = true\n[[mixture]]\nkind = "uniform"\n')
     sampler = em.FaceSampler(rig, file, seed=5)

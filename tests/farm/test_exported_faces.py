@@ -16,7 +16,9 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.farm.reading import export
 from elastomorph.model.mesh import FaceLabels
+from elastomorph.rig.build import with_paths
 from needs import extra
+from small_head import bare_head, tracked_points
 
 COUNT, SIDE = 5, 32
 
@@ -24,7 +26,9 @@ COUNT, SIDE = 5, 32
 @pytest.fixture(scope="module")
 def faces(tmp_path_factory: pytest.TempPathFactory) -> em.FaceSet:
     place = tmp_path_factory.mktemp("faces") / "p.zarr"
-    return em.make_faces(em.read_rig("built-in"), place, COUNT, render=SIDE, landmarks="68")
+    return em.make_faces(
+        with_paths(bare_head()), place, COUNT, render=SIDE, landmarks=tracked_points()
+    )
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +166,7 @@ def test_what_cannot_be_exported_is_refused_and_leaves_nothing(
 ) -> None:
     with pytest.raises(em.ParameterError):
         faces.export(tmp_path / "new", "yolo")
-    plain = em.make_faces(em.read_rig("built-in"), tmp_path / "plain.zarr", 3)
+    plain = em.make_faces(bare_head(), tmp_path / "plain.zarr", 3)
     with pytest.raises(em.ParameterError):
         plain.export(tmp_path / "new", "coco")
     assert not (tmp_path / "new").exists()

@@ -21,8 +21,8 @@ from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.draw.materials import parts_of
 from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.pictures.settings import SETTINGS
-from elastomorph.samples import expressions, head
 from needs import extra
+from small_head import expressions, head
 
 extra("embreex", "farm")
 

@@ -18,7 +18,7 @@ import elastomorph as em
 from elastomorph.curves import Curve, CurveNetwork
 from elastomorph.model.geometry import fit_rigid
 from elastomorph.paths.arc import Arc, Arcs, bent_path, neighbourhoods
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 TIMES = (0.0, 0.2, 0.5, 0.7, 1.0)
 METHOD = Arc()

@@ -22,7 +22,7 @@ from elastomorph.model.geometry import connected_parts
 from elastomorph.model.morph import Choice
 from elastomorph.model.sequence import MeshSequence
 from elastomorph.paths import rotation
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 from small_meshes import grid
 
 

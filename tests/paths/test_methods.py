@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import elastomorph as em
 from elastomorph.evaluation import ShapeProbe
 from elastomorph.physics import CLOSURES
-from elastomorph.samples import expressions, head, shapes
+from small_head import expressions, head, shapes
 
 METHODS = ["linear", "cosine", "ease:2", "ease:3", "beam:1", "beam:2", "beam:3", "beam:5"]
 FACE = head()

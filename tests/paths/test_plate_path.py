@@ -12,7 +12,7 @@ from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.model.surface import surface_operators
 from elastomorph.paths import Method
 from elastomorph.physics import CLOSURES
-from elastomorph.samples import expressions, head
+from small_head import expressions, head
 
 FACE = head()
 GRIN = expressions()["grinning"]

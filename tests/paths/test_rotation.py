@@ -17,7 +17,7 @@ import elastomorph as em
 from elastomorph.evaluation.shape import ShapeProbe
 from elastomorph.model.geometry import fit_rigid
 from elastomorph.paths import rotation
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 TIMES = (0.0, 0.2, 0.5, 0.7, 1.0)
 METHOD = rotation.Rotation()

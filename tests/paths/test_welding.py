@@ -14,7 +14,7 @@ from elastomorph.model.mesh import Mesh, Source
 from elastomorph.model.polygons import Polygons
 from elastomorph.paths.welding import Welding
 from elastomorph.rig.build import with_paths
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 from small_meshes import cut_open
 
 

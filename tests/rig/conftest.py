@@ -9,12 +9,12 @@ import pytest
 
 import elastomorph as em
 from elastomorph.rig import Rig
-from elastomorph.samples import expressions, head
+from small_head import expressions, head
 
 
 @pytest.fixture(scope="session")
 def rig() -> Rig:
-    """The built-in head with the paper's five expressions as quadratic beams."""
+    """The small head with the paper's five expressions as quadratic beams."""
     to = em.prepare(head(), "beam:2", closure="rest")
     return Rig(head(), {name: to(mesh) for name, mesh in expressions().items()})
 

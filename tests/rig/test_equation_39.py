@@ -7,7 +7,7 @@ import pytest
 
 import elastomorph as em
 from elastomorph.rig import Rig
-from elastomorph.samples import expressions, head
+from small_head import expressions, head
 
 M, C, K = 0.9, 1.3, 0.02
 pytestmark = pytest.mark.filterwarnings("ignore::elastomorph.errors.TimeLawWarning")

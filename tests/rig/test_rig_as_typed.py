@@ -15,8 +15,8 @@ import pytest
 import elastomorph as em
 from elastomorph.model.geometry import moved_extent
 from elastomorph.rig import Rig
-from elastomorph.samples import expressions, head, shapes
 from elastomorph.viewer import ViewerServer
+from small_head import expressions, head, shapes
 
 JAW = shapes()["jawOpen"]
 GRIN = expressions()["grinning"]

@@ -8,16 +8,17 @@ import pytest
 from dragging import poses, telling_vertices
 from elastomorph.io import read_rig
 from elastomorph.rig import Rig
-from elastomorph.rig.build import extent_of
+from elastomorph.rig.build import extent_of, with_paths
+from small_head import bare_head
 
 COUNT = 20
 PRODUCTION = pytest.param("ict-facekit", marks=[pytest.mark.realdata, pytest.mark.slow])
 
 
-@pytest.fixture(scope="module", params=["built-in", PRODUCTION])
+@pytest.fixture(scope="module", params=["small head", PRODUCTION])
 def rig(request: pytest.FixtureRequest) -> Rig:
-    if request.param == "built-in":
-        return read_rig("built-in")
+    if request.param == "small head":
+        return with_paths(bare_head())
     return read_rig(request.getfixturevalue("data_dir") / request.param)
 
 

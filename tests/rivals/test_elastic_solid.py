@@ -7,7 +7,7 @@ from sheets import between, turn
 import elastomorph as em
 from elastomorph.rivals import ElasticSolid
 from elastomorph.rivals.elastic_solid import Closed, Head, Lattice, Solid
-from elastomorph.samples import recorded_motion
+from small_head import recorded_motion
 
 AXIS = np.array([1.0, 2.0, -0.5])
 CUBE = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]

@@ -11,7 +11,7 @@ import pytest
 from kit import DOUBLE, REFUSED, SCHEMA, VECTORS, glb_of, require_same, strict_schema, written_now
 
 import elastomorph as em
-from elastomorph import samples
+import small_head
 from elastomorph.errors import ParameterError
 from elastomorph.io.gltf import read_glb, write_glb
 from elastomorph.io.gltf.rig_extras import stored_rig
@@ -109,9 +109,9 @@ class TestSchema:
 
     def test_files_fit_and_have_no_key_that_is_not_told(self, tmp_path: Path) -> None:
         """Also one with polygons, texture coordinates, correctives, groups and settings."""
-        neutral = samples.head()
+        neutral = small_head.head()
         morphs = {
-            name: em.interpolate(neutral, samples.shapes()[name], "auto")
+            name: em.interpolate(neutral, small_head.shapes()[name], "auto")
             for name in ("jawOpen", "mouthSmile_L", "mouthFunnel")
         }
         rig = em.Rig(

@@ -47,7 +47,7 @@ def test_a_curve_of_both_signs_keeps_the_smaller_part_below() -> None:
 @pytest.mark.parametrize("method", ["ease:3", "beam:2", "beam:3", "arc", "rotation"])
 def test_no_key_of_a_clip_is_clamped(tmp_path: Path, method: str) -> None:
     """Blender holds the weights of imported morph targets between 0 and 1."""
-    from elastomorph.samples import head, shapes
+    from small_head import head, shapes
 
     neutral = head()
     morph = em.prepare(neutral, method)(shapes()["jawOpen"])

@@ -18,7 +18,7 @@ from elastomorph.model.geometry import moved_extent
 from elastomorph.model.morph import Choice
 from elastomorph.paths.rotations import Neighbourhoods
 from elastomorph.paths.rotations.passing import ALLOWED, Sheets, passing, without_passing
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 Points = NDArray[np.float64]
 Triangles = NDArray[np.int64]
@@ -215,7 +215,7 @@ def test_what_hangs_on_a_surface_is_no_part_of_it() -> None:
 
 
 def test_nothing_is_eased_where_nothing_passes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Paths of the built-in head are the same to the bit without the measure."""
+    """Paths of the small head are the same to the bit without the measure."""
     face, targets = head(), shapes()
     bent = {name: morph for name, morph in prepared(face, targets).items() if len(morph.bends)}
     assert len(bent) > 5
