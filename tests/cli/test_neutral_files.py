@@ -85,6 +85,8 @@ class TestNeutrals:
         capsys.readouterr()
         assert run("inspect", name, "--json") == 0
         assert json.loads(capsys.readouterr().out)["vertices"] == 42
+        assert run("inspect", name, "target.obj", "--json") == 0
+        assert json.loads(capsys.readouterr().out)["targets"]["target.obj"]["moved"] == 42
         assert run("curves", name, "-o", "curves.json") == 0
         assert run("doctor", name, "target.obj") == 0
 

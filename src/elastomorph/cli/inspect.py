@@ -63,10 +63,9 @@ def inspect(
             changes = {n: displacement(neutral, m.target) for n, m in rig.morphs.items()}
     if mesh and (rig is None or len(files) > 1):
         raise ParameterError("--mesh is for a rig file by itself")
-    if len(files) > 1 and (rig is not None or facts is None):
-        raise ParameterError(
-            f"{first} has its own targets: inspect it by itself, without {files[1]}"
-        )
+    if len(files) > 1 and (changes or facts is None):
+        why = "has its own targets" if changes else "is no mesh"
+        raise ParameterError(f"{first} {why}: inspect it by itself, without {files[1]}")
     for file in files[1:]:
         say(f"reading {file}")
         changes[str(file)] = displacement(neutral, read(file))
