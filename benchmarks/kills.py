@@ -25,14 +25,14 @@ from tempfile import TemporaryDirectory
 
 __all__ = ["COMMANDS", "Killed", "kill_again_and_again"]
 
-_ONLY = ("--only", "jawOpen,mouthSmile_L")
+_ONLY = ("--only", "jawOpen,mouthFunnel")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "export head.glb": ("export", "built-in", *_ONLY, "-o", "head.glb"),
     "export head.npz": ("export", "built-in", *_ONLY, "-o", "head.npz"),
     "export head.usdc": ("export", "built-in", *_ONLY, "-o", "head.usdc"),
     "curves": ("curves", "neutral.obj", "-o", "curves.json"),
     "interpolate frames": (
-        *("interpolate", "neutral.obj", "smile.obj", "--frames", "40", "-o", "half.####.obj"),
+        *("interpolate", "neutral.obj", "funnel.obj", "--frames", "40", "-o", "half.####.obj"),
     ),
 }
 """What is killed, by a name for the table; the files it writes lie in the folder it runs in."""
@@ -108,7 +108,7 @@ def _write_inputs(folder: Path) -> None:
     from elastomorph.samples import head, shapes
 
     em.write(folder / "neutral.obj", head())
-    em.write(folder / "smile.obj", shapes()["mouthSmile_L"])
+    em.write(folder / "funnel.obj", shapes()["mouthFunnel"])
 
 
 def _complete(command: tuple[str, ...], folder: Path, temporary: Path) -> int:

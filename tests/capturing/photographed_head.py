@@ -1,4 +1,4 @@
-"""The built-in head of somebody else, photographed small: what a neutral is made from."""
+"""The small head of somebody else, photographed small: what a neutral is made from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scans of the built-in head for tests: another topology, moved, turned, in other units."""
+"""Scans of the small head for tests: another topology, moved, turned, in other units."""
 
 from __future__ import annotations
 
@@ -11,20 +11,18 @@ from numpy.typing import NDArray
 
 import elastomorph as em
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import Landmarks
 from elastomorph.capturing.scans import registration
 from elastomorph.model.surface import triangulate
+from small_head import bare_head, landmarks
 
 Points = NDArray[np.float64]
 
 
 @cache
 def rig() -> em.Rig:
-    """The built-in rig with five of its shapes."""
-    from elastomorph.io.rig_folder import rig_as_stored
-
-    return rig_as_stored("built-in").only(
+    """The small head with five of its shapes."""
+    return bare_head().only(
         ["jawOpen", "mouthSmile_L", "mouthSmile_R", "browInnerUp", "mouthPucker"]
     )
 
@@ -86,7 +84,7 @@ def moved(mesh: em.Mesh, scale: float = 1.0, turn: Points | None = None) -> em.M
 def marked(face: Points, name: str = "mesh", off: float = 0.03, seed: int = 1) -> Landmarks:
     """Landmarks of the head, on a scan of it too."""
     random = np.random.default_rng(seed)
-    known = known_landmarks("built-in", rig().neutral)
+    known = landmarks()
     places = {
         key: tuple((face[vertex] + off * random.normal(size=3)).tolist())
         for key, vertex in known.items()

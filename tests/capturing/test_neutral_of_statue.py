@@ -12,11 +12,11 @@ import pytest
 import elastomorph as em
 from elastomorph.capturing.geometry.camera import Camera, View, open_view
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import triangulated
 from elastomorph.capturing.neutral.neutral import neutral_surface
-from elastomorph.samples import head as sample_head
 from needs import extra
+from small_head import head as small_head
+from small_head import landmarks
 
 extra("cv2", "capture")
 extra("embreex", "capture")
@@ -65,7 +65,7 @@ def bundler(folder: Path) -> tuple[list[Camera], np.ndarray]:
     return found, np.array([line.split() for line in after[: 3 * points : 3]], dtype=float)
 
 
-def test_the_built_in_head_takes_the_shape_of_a_statue(data_dir: Path) -> None:
+def test_a_head_takes_the_shape_of_a_statue(data_dir: Path) -> None:
     folder = data_dir / "photos" / "saharov32"
     if not folder.is_dir():
         pytest.skip(f"needs the photographs of a statue, not found in {folder}")
@@ -78,9 +78,9 @@ def test_the_built_in_head_takes_the_shape_of_a_statue(data_dir: Path) -> None:
     places, residuals = triangulated(clicks, by_name)
     assert max(residuals.values()) < 2
     views: list[View] = [open_view(camera, folder / camera.name) for camera in cameras]
-    head = sample_head()
+    head = small_head()
     triangles = head.faces.triangles()
-    marks = known_landmarks("built-in", head)
+    marks = landmarks()
     found = neutral_surface(views, points, head.vertices, triangles, marks, places)
     surface = Surface(found.vertices, triangles)
     front = by_name["IMG_3031.JPG"]

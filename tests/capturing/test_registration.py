@@ -1,4 +1,4 @@
-"""Scans of the built-in head, of another topology, are registered to its vertices."""
+"""Scans of the small head, of another topology, are registered to its vertices."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.errors import CaptureError, ElastomorphWarning, ParameterError
 from needs import extra
+from small_head import landmarks
 
 extra("embreex", "capture")
 extra("cv2", "capture")
@@ -19,7 +20,6 @@ from small_scans import in_single_steps, marked, moved, posed, rig, scanned  # n
 
 from elastomorph.capturing.geometry.similarity import Similarity  # noqa: E402
 from elastomorph.capturing.geometry.surface import Surface  # noqa: E402
-from elastomorph.capturing.landmarks.known_landmarks import known_landmarks  # noqa: E402
 from elastomorph.capturing.landmarks.landmarks import Landmarks  # noqa: E402
 from elastomorph.capturing.scans import registration  # noqa: E402
 from elastomorph.capturing.scans.correspondence import ScanPoints  # noqa: E402
@@ -81,7 +81,7 @@ def test_the_rig_knows_how_the_skin_moves(poses) -> None:
 
 def cheek_of(face: Face) -> np.ndarray:
     """(3,) on the skin, aside of the mouth."""
-    beside = face.vertices[known_landmarks("built-in", rig().neutral)["mouth_left"]] + [2.5, 1, 0]
+    beside = face.vertices[landmarks()["mouth_left"]] + [2.5, 1, 0]
     return face.vertices[np.linalg.norm(face.vertices - beside, axis=1).argmin()]
 
 
@@ -129,10 +129,10 @@ def test_clicks_never_make_a_scan_worse(tmp_path) -> None:
     }
     marks = Landmarks(marked(posed()).vertices, points=clicks)
     off = []
-    for landmarks in (None, marks):
+    for placed in (None, marks):
         with pytest.warns(ElastomorphWarning):
             found = em.register_all(
-                [tmp_path / "neutral.ply", tmp_path / "smile.ply"], rig(), landmarks=landmarks
+                [tmp_path / "neutral.ply", tmp_path / "smile.ply"], rig(), landmarks=placed
             )
         sure = found["neutral"].confidence > 0.5
         off += [
@@ -166,7 +166,7 @@ def turned(found: Similarity, true: Similarity) -> float:
 def test_an_open_jaw_does_not_drag_the_head(nodding, known: str) -> None:
     """By what a rig never moves, or by the landmarks that stay, the head is where it was."""
     elastic, face, mask, moved_by = nodding
-    marks = Marks(known_landmarks("built-in", rig().neutral), {}, "")
+    marks = Marks(landmarks(), {}, "")
     still = stillness(elastic, face.expressions if known == "rig" else None, marks)
     jaw = face.vertices[marks.vertices["chin"]]
     below = np.linalg.norm(face.vertices - jaw, axis=1) < 3
@@ -273,11 +273,11 @@ def test_scans_without_a_surface_are_told(mesh, words) -> None:
 
 def test_scans_are_named_apart() -> None:
     with pytest.raises(ParameterError, match="two scans are called"):
-        em.register_all(["a/one.ply", "b/one.ply"], "built-in")
+        em.register_all(["a/one.ply", "b/one.ply"], rig())
     with pytest.raises(ParameterError, match="no scan"):
-        em.register_all([], "built-in")
+        em.register_all([], rig())
     with pytest.raises(ParameterError, match="there are one"):
-        em.register_all(["one.ply"], "built-in", neutral="two")
+        em.register_all(["one.ply"], rig(), neutral="two")
 
 
 def test_the_files_are_written_together_or_not_at_all(poses, tmp_path, monkeypatch) -> None:

@@ -8,7 +8,7 @@ import elastomorph as em
 from elastomorph.capturing.landmarks.typical_face import _TYPICAL, require_sides, typical_face
 from elastomorph.capturing.work.template import Template
 from elastomorph.errors import CaptureError
-from elastomorph.samples import head
+from small_head import head, landmarks
 
 OTHER = {"left": "right", "right": "left"}
 
@@ -60,8 +60,8 @@ def test_clicks_of_the_other_side_are_told_in_one_photograph(angle):
 
 
 def test_a_template_that_is_inside_out_is_turned():
-    ours = Template.named("built-in")
-    face = typical_face({name: ours.work.vertices[own] for name, own in ours.known.items()}, "ours")
+    ours = Template.of(head())
+    face = typical_face({name: head().vertices[own] for name, own in landmarks().items()}, "ours")
     assert ours.facing(face) is ours
     turned = Template.of(em.Mesh(head().vertices, head().faces.triangles()[:, ::-1]))
     assert turned.facing(face).mesh is turned.mesh

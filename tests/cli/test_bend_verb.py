@@ -11,15 +11,15 @@ from calls import status_of as run
 import elastomorph as em
 from elastomorph.io.gltf.container import open_gltf
 from foreign_files import chunks_of, glb
+from small_head import straight
 
 
 @pytest.fixture
 def head(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Two targets of the built-in head in a file, straight; the program runs in its folder."""
+    """Two targets of the small head in a file, straight; the program runs in its folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")
-    rig = em.read_rig("built-in", method="linear").only(["jawOpen", "eyeBlink_L"])
-    em.write("head.glb", rig)
+    em.write("head.glb", straight("jawOpen", "eyeBlink_L"))
     return tmp_path / "head.glb"
 
 

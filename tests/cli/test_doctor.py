@@ -13,7 +13,7 @@ from elastomorph.io import read, write
 from elastomorph.model.mesh import Mesh
 from elastomorph.paths import prepare
 from elastomorph.rig import Rig
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 
 @pytest.fixture

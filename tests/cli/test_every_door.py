@@ -11,6 +11,7 @@ from calls import status_of as run
 from small_files import sheet
 
 import elastomorph as em
+from elastomorph.io import rig_folder
 
 RIGS = {
     "face": "default",
@@ -215,10 +216,18 @@ def test_it_refuses_in_one_sentence(
     assert sorted(here.rglob("*")) == before
 
 
-@pytest.mark.slow
 def test_the_built_in_head_is_a_rig_like_any_other(
-    here: Path, capsys: pytest.CaptureFixture[str]
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Also where no rig is named. Two targets of it, for paths to all take their time."""
+    stored = rig_folder.rig_as_stored
+    few = stored("built-in").only(["jawOpen", "jawForward"])
+    monkeypatch.setattr(
+        rig_folder,
+        "rig_as_stored",
+        lambda path, **options: few if path == "built-in" else stored(path, **options),
+    )
+    monkeypatch.setenv("XDG_CACHE_HOME", str(here / "cache"))
     words = ["export", "built-in", "--only", "jawOpen,jawForward", "-o", "out.npz"]
     assert run(*words) == 0
     part, whole = em.read_rig("out.npz"), em.read_rig("built-in")
@@ -231,6 +240,9 @@ def test_the_built_in_head_is_a_rig_like_any_other(
     assert json.loads(capsys.readouterr().out)["vertices"] == len(whole.neutral.vertices)
     for words in (["-w", "jawOpen=1", "-o", "a.obj"], ["--levels", "2", "-o", "a.npz"]):
         assert run("blend", "built-in", *words) == 0
+        assert run("blend", *words) == 0
+    for rig in (["built-in"], []):
+        assert run("render", *rig, "-p", "jawOpen=0.5", "--size", "32x32", "-o", "a.png") == 0
 
 
 @pytest.mark.realdata

@@ -17,17 +17,19 @@ import pytest
 from calls import status_of
 
 from children import started
+from small_head import rig_file
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals and limits")
 
+HEAD = "HEAD"  # stands for the file of the small head, which is written when it is first needed
 ONLY = ("--only", "jawOpen")
 WRITING = [
-    ("export", "built-in", *ONLY, "-o", "face.glb"),
-    ("export", "built-in", *ONLY, "-o", "face.npz"),
-    ("export", "built-in", *ONLY, "-o", "face.usda"),
-    ("export", "built-in", *ONLY, "-o", "face.usdc"),
-    ("blend", "--levels", "2", "-o", "face.npy"),
-    ("bench", "--levels", "2", "--json"),
+    ("export", HEAD, *ONLY, "-o", "face.glb"),
+    ("export", HEAD, *ONLY, "-o", "face.npz"),
+    ("export", HEAD, *ONLY, "-o", "face.usda"),
+    ("export", HEAD, *ONLY, "-o", "face.usdc"),
+    ("blend", HEAD, "--levels", "2", "-o", "face.npy"),
+    ("bench", HEAD, "--levels", "2", "--json"),
 ]
 
 
@@ -41,7 +43,8 @@ def running(
         "from elastomorph.cli import main\nmain()"
     )
     environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
-    return started("-c", program, *words, cwd=folder, env=environment, **files)
+    named = [str(rig_file()) if word == HEAD else word for word in words]
+    return started("-c", program, *named, cwd=folder, env=environment, **files)
 
 
 @pytest.mark.parametrize("stream", ["stdin", "stdout", "stderr"])
@@ -87,7 +90,7 @@ def test_output_that_cannot_be_written_is_an_error(tmp_path: Path, words: tuple[
 )
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int) -> None:
     """The command is stopped as soon as its temporary file is there."""
-    words = ("blend", "--levels", "7", "-o", "faces.npy")
+    words = ("blend", HEAD, "--levels", "7", "-o", "faces.npy")
     patience = time.monotonic() + 60
     files = {"stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL}
     with running(words, tmp_path, **files) as process:

@@ -13,7 +13,7 @@ import elastomorph as em
 from elastomorph.character import read_settings, rig_from_settings
 from elastomorph.io.npz.rig import rig_arrays
 from elastomorph.io.rig_folder import read_rig_folder
-from elastomorph.samples import head, shapes
+from small_head import head, shapes
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,10 @@ from small_files import write_all
 
 import elastomorph as em
 from children import started
+from elastomorph import samples
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, read_landmarks
-from elastomorph.samples import head
 from elastomorph.viewer import ViewerServer
+from small_head import head
 
 
 @pytest.fixture
@@ -82,7 +83,8 @@ def test_what_the_file_holds_is_gone_on_with(
     assert run("landmarks", "--template", "scan.ply", "-o", "good.json") == 0
     assert '"vertices": {"chin": 7}' in pages[0]
     assert capsys.readouterr().out.endswith("good.json: 1 vertices of the template\n")
-    assert run("landmarks", "--template", "scan.ply", "-o", "new.json") == 0
+    em.write("own.ply", samples.head())
+    assert run("landmarks", "--template", "own.ply", "-o", "new.json") == 0
     known = json.loads(task_in(pages[1]))
     assert set(known["known"]["vertices"]) == set(LANDMARKS), "it has the polygons of our own head"
     assert not Path("new.json").exists(), "nothing was placed"

@@ -16,8 +16,8 @@ from PIL import Image, ImageSequence
 
 import elastomorph as em
 from children import started
-from elastomorph.samples import expressions, head
 from needs import extra
+from small_head import expressions, head
 
 SMALL = ("--size", "96x120")
 
@@ -148,9 +148,10 @@ def test_a_movie(rig_file: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends the signal of Ctrl-C")
-def test_ctrl_c_leaves_nothing_behind(tmp_path: Path) -> None:
+def test_ctrl_c_leaves_nothing_behind(rig_file: Path, tmp_path: Path) -> None:
     extra("imageio_ffmpeg", "demo")
-    words = ["render", "--turntable", "--frames", "5000", *SMALL, "-o", str(tmp_path / "a.mp4")]
+    words = ["render", str(rig_file), "--turntable", "--frames", "5000", *SMALL]
+    words += ["-o", str(tmp_path / "a.mp4")]
     code = "import sys; from elastomorph.cli import main; main(sys.argv[1:])"
     with started("-c", code, *words, stderr=subprocess.PIPE) as process:
         until = time.monotonic() + 60
@@ -172,10 +173,10 @@ def test_ctrl_c_leaves_nothing_behind(tmp_path: Path) -> None:
         (["-o", "a.mp4"], "--turntable"),
         (["-o", "a.##.png"], "--turntable"),
         (["-o", "a.txt", "--turntable"], ".mp4"),
-        (["-o", "a.png", "-p", "grining=1"], "did you mean 'grinning'"),
-        (["-o", "a.png", "-p", "grinning"], "name=number"),
-        (["-o", "a.png", "-p", "grinning=inf"], "finite"),
-        (["-o", "a.png", "-p", "grinning=1", "-t", "nan"], "finite"),
+        (["-o", "a.png", "-p", "smlie=1"], "did you mean 'smile'"),
+        (["-o", "a.png", "-p", "smile"], "name=number"),
+        (["-o", "a.png", "-p", "smile=inf"], "finite"),
+        (["-o", "a.png", "-p", "smile=1", "-t", "nan"], "finite"),
         (["-o", "a.png", "--size", "0x0"], "from 16 to 4096"),
         (["-o", "a.png", "--size", "90000x90000"], "from 16 to 4096"),
         (["-o", "a.png", "--size", "wide"], "720x900"),
@@ -208,13 +209,15 @@ def test_ctrl_c_leaves_nothing_behind(tmp_path: Path) -> None:
 def test_mistakes_in_one_sentence(
     words: list[str],
     message: str,
+    rig_file: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     size = [] if "--size" in words else list(SMALL)
-    assert run("render", *words, *size) == 1
+    rig = [] if "gone.glb" in words else [rig_file]
+    assert run("render", *rig, *words, *size) == 1
     said = capsys.readouterr().err
     assert said.startswith("error: ")
     assert message in said

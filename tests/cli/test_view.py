@@ -20,10 +20,10 @@ from children import started
 from elastomorph.io.gltf.clips import read_weight_clips
 from elastomorph.io.gltf.primitives import read_primitives
 from elastomorph.rig import Rig
-from elastomorph.samples import expressions, head, shapes
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.server import serve_page
 from foreign_files import chunks_of, glb, write_foreign_glb
+from small_head import expressions, head, shapes, straight
 
 STAND_IN = "<!doctype html><head>\n<!-- elastomorph scene -->\n</head><body></body>\n"
 
@@ -35,7 +35,7 @@ def _page(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A neutral and two targets of the built-in head, as files."""
+    """A neutral and two targets of the small head, as files."""
     place = tmp_path / "sculpts"
     place.mkdir()
     em.write(place / "neutral.obj", head())
@@ -232,7 +232,7 @@ def test_a_report_is_served(tmp_path: Path, visited: list[tuple[str, bytes]]) ->
         (["face.npz", "face.npz"], "given twice"),
         (["face.npz", "--method", "linear", "--method", "linear"], "given twice"),
         (["face.npz", "--method", "bean"], "bean"),
-        (["face.npz", "built-in"], "only models of one neutral"),
+        (["face.npz", "other.npz"], "only models of one neutral"),
         (["points.npz"], "no polygons"),
         (["face.npz", "--port", "70000"], "70000"),
     ],
@@ -247,6 +247,7 @@ def test_mistakes(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     em.write("face.npz", small)
+    em.write("other.npz", straight("jawOpen"))
     em.write("points.npz", Rig(em.Mesh(np.eye(3)), {}))
     for name in ("text.glb", "text.html"):
         Path(name).write_text("text")

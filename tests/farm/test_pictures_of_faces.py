@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 import elastomorph as em
 from children import started
 from elastomorph.capturing.geometry.surface import Surface
-from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.draw.materials import parts_of
 from elastomorph.farm.pictures.painter import Painter
 from elastomorph.farm.pictures.settings import SETTINGS
 from needs import extra
-from small_head import expressions, head
+from small_head import expressions, head, landmarks
 
 extra("embreex", "farm")
 
@@ -54,7 +53,7 @@ def positions(of: em.Rig) -> NDArray[np.float32]:
 @pytest.fixture(scope="module")
 def painter() -> Painter:
     own = rig()
-    return Painter(own, SIZE, known_landmarks("head", own.neutral))
+    return Painter(own, SIZE, landmarks())
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +124,7 @@ def test_normals_agree_with_depth(drawn: Arrays, face: int) -> None:
 def test_landmarks_are_where_the_cameras_put_their_vertices(
     drawn: Arrays, poses: NDArray[np.float32], painter: Painter, face: int
 ) -> None:
-    marks = known_landmarks("head", head())
+    marks = landmarks()
     assert list(marks) == painter.labels["landmarks"][2]["names"]
     places, depths = in_pixels(drawn, face, poses[face][list(marks.values())])
     found = drawn["landmarks"][face]
@@ -204,7 +203,7 @@ def test_same_bytes_alone_together_and_in_another_process(
     code = (
         "from test_pictures_of_faces import *\n"
         "own = rig()\n"
-        "painter = Painter(own, SIZE, known_landmarks('head', own.neutral))\n"
+        "painter = Painter(own, SIZE, landmarks())\n"
         "print(digest(painter.draw(positions(own), VALUES)))"
     )
     places = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}

@@ -28,7 +28,7 @@ TURN *= np.sign(np.linalg.det(TURN))
 
 @pytest.fixture(scope="module")
 def truth():
-    person = subject("built-in")
+    person = subject("small")
     return Truth.of(Session(count=30, poses=2, seed=2), person)
 
 
@@ -114,11 +114,11 @@ def test_regions_are_where_their_names_say(truth, judge):
 
 def test_a_camera_from_below_shows_what_is_under_the_chin(truth):
     session = Session(count=6, poses=1, rings=(-35.0,), seed=2)
-    below = Truth.of(session, subject("built-in", 2))
+    below = Truth.of(session, subject("small", 2))
     own = below.vertices["p00"][below.of_template]
     seen = Judge(below, own)
     under = seen.chin
-    above = Truth.of(replace(session, rings=(30.0,)), subject("built-in", 2))
+    above = Truth.of(replace(session, rings=(30.0,)), subject("small", 2))
     assert (seen.neutral_views[under] > 0).mean() > 0.9
     assert (Judge(above, own).neutral_views[under] > 0).mean() < 0.3
 

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.photographs
 
 @pytest.fixture(scope="module")
 def person():
-    return subject("built-in", 1)
+    return subject("small", 1)
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from PIL import Image, ImageOps
 
 from elastomorph.capturing.landmarks.landmarks import LANDMARKS, read_landmarks
 from elastomorph.model.polygons import Polygons
-from elastomorph.samples import head, recorded_motion
 from needs import extra
+from small_head import head, recorded_motion
 
 extra("cv2", "capture")
 extra("embreex", "capture")
@@ -38,7 +38,7 @@ TINY = Session(count=2, size=(90, 120), poses=2)
 
 @pytest.fixture(scope="module")
 def person():
-    return subject("built-in")
+    return subject("small")
 
 
 def scene(person, vertices, strength=1.0):
@@ -309,7 +309,7 @@ def test_a_face_that_drifts_is_another_in_each_photograph(person):
 
 
 def test_the_recorded_movement_passes_through_its_frames(person):
-    """The built-in motion, moved as its neutral was to other proportions."""
+    """The recorded motion, moved as its neutral was to other proportions."""
     frames = recorded_motion().frames
     at = person.poses("recorded", np.array([0.0, 0.5, 1.0]))
     for found, number in zip(at, (0, 5, 10), strict=True):

@@ -13,8 +13,8 @@ from pages import read_back
 
 import elastomorph as em
 from elastomorph.evaluation import Evaluation
-from elastomorph.samples import recorded_motion
 from elastomorph.viewer import evaluation_scene, motion_morph
+from small_head import recorded_motion
 
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3]])
 
@@ -57,7 +57,7 @@ def test_fewer_than_two_frames_are_no_motion() -> None:
 
 
 def test_the_file_holds_the_recorded_frames(tmp_path: Path) -> None:
-    """The built-in take through its GLB file: every frame within single precision."""
+    """The recorded motion through its GLB file: every frame within single precision."""
     motion = recorded_motion()
     methods = em.evaluate(motion, ["linear"])
     truth = evaluation_scene(methods).models[-1]

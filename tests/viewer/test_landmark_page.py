@@ -30,6 +30,7 @@ from elastomorph.viewer.landmarks import (
     solved_cameras,
     write_landmark_page,
 )
+from small_head import head, landmarks
 
 FILE = {"version": 1, "vertices": {"chin": 3}, "photographs": {}, "points": {}}
 
@@ -45,7 +46,9 @@ def photos(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def server(photos: Path, tmp_path: Path) -> Iterator[ViewerServer]:
-    task = landmark_task([photos], "built-in")
+    em.write(tmp_path / "head.npz", head())
+    known = Landmarks(vertices=landmarks())
+    task = landmark_task([photos], tmp_path / "head.npz", known=known)
     with serve_landmarks(task, tmp_path / "landmarks.json") as started:
         yield started
 
@@ -98,8 +101,10 @@ def test_photographs_are_sent_as_they_are(server: ViewerServer, photos: Path) ->
     assert b"IMG_2.JPG" in words
 
 
-def test_the_page_says_what_there_is(server: ViewerServer) -> None:
-    _, page = ask(server, "")
+def test_the_page_says_what_there_is(photos: Path, tmp_path: Path) -> None:
+    task = landmark_task([photos], "built-in")
+    with serve_landmarks(task, tmp_path / "landmarks.json") as server:
+        _, page = ask(server, "")
     task = json.loads(Elements(page.decode()).texts["elastomorph-landmarks"])
     assert task["names"] == list(LANDMARKS)
     assert task["words"] == LANDMARKS
@@ -184,7 +189,8 @@ def test_it_ends_when_all_is_placed(server: ViewerServer, tmp_path: Path) -> Non
 
 
 def test_a_written_page_brings_everything(photos: Path, tmp_path: Path) -> None:
-    write_landmark_page(tmp_path / "page.html", landmark_task([photos], "built-in"))
+    em.write(tmp_path / "head.npz", head())
+    write_landmark_page(tmp_path / "page.html", landmark_task([photos], tmp_path / "head.npz"))
     page = (tmp_path / "page.html").read_text()
     elements = Elements(page)
     task = json.loads(elements.texts["elastomorph-landmarks"])

@@ -15,9 +15,9 @@ from elastomorph.cli import main
 from elastomorph.cli.options import NamedRig
 from elastomorph.cli.view import _services
 from elastomorph.rig import Rig
-from elastomorph.samples import head, shapes
 from elastomorph.viewer import ViewerServer, rig_scene, serve
 from elastomorph.viewer.answers import Offer
+from small_head import head, shapes, straight
 
 COMMENTED = """\
 # as on set
@@ -28,7 +28,7 @@ eyeBlink_L = "linear"  # for now
 
 @pytest.fixture(scope="module")
 def meshes(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A jaw, a lid and a lid half closed, of the built-in head."""
+    """A jaw, a lid and a lid half closed, of the small head."""
     folder = tmp_path_factory.mktemp("Ada")
     own, lid = shapes(), shapes()["eyeBlink_L"]
     half = em.interpolate(head(), lid, "rotation").at(0.5)
@@ -108,7 +108,7 @@ def test_every_verb_makes_the_path_that_was_shown(tmp_path: Path) -> None:
     """Export, bend and view, of a folder whose settings name a rig file."""
     folder = tmp_path / "Ada"
     folder.mkdir()
-    rig = em.read_rig("built-in", method="linear").only(["jawOpen", "eyeBlink_L"])
+    rig = straight("jawOpen", "eyeBlink_L")
     em.write(folder / "head.glb", rig)
     (folder / "elastomorph.toml").write_text('[character]\nrig = "head.glb"  # final\n')
     choices = {"jawOpen": "rotation", "eyeBlink_L": "ease:2"}

@@ -12,11 +12,11 @@ from pages import Elements, read_back, scene_in
 
 import elastomorph as em
 from elastomorph.rig import Rig
-from elastomorph.samples import head, shapes
 from elastomorph.viewer import SceneModel, comparison_scene, rig_scene, viewer_page, write_viewer
 from elastomorph.viewer.page import page_beside, shipped_page
 from elastomorph.viewer.scene import Scene
 from elastomorph.viewer.shipped import alone_policy
+from small_head import head, shapes
 
 hostile = st.text(max_size=12) | st.lists(
     st.sampled_from(

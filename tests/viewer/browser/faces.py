@@ -1,4 +1,4 @@
-"""Faces to look at: the built-in head with a few of its expressions, by three methods."""
+"""Faces to look at: the small head with a few of its expressions, by three methods."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import elastomorph as em
 from elastomorph.io.gltf import write_glb
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance, slider_weights
-from elastomorph.samples import head, shapes
 from elastomorph.viewer import Scene, SceneModel, comparison_scene, rig_scene
+from small_head import head, shapes
 
 METHODS = ("linear", "beam:2", "rotation")
 SHAPES = (

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import elastomorph as em
 from elastomorph.cli.view import _scene, _services
-from elastomorph.samples import head, shapes
 from elastomorph.viewer import ViewerServer, serve
 from elastomorph.viewer.answers import Offer
+from small_head import head, shapes
 
 NAMES = ("eyeBlink_L", "jawOpen", "mouthSmile_L")
 
 
 def write_folder(folder: Path) -> Path:
-    """The built-in head with three of its expressions, as meshes."""
+    """The small head with three of its expressions, as meshes."""
     folder.mkdir()
     em.write(folder / "neutral.obj", head())
     for name in NAMES:

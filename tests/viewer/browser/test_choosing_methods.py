@@ -15,8 +15,8 @@ from test_looks import LAYOUT, needs_axe, violations
 from visiting import COARSE, SMALL, Visit, positions, settled, state, update, wait
 
 import elastomorph as em
-from elastomorph.samples import head
 from elastomorph.viewer import ViewerServer
+from small_head import head
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -14,8 +14,8 @@ import elastomorph as em
 from elastomorph.io import read_rig
 from elastomorph.model.mesh import Mesh
 from elastomorph.rig import Rig
-from elastomorph.samples import head, shapes
 from elastomorph.viewer import Scene, SceneModel
+from small_head import head, shapes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -12,9 +12,12 @@ from placing import NAMES, click, dots, opened, saved, seen_dots, write_photogra
 from test_looks import LOW
 from visiting import DESK, PHONE, Visit
 
+import elastomorph as em
+from elastomorph.capturing.landmarks.landmarks import Landmarks
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmarks import landmark_task, serve_landmarks
 from needs import MODULES, NO_NODE
+from small_head import head, landmarks
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -28,7 +31,9 @@ def server(tmp_path: Path) -> Iterator[ViewerServer]:
     folder.mkdir()
     for number in (1, 2, 3, 4):
         write_photograph(folder / f"IMG_{number}.jpg", dots(number))
-    task = landmark_task([folder], "built-in")
+    em.write(tmp_path / "head.obj", head())
+    known = Landmarks(vertices=landmarks())
+    task = landmark_task([folder], tmp_path / "head.obj", known=known)
     with serve_landmarks(task, tmp_path / "landmarks.json") as started:
         yield started
 
@@ -95,7 +100,7 @@ def test_keys_are_listed(visit: Visit, server: ViewerServer) -> None:
     opened(page, "IMG_2.jpg")
     page.keyboard.press("[")
     page.keyboard.press("[")
-    opened(page, "built-in")
+    opened(page, "head.obj")
     page.keyboard.press(".")
     assert page.locator(".point[aria-current]").get_attribute("data-name") == NAMES[0]
 

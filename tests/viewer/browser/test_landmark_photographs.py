@@ -11,11 +11,10 @@ import pytest
 from placing import NAMES, active, click, dots, opened, saved, seen_dots, write_photograph
 from visiting import Visit, wait
 
-from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
-from elastomorph.samples import head
 from elastomorph.viewer import ViewerServer
 from elastomorph.viewer.landmarks import landmark_task, serve_landmarks, write_landmark_page
+from small_head import head, landmarks
 
 PLACES = {"IMG_1.jpg": dots(1), "IMG_2.jpg": dots(2), "IMG_3.jpg": dots(3, (480, 640))}
 
@@ -215,7 +214,7 @@ def test_a_face_from_the_side_is_not_taken_for_exchanged(
     visit: Visit, tmp_path: Path, exchanged: bool
 ) -> None:
     """The points of a head turned by up to 80 degrees; exchanged ones are seen up to 60."""
-    own = known_landmarks("built-in", head())
+    own = landmarks()
     vertices = head().vertices[list(own.values())]
     folder = tmp_path / "neutral"
     folder.mkdir()

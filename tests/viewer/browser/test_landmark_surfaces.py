@@ -16,11 +16,10 @@ from placing import NAMES, active, click, opened, saved
 from visiting import Visit
 
 import elastomorph as em
-from elastomorph.capturing.landmarks.landmarks import read_landmarks
+from elastomorph.capturing.landmarks.landmarks import Landmarks, read_landmarks
 from elastomorph.model.mesh import FaceLabels, UVMap
-from elastomorph.samples import head
-from elastomorph.viewer import landmarks as tasks
 from elastomorph.viewer.landmarks import landmark_task, serve_landmarks
+from small_head import head, landmarks
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -155,7 +154,7 @@ def test_the_built_in_head_needs_no_clicks(visit: Visit, tmp_path: Path) -> None
 def test_a_mirrored_scan_is_noticed(visit: Visit, tmp_path: Path) -> None:
     """The points of a face on its mirror image: left and right cannot both be the subject's."""
     mesh = head()
-    known = tasks.known_landmarks("built-in", mesh)
+    known = landmarks()
     mirrored = mesh.vertices * [-1, 1, 1]
     em.write(tmp_path / "scan.ply", mesh.with_vertices(mirrored))
     points = {"scan.ply": {name: tuple(mirrored[vertex]) for name, vertex in known.items()}}
@@ -194,5 +193,5 @@ def test_a_scan_shows_its_texture(visit: Visit, tmp_path: Path) -> None:
         assert (clay[:, 0] > clay[:, 2]).all()
 
 
-def em_landmarks(points: dict[str, dict[str, tuple[float, ...]]]) -> tasks.Landmarks:
-    return tasks.Landmarks(points=points)
+def em_landmarks(points: dict[str, dict[str, tuple[float, ...]]]) -> Landmarks:
+    return Landmarks(points=points)

@@ -10,8 +10,8 @@ from visiting import COARSE, PHONE, Visit, settled, state, update
 
 import elastomorph as em
 from elastomorph.rig import Rig
-from elastomorph.samples import shapes
 from elastomorph.viewer import rig_scene
+from small_head import shapes
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -18,9 +18,9 @@ from elastomorph.io.performance import write_performance_csv
 from elastomorph.rig import Rig
 from elastomorph.rig.performance import Performance, slider_weights
 from elastomorph.rig.performance.naming import ARKIT
-from elastomorph.samples import shapes
 from foreign_files import chunks_of
 from foreign_files import glb as container
+from small_head import shapes
 
 HALF_SECOND = "\n".join(f"{i / 20!r},{i / 10},{1 - i / 10}" for i in range(11))
 MILLISECONDS = "\n".join(f"{40 * i};{10 * i},5;0" for i in range(11))
@@ -58,10 +58,10 @@ def assert_as_python(found: Take, path: Path, rig: Rig) -> None:
 
 
 @pytest.mark.realdata
-@pytest.mark.parametrize("kind", ["production rig", "built-in head"])
+@pytest.mark.parametrize("kind", ["production rig", "small head"])
 def test_a_real_take_is_as_python_reads_it(visit: Visit, data_dir: Path, kind: str) -> None:
     """4,030 frames of a phone; weights are a matter of names, so a small mesh has the rig's."""
-    if kind == "built-in head":
+    if kind == "small head":
         names = tuple(shapes())
     else:
         files = (data_dir / "ict-facekit").glob("*.obj")
