@@ -1,13 +1,13 @@
 """Registered poses from rendered photographs and scans beside their truth: the table of goals.
 
-    python benchmarks/capture.py [PART …] [--folder FOLDER] [--subject built-in] [--seed 7] …
+    python benchmarks/capture.py [PART …] [--folder FOLDER] [--subject small] [--seed 7] …
     python benchmarks/capture.py --judge PHOTOGRAPHS RESULT
 
 Parts: ``photographs`` (three poses, t = 0, 0.5 and 1: cameras, frames, neutral, displacement,
 confidence), ``fixed`` (the same with a fixed rig), ``scans``, ``saharov32`` (real photographs in
 the folder of real data), ``eleven`` (eleven poses: time, memory); all unless some are named.
 Photographs are rendered by ``tools/photographs`` into ``--folder`` and used again if there.
-The built-in head with the proportions of seed 7 has not been used to choose any parameter; neither
+The small head with the proportions of seed 7 has not been used to choose any parameter; neither
 has any photograph of it. Results are read from the files that the commands of the package write and
 judged by ``benchmarks/captured``, which defines every figure and shares no code with the package.
 
@@ -69,7 +69,7 @@ def arguments() -> argparse.Namespace:
     )
     parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join(PARTS))
     parser.add_argument("--folder", type=Path, help="for photographs and results, to be kept")
-    parser.add_argument("--subject", choices=list(SUBJECTS), default="built-in")
+    parser.add_argument("--subject", choices=list(SUBJECTS), default="small")
     parser.add_argument("--movement", default="smile")
     parser.add_argument("--seed", type=int, default=UNTUNED)
     parser.add_argument("--count", type=int, default=30, help="photographs of each pose")

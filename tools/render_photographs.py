@@ -1,6 +1,6 @@
 """Renders photographs of a head whose truth is known, with the truth beside them.
 
-    python tools/render_photographs.py FOLDER [--small] [--subject built-in|ict] [--poses 11] …
+    python tools/render_photographs.py FOLDER [--small] [--subject small|ict] [--poses 11] …
 
 ``--small`` is two poses in 12 photographs of 750 x 1000 from the front. A folder a pose is written,
 ``template.obj`` (another person's face), ``truth.npz`` (`photographs.truth`) and ``poses_true/``.
@@ -37,7 +37,7 @@ def options(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("folder")
     parser.add_argument("--small", action="store_true", default=False)
     parser.add_argument("--subject", choices=list(SUBJECTS))
-    parser.add_argument("--movement", help="smile, pucker, sneer; recorded (built-in)")
+    parser.add_argument("--movement", help="smile, pucker, sneer; recorded (small)")
     parser.add_argument("--poses", type=int)
     parser.add_argument("--count", type=int, help="photographs of each pose")
     parser.add_argument("--size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"))

@@ -39,7 +39,7 @@ class Session:
     """What is photographed, and how.
 
     Attributes:
-        subject: `ict` or `built-in`.
+        subject: `ict` or `small`.
         movement: Which of the subject's.
         poses: How many, evenly from t = 0, the neutral, to 1.
         count: Photographs of each pose.
@@ -60,7 +60,7 @@ class Session:
         seed: Of everything.
     """
 
-    subject: str = "built-in"
+    subject: str = "small"
     movement: str = "smile"
     poses: int = 2
     count: int = 30

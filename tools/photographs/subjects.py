@@ -1,13 +1,14 @@
 """Whose head is photographed, and the face of somebody else that is given as the template.
 
-``ict`` is the neutral of the ICT rig (``ELASTOMORPH_DATA``), ``built-in`` the head of this package
-with other proportions, refined. Templates have the topology of the subject's face and the shape of
+``ict`` is the neutral of the ICT rig (``ELASTOMORPH_DATA``), ``small`` the head of the tests with
+other proportions, refined. Templates have the topology of the subject's face and the shape of
 another person.
 """
 
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,11 +22,14 @@ import elastomorph as em
 from elastomorph.capturing.landmarks.known_landmarks import known_landmarks
 from elastomorph.model.mesh import part_of
 from elastomorph.model.polygons import Polygons
-from elastomorph.samples import head, recorded_motion, shapes
 from photographs import skin
 from photographs.clicks import ict_lip_line
 from photographs.rendering import Surface
 from photographs.subdivision import refined
+
+sys.path.append(str(Path(__file__).parents[2] / "tests"))
+
+from small_head import head, landmarks, recorded_motion, shapes
 
 __all__ = ["SUBJECTS", "Subject", "other_person", "subject"]
 
@@ -42,7 +46,7 @@ _ICT_KINDS = {
     "M_IrisLeft": skin.IRIS,
     "M_IrisRight": skin.IRIS,
 }
-_BUILT_IN_KINDS = {
+_SMALL_KINDS = {
     **dict.fromkeys(("skin", "brows", "lashes", "lids", "nostrils", "lips"), skin.SKIN),
     **dict.fromkeys(("mouth", "gums", "tongue"), skin.GUMS),
     **dict.fromkeys(("eye_L", "eye_R"), skin.EYE),
@@ -52,7 +56,7 @@ _BUILT_IN_KINDS = {
 }
 # On the jaw, nearer to the ears than its corners: the front that results are judged by ends there.
 _ICT_JAW = {"right_jaw": 1052, "left_jaw": 3272}
-_BUILT_IN_JAW = {"right_jaw": 2840, "left_jaw": 738}
+_SMALL_JAW = {"right_jaw": 2840, "left_jaw": 738}
 _FACE_GROUPS = ("skin", "brows", "lashes", "lids", "nostrils", "lips", "mouth")
 _IRIS, _PUPIL = 0.92, 0.985  # cosines from the axis of an eye whose iris is painted on
 
@@ -104,7 +108,7 @@ class Subject:
     def poses(self, movement: str, times: NDArray[np.float64]) -> list[Vertices]:
         """Vertices of `surface` on the nonlinear path of a movement, at times from 0 to 1.
 
-        ``recorded`` is the built-in motion, an anatomical model: straight between its frames.
+        ``recorded`` is the motion of the small head, an anatomical model: straight between frames.
         """
         if movement == "recorded" and self.frames is not None:
             last = len(self.frames) - 1
@@ -144,7 +148,7 @@ def subject(name: str, seed: int = 0) -> Subject:
 
     Args:
         name: One of `SUBJECTS`.
-        seed: Other proportions of the built-in head.
+        seed: Other proportions of the small head.
     """
     return SUBJECTS[name](seed)
 
@@ -191,8 +195,8 @@ def _ict(seed: int) -> Subject:
     )
 
 
-def _built_in(seed: int) -> Subject:
-    """With other proportions, refined twice; its template is the head as the package has it."""
+def _small(seed: int) -> Subject:
+    """With other proportions, refined twice; its template is the head as it is."""
     original = head()
     assert original.groups is not None
     warp = other_person(original.vertices, 100 + seed, (1.06, 0.95, 0.96), waves=0.055)
@@ -203,7 +207,7 @@ def _built_in(seed: int) -> Subject:
     names = np.array(original.groups.names)
     label = original.groups.of_face[original.faces.corner_faces]
     label = np.repeat(label, 4)
-    kinds = np.array([_BUILT_IN_KINDS[name] for name in names], dtype=np.int8)
+    kinds = np.array([_SMALL_KINDS[name] for name in names], dtype=np.int8)
     triangles, of_triangle = _triangles(finest, kinds[label])
     tints = np.stack([_share(finest, names[label] == tint) for tint in ("lips", "brows")], axis=1)
     surface = Surface(refine @ neutral.vertices, triangles, of_triangle, tints)
@@ -211,7 +215,7 @@ def _built_in(seed: int) -> Subject:
     own = np.unique(original.faces.indices[groups[original.faces.corner_faces]])
     template = part_of(original, own)
     return Subject(
-        name="built-in",
+        name="small",
         neutral=neutral,
         shapes=lambda shape: neutral.with_vertices(warp(shapes()[shape].vertices)),
         template=template,
@@ -221,7 +225,7 @@ def _built_in(seed: int) -> Subject:
         of_template=own,
         surface=surface,
         refine=refine,
-        landmarks=known_landmarks("built-in", original) | _BUILT_IN_JAW,
+        landmarks=landmarks() | _SMALL_JAW,
         lip_line=_between(original, "lips", "mouth"),
         aim=(0.0, -2.5, 1.0),
         distance=46.0,
@@ -234,7 +238,7 @@ def _built_in(seed: int) -> Subject:
     )
 
 
-SUBJECTS: dict[str, Callable[[int], Subject]] = {"ict": _ict, "built-in": _built_in}
+SUBJECTS: dict[str, Callable[[int], Subject]] = {"ict": _ict, "small": _small}
 
 
 def _between(mesh: em.Mesh, one: str, other: str) -> NDArray[np.int64]:
