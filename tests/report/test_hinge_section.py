@@ -1,4 +1,4 @@
-"""The section on the jaw: what turns, how far off its arc, and who keeps to it."""
+"""The sections on the jaw and the eyelid: what turns, how far off its arc, and who keeps to it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,16 @@ from scipy.spatial.transform import Rotation
 import elastomorph as em
 from elastomorph.draw.hinge import hinge_faces, hinge_graph, looks_of
 from elastomorph.draw.sheet import text_size_for
-from elastomorph.evaluation.rigid_bodies import Hinge, find_hinge, find_rigid_parts, hinge_errors
+from elastomorph.evaluation.rigid_bodies import (
+    Eyelid,
+    Hinge,
+    find_hinge,
+    find_rigid_parts,
+    hinge_errors,
+)
 from elastomorph.model.mesh import FaceLabels
 from elastomorph.model.morph import Morph
-from elastomorph.report.walkthrough import Jaw, hinge_section
+from elastomorph.report.walkthrough import Jaw, eyelid_section, hinge_section
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -98,3 +104,22 @@ def test_what_is_on_the_arc_is_pale(hinge: tuple[Hinge, dict[str, Morph]]) -> No
     top = round(1.3 * text_size_for(120)) + text_size_for(120) // 2
     left, right = np.array_split(image[top : top + 100].astype(float), 2, axis=1)
     assert left.min() < right.min() - 40
+
+
+def test_the_way_of_a_lid_is_shown_with_what_it_sinks_by(
+    hinge: tuple[Hinge, dict[str, Morph]],
+) -> None:
+    """Fig. 2: an edge at √17 from the axis, turned by 40°, sinks by the sagitta of its chord."""
+    found, morphs = hinge
+    lid = Eyelid(3, np.zeros(3), 4.0, np.array([1.0, 0.0, 0.0]))
+    dips = {label: lid.dip(morph) for label, morph in morphs.items()}
+    sagitta = np.sqrt(17) * (1 - np.cos(np.radians(20)))
+    assert dips["linear"] == pytest.approx(sagitta / found.neutral.diameter, rel=1e-3)
+    page = shown(eyelid_section(lid, morphs, dips, "eyeBlink_L", "cm"))
+    headline = page.all("p")[0].text
+    assert headline.startswith("With eyeBlink_L the edge of the lid sinks towards the eye by ")
+    assert f"{sagitta:#.3g}\u00a0cm" in headline
+    assert " on linear, by " in headline
+    assert headline.endswith(" on rotation.")
+    drawn = {each.text for each in page.all("text")}
+    assert {"eyeball", "linear", "rotation"} <= drawn

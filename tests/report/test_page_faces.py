@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastomorph.evaluation import Evaluation
+from elastomorph.evaluation import Evaluation, evaluate
 from elastomorph.evaluation.shape import ClosureSeam, Shape
-from elastomorph.report.faces import look_alikes, telling_frame
+from elastomorph.evaluation.words import Lengths
+from elastomorph.model.sequence import MeshSequence
+from elastomorph.report.faces import evaluation_pictures, look_alikes, telling_frame
 from elastomorph.report.walkthrough_page import closures_picture
+from small_meshes import grid
 
 
 def test_faces_that_nobody_could_tell_apart_share_a_row(evaluation: Evaluation) -> None:
@@ -46,3 +49,21 @@ def test_the_words_on_closures_are_measured(evaluation: Evaluation) -> None:
     picture = closures_picture(np.zeros((2, 2, 3), dtype=np.uint8), "jawOpen", seams)
     said = picture.caption.replace("\u00a0", " ")
     assert "up to 3.00 % of D under unforced, 0.0100 % of D under limit" in said
+
+
+def test_in_betweens_are_shown_at_the_nine_times_of_the_paper(monkeypatch) -> None:
+    """Fig. 6: t = 0.1 to 0.9, here with both ends beside them, also of a take of more frames."""
+    mesh, times = grid(5, 4), np.linspace(0, 1, 21)
+    frames = mesh.vertices + times[:, None, None] ** 2 * [0.0, 0.0, 1.0]
+    drawn = {}
+    monkeypatch.setattr(
+        "elastomorph.report.faces.face_strip",
+        lambda rows, at, **_: drawn.update(rows=rows, times=at) or np.zeros((9, 9, 3), np.uint8),
+    )
+    found = evaluate(MeshSequence(mesh, frames, times), ["linear"])
+    picture = evaluation_pictures(found, Lengths(found.diameter, ""))[0]
+    assert "at t = 0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1. The first" in picture.alt
+    (_, truth), (_, straight) = drawn["rows"].values()
+    np.testing.assert_allclose(drawn["times"], np.arange(11) / 10, atol=1e-12)
+    np.testing.assert_allclose(truth, frames[::2])
+    np.testing.assert_allclose(straight[:, 0, 2] - mesh.vertices[0, 2], np.arange(11) / 10)
