@@ -256,6 +256,33 @@ def test_what_is_bent_is_not_bent_again(tmp_path: Path) -> None:
     assert not (tmp_path / "b.glb").exists()
 
 
+@pytest.mark.parametrize("bends_left", [True, False])
+def test_curves_that_no_longer_fit_do_not_let_bends_be_bent(
+    tmp_path: Path, bends_left: bool
+) -> None:
+    """A program that gives targets names of its own, and keeps extras; or takes the bends out."""
+    path = flap_character().write(tmp_path / "a.glb")
+    em.bend(path, tmp_path / "bent.glb")
+    document, blob = chunks_of(tmp_path / "bent.glb")
+    del document["extras"]
+    for mesh in document["meshes"]:
+        if "extras" in mesh:
+            count = len(mesh["primitives"][0]["targets"]) if bends_left else 1
+            mesh["extras"]["targetNames"] = [f"shape {number}" for number in range(count)]
+            mesh["weights"] = [0] * count
+            for primitive in mesh["primitives"]:
+                del primitive["targets"][count:]
+    (tmp_path / "renamed.glb").write_bytes(glb(document, blob))
+    if bends_left:
+        with pytest.raises(em.FormatError, match=CURVELESS):
+            em.bend(tmp_path / "renamed.glb", tmp_path / "b.glb")
+        em.bend(tmp_path / "renamed.glb", tmp_path / "b.glb", source=tmp_path / "bent.glb")
+    else:
+        with pytest.warns(em.ElastomorphWarning, match="no longer fits"):
+            em.bend(tmp_path / "renamed.glb", tmp_path / "b.glb")
+    assert (tmp_path / "b.glb").exists()
+
+
 def test_curves_of_a_node_that_no_longer_hold_give_way(tmp_path: Path) -> None:
     """three.js reads the extras of a node over those of its mesh."""
     file = flap_character()

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elastomorph.io.gltf.container import GltfFile
+from elastomorph.io.gltf.container import GltfFile, object_of
 from elastomorph.io.gltf.mesh_extras import is_part
 from elastomorph.io.gltf.nodes import PlacedMesh, placed_meshes
 from elastomorph.io.gltf.primitives import Attributes
@@ -166,8 +166,15 @@ def _require_curves(file: GltfFile, meshes: Sequence[ReadMesh]) -> None:
 
     What gltfpack leaves of a bent file and what an artist called so are the same in the file.
     """
-    names = (named_bends(s.primitives.targets) for own in meshes if own.gone for s in own.sheets)
-    for bends in filter(None, names):
+    lost = [sheet for own in meshes if own.gone for sheet in own.sheets]
+    for sheet in lost:
+        if _bends_unknown(sheet):
+            file.refuse(
+                "what elastomorph stored beside a mesh with bends no longer fits it, so that they "
+                "would be bent again: 'elastomorph bend FILE --from BENT' gives their curves back "
+                "from the bent file; or bend the original"
+            )
+    for bends in filter(None, (named_bends(sheet.primitives.targets) for sheet in lost)):
         file.refuse(
             f"{len(bends)} of its morph targets have names of bends, such as "
             f"{shortened(bends[0])!r}, and no curves: if another program has dropped the curves, "
@@ -175,6 +182,17 @@ def _require_curves(file: GltfFile, meshes: Sequence[ReadMesh]) -> None:
             f"shapes of their own, rename them, such as to {shortened(_renamed(bends[0]))!r}, and "
             "bend again"
         )
+
+
+def _bends_unknown(sheet: Sheet) -> bool:
+    """Whether a mesh that no longer is as described has more targets than morphs: its bends.
+
+    With no more targets than that, somebody has taken the bends out.
+    """
+    morphs = sheet.said.get("morphs")
+    entries = [object_of(entry) for entry in morphs] if isinstance(morphs, list) else []
+    bent = any(entry.get("bends") for entry in entries)
+    return bent and len(sheet.primitives.targets) > len(entries)
 
 
 def _renamed(bend: str) -> str:
