@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from elastomorph.draw.pictures import Image
 from elastomorph.evaluation import Evaluation, evaluate
 from elastomorph.evaluation.shape import ClosureSeam, Shape
 from elastomorph.evaluation.words import Lengths
@@ -51,15 +54,19 @@ def test_the_words_on_closures_are_measured(evaluation: Evaluation) -> None:
     assert "up to 3.00 % of D under unforced, 0.0100 % of D under limit" in said
 
 
-def test_in_betweens_are_shown_at_the_nine_times_of_the_paper(monkeypatch) -> None:
+def test_in_betweens_are_shown_at_the_nine_times_of_the_paper(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Fig. 6: t = 0.1 to 0.9, here with both ends beside them, also of a take of more frames."""
     mesh, times = grid(5, 4), np.linspace(0, 1, 21)
     frames = mesh.vertices + times[:, None, None] ** 2 * [0.0, 0.0, 1.0]
-    drawn = {}
-    monkeypatch.setattr(
-        "elastomorph.report.faces.face_strip",
-        lambda rows, at, **_: drawn.update(rows=rows, times=at) or np.zeros((9, 9, 3), np.uint8),
-    )
+    drawn: dict[str, Any] = {}
+
+    def strip(rows: object, times: object, **_: object) -> Image:
+        drawn.update(rows=rows, times=times)
+        return np.zeros((9, 9, 3), dtype=np.uint8)
+
+    monkeypatch.setattr("elastomorph.report.faces.face_strip", strip)
     found = evaluate(MeshSequence(mesh, frames, times), ["linear"])
     picture = evaluation_pictures(found, Lengths(found.diameter, ""))[0]
     assert "at t = 0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1. The first" in picture.alt

@@ -114,6 +114,8 @@ def test_all_else_is_not_found_and_looks_alike(server: ViewerServer) -> None:
     assert len({reply.body for reply in replies}) == 1
     assert all(reply.headers == replies[0].headers for reply in replies)
     assert server.token.encode() not in replies[0].body
+    # What a page shows that is loaded again after its command has begun anew.
+    assert b"started anew, open the address that it prints now" in replies[0].body
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50)
