@@ -7,9 +7,11 @@ vertices of the left half that they move and how far, and the same of their mirr
 
 from __future__ import annotations
 
+import atexit
+import shutil
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp
 
 import numpy as np
 
@@ -32,7 +34,6 @@ __all__ = [
     "tracked_points",
 ]
 
-_FOLDER = TemporaryDirectory(prefix="small_head_")
 _FILE = Path(__file__).parent / "data" / "small_head.npz"
 
 # Jaw from the right ear to the left, brows, nose, eyes, lips, as face trackers number them.
@@ -126,7 +127,9 @@ def bare_head() -> em.Rig:
 @cache
 def rig_file() -> Path:
     """Return a GLB file of `bare_head`, as other programs write it, written once per process."""
-    return write_foreign_glb(Path(_FOLDER.name) / "small_head.glb", bare_head())
+    folder = Path(mkdtemp(prefix="small_head_"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return write_foreign_glb(folder / "small_head.glb", bare_head())
 
 
 @cache
